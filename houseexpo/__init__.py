@@ -1,0 +1,1 @@
+"""HouseExpo: 2D floor plans for robots that learn."""

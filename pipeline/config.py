@@ -1,0 +1,89 @@
+"""One small dataclass a stage; the defaults are the paper's where it gives one (section II, Algorithm 1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class PlanesConfig:
+    """Heights are metres above the level's floor."""
+
+    ground_m: float = 0.01  # h_g of the paper
+    door_m: float = 0.2  # h_d of the paper
+    sheet_m: float = 0.05  # thickness given to a wall that is a single sheet
+    solid_m: float = 0.7  # the widest face between wall surfaces that can be a wall's inside
+    head_m: float = 1.8  # a lintel starts here or higher
+
+
+@dataclass(frozen=True)
+class LayoutConfig:
+    """What counts as a layout, and how an open house is closed."""
+
+    area_m2: float = 2.0  # a scene that encloses less has no layout
+    gap_m: float = 1.5  # the widest gap of full height that two wall ends close
+
+
+@dataclass(frozen=True)
+class DoorsConfig:
+    """Which differences of the two planes are doors."""
+
+    sliver_m: float = 0.03  # differences thinner than this are noise
+    narrowest_m: float = 0.4
+    widest_m: float = 2.5  # a lintel over more divides rooms, but is no door
+
+
+@dataclass(frozen=True)
+class CellsConfig:
+    """Closed cells (the paper's area threshold)."""
+
+    area_m2: float = 2.0
+    samples: int = 500  # n of the paper; exact labelling covers every point, see README, decisions
+
+
+@dataclass(frozen=True)
+class IsolatedConfig:
+    """A part standing apart: both must hold for it to be erased."""
+
+    distance_m: float = 2.0
+    share: float = 0.25
+
+
+@dataclass(frozen=True)
+class ConnectivityConfig:
+    """Sampled points, A* between them, cuts where there is no path."""
+
+    samples: int = 100  # m of the paper
+    robot_radius_m: float = 0.2
+    cut_width_m: float = 0.8
+    pixels_per_metre: int = 20
+
+
+@dataclass(frozen=True)
+class RefineConfig:
+    """Straight walls of one thickness."""
+
+    offset_m: float = 0.03  # parallel faces closer than this are one face
+    angle_deg: float = 2.0  # faces closer than this in direction are parallel
+
+
+@dataclass(frozen=True)
+class DedupeConfig:
+    """Pixel difference |A xor B| / max(|A|, |B|) under the eight symmetries of the square."""
+
+    pixels_per_metre: int = 20
+    threshold: float = 0.02
+
+
+@dataclass(frozen=True)
+class PipelineConfig:
+    """All parameters of a build; stored with its output."""
+
+    planes: PlanesConfig = field(default_factory=PlanesConfig)
+    layout: LayoutConfig = field(default_factory=LayoutConfig)
+    doors: DoorsConfig = field(default_factory=DoorsConfig)
+    cells: CellsConfig = field(default_factory=CellsConfig)
+    isolated: IsolatedConfig = field(default_factory=IsolatedConfig)
+    connectivity: ConnectivityConfig = field(default_factory=ConnectivityConfig)
+    refine: RefineConfig = field(default_factory=RefineConfig)
+    dedupe: DedupeConfig = field(default_factory=DedupeConfig)

@@ -1,0 +1,1 @@
+"""Where houses come from: each reader yields the levels of a house."""

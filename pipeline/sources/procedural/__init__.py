@@ -1,0 +1,1 @@
+"""Houses that the project makes itself, in SUNCG's own layout, each with its truth."""

@@ -1,0 +1,124 @@
+"""What passes between sources and stages: frozen, typed values.
+
+Frames: a Level's meshes live in the LEVEL frame: metres, x right and y up in the plan, z height above the level's floor
+(for SUNCG: above the foot of the wall meshes). ``Level.frame`` takes (x, y) of the level frame to the source's plan axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+from shapely import MultiPolygon, Polygon
+
+from houseexpo.plan import DoorKind, Frame
+from pipeline.rejection import Rejection
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles: ``vertices`` (n, 3) float64 metres, ``faces`` (m, 3) int64. No promise that it is welded or closed."""
+
+    vertices: npt.NDArray[np.float64]
+    faces: npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class SourceRoom:
+    """A room as the source names it: its own words, our labels for them, its plan polygon and/or box where known.
+
+    ``words`` may be empty (a room without a name) and may be several. ``polygon`` is exact where the source has the
+    room's geometry (IfcSpace), else None; ``box`` (x1, y1, x2, y2) covers the room and maybe more (SUNCG).
+    Both are in the level frame.
+    """
+
+    words: tuple[str, ...]
+    labels: tuple[str, ...]
+    polygon: Polygon | None = None
+    box: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class SourceOpening:
+    """An opening that the source names (IFC): ``has_door`` tells a door from a mere opening; level frame, metres."""
+
+    polygon: Polygon
+    has_door: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """One storey of a house, as a source hands it to the stages.
+
+    ``walls`` is cut; ``floor`` (the floor slabs' plan area, or None) serves the layout rules; ``furniture`` is cut too
+    where a source was asked for it. ``sills`` is True where doors are closed by a sill at h_g (SUNCG), so that the
+    paper's two planes are enough. ``ceiling_m``: height above the floor up to which walls may be looked at.
+    ``room_count``: rooms of this level as the source counts them, None where it names none. ``n_objects``: things that
+    are not walls, for telling a scene of objects only from an empty one.
+    """
+
+    id: str
+    walls: Mesh
+    ceiling_m: float
+    frame: Frame
+    floor: Polygon | MultiPolygon | None = None
+    furniture: Mesh | None = None
+    sills: bool = False
+    rooms: tuple[SourceRoom, ...] = ()
+    room_count: int | None = None
+    openings: tuple[SourceOpening, ...] = ()
+    n_objects: int = 0
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Input:
+    """One input of a batch: cheap to list, small to pickle; a worker opens it.
+
+    ``id`` is the base id (FORMAT.md "Ids"); ``reader`` names the module of pipeline.sources that opens it ("suncg",
+    "mesh_file", "ifc"); ``path`` is what it opens (a file, or for SUNCG the root folder); ``key`` is what inside it
+    (the sceneId for SUNCG, else ""). ``options`` are the reader's, as sorted (name, value) pairs.
+    """
+
+    id: str
+    reader: str
+    path: str
+    key: str = ""
+    options: tuple[tuple[str, str], ...] = ()
+
+
+class Reader(Protocol):
+    """What each module of ``pipeline.sources`` offers as functions of these names."""
+
+    def find(self, path: str, **options: str) -> Iterator[Input]:
+        """List the inputs under a path, sorted by id."""
+        ...
+
+    def read(self, item: Input) -> Iterator[Level | RejectedLevel]:
+        """Open one input and yield its levels; raises Rejection where nothing of it can be read."""
+        ...
+
+
+@dataclass(frozen=True)
+class RejectedLevel:
+    """A level that its reader had to give up while others of the house can be read."""
+
+    id: str
+    rejection: Rejection
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """A door on its way through the stages, level frame, metres.
+
+    ``segment`` (2, 2) runs from jamb to jamb on the wall's centre line; ``polygon`` is the freed area between the wall's
+    two faces; ``kind`` as FORMAT.md; ``outside`` is True where one side is the outside (it then stays closed).
+    """
+
+    segment: npt.NDArray[np.float64]
+    polygon: Polygon
+    kind: DoorKind
+    outside: bool = False

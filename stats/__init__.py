@@ -1,0 +1,1 @@
+"""What a data set is made of: measures of a plan, summaries that add up, reports."""
