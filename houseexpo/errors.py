@@ -1,12 +1,31 @@
 """One small tree of exceptions; every text says which thing, what was expected, what was found, what to do."""
 
+from __future__ import annotations
+
 
 class HouseExpoError(Exception):
     """Root of every error that houseexpo raises on purpose."""
 
 
 class PlanError(HouseExpoError):
-    """A floor plan, or a file that should hold one, breaks the format."""
+    """A floor plan, or a file that should hold one, breaks the format.
+
+    ``problem`` says what was expected, what was found and what to do; ``key`` is the place in the plan
+    (``doors[2].rooms``); ``plan`` is the plan's id, "" where it is not known.
+    """
+
+    def __init__(self, problem: str, key: str = "", plan: str = "") -> None:
+        super().__init__(problem, key, plan)  # pickles as it is made
+        self.problem, self.key, self.plan = problem, key, plan
+
+    def __str__(self) -> str:
+        where = f"plan {self.plan!r}" if self.plan else "plan"
+        return f"{where}: {self.key}: {self.problem}" if self.key else f"{where}: {self.problem}"
+
+    def within(self, key: str = "", plan: str = "") -> PlanError:
+        """Return the same error seen from the thing that contains it."""
+        inner = self.key if not key or not self.key or self.key.startswith("[") else f".{self.key}"
+        return PlanError(self.problem, key + inner, self.plan or plan)
 
 
 class ConfigError(HouseExpoError):

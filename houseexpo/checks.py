@@ -1,0 +1,100 @@
+"""What each part of a plan is checked for when it is made; every failure is a PlanError that names the key."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import PlanError
+
+_UNSAFE = re.compile(r"[/\\\x00-\x1f\x7f]")
+_LONGEST_ID = 200  # with its extension it still fits a file name
+
+
+def plan_id(value: object) -> str:
+    """Return an id that can name a file inside a folder and nowhere else."""
+    if not isinstance(value, str) or not 0 < len(value) <= _LONGEST_ID:
+        raise PlanError(f"expected 1 to {_LONGEST_ID} characters, found {_short(value)}", "id")
+    if value.startswith(".") or _UNSAFE.search(value):
+        raise PlanError(
+            f"expected a name that is safe as a file name, found {value!r}; "
+            "take out slashes, control characters and leading dots",
+            "id",
+        )
+    return value
+
+
+def ring(value: object, key: str) -> npt.NDArray[np.float64]:
+    """Return the ring as a read-only (n, 2) array: n >= 3, finite, unclosed. Whether it is simple is not asked."""
+    try:
+        array = np.array(value, dtype=np.float64, order="C")
+    except (TypeError, ValueError):
+        raise PlanError(f"expected a list of [x, y] in metres, found {_short(value)}", key) from None
+    if array.ndim != 2 or array.shape[1] != 2 or len(array) < 3:
+        raise PlanError(f"expected at least 3 vertices [x, y], found an array of shape {array.shape}", key)
+    if not np.isfinite(array).all():
+        row = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
+        raise PlanError(f"expected finite metres, found {array[row].tolist()}", f"{key}[{row}]")
+    if array[0, 0] == array[-1, 0] and array[0, 1] == array[-1, 1]:
+        raise PlanError("expected an unclosed ring, found the first vertex repeated at the end; leave it out", key)
+    array.flags.writeable = False
+    return array
+
+
+def rings(value: Iterable[object], key: str) -> tuple[npt.NDArray[np.float64], ...]:
+    """Return several rings, each checked as ``ring`` does."""
+    return tuple(ring(item, f"{key}[{i}]") for i, item in enumerate(value))
+
+
+def count(value: object, key: str) -> int:
+    """Return an integer >= 0."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < 0:
+        raise PlanError(f"expected an integer, 0 or more, found {_short(value)}", key)
+    return int(value)
+
+
+def number(value: object, key: str) -> float:
+    """Return a finite float."""
+    if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
+        raise PlanError(f"expected a finite number, found {_short(value)}", key)
+    return float(value)
+
+
+def numbers(value: Any, length: int, key: str) -> tuple[float, ...]:
+    """Return ``length`` finite floats."""
+    try:
+        found = tuple(value)
+    except TypeError:
+        found = ()
+    if len(found) == length and all(type(item) is float and math.isfinite(item) for item in found):
+        return found  # the common case, quickly
+    if len(found) != length:
+        raise PlanError(f"expected {length} numbers, found {_short(value)}", key)
+    return tuple(number(item, f"{key}[{i}]") for i, item in enumerate(found))
+
+
+def one_of(value: object, allowed: Iterable[str], key: str) -> None:
+    """Refuse a word that is not among those allowed."""
+    words = list(allowed)
+    if value not in words:
+        raise PlanError(f"expected one of {', '.join(words)}; found {_short(value)}", key)
+
+
+def unique(ids: Iterable[int], key: str) -> None:
+    """Refuse an id that occurs twice."""
+    seen: set[int] = set()
+    for i, item in enumerate(ids):
+        if item in seen:
+            raise PlanError(f"expected ids that differ, found {item} twice", f"{key}[{i}].id")
+        seen.add(item)
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

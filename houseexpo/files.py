@@ -1,0 +1,34 @@
+"""One plan a file: read it, write it whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from houseexpo.errors import PlanError
+from houseexpo.plan import FloorPlan
+from houseexpo.plan_json import decode, encode
+
+
+def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
+    """Read a plan from a JSON file; PlanError names the file where it holds none."""
+    file = Path(path)
+    try:
+        return decode(file.read_bytes())
+    except PlanError as error:
+        raise PlanError(error.problem, f"{file}: {error.key}" if error.key else str(file), error.plan) from None
+
+
+def save_plan(plan: FloorPlan, path: str | os.PathLike[str]) -> None:
+    """Write a plan to a JSON file; a file of that name is replaced only by a whole one."""
+    file = Path(path)
+    descriptor, partial = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")
+    try:
+        with os.fdopen(descriptor, "wb") as stream:
+            stream.write(encode(plan) + b"\n")
+        Path(partial).chmod(0o644)
+        Path(partial).replace(file)
+    except BaseException:
+        Path(partial).unlink(missing_ok=True)
+        raise
