@@ -1,0 +1,153 @@
+"""Polygons to masks by pixel centres: a cell is inside where its centre is.
+
+Painting a polygon's boundary as well (``cv2.fillPoly``) adds half a pixel all round: 3% of a flat at 25 px/m, and walls
+of one pixel vanish. Centres are unbiased: the area survives, and neighbours that share an edge share no cell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, TypeAlias, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.frame import GridFrame
+from houseexpo.plan import Door, FloorPlan, Ring, Room
+
+if TYPE_CHECKING:
+    from shapely import MultiPolygon, Polygon
+
+Space: TypeAlias = Union[FloorPlan, "Polygon", "MultiPolygon"]
+Mask: TypeAlias = npt.NDArray[np.bool_]
+
+NOTHING = -1
+"""What ``room_mask`` and ``door_mask`` hold where there is no room or door (ids start at 0)."""
+
+
+def free_mask(
+    space: Space,
+    pixels_per_metre: float = 25.0,
+    *,
+    frame: GridFrame | None = None,
+    margin_px: int = 1,
+    y_up: bool = False,
+) -> tuple[Mask, GridFrame]:
+    """Rasterise the free space of a plan, or a polygon.
+
+    Parameters
+    ----------
+    space
+        Plan (its rings as they are, by the even-odd rule, so invalid published rings too) or shapely polygon, metres.
+    pixels_per_metre, margin_px, y_up
+        Make a new grid around the space (``GridFrame.around``); not used where ``frame`` is given.
+    frame
+        The grid to fill; what lies outside it is left out.
+
+    Returns
+    -------
+    mask : (rows, cols) bool, True where free
+    frame : where the grid stands
+
+    Examples
+    --------
+    >>> plan = FloorPlan("square", [(0, 0), (0, 2), (2, 2), (2, 0)], 1, {})
+    >>> mask, frame = free_mask(plan, 10)
+    >>> mask.shape, int(mask.sum())
+    ((22, 22), 400)
+    """
+    rings = rings_of(space)
+    if frame is None:
+        frame = GridFrame.around(_bounds(rings), pixels_per_metre, margin_px=margin_px, y_up=y_up)
+    mask = np.zeros(frame.shape, dtype=bool)
+    _fill(mask, rings, frame, True)
+    return mask, frame
+
+
+def fill(mask: npt.NDArray[np.generic], space: Space, frame: GridFrame, value: int) -> None:
+    """Set the cells of ``mask`` (rows, cols) whose centre lies in the space to ``value``, in place."""
+    _fill(mask, rings_of(space), frame, value)
+
+
+def room_mask(plan: FloorPlan, frame: GridFrame) -> npt.NDArray[np.int32]:
+    """Return the room's id of each cell, ``NOTHING`` elsewhere."""
+    return _ids(plan.rooms, frame)
+
+
+def door_mask(plan: FloorPlan, frame: GridFrame) -> npt.NDArray[np.int32]:
+    """Return the door's id of each cell, entrances included, ``NOTHING`` elsewhere."""
+    return _ids(plan.doors, frame)
+
+
+def rings_of(space: Space) -> list[Ring]:
+    """Return all rings of a plan or polygon; the even-odd rule needs no word on which of them are holes."""
+    if isinstance(space, FloorPlan):
+        return [space.verts, *space.holes]
+    polygons = getattr(space, "geoms", [space])
+    rings = [ring for p in polygons if not p.is_empty for ring in (p.exterior, *p.interiors)]
+    return [np.asarray(ring.coords)[:-1, :2] for ring in rings]
+
+
+def _ids(parts: Iterable[Room | Door], frame: GridFrame) -> npt.NDArray[np.int32]:
+    mask = np.full(frame.shape, NOTHING, dtype=np.int32)
+    for part in parts:
+        holes = part.holes if isinstance(part, Room) else ()
+        _fill(mask, [part.polygon, *holes], frame, part.id)
+    return mask
+
+
+def _bounds(rings: list[Ring]) -> tuple[float, float, float, float]:
+    if not rings:
+        return 0.0, 0.0, 0.0, 0.0
+    low = np.min([ring.min(axis=0) for ring in rings], axis=0)
+    high = np.max([ring.max(axis=0) for ring in rings], axis=0)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def _fill(mask: npt.NDArray[np.generic], rings: list[Ring], frame: GridFrame, value: int) -> None:
+    """Set the cells whose centre lies inside the rings (even-odd).
+
+    Every column is a scanline through its cells' centres; an edge toggles the first cell below its crossing, and the
+    running parity down the column says what is inside. Spans are half-open, so a vertex counts once and parity closes.
+    """
+    if not rings:
+        return
+    row, col = _crossings(rings, frame)
+    if not len(row):
+        return
+    top, left, right = int(row.min()), int(col.min()), int(col.max()) + 1
+    height, width = (
+        int(row.max()) - top,
+        right - left,
+    )  # what toggles in the last row, or below the grid, paints nothing
+    toggles = np.bincount((row - top) * width + col - left, minlength=(height + 1) * width)
+    parity = toggles.reshape(height + 1, width)[:height].astype(np.uint8) & 1
+    inside = np.bitwise_xor.accumulate(parity, axis=0).view(bool)
+    mask[top : top + height, left:right][inside] = value
+
+
+def _crossings(rings: list[Ring], frame: GridFrame) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Return row and column of each toggle; rows run from 0 to ``rows`` (one below the grid), columns stay on it."""
+    start, end = _edges(rings, frame)
+    rows, cols = frame.shape
+    # columns c with start.x <= c + 0.5 < end.x
+    first, last = np.clip(np.ceil(np.stack([start[:, 0], end[:, 0]]) - 0.5), 0, cols).astype(np.intp)
+    spans = last - first
+    edge = np.repeat(np.arange(len(spans)), spans)
+    col = np.arange(len(edge)) - np.repeat(np.cumsum(spans) - spans - first, spans)
+    with np.errstate(divide="ignore", invalid="ignore"):  # upright edges span no column
+        slope = (end[:, 1] - start[:, 1]) / (end[:, 0] - start[:, 0])
+    crossing = start[edge, 1] + (col + 0.5 - start[edge, 0]) * slope[edge]
+    return np.clip(np.ceil(crossing - 0.5), 0, rows).astype(np.intp), col
+
+
+def _edges(rings: list[Ring], frame: GridFrame) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the two ends (n, 2) of all edges in pixels, the left one first.
+
+    One direction for both neighbours of an edge: they compute the same crossing to the last bit.
+    """
+    ends = [frame.pixels_from_points(ring) for ring in rings]
+    here = np.concatenate(ends)
+    there = np.concatenate([np.roll(ring, -1, axis=0) for ring in ends])
+    swap = (here[:, 0] > there[:, 0])[:, None]
+    return np.where(swap, there, here), np.where(swap, here, there)
