@@ -1,0 +1,187 @@
+"""What a picture of a plan shows and where: areas and words in the plan's metres, for any painter."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from houseexpo.categories import colour
+from houseexpo.plan import DOOR_KINDS, Box, DoorKind, FloorPlan
+
+if TYPE_CHECKING:
+    from PIL.ImageFont import FreeTypeFont
+    from shapely import MultiPolygon, Point, Polygon
+
+INK: Final = "#2f343b"
+PAPER: Final = "#ffffff"
+WALL: Final = "#454b54"
+FLOOR: Final = "#f6f4ef"
+# blue, light blue, amber, magenta: told apart by the colour-blind too
+DOOR_COLOURS: Final[dict[DoorKind, str]] = {
+    "door": "#2f6da8",
+    "opening": "#8fbde0",
+    "entrance": "#e39a1f",
+    "cut": "#c2188f",
+}
+_TINTS: Final[dict[DoorKind, str]] = {
+    "door": "#bdd3e6",
+    "opening": "#dcebf6",
+    "entrance": "#f6ddb3",
+    "cut": "#edb9de",
+}
+
+_WALL_M: Final = 0.15  # walls are drawn this far around the free space; facing sides meet up to 0.3 m
+_LEAF_M: Final = 0.05
+_SMALLEST_PX: Final = 8
+_BARS_M: Final = (0.5, 1, 2, 5, 10, 20, 50)
+
+
+@dataclass(frozen=True)
+class Area:
+    """A filled polygon, metres."""
+
+    shape: Polygon | MultiPolygon
+    fill: str
+
+
+@dataclass(frozen=True)
+class Words:
+    """Lines of text about a point in metres; ``size`` in pixels; centred on the point, or starting there."""
+
+    x: float
+    y: float
+    lines: tuple[str, ...]
+    size: float
+    centred: bool = True
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A picture: ``bounds`` in metres at a scale; later areas cover earlier ones, words cover areas."""
+
+    bounds: Box
+    pixels_per_metre: float
+    areas: tuple[Area, ...]
+    words: tuple[Words, ...]
+
+
+def font(size: float) -> FreeTypeFont:
+    """Return the typeface that comes with Pillow, so that a picture looks the same on every machine."""
+    from PIL import ImageFont
+
+    return ImageFont.load_default(size)  # type: ignore[return-value]  # a FreeTypeFont wherever a size is given
+
+
+def scene(plan: FloorPlan, pixels_per_metre: float | None, size: int) -> Scene:
+    """Lay out the picture of a plan.
+
+    Rooms (or, for a published plan, its label boxes where they meet the free space) in their label's colour, with the
+    label and the area; walls dark; doors by kind; below them a scale bar and the kinds of doors that occur.
+    """
+    x1, y1, x2, y2 = plan.free_space.bounds
+    extent = max(x2 - x1, y2 - y1)
+    # the margins take 4% of the size on each side and a line of text below
+    scale = pixels_per_metre or size * 0.92 / extent
+    text = min(max(0.24 * scale, 9.0), 15.0)
+    margin, line = 0.04 * extent + _WALL_M, 2.2 * text / scale
+    walls = Area(plan.free_space.buffer(_WALL_M, join_style="mitre"), WALL)
+    rooms = list(_rooms(plan)) or list(_boxes(plan))
+    areas = [
+        walls,
+        Area(plan.free_space, FLOOR),
+        *(Area(shape, colour(label)) for label, shape in rooms),
+        *_doors(plan),
+    ]
+    words = [found for label, shape in rooms if (found := _label(label, shape, scale, text, area=bool(plan.rooms)))]
+    bottom = y1 - margin
+    key_areas, key_words, right = _key(plan, (x1, bottom - line / 2), text, scale)
+    bounds = (x1 - margin, bottom - line, max(x2 + margin, right + text / scale), y2 + margin)
+    return Scene(bounds, scale, (*areas, *key_areas), (*words, *key_words))
+
+
+def _rooms(plan: FloorPlan) -> Iterator[tuple[str, Polygon]]:
+    for room in plan.rooms:
+        yield room.label, room.shape
+
+
+def _boxes(plan: FloorPlan) -> Iterator[tuple[str, Polygon | MultiPolygon]]:
+    """Label boxes clipped to the free space, large ones first, so that small ones stay in sight."""
+    import shapely
+
+    boxes = [(label, shapely.box(*found)) for label, several in plan.room_category.items() for found in several]
+    for label, box in sorted(boxes, key=lambda item: -item[1].area):
+        parts = [p for p in shapely.get_parts(plan.free_space.intersection(box)) if p.geom_type == "Polygon"]
+        if parts:
+            yield label, max(parts, key=lambda part: float(part.area))
+
+
+def _doors(plan: FloorPlan) -> Iterator[Area]:
+    import shapely
+
+    for door in plan.doors:
+        yield Area(door.shape, _TINTS[door.kind])
+        yield Area(shapely.LineString(door.segment).buffer(_LEAF_M / 2, cap_style="flat"), DOOR_COLOURS[door.kind])
+
+
+def _label(label: str, shape: Polygon | MultiPolygon, scale: float, size: float, *, area: bool) -> Words | None:
+    """Set a label and the area where the room is wide, on one line or several, as large as fits; None if too small."""
+    centre, clearance = _middle(shape)
+    wide_px = _chord(shape, centre) * scale * 0.92
+    tall_px = 2 * clearance * scale * 0.95
+    extra = (f"{shape.area:.1f} m²",) if area else ()
+    name = label.replace("_", " ")
+    layouts = [(name, *extra), (*name.split(" "), *extra), (name,), tuple(name.split(" "))]  # the first is liked best
+
+    def fits(lines: tuple[str, ...]) -> float:
+        longest = max(font(size).getlength(line) for line in lines)
+        return min(size, size * wide_px / longest, tall_px / (1.2 * len(lines)))
+
+    lines = next((found for found in layouts if fits(found) >= 0.85 * size), max(layouts, key=fits))
+    return Words(centre.x, centre.y, lines, round(fits(lines), 1)) if fits(lines) >= _SMALLEST_PX else None
+
+
+def _middle(shape: Polygon | MultiPolygon) -> tuple[Point, float]:
+    """Return the centroid where there is space about it, else the middle of the widest disc; and the space, metres."""
+    import shapely
+
+    circle = shapely.maximum_inscribed_circle(shape, tolerance=0.05)
+    centroid = shape.centroid
+    space = float(shape.boundary.distance(centroid))
+    if shape.contains(centroid) and space > 0.6 * circle.length:
+        return centroid, space
+    return shapely.Point(circle.coords[0]), float(circle.length)
+
+
+def _chord(shape: Polygon | MultiPolygon, centre: Point) -> float:
+    """Width in metres that is free on both sides of a point alike."""
+    import shapely
+
+    x1, _, x2, _ = shape.bounds
+    across = shape.intersection(shapely.LineString([(x1 - 1, centre.y), (x2 + 1, centre.y)]))
+    for part in shapely.get_parts(across):
+        left, _, right, _ = part.bounds
+        if left <= centre.x <= right:
+            return float(2 * min(centre.x - left, right - centre.x))
+    return 0.0
+
+
+def _key(
+    plan: FloorPlan, start: tuple[float, float], size: float, scale: float
+) -> tuple[list[Area], list[Words], float]:
+    """Scale bar and kinds of doors in a row from a point; the last number is where the row ends, metres."""
+    import shapely
+
+    (x, y), half, em = start, 0.18 * size / scale, size / scale
+    x1, y1, x2, y2 = plan.bbox
+    length = max((bar for bar in _BARS_M if bar <= max(x2 - x1, y2 - y1) / 4), default=_BARS_M[0])
+    areas = [Area(shapely.box(x, y - half, x + length, y + half), INK)]
+    areas += [Area(shapely.box(x + length / 2, y - half * 0.5, x + length - half / 2, y + half * 0.5), PAPER)]
+    entries = [(f"{length:g} m", x + length + 0.5 * em)]
+    for kind in DOOR_KINDS:
+        if any(door.kind == kind for door in plan.doors):
+            left = entries[-1][1] + font(size).getlength(entries[-1][0]) / scale + 1.2 * em
+            areas.append(Area(shapely.box(left, y - half * 1.6, left + em, y + half * 1.6), DOOR_COLOURS[kind]))
+            entries.append((kind, left + 1.4 * em))
+    words = [Words(at, y, (text,), size, centred=False) for text, at in entries]
+    return areas, words, entries[-1][1] + font(size).getlength(entries[-1][0]) / scale
