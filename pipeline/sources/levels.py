@@ -1,0 +1,151 @@
+"""Find the levels of a z-up mesh.
+
+R1  A floor is a level surface with room to stand on and 1.8 m of wall around and clear height above it
+    (``floors.find_floors``): slabs, ceilings, table tops, sills and wall tops have area too and are none.
+R2  Walls without a floor are a house of one level that begins at the foot of the walls; such a level may also lie
+    below the lowest floor, where a full storey of walls goes down from it.
+R3  Walls may be looked at up to the underside of what closes the level: the next floor's slab, a roof slab, else the
+    top of the walls. A hung ceiling above which the walls go on does not close it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from shapely import MultiPolygon, Polygon
+
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.floor_area import floor_area
+from pipeline.sources.floors import CLEAR_M, FloorSurface, Layer, find_floors, find_layers
+from pipeline.sources.plan_grid import PlanGrid
+from pipeline.sources.surfaces import Bools, Surfaces, WallProfile, weighted_quantile
+from pipeline.values import Mesh
+
+BELOW_M = 0.3  # faces this far under the floor stay with the level
+MARGIN_M = 0.05  # the last height stays this far under what closes the level
+SLAB_M = 0.65  # the thickest slab between two storeys
+WALL_SHARE = 0.2  # of a storey's wall length; where less goes on, its walls have ended
+SHORTEST_WALLS_M = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class FoundLevel:
+    """One level of a mesh: ``walls`` with the floor at z = 0; ``floor_z`` and ``ceiling_m`` (above it) in metres."""
+
+    floor_z: float
+    ceiling_m: float
+    walls: Mesh
+    floor: Polygon | MultiPolygon | None
+
+
+def find_levels(mesh: Mesh) -> tuple[FoundLevel, ...]:
+    """Return the levels of a z-up mesh in metres, from the lowest to the highest.
+
+    Raises
+    ------
+    Rejection
+        NO_LEVEL where no wall of 1.8 m stands.
+    """
+    surfaces = Surfaces.of(mesh)
+    walls = surfaces.walls()
+    profile = WallProfile.of(surfaces, walls) if walls.any() else None
+    foot = _foot(surfaces, walls, profile) if profile else None
+    if profile is None or foot is None:
+        detail = f"no wall of {CLEAR_M} m stands among the {len(mesh.faces):,} faces"
+        raise Rejection("source", Reason.NO_LEVEL, detail, "check the up axis and the units, or give --up and --units")
+    grid = PlanGrid.over(*wall_bounds(surfaces, walls))
+    layers = find_layers(surfaces, grid)
+    floors: list[FloorSurface | None] = list(find_floors(surfaces, walls, layers, grid))
+    heights = [floor.layer.top for floor in floors if floor]
+    if not heights or foot < heights[0] - CLEAR_M:  # R2
+        floors, heights = [None, *floors], [foot, *heights]
+    found = []
+    for floor, height in zip(floors, heights, strict=True):
+        around = _profile_around(surfaces, walls, floor, grid) if len(heights) > 1 else profile
+        ceiling = _ceiling(around, layers, floor, height, _next_floor(floor, height, floors))
+        part = mesh if len(heights) == 1 else _slice(surfaces, height - BELOW_M, height + ceiling)
+        area = floor_area(surfaces.triangles(floor.faces)[:, :, :2], floor.region, grid) if floor else None
+        found.append(FoundLevel(height, ceiling, _lowered(part, height), area))
+    return tuple(found)
+
+
+def wall_bounds(surfaces: Surfaces, walls: Bools) -> tuple[np.ndarray, np.ndarray]:
+    """Plan bounds (x, y) low and high of all but half a percent of the wall area on each side."""
+    low, high, area = surfaces.low[walls, :2], surfaces.high[walls, :2], surfaces.area[walls]
+    ends = [[weighted_quantile(low[:, i], area, 0.005), weighted_quantile(high[:, i], area, 0.995)] for i in (0, 1)]
+    bounds = np.asarray(ends).T
+    return bounds[0], bounds[1]
+
+
+def _foot(surfaces: Surfaces, walls: Bools, profile: WallProfile) -> float | None:
+    """Return the exact height at which half of the usual wall length begins; None where no storey of walls stands."""
+    usual = float(np.median(profile.length[profile.length > 0.1 * profile.length.max()]))
+    if usual < SHORTEST_WALLS_M:
+        return None
+    standing = np.flatnonzero(profile.length >= usual / 2)
+    bottom, top = profile.edges[standing[0]], profile.edges[standing[-1] + 1]
+    if top - bottom < CLEAR_M:
+        return None
+    low = surfaces.low[walls, 2]
+    near = np.abs(low - bottom) < 0.02
+    return weighted_quantile(low[near], surfaces.area[walls][near], 0.5) if near.any() else float(bottom)
+
+
+def _profile_around(surfaces: Surfaces, walls: Bools, floor: FloorSurface | None, grid: PlanGrid) -> WallProfile:
+    """Profile of the walls that stand in or around a floor: in a split level, those of its own half."""
+    if floor is None:
+        return WallProfile.of(surfaces, walls)
+    middle = (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2
+    return WallProfile.of(surfaces, walls & grid.at(grid.grown(floor.region, 0.5), middle))
+
+
+def _next_floor(floor: FloorSurface | None, height: float, floors: list[FloorSurface | None]) -> float | None:
+    """Height of the next floor over this one; in a split level the neighbour half a storey up is not over it."""
+    for other in floors:
+        if other and other.layer.top >= height + CLEAR_M:
+            shared = np.count_nonzero(other.region & floor.region) if floor else 0
+            if floor is None or shared >= 0.25 * min(np.count_nonzero(floor.region), np.count_nonzero(other.region)):
+                return other.layer.top
+    return None
+
+
+def _ceiling(
+    profile: WallProfile, layers: list[Layer], floor: FloorSurface | None, height: float, above: float | None
+) -> float:
+    """R3: height above the floor up to which this level's walls may be looked at."""
+    end = above if above is not None else min(_top(profile, height), profile.top)
+    region = floor.region if floor else None
+    size = np.count_nonzero(region) if region is not None else 0
+    covers = [
+        layer
+        for layer in layers
+        if height + CLEAR_M < layer.top <= end + 0.07
+        and (region is None or np.count_nonzero(layer.cells & region) >= size / 2)
+    ]
+    closing = [cover for cover in covers if end - cover.top > SLAB_M or end - cover.top < 0.1]
+    if not closing:  # sheets, or walls open above; a hung ceiling closes nothing
+        return float(end - height - (MARGIN_M if above is not None else 0.0))
+    slab = closing[0]
+    lower = [cover.bottom for cover in covers if slab.top - SLAB_M <= cover.bottom < slab.bottom]
+    thin = slab.top - slab.bottom < 0.02
+    underside = lower[-1] if thin and lower else slab.bottom
+    return float(max(underside - MARGIN_M, height + CLEAR_M) - height)
+
+
+def _top(profile: WallProfile, height: float) -> float:
+    """Height at which the walls that stand on a floor have ended, all but a chimney or a gable's tip."""
+    usual = float(np.median(profile.between(height + 0.3, height + CLEAR_M)))
+    over = (profile.edges[:-1] >= height + CLEAR_M - 0.1) & (profile.length < WALL_SHARE * usual)
+    return float(profile.edges[np.flatnonzero(over)[0]] if over.any() else profile.edges[-1])
+
+
+def _slice(surfaces: Surfaces, low: float, high: float) -> Mesh:
+    """Faces that touch the heights from low to high, with only their own vertices."""
+    touched = (surfaces.low[:, 2] <= high) & (surfaces.high[:, 2] >= low)
+    used, faces = np.unique(surfaces.mesh.faces[touched], return_inverse=True)
+    return Mesh(surfaces.mesh.vertices[used], faces.reshape(-1, 3).astype(np.int64))
+
+
+def _lowered(mesh: Mesh, height: float) -> Mesh:
+    return Mesh(mesh.vertices - (0.0, 0.0, height), mesh.faces)

@@ -1,0 +1,99 @@
+"""Mesh files (.ply .obj .glb .gltf .stl .dae .off): one file or a folder of them, each the levels of a house.
+
+Frames: a z-up mesh keeps x = X, y = Y. A y-up one is turned upright by a quarter turn about X: x = X, y = -Z, height Y,
+so that a chiral house stays what it is. A model that stands far from its origin is moved near; the way back is in the
+level's frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from houseexpo.errors import ConfigError
+from houseexpo.plan import Frame
+from pipeline.sources.levels import FoundLevel, find_levels
+from pipeline.sources.mesh_load import SUFFIXES, convention, load_triangles
+from pipeline.sources.naming import base_id, level_id, list_files, sha256
+from pipeline.sources.units import UNITS, UPS, Frame3D, detect
+from pipeline.values import Input, Level, Mesh
+
+FAR_M = 500.0  # beyond this a model is moved near its origin, for the float32 of those who cut it
+CHOICES = {"up": ("auto", *UPS), "units": ("auto", *UNITS)}
+
+
+def find(path: str, **options: str) -> Iterator[Input]:
+    """List the mesh files at or under a path; options ``up`` (auto, y, z) and ``units`` (auto, m, cm, mm, in, ft).
+
+    Raises
+    ------
+    ConfigError
+        Where an option or its value is unknown.
+    Rejection
+        MISSING_FILE where the path does not exist.
+    """
+    for option, value in options.items():
+        if option not in CHOICES or value not in CHOICES[option]:
+            known = ", ".join(CHOICES.get(option, tuple(CHOICES)))
+            raise ConfigError(f"mesh files: {option}={value!r} is unknown; expected one of {known}")
+    for file, name in list_files(path, SUFFIXES):
+        yield Input(base_id(name), "mesh_file", str(file), options=tuple(sorted({**options, "file": name}.items())))
+
+
+def read(item: Input) -> Iterator[Level]:
+    """Yield the levels of one mesh file, from the lowest to the highest.
+
+    Raises
+    ------
+    Rejection
+        Where the file cannot be read, is no house in any known unit, or has no level.
+    """
+    options = dict(item.options)
+    path = Path(item.path)
+    raw = load_triangles(path)
+    found = detect(raw, convention(path), options.get("up", "auto"), options.get("units", "auto"), path.name)
+    upright, shift = _near(_upright(raw, found))
+    levels = find_levels(upright)
+    provenance = {
+        "source": "mesh",
+        "file": options.get("file", path.name),
+        "sha256": sha256(path),
+        "units": found.units,
+        "up": found.up,
+    }
+    for number, level in enumerate(levels):
+        yield Level(
+            id=level_id(item.id, number, len(levels)),
+            walls=level.walls,
+            ceiling_m=level.ceiling_m,
+            frame=_frame(level, found, shift, number),
+            floor=level.floor,
+            provenance=provenance,
+        )
+
+
+def _upright(raw: Mesh, found: Frame3D) -> Mesh:
+    """Turn a mesh z-up and scale it to metres."""
+    points = raw.vertices * found.metres
+    if found.up == "y":
+        points = np.column_stack([points[:, 0], -points[:, 2], points[:, 1]])
+    return Mesh(points, raw.faces)
+
+
+def _near(mesh: Mesh) -> tuple[Mesh, tuple[float, float, float]]:
+    """Move a far model by whole metres; return how far it was moved."""
+    middle = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
+    if np.abs(middle).max() < FAR_M:
+        return mesh, (0.0, 0.0, 0.0)
+    x, y, z = (float(value) for value in np.round(middle))
+    return Mesh(mesh.vertices - (x, y, z), mesh.faces), (x, y, z)
+
+
+def _frame(level: FoundLevel, found: Frame3D, shift: tuple[float, float, float], number: int) -> Frame:
+    x, y, z = shift
+    floor = level.floor_z + z
+    if found.up == "y":
+        return Frame(((1.0, 0.0, x), (0.0, -1.0, -y)), "y", floor, number)
+    return Frame(((1.0, 0.0, x), (0.0, 1.0, y)), "z", floor, number)

@@ -1,0 +1,63 @@
+"""Ids and file lists that every file source shares (FORMAT.md "Ids")."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import unicodedata
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from pipeline.rejection import Reason, Rejection
+
+
+def slug(text: str) -> str:
+    """Lower-case ASCII letters, digits and single underscores: what an id may hold."""
+    plain = unicodedata.normalize("NFKD", text.replace("ß", "ss")).encode("ascii", "ignore").decode()
+    return re.sub(r"[^a-z0-9]+", "_", plain.lower()).strip("_") or "house"
+
+
+def level_id(base: str, level: int, n_levels: int) -> str:
+    """Return ``base`` itself where the house has one level, else with the level's number."""
+    return base if n_levels == 1 else f"{base}_L{level}"
+
+
+def list_files(path: str, suffixes: Iterable[str]) -> Iterator[tuple[Path, str]]:
+    """Yield (file, relative name) for each file with one of the suffixes, sorted by relative name.
+
+    The name is relative to the SOURCE given; a single file carries its folder's name. A single file is listed even
+    where it is missing, so that the batch records it as one rejection.
+
+    Raises
+    ------
+    Rejection
+        Where ``path`` has no such suffix and is no folder.
+    """
+    known = frozenset(suffixes)
+    source = Path(path)
+    if source.is_dir():
+        files = (file for file in source.rglob("*") if file.suffix.lower() in known and file.is_file())
+        yield from sorted(((file, file.relative_to(source).as_posix()) for file in files), key=lambda pair: pair[1])
+    elif source.suffix.lower() in known:
+        yield source, f"{source.absolute().parent.name}/{source.name}".lstrip("/")
+    elif not source.exists():
+        raise Rejection("source", Reason.MISSING_FILE, f"{source.name} does not exist", "check the path")
+
+
+def base_id(name: str) -> str:
+    """Slug of a relative file name without its suffix."""
+    return slug(Path(name).with_suffix("").as_posix())
+
+
+def sha256(path: Path) -> str:
+    """SHA-256 of the file's bytes, in hex digits."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def check_file(path: Path) -> None:
+    """Raise Rejection where there is no file, or nothing in it."""
+    if not path.is_file():
+        raise Rejection("source", Reason.MISSING_FILE, f"{path.name} is no file", "check the path")
+    if path.stat().st_size == 0:
+        raise Rejection("source", Reason.EMPTY, f"{path.name} has 0 bytes", "export or copy it again")
