@@ -1,1 +1,54 @@
-"""Where houses come from: each reader yields the levels of a house."""
+"""Where houses come from: each reader yields the levels of a house; ``find`` tells which reader opens a SOURCE."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import cast
+
+from houseexpo.errors import ConfigError
+from pipeline.rejection import Rejection
+from pipeline.values import Input, Reader
+
+_OPTIONS = {"mesh_file": ("up", "units"), "ifc": ("furniture",), "suncg": ("furniture",), "generated": ("seed",)}
+"""The readers, and which of a build's options each of them takes."""
+
+
+def find(source: str, **options: str) -> Iterator[Input]:
+    """List what there is to read at a SOURCE; each reader gets those of the options that it takes.
+
+    A SUNCG root is a folder with ``house`` and ``room`` in it; any other folder may hold mesh and IFC files side by
+    side. A file that is missing is listed if its suffix says what it should be: its reader then rejects it.
+
+    Raises
+    ------
+    ConfigError
+        Where no reader knows the source, or a folder holds nothing that one does.
+    """
+    found = False
+    for name in _readers(source):
+        chosen = {key: value for key, value in options.items() if key in _OPTIONS[name]}
+        try:
+            for item in reader(name).find(source, **chosen):
+                found = True
+                yield item
+        except Rejection as rejection:
+            raise ConfigError(f"source {source!r}: {rejection.detail}; {rejection.advice}") from None
+    if not found:
+        expected = "a mesh (.ply .obj .glb .gltf .stl .dae .off), an .ifc file, a folder of these, a SUNCG root"
+        found_ = "nothing of the kind in it" if Path(source).is_dir() else "none of them"
+        raise ConfigError(f"source {source!r}: expected {expected} or procedural:COUNT, found {found_}")
+
+
+def reader(name: str) -> Reader:
+    """Return the reader of that name: it is loaded only where it is needed."""
+    return cast("Reader", import_module(f"pipeline.sources.{name}"))
+
+
+def _readers(source: str) -> tuple[str, ...]:
+    if source.startswith("procedural:"):
+        return ("generated",)
+    if all((Path(source) / part).is_dir() for part in ("house", "room")):
+        return ("suncg",)
+    return ("ifc", "mesh_file")

@@ -1,0 +1,50 @@
+# Two commands do all the set-up: `make dataset` and `make test`. Both make .venv themselves when it is absent.
+
+PYTHON  ?= python3
+VENV    := .venv
+BIN     := $(VENV)/bin
+DATASET ?= datasets/demo
+PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
+
+.DEFAULT_GOAL := help
+.PHONY: help setup dataset test test-all check bench clean
+
+help: ## show this list
+	@printf '\n  \033[1mHouseExpo\033[0m: 3D houses in, 2D floor plans out\n\n'
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  \033[36mmake %-9s\033[0m %s\n", $$1, $$2}' Makefile
+	@echo
+
+setup: $(VENV)/installed ## make .venv with the pinned versions
+
+$(VENV)/installed: pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "houseexpo needs Python 3.11 or newer, found $$($(PYTHON) --version 2>&1). Try: make setup PYTHON=python3.12"; exit 1; }
+	@echo "-- making $(VENV) with $$($(PYTHON) --version)"
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) || \
+	  { echo "python3 has no venv; on Debian and Ubuntu: apt-get install python3-venv"; exit 1; }
+	@echo "-- installing the pinned versions (a few minutes the first time)"
+	@$(PIP) setuptools
+	@$(PIP) --no-build-isolation -e '.[ifc,dev]'
+	@echo "-- installed; the command is $(BIN)/houseexpo"
+	@touch $@
+
+dataset: setup ## build the demo data set: 300 houses made by the project, into datasets/demo
+	@$(BIN)/houseexpo build --config data_manifests/demo.toml --out $(DATASET)
+
+test: setup ## run the tests (under 5 minutes on two cores)
+	@$(BIN)/python -m pytest -q -m 'not slow'
+
+test-all: setup ## run the slow tests too
+	@$(BIN)/python -m pytest -q
+
+check: setup ## lint, formatting, types and the arrows between packages
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports --no-logo
+
+bench: setup ## measure speed and quality; prints the tables of the README
+	@$(BIN)/python -m pytest -q -s tests/benchmarks --benchmarks
+
+clean: ## remove what was built; data sets stay
+	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis

@@ -1,0 +1,140 @@
+"""Manifests: a TOML file says what goes into a build and with which parameters; whatever it does not say is the default.
+
+::
+
+    [build]                        # what the command line can say too; the command line wins
+    sources = ["houses/", "procedural:300"]
+    seed = 2019
+
+    [planes]                       # one table a stage, as in pipeline.config
+    door_m = 0.25
+"""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any, Literal, TypeVar, get_type_hints
+
+import msgspec
+
+from houseexpo.errors import ConfigError
+from pipeline.config import PipelineConfig
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class BuildOptions:
+    """What goes in. ``up`` and ``units`` are for mesh files; "auto" is what is detected."""
+
+    sources: tuple[str, ...] = ()
+    seed: int = 0
+    limit: int | None = None
+    up: Literal["auto", "y", "z"] = "auto"
+    units: Literal["auto", "m", "cm", "mm", "in", "ft"] = "auto"
+    furniture: bool = False
+
+
+@dataclass(frozen=True)
+class LimitsConfig:
+    """What one house may take; beyond it, it is rejected."""
+
+    seconds: float = 300.0
+    memory_gb: float = 4.0
+
+
+@dataclass(frozen=True)
+class BuildConfig:
+    """Everything that a build depends on, but its inputs."""
+
+    build: BuildOptions = field(default_factory=BuildOptions)
+    limits: LimitsConfig = field(default_factory=LimitsConfig)
+    stages: PipelineConfig = field(default_factory=PipelineConfig)
+
+    def parameters(self) -> dict[str, Any]:
+        """Return what the plans depend on, as plain values: stored with the output, and hashed."""
+        options = asdict(self.build)
+        chosen = {name: options[name] for name in ("seed", "up", "units", "furniture")}
+        return {"build": chosen, "limits": asdict(self.limits), **asdict(self.stages)}
+
+    def digest(self) -> str:
+        """SHA-256 of the parameters, in hex digits."""
+        return hashlib.sha256(msgspec.json.encode(self.parameters(), order="deterministic")).hexdigest()
+
+
+def load_config(path: Path) -> BuildConfig:
+    """Read a manifest; its relative sources count from its own folder.
+
+    Raises
+    ------
+    ConfigError
+        Where it cannot be read, names an unknown key or gives a value of the wrong type.
+    """
+    tables = load_toml(path)
+    own = {name: tables.pop(name) for name in ("build", "limits") if name in tables}
+    stages = fill(PipelineConfig, tables, path, beside=("build", "limits"))
+    config = fill(BuildConfig, own, path)
+    sources = tuple(_from_here(source, path.parent) for source in config.build.sources)
+    return replace(config, build=replace(config.build, sources=sources), stages=stages)
+
+
+def load_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file; ConfigError says where it is not one."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read ({error.strerror}); check the path") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: expected TOML, found {error}") from None
+
+
+def fill(kind: type[T], table: Any, path: Path, at: str = "", beside: Iterable[str] = ()) -> T:
+    """Make a dataclass from a TOML table, dataclasses within it included.
+
+    Parameters
+    ----------
+    at
+        Full name of the table, "" for the file itself.
+    beside
+        Keys that the file may have beside the dataclass's own; they are only suggested.
+    """
+    if not isinstance(table, Mapping):
+        raise ConfigError(f"{path}: {at}: expected a table, found {table!r}; write it as [{at}]")
+    hints = get_type_hints(kind)
+    known = [f.name for f in fields(kind)]  # type: ignore[arg-type]  # callers pass dataclasses
+    values = {}
+    for key, value in table.items():
+        name = f"{at}.{key}" if at else key
+        if key not in known:
+            raise ConfigError(f"{path}: unknown key '{name}'; {_nearest(key, [*known, *beside], at)}")
+        hint = hints[key]
+        values[key] = fill(hint, value, path, name) if is_dataclass(hint) else _checked(value, hint, path, name)
+    return kind(**values)
+
+
+def _nearest(key: str, known: list[str], at: str) -> str:
+    near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)
+    return f"did you mean '{at}.{near[0]}'?" if at else f"did you mean '{near[0]}'?"
+
+
+def _checked(value: Any, hint: Any, path: Path, name: str) -> Any:
+    try:
+        found = msgspec.convert(value, hint)
+    except msgspec.ValidationError as error:
+        text = str(error)
+        raise ConfigError(f"{path}: {name} = {value!r}: {text[0].lower()}{text[1:]}") from None
+    if isinstance(found, float) and not (math.isfinite(found) and found >= 0):
+        raise ConfigError(f"{path}: {name} = {value!r}: expected a finite number of at least 0")
+    if isinstance(found, int) and not isinstance(found, bool) and found < (0 if name.endswith("seed") else 1):
+        raise ConfigError(f"{path}: {name} = {value!r}: expected at least {0 if name.endswith('seed') else 1}")
+    return found
+
+
+def _from_here(source: str, folder: Path) -> str:
+    return source if source.startswith("procedural:") else str(folder / source)
