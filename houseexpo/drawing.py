@@ -98,6 +98,8 @@ def _frame(layout: Scene, pixels_per_metre: float) -> GridFrame:
 
 def _painted(layout: Scene) -> Image:
     """Fill the areas on a finer grid and average it: exact to a ninth of a pixel."""
+    import cv2
+
     coarse = _frame(layout, layout.pixels_per_metre)
     rows, cols = (side * _OVERSAMPLING for side in coarse.shape)
     fine = GridFrame(coarse.origin_m, coarse.pixels_per_metre * _OVERSAMPLING, (rows, cols), y_up=True)
@@ -105,10 +107,8 @@ def _painted(layout: Scene) -> Image:
     index = np.zeros(fine.shape, dtype=np.uint16)
     for i, area in enumerate(layout.areas, start=1):
         fill(index, area.shape, fine, i)
-    image = np.array([_rgb(colour) for colour in palette], dtype=np.float32)[index]
-    blocks = image.reshape(coarse.shape[0], _OVERSAMPLING, coarse.shape[1], _OVERSAMPLING, 3)
-    averaged: Image = np.rint(blocks.mean(axis=(1, 3))).astype(np.uint8)
-    return averaged
+    image = np.array([_rgb(colour) for colour in palette], dtype=np.uint8)[index]
+    return np.asarray(cv2.resize(image, coarse.shape[::-1], interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
 def _with_words(image: Image, layout: Scene) -> Image:

@@ -266,6 +266,12 @@ class FloorPlan(_Value):
         centre = self.free_space.centroid
         return self.moved(-centre.x, -centre.y)
 
+    def _repr_svg_(self) -> str:
+        """Show the plan in a notebook."""
+        from houseexpo.drawing import svg
+
+        return svg(self, size=480)
+
     def __repr__(self) -> str:
         x1, y1, x2, y2 = self.bbox
         parts = [f"{self.area:.1f} m2", f"{x2 - x1:.1f} x {y2 - y1:.1f} m", f"{len(self.verts)} vertices"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from houseexpo.categories import colour
@@ -12,6 +12,7 @@ from houseexpo.plan import DOOR_KINDS, Box, DoorKind, FloorPlan
 if TYPE_CHECKING:
     from PIL.ImageFont import FreeTypeFont
     from shapely import MultiPolygon, Point, Polygon
+    from shapely.geometry.base import BaseGeometry
 
 INK: Final = "#2f343b"
 PAPER: Final = "#ffffff"
@@ -34,6 +35,7 @@ _TINTS: Final[dict[DoorKind, str]] = {
 _WALL_M: Final = 0.15  # walls are drawn this far around the free space; facing sides meet up to 0.3 m
 _LEAF_M: Final = 0.05
 _SMALLEST_PX: Final = 8
+_SAME_ROOM: Final = 0.7  # boxes that overlap by more (intersection over union) are one room under several labels
 _BARS_M: Final = (0.5, 1, 2, 5, 10, 20, 50)
 
 
@@ -43,6 +45,14 @@ class Area:
 
     shape: Polygon | MultiPolygon
     fill: str
+
+
+@dataclass(frozen=True)
+class _Space:
+    """A room, or what a published plan tells of one."""
+
+    labels: tuple[str, ...]
+    shape: Polygon
 
 
 @dataclass(frozen=True)
@@ -87,33 +97,49 @@ def scene(plan: FloorPlan, pixels_per_metre: float | None, size: int) -> Scene:
     margin, line = 0.04 * extent + _WALL_M, 2.2 * text / scale
     walls = Area(plan.free_space.buffer(_WALL_M, join_style="mitre"), WALL)
     rooms = list(_rooms(plan)) or list(_boxes(plan))
-    areas = [
-        walls,
-        Area(plan.free_space, FLOOR),
-        *(Area(shape, colour(label)) for label, shape in rooms),
-        *_doors(plan),
-    ]
-    words = [found for label, shape in rooms if (found := _label(label, shape, scale, text, area=bool(plan.rooms)))]
+    floors = [Area(room.shape, colour(room.labels[0])) for room in rooms]
+    areas = [walls, Area(plan.free_space, FLOOR), *floors, *_doors(plan)]
+    words = [found for room in rooms if (found := _label(room, scale, text, area=bool(plan.rooms)))]
     bottom = y1 - margin
     key_areas, key_words, right = _key(plan, (x1, bottom - line / 2), text, scale)
     bounds = (x1 - margin, bottom - line, max(x2 + margin, right + text / scale), y2 + margin)
     return Scene(bounds, scale, (*areas, *key_areas), (*words, *key_words))
 
 
-def _rooms(plan: FloorPlan) -> Iterator[tuple[str, Polygon]]:
-    for room in plan.rooms:
-        yield room.label, room.shape
+def _rooms(plan: FloorPlan) -> list[_Space]:
+    return [_Space((room.label,), room.shape) for room in plan.rooms]
 
 
-def _boxes(plan: FloorPlan) -> Iterator[tuple[str, Polygon | MultiPolygon]]:
-    """Label boxes clipped to the free space, large ones first, so that small ones stay in sight."""
+def _boxes(plan: FloorPlan) -> list[_Space]:
+    """Label boxes where they meet the free space; small ones lie on large ones, boxes of one room share their words."""
     import shapely
 
     boxes = [(label, shapely.box(*found)) for label, several in plan.room_category.items() for found in several]
-    for label, box in sorted(boxes, key=lambda item: -item[1].area):
-        parts = [p for p in shapely.get_parts(plan.free_space.intersection(box)) if p.geom_type == "Polygon"]
-        if parts:
-            yield label, max(parts, key=lambda part: float(part.area))
+    whole: list[Polygon] = []
+    spaces: list[_Space] = []
+    for label, box in sorted(boxes, key=lambda item: float(item[1].area)):
+        part = _largest(plan.free_space.intersection(box))
+        if part is None:
+            continue
+        twin = next((i for i, other in enumerate(whole) if _overlap(part, other) > _SAME_ROOM), None)
+        if twin is not None:
+            spaces[twin] = replace(spaces[twin], labels=(*spaces[twin].labels, label))
+        elif (seen := _largest(part.difference(shapely.union_all(whole)))) is not None:
+            whole.append(part)
+            spaces.append(_Space((label,), seen))
+    return spaces
+
+
+def _largest(shape: BaseGeometry) -> Polygon | None:
+    import shapely
+
+    parts = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon" and not part.is_empty]
+    return max(parts, key=lambda part: float(part.area), default=None)
+
+
+def _overlap(one: Polygon, other: Polygon) -> float:
+    common = float(one.intersection(other).area)
+    return common / (float(one.area) + float(other.area) - common)
 
 
 def _doors(plan: FloorPlan) -> Iterator[Area]:
@@ -124,14 +150,15 @@ def _doors(plan: FloorPlan) -> Iterator[Area]:
         yield Area(shapely.LineString(door.segment).buffer(_LEAF_M / 2, cap_style="flat"), DOOR_COLOURS[door.kind])
 
 
-def _label(label: str, shape: Polygon | MultiPolygon, scale: float, size: float, *, area: bool) -> Words | None:
+def _label(room: _Space, scale: float, size: float, *, area: bool) -> Words | None:
     """Set a label and the area where the room is wide, on one line or several, as large as fits; None if too small."""
-    centre, clearance = _middle(shape)
-    wide_px = _chord(shape, centre) * scale * 0.92
+    centre, clearance = _middle(room.shape)
+    wide_px = _chord(room.shape, centre) * scale * 0.92
     tall_px = 2 * clearance * scale * 0.95
-    extra = (f"{shape.area:.1f} m²",) if area else ()
-    name = label.replace("_", " ")
-    layouts = [(name, *extra), (*name.split(" "), *extra), (name,), tuple(name.split(" "))]  # the first is liked best
+    extra = (f"{room.shape.area:.1f} m2",) if area else ()  # Pillow's typeface has no raised 2
+    name = " / ".join(room.labels).replace("_", " ")
+    stack = name.split(" / ") if " / " in name else name.split(" ")
+    layouts = [(name, *extra), (*stack, *extra), (name,), tuple(stack)]  # the first is liked best
 
     def fits(lines: tuple[str, ...]) -> float:
         longest = max(font(size).getlength(line) for line in lines)
@@ -141,7 +168,7 @@ def _label(label: str, shape: Polygon | MultiPolygon, scale: float, size: float,
     return Words(centre.x, centre.y, lines, round(fits(lines), 1)) if fits(lines) >= _SMALLEST_PX else None
 
 
-def _middle(shape: Polygon | MultiPolygon) -> tuple[Point, float]:
+def _middle(shape: Polygon) -> tuple[Point, float]:
     """Return the centroid where there is space about it, else the middle of the widest disc; and the space, metres."""
     import shapely
 
@@ -153,8 +180,8 @@ def _middle(shape: Polygon | MultiPolygon) -> tuple[Point, float]:
     return shapely.Point(circle.coords[0]), float(circle.length)
 
 
-def _chord(shape: Polygon | MultiPolygon, centre: Point) -> float:
-    """Width in metres that is free on both sides of a point alike."""
+def _chord(shape: Polygon, centre: Point) -> float:
+    """Return the width that a point leaves free, as much on its left as on its right, metres."""
     import shapely
 
     x1, _, x2, _ = shape.bounds
