@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+import pytest
+
+from houseexpo.categories import GROUPS, LABELS, UNLABELLED, canonical, colour, group
+
+
+def test_the_table_is_whole():
+    assert len(set(LABELS)) == 25
+    assert {group(label) for label in LABELS} == set(GROUPS)
+    assert len({colour(label) for label in (*LABELS, UNLABELLED)}) == 26
+
+
+@pytest.mark.parametrize(
+    ("word", "label"),
+    [
+        ("Living_Room", "Living_Room"),
+        ("LivingRoom", "Living_Room"),
+        ("living room", "Living_Room"),
+        ("BOILER-ROOM", "Boiler_room"),
+        ("passenger elevator", "Passenger_elevator"),
+        (" Hall ", "Hall"),
+        ("Hallways", None),
+        ("WC", None),
+        ("", None),
+        (UNLABELLED, None),
+    ],
+)
+def test_spellings(word, label):
+    assert canonical(word) == label
+
+
+def test_every_label_spells_itself():
+    assert [canonical(label) for label in LABELS] == list(LABELS)
+
+
+def test_words_without_a_group_are_indoor():
+    assert group(UNLABELLED) == group("indoor") == "indoor"
+    assert group("Toilet") == "bathroom"
