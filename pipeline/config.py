@@ -22,6 +22,7 @@ class LayoutConfig:
 
     area_m2: float = 2.0  # a scene that encloses less has no layout
     gap_m: float = 1.5  # the widest gap of full height that two wall ends close
+    beam_m: float = 4.0  # a lintel that bridges more is a beam in a room, and no boundary
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 from shapely import MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan import DoorKind, Frame
+from pipeline.geometry.bridges import Bridge
 from pipeline.rejection import Rejection
 
 
@@ -122,3 +124,50 @@ class Passage:
     polygon: Polygon
     kind: DoorKind
     outside: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Planes:
+    """Stage ``planes``: what stands at the door plane, and what closes its gaps at other heights.
+
+    ``door`` is P_d. ``low`` (sills, feet of parapets), ``high`` (lintels) and ``rails`` (between) are disjoint from it.
+    ``tall`` is the part of P_d that stands from the floor to above a person's head: walls, not furniture.
+    """
+
+    door: BaseGeometry
+    low: BaseGeometry
+    high: BaseGeometry
+    rails: BaseGeometry
+    tall: BaseGeometry
+    heights: Mapping[str, float | list[float]]
+
+
+CloserKind: TypeAlias = Literal["lintel", "sill", "gap", "rail", "boundary"]
+
+
+@dataclass(frozen=True, eq=False)
+class Closer:
+    """A piece of the closed plane P_g that does not stand in the door plane P_d.
+
+    ``bridge`` is the straight strip that it is, from one space's face to the other's; a piece without one (a corner
+    between two lintels, the boundary of an open house) closes, but nobody passes it.
+    """
+
+    polygon: Polygon
+    kind: CloserKind
+    bridge: Bridge | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Stage ``layout``: the closed plane, its pieces, and the spaces it closes (largest first).
+
+    The ``sides`` of a closer's bridge are indices into ``rooms``, or OUTSIDE. ``boundary`` is "floor" or "wall_ends"
+    where an open house was given one, else None.
+    """
+
+    door: BaseGeometry
+    ground: BaseGeometry
+    closers: tuple[Closer, ...]
+    rooms: tuple[Polygon, ...]
+    boundary: str | None

@@ -1,0 +1,84 @@
+"""A boundary for a house that its walls leave open."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.gaps import gap_at, wall_ends
+from pipeline.geometry.overlay import polygons_of, subtract, united
+from pipeline.geometry.regions import enclosed, opened
+from pipeline.geometry.walls import thicken
+
+BAND_M = 0.1
+NEAR_M = 0.25
+WALLED = 0.5
+"""At least this share of an open room's edge has to be wall; a slab in a garden is no room."""
+FARTHEST_M = 10.0
+
+
+def from_floor(floor: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon], least_m2: float) -> list[Polygon]:
+    """Bands along the edges of the floor slab where it is open.
+
+    ``ground`` is the closed plane so far and ``rooms`` what it encloses. An open part of the floor is a room that lacks a
+    wall if it has ``least_m2`` and walls along half of its edge. The band lies outside the slab, so that all of the
+    slab stays free.
+    """
+    open_floor = subtract(floor, united([ground, *rooms]))
+    bands: list[Polygon] = []
+    near_walls = shapely.buffer(ground, NEAR_M, quad_segs=2)
+    for part in polygons_of(opened(open_floor, 0.5)):
+        edge = part.exterior
+        if part.area < least_m2 or shapely.intersection(edge, near_walls).length < WALLED * edge.length:
+            continue
+        bare = shapely.difference(edge, shapely.buffer(ground, 0.02, quad_segs=2))
+        band = thicken(bare, 2 * BAND_M)
+        bands += polygons_of(subtract(band, united([floor, ground])))
+    return bands
+
+
+def from_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
+    """Straight closings between wall ends, shortest first, each kept if it encloses ``least_m2`` more."""
+    ends = list(wall_ends(tall))
+    straight = [gap_at(end, ground, FARTHEST_M) for end in ends]
+    slanted = [_between(a.a + a.b, b.a + b.b, ground) for a, b in combinations(ends, 2)]
+    candidates = sorted((c for c in straight + slanted if c is not None), key=lambda c: (round(c.length, 6), c.bounds))
+    kept: list[Polygon] = []
+    so_far = enclosed_area(ground)
+    hull = shapely.convex_hull(tall).area
+    for candidate in candidates:
+        if so_far > WALLED * hull:
+            break
+        trial = united([ground, candidate])
+        area = enclosed_area(trial)
+        if area >= so_far + least_m2:
+            kept.append(candidate)
+            ground, so_far = trial, area
+    return kept
+
+
+def enclosed_area(walls: BaseGeometry) -> float:
+    """Square metres of free space that the walls close all round."""
+    return sum(r.area for r in enclosed(walls)[1])
+
+
+def _between(a2: npt.NDArray[np.float64], b2: npt.NDArray[np.float64], ground: BaseGeometry) -> Polygon | None:
+    """The band between two wall ends (each the sum of its two corners), if nothing stands between them."""
+    a, b = a2 / 2, b2 / 2
+    length = float(np.hypot(*(b - a)))
+    if not 0.05 < length <= FARTHEST_M:
+        return None
+    line = shapely.linestrings([a, b])
+    if shapely.intersection(line, ground).length > 0.1:
+        return None
+    return polygons_of(shapely.buffer(line, BAND_M / 2, cap_style="square"))[0]
+
+
+def closes_most(rooms: list[Polygon], tall: BaseGeometry) -> bool:
+    """Whether the rooms fill half of what the walls span: then the house counts as closed."""
+    return sum(r.area for r in rooms) > WALLED * shapely.convex_hull(tall).area

@@ -1,0 +1,218 @@
+"""Where a piece of wall separates two spaces: straight strips from one's face to the other's.
+
+A lintel, a sill or the filling of a gap is a piece of wall that stands in one plane and not in the other. Its outline is
+walked; each stretch of it faces a room, the outside, or more wall. Two stretches that face each other across the piece
+and look into different spaces bound a *bridge*: the strip between them, as far as nothing stands there in the door plane.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.overlay import overlap, united
+from pipeline.geometry.regions import WALL, locate
+
+STEP_M = 0.08
+REACH_M = 0.02
+DEEPEST_M = 1.2
+BESIDE_M = 0.15
+TOUCH_M = 0.15
+PARALLEL = np.cos(np.deg2rad(20.0))
+Vector = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Bridge:
+    """A strip through a wall: ``centre`` (2,), unit ``along`` the wall and ``across`` it, its width and depth in metres.
+
+    ``sides`` are the indices of the two spaces, ``across`` pointing from the first to the second; OUTSIDE may be one.
+    """
+
+    centre: Vector
+    along: Vector
+    width: float
+    depth: float
+    sides: tuple[int, int]
+
+    @property
+    def across(self) -> Vector:
+        """Unit normal of the wall, to the left of ``along``."""
+        return np.array([-self.along[1], self.along[0]])
+
+    @property
+    def segment(self) -> Vector:
+        """(2, 2) from jamb to jamb on the wall's centre line."""
+        half = self.along * self.width / 2
+        return np.stack([self.centre - half, self.centre + half])
+
+    def strip(self, *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Polygon:
+        """The rectangle of the strip, so many metres deeper and wider on each side."""
+        half = self.across * (self.depth / 2 + deeper_m)
+        a, b = self.segment + np.array([[-1.0], [1.0]]) * self.along * wider_m
+        return Polygon([a - half, b - half, b + half, a + half])
+
+    def has_jamb(self, door_plane: BaseGeometry) -> bool:
+        """Whether a wall goes on in line with the strip at one end or more; a beam ends at walls that cross its line."""
+        shapely.prepare(door_plane)
+        for end, on in zip(self.segment, (-self.along, self.along), strict=True):
+            beside = self.across * (self.depth / 2 + BESIDE_M)
+            stub = end + BESIDE_M / 2 * on
+            wall, left, right = shapely.intersects(door_plane, shapely.points([stub, stub + beside, stub - beside]))
+            if wall and not left and not right:
+                return True
+        return False
+
+    def narrowed(self, start: float, end: float) -> Bridge:
+        """The part between two distances (metres) along the wall from the centre."""
+        return replace(self, centre=self.centre + self.along * (start + end) / 2, width=end - start)
+
+
+@dataclass(frozen=True, eq=False)
+class _Stretch:
+    """A straight part of the piece's outline, ``a`` to ``b`` with the piece on its left, facing one space."""
+
+    a: Vector
+    b: Vector
+    faces: int
+
+
+def bridges(piece: Polygon, rooms: list[Polygon], walls: BaseGeometry, door_plane: BaseGeometry) -> list[Bridge]:
+    """All strips through ``piece`` that join two different spaces.
+
+    Parameters
+    ----------
+    piece
+        Wall that does not stand in the door plane.
+    rooms
+        The closed spaces; a bridge's ``sides`` are indices into them, or OUTSIDE.
+    walls
+        All walls of the closed plane, ``piece`` included.
+    door_plane
+        What stands in the door plane; a strip is cut off where it does.
+    """
+    stretches = [s for s in _stretches(piece, rooms, walls) if s.faces != WALL]
+    found: list[Bridge] = []
+    body = united([piece, door_plane])
+    for k, first in enumerate(stretches):
+        for second in stretches[k + 1 :]:
+            if first.faces != second.faces:
+                found += _across(first, second, body, door_plane)
+    return joined(found, door_plane)
+
+
+def _stretches(piece: Polygon, rooms: list[Polygon], walls: BaseGeometry) -> list[_Stretch]:
+    """Walk the outline in steps, look outwards from each, and join neighbours that see the same space."""
+    starts, ends, edge = [], [], []
+    shape = shapely.orient_polygons(piece.simplify(0.004))
+    for ring in (shape.exterior, *shape.interiors):
+        points = shapely.get_coordinates(ring)
+        for a, b in zip(points[:-1], points[1:], strict=True):
+            steps = max(1, int(np.ceil(np.hypot(*(b - a)) / STEP_M)))
+            at = np.linspace(0.0, 1.0, steps + 1)[:, None]
+            line = a + at * (b - a)
+            starts.append(line[:-1])
+            ends.append(line[1:])
+            edge += [len(starts)] * steps
+    a, b, edges = np.concatenate(starts), np.concatenate(ends), np.array(edge)
+    along = b - a
+    length = np.hypot(*along.T)
+    outwards = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.where(length > 0, length, 1.0)[:, None]
+    faces = locate((a + b) / 2 + REACH_M * outwards, rooms, walls)
+    change = np.flatnonzero((np.diff(edges) != 0) | (np.diff(faces) != 0)) + 1
+    bounds = np.concatenate([[0], change, [len(a)]])
+    return [
+        _Stretch(a[i], b[j - 1], int(faces[i]))
+        for i, j in zip(bounds[:-1], bounds[1:], strict=True)
+        if np.hypot(*(b[j - 1] - a[i])) > 0.05
+    ]
+
+
+def _across(first: _Stretch, second: _Stretch, body: BaseGeometry, door_plane: BaseGeometry) -> list[Bridge]:
+    d1, d2 = first.b - first.a, second.b - second.a
+    u1, u2 = d1 / np.hypot(*d1), d2 / np.hypot(*d2)
+    if u1 @ u2 > -PARALLEL:
+        return []
+    along = u1 - u2  # the two run against each other
+    along /= np.hypot(*along)
+    across = np.array([-along[1], along[0]])  # into the piece, seen from the first stretch
+    depth = float(((second.a + second.b) / 2 - (first.a + first.b) / 2) @ across)
+    low = max(first.a @ along, second.b @ along)
+    high = min(first.b @ along, second.a @ along)
+    if not 0 < depth <= DEEPEST_M or high - low < 0.05:
+        return []
+    middle = ((first.a + first.b) / 2 + (second.a + second.b) / 2) @ across / 2
+    whole = Bridge(along * (low + high) / 2 + across * middle, along, high - low, depth, (first.faces, second.faces))
+    strip = whole.strip()
+    if overlap(strip, body).area < 0.9 * strip.area:
+        return []
+    return [whole.narrowed(s, e) for s, e in free_intervals(whole, door_plane)]
+
+
+def joined(found: list[Bridge], door_plane: BaseGeometry) -> list[Bridge]:
+    """One bridge for neighbours in a row between the same spaces: a beam with posts is one passage, not ten.
+
+    Two are neighbours if they are parallel, each lies in the other's depth, and nothing stands between their ends.
+    """
+    rest = sorted(found, key=lambda b: -b.width)
+    result: list[Bridge] = []
+    while rest:
+        whole = rest.pop(0)
+        while (k := next((k for k, b in enumerate(rest) if _neighbours(whole, b, door_plane)), None)) is not None:
+            whole = _hull(whole, rest.pop(k))
+        result.append(whole)
+    return result
+
+
+def _offsets(whole: Bridge, other: Bridge) -> tuple[float, float, float]:
+    """Where ``other`` starts and ends along ``whole`` from its centre, and how far aside its centre line lies."""
+    half = abs(other.along @ whole.along) * other.width / 2
+    to = other.centre - whole.centre
+    return float(to @ whole.along - half), float(to @ whole.along + half), float(to @ whole.across)
+
+
+def _neighbours(whole: Bridge, other: Bridge, door_plane: BaseGeometry) -> bool:
+    if set(whole.sides) != set(other.sides) or abs(whole.along @ other.along) < PARALLEL:
+        return False
+    start, end, aside = _offsets(whole, other)
+    if abs(aside) > (whole.depth + other.depth) / 2:
+        return False
+    half = whole.width / 2
+    apart = max(start - half, -half - end)
+    if apart > TOUCH_M:
+        return False
+    if apart <= 0:
+        return True
+    between = whole.narrowed(half, start) if start > half else whole.narrowed(end, -half)
+    return bool(shapely.intersection(between.strip(), door_plane).area < 0.1 * between.strip().area)
+
+
+def _hull(whole: Bridge, other: Bridge) -> Bridge:
+    start, end, aside = _offsets(whole, other)
+    near = min(-whole.depth / 2, aside - other.depth / 2)
+    far = max(whole.depth / 2, aside + other.depth / 2)
+    wider = whole.narrowed(min(start, -whole.width / 2), max(end, whole.width / 2))
+    return replace(wider, centre=wider.centre + wider.across * (near + far) / 2, depth=far - near)
+
+
+def free_intervals(bridge: Bridge, standing: BaseGeometry, *, sliver_m: float = 0.03) -> list[tuple[float, float]]:
+    """Stretches (start, end) along the strip, metres from its centre, in which nothing stands."""
+    strip = bridge.strip()
+    blocked = shapely.get_parts(overlap(strip, standing))
+    taken: list[tuple[float, float]] = []
+    for part in blocked:
+        points = shapely.get_coordinates(part) - bridge.centre
+        across, along = points @ bridge.across, points @ bridge.along
+        if len(points) and np.ptp(across) > sliver_m:
+            taken.append((float(along.min()), float(along.max())))
+    free, at, half = [], -bridge.width / 2, bridge.width / 2
+    for start, end in [*sorted(taken), (half, half)]:
+        if start - at > sliver_m:
+            free.append((at, start))
+        at = max(at, end)
+    return free

@@ -1,0 +1,92 @@
+"""Pieces that close the door plane, as the straight strips they consist of."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.bridges import REACH_M, bridges
+from pipeline.geometry.overlay import polygons_of, subtract, united
+from pipeline.geometry.regions import OUTSIDE, WALL, enclosed, locate
+from pipeline.values import Closer
+
+LAP_M = 0.002
+"""A strip laps so far over what it joins, so that no crack of rounding stays open between them."""
+
+
+def parted(door: BaseGeometry, pieces: list[Closer]) -> tuple[list[Closer], list[Closer]]:
+    """Take each piece apart into its bridges and the rest of it.
+
+    A lintel that goes over into a cornice, or two lintels that meet in a corner, come as one piece; each strip has to
+    be judged for itself, and what hangs over one room only is freed.
+    """
+    plane, rooms = enclosed(united([door, *(p.polygon for p in pieces)]))
+    found: list[Closer] = []
+    rest: list[Closer] = []
+    for piece in pieces:
+        strips = bridges(piece.polygon, rooms, plane, door)
+        laps = [b.strip(deeper_m=LAP_M, wider_m=LAP_M) for b in strips]
+        found += [Closer(lap, piece.kind, bridge) for lap, bridge in zip(laps, strips, strict=True)]
+        rest += [Closer(p, piece.kind) for p in polygons_of(subtract(piece.polygon, united(laps)))]
+    return found, rest
+
+
+def needed(door: BaseGeometry, kept: list[Closer], pieces: list[Closer]) -> list[Closer]:
+    """Those of ``pieces`` without which, beside ``kept``, spaces would run into each other."""
+    if not pieces:
+        return []
+    plane, rooms = enclosed(_plane(door, [*kept, *pieces]))
+    inside = np.array([shapely.get_coordinates(r.representative_point())[0] for r in rooms]).reshape(-1, 2)
+    if _apart(inside, _plane(door, kept)):
+        return []
+    for k in range(len(pieces) - 1, -1, -1):
+        fewer = pieces[:k] + pieces[k + 1 :]
+        if _apart(inside, _plane(door, [*kept, *fewer])):
+            pieces = fewer
+    return pieces
+
+
+def _apart(points: npt.NDArray[np.float64], walls: BaseGeometry) -> bool:
+    """Whether each point still lies in an enclosed space of its own."""
+    walls, rooms = enclosed(walls)
+    at = locate(points, rooms, walls)
+    return bool((at >= 0).all() and len(np.unique(at)) == len(at))
+
+
+def _plane(door: BaseGeometry, closers: list[Closer]) -> BaseGeometry:
+    return united([door, *(c.polygon for c in closers)])
+
+
+def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry) -> list[Closer]:
+    """The same pieces, the sides of their bridges looked up in ``rooms``: seen from three places along each face."""
+    looks = []
+    for closer in closers:
+        if closer.bridge is not None:
+            b = closer.bridge
+            off = b.across * (b.depth / 2 + 2 * REACH_M)
+            along = [b.centre + b.along * b.width * share for share in (-0.3, 0.0, 0.3)]
+            looks += [p - off for p in along] + [p + off for p in along]
+    faces = locate(np.array(looks).reshape(-1, 2), rooms, plane).reshape(-1, 2, 3)
+    found, k = [], 0
+    for closer in closers:
+        if closer.bridge is None:
+            found.append(closer)
+            continue
+        sides = (_most(faces[k, 0]), _most(faces[k, 1]))
+        found.append(replace(closer, bridge=replace(closer.bridge, sides=sides)))
+        k += 1
+    return found
+
+
+def _most(faces: npt.NDArray[np.int64]) -> int:
+    """The space seen most often; walls count only where nothing else is seen, and then as the outside."""
+    seen = faces[faces != WALL]
+    if not len(seen):
+        return OUTSIDE
+    values, counts = np.unique(seen, return_counts=True)
+    return int(values[np.argmax(counts)])

@@ -1,0 +1,90 @@
+"""Gaps of full height: where a wall ends and goes on, or meets another, after a step of free floor.
+
+Two planes never differ in such a gap, so it is found from the walls' ends: an end is a short edge of the wall's
+outline between two right angles; the gap is what lies between it and the wall that it points at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.overlay import polygons_of
+
+THICKEST_M = 0.6
+SQUARE = np.sin(np.deg2rad(25.0))
+LONGER = 2.0
+"""A wall is at least this many times longer than thick; less is a pillar or a piece of furniture."""
+
+
+@dataclass(frozen=True, eq=False)
+class WallEnd:
+    """The short edge ``a`` to ``b`` (2,) at the end of a wall, and the unit vector ``out`` that points on from it."""
+
+    a: npt.NDArray[np.float64]
+    b: npt.NDArray[np.float64]
+    out: npt.NDArray[np.float64]
+
+
+def wall_ends(walls: BaseGeometry) -> Iterator[WallEnd]:
+    """Every free end of a straight wall."""
+    for part in polygons_of(walls):
+        shape = shapely.orient_polygons(part.simplify(0.002))
+        for ring in (shape.exterior, *shape.interiors):
+            yield from _ends_of_ring(shapely.get_coordinates(ring)[:-1])
+
+
+def _ends_of_ring(points: npt.NDArray[np.float64]) -> Iterator[WallEnd]:
+    edge = np.roll(points, -1, axis=0) - points
+    length = np.hypot(*edge.T)
+    unit = edge / length[:, None]
+    turn = np.cross(np.pad(np.roll(unit, 1, axis=0), ((0, 0), (0, 1))), np.pad(unit, ((0, 0), (0, 1))))[:, 2]
+    square = turn > np.cos(np.arcsin(SQUARE))  # a left turn of about 90 degrees: convex, the wall on the left
+    before, after = np.roll(length, 1), np.roll(length, -1)
+    short = (length <= THICKEST_M) & (np.minimum(before, after) >= LONGER * length)
+    for k in np.flatnonzero(short & square & np.roll(square, -1)):
+        yield WallEnd(points[k], points[(k + 1) % len(points)], np.array([unit[k, 1], -unit[k, 0]]))
+
+
+def gap_at(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:
+    """The rectangle from a wall's end to the wall it points at, or None where none stands within ``reach_m``."""
+    aside = np.array([-end.out[1], end.out[0]]) * 0.01
+    inner = (end.a + aside, end.b - aside) if (end.b - end.a) @ aside > 0 else (end.a - aside, end.b + aside)
+    far = []
+    for point in (*inner, (end.a + end.b) / 2):  # the other wall may stand a little aside
+        ray = shapely.linestrings([point + 1e-3 * end.out, point + reach_m * end.out])
+        hit = shapely.intersection(ray, walls)
+        if not hit.is_empty:
+            far.append(float(np.min((shapely.get_coordinates(hit) - point) @ end.out)))
+    if not far:
+        return None
+    step = end.out * (max(far) + 0.01)  # a little into the wall that it meets, so that they touch
+    back = end.out * -0.005
+    return Polygon([end.a + back, end.b + back, end.b + step, end.a + step])
+
+
+def gaps(tall: BaseGeometry, walls: BaseGeometry, reach_m: float) -> list[Polygon]:
+    """Fillings of all gaps of full height up to ``reach_m`` metres, shortest first.
+
+    Parameters
+    ----------
+    tall
+        Walls that stand from the floor to above head height; a gap lies between two of them.
+    walls
+        All walls of the closed plane; a gap that they fill already is none.
+    """
+    shapely.prepare(walls)
+    found: list[Polygon] = []
+    for end in wall_ends(tall):
+        if shapely.intersects_xy(walls, *((end.a + end.b) / 2 + 0.03 * end.out)):
+            continue
+        gap = gap_at(end, tall, reach_m)
+        if gap is not None and gap.area > 1e-4:
+            found.append(gap)
+    return sorted(found, key=lambda g: (round(g.length, 6), g.bounds))

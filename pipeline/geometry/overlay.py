@@ -1,0 +1,41 @@
+"""Overlays of areas that give areas: the lines and points that a touching pair leaves behind are dropped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import shapely
+from shapely import MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
+
+EMPTY = Polygon()
+_POLYGON, _MULTIPOLYGON = 3, 6
+
+
+def polygons_of(shape: BaseGeometry) -> list[Polygon]:
+    """The polygons of any geometry, largest first; lines and points are left out."""
+    parts = shapely.get_parts(shapely.get_parts(shape))
+    found = [p for p in parts if isinstance(p, Polygon) and not p.is_empty]
+    return sorted(found, key=lambda p: (-p.area, p.bounds))
+
+
+def areas(shape: BaseGeometry) -> BaseGeometry:
+    """Only the areas of a geometry."""
+    if shapely.get_type_id(shape) in (_POLYGON, _MULTIPOLYGON):
+        return shape
+    return MultiPolygon(polygons_of(shape))
+
+
+def subtract(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
+    """What of ``a`` is not in ``b``."""
+    return areas(shapely.difference(a, b))
+
+
+def overlap(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
+    """What ``a`` and ``b`` share."""
+    return areas(shapely.intersection(a, b))
+
+
+def united(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
+    """All of them in one."""
+    return areas(shapely.union_all(list(shapes)))

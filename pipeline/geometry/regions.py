@@ -1,0 +1,52 @@
+"""Bounded pieces of the free space between walls."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
+
+OUTSIDE = -1
+WALL = -2
+SPECK_M2 = 0.05
+
+
+def enclosed(walls: BaseGeometry) -> tuple[BaseGeometry, list[Polygon]]:
+    """The walls, and every piece of free space that they close all round, largest first.
+
+    Specks (cracks between pieces of one wall) count as wall, and are filled.
+    """
+    inner = [Polygon(ring) for part in polygons_of(walls) for ring in part.interiors]
+    if not inner:
+        return walls, []
+    free = polygons_of(subtract(united(inner), walls))
+    rooms = [p for p in free if p.area > SPECK_M2]
+    specks = free[len(rooms) :]
+    return (united([walls, *specks]) if specks else walls), rooms
+
+
+def opened(shape: BaseGeometry, width_m: float) -> BaseGeometry:
+    """The shape without what is thinner than ``width_m`` (morphological opening, square corners)."""
+    eroded = shapely.buffer(shape, -width_m / 2, join_style="mitre", mitre_limit=2.0)
+    if eroded.is_empty:
+        return eroded
+    grown = shapely.buffer(eroded, width_m / 2 + 1e-6, join_style="mitre", mitre_limit=2.0)
+    return overlap(grown, shape)
+
+
+def locate(points: npt.NDArray[np.float64], rooms: list[Polygon], walls: BaseGeometry) -> npt.NDArray[np.int64]:
+    """For each point (n, 2): the index of the room that holds it, WALL, or OUTSIDE."""
+    found = np.full(len(points), OUTSIDE, np.int64)
+    if not len(points):
+        return found
+    geometry = shapely.points(points)
+    shapely.prepare(walls)
+    found[shapely.intersects(walls, geometry)] = WALL
+    if rooms:
+        which, room = shapely.STRtree(rooms).query(geometry, predicate="intersects").astype(np.int64)
+        found[which[::-1]] = room[::-1]
+    return found

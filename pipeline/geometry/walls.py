@@ -1,0 +1,145 @@
+"""From the raw segments of a section to the area of its walls: solids and sheets in one file.
+
+The segments of a plane are noded together and cut it into faces. Whether a face is wall is decided face by face,
+never component by component: walls may fall into hundreds of open shells (Sweet Home), and one file may hold solid
+walls and sheets. Rules, for a face of the arrangement:
+
+R1  it is wall if it is thin: no disc of ``solid_m`` across fits into it. A thin face that is open space is closed all
+    round at this height, so nobody gets into it either;
+R2  it is solid if it is thick and the section's segments wind around it as around a closed body (a chimney, a slab);
+R3  an edge between two faces that are not wall is a sheet, and gets ``sheet_m`` in all, with flat ends;
+R4  a solid wall thinner than ``sheet_m`` gets as much too: on the 1 cm grid of a plan it would vanish.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.overlay import EMPTY, united
+
+GRID_M = 1e-4
+"""Segment ends closer than this are one point (lost loops: trimesh #1944, #2224)."""
+CRACK_M = 0.02
+"""Walls that come closer than this touch."""
+
+Segments = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """What stands at one height: ``walls`` (R1, R3) and thick ``solids`` (R2), apart, since a slab is no wall."""
+
+    walls: BaseGeometry
+    solids: BaseGeometry
+
+
+def section(segments: Segments, *, sheet_m: float, solid_m: float, sheets: bool = True) -> Section:
+    """Walls and solids of a plane's segments (n, 2, 2), metres, each with the body's inside on its left.
+
+    Without ``sheets`` only closed bodies count: near the floor, a lone edge is the rim of a slab.
+    """
+    if not len(segments):
+        return Section(EMPTY, EMPTY)
+    snapped = np.round(segments / GRID_M) * GRID_M
+    snapped = snapped[np.any(snapped[:, 0] != snapped[:, 1], axis=1)]
+    bodies = _separate_bodies(snapped)
+    if bodies is not None and not _any_thick(bodies, solid_m):
+        return Section(united(_not_too_slim(bodies, sheet_m)), EMPTY)
+    return _arranged(snapped, sheet_m, solid_m, sheets=sheets)
+
+
+def _separate_bodies(segments: Segments) -> npt.NDArray[np.object_] | None:
+    """Closed bodies each cut in one simple ring, or None where the section is anything else.
+
+    This is SUNCG's case (every wall a box of its own), where uniting rings is much cheaper than noding them.
+    """
+    ends, degree = np.unique(np.round(segments.reshape(-1, 2) / GRID_M).astype(np.int64), axis=0, return_counts=True)
+    if not len(ends) or (degree != 2).any():
+        return None
+    faces = shapely.get_parts(shapely.polygonize(shapely.linestrings(segments)))
+    rings = shapely.polygons(shapely.get_exterior_ring(faces))
+    if shapely.get_num_interior_rings(faces).any() or not shapely.is_valid(rings).all():
+        return None
+    covered = float(shapely.area(rings).sum())
+    p, q = segments[:, 0], segments[:, 1]
+    signed = float((p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum()) / 2
+    # every ring runs counter-clockwise: no hole, no inverted body
+    return rings if abs(covered - signed) <= 1e-6 + 1e-6 * covered else None
+
+
+def _any_thick(faces: npt.NDArray[np.object_], solid_m: float) -> bool:
+    return bool((~shapely.is_empty(shapely.buffer(faces, -solid_m / 2, join_style="mitre"))).any())
+
+
+def _not_too_slim(faces: npt.NDArray[np.object_], sheet_m: float) -> npt.NDArray[np.object_]:
+    """R4: the faces, and for each that is thinner than ``sheet_m`` a strip of that width along it."""
+    rough = 2 * shapely.area(faces) / shapely.length(faces)  # of a long strip: its thickness
+    slim = rough < 0.9 * sheet_m
+    if not slim.any():
+        return faces
+    boxes = shapely.minimum_rotated_rectangle(faces[slim])
+    straight = shapely.area(faces[slim]) > 0.9 * shapely.area(boxes)
+    spines = [_spine(box) for box in boxes[straight] if isinstance(box, Polygon)]
+    strips = np.atleast_1d(shapely.buffer(spines, sheet_m / 2, cap_style="flat"))
+    return np.concatenate([faces, strips[~shapely.is_empty(strips)]])
+
+
+def _spine(box: Polygon) -> BaseGeometry:
+    """The long middle line of a rectangle."""
+    a, b, c, d = shapely.get_coordinates(box)[:4]
+    if np.hypot(*(b - a)) > np.hypot(*(c - b)):
+        a, b, c, d = b, c, d, a
+    return shapely.linestrings([(a + b) / 2, (c + d) / 2])
+
+
+def _arranged(segments: Segments, sheet_m: float, solid_m: float, *, sheets: bool) -> Section:
+    lines = shapely.get_parts(shapely.union_all(shapely.linestrings(segments), grid_size=GRID_M))
+    lines = lines[shapely.get_type_id(lines) == 1]
+    faces = shapely.get_parts(shapely.polygonize(lines))
+    thick = ~shapely.is_empty(shapely.buffer(faces, -solid_m / 2, join_style="mitre"))
+    solid = thick.copy()
+    solid[thick] = winding_number(shapely.point_on_surface(faces[thick]), segments) > 0
+    if solid.any() and not (thick & ~solid).any() and not (~thick).any():
+        # nothing but outward-facing rings: a house of sheets, each room a ring, and not a row of massive blocks
+        solid[:] = False
+    body = united(_not_too_slim(faces[~thick], sheet_m))
+    solids = united(faces[solid])
+    if not sheets:
+        return Section(close_cracks(body), solids)
+    closed = united([*faces[~thick], solids])
+    loose = shapely.difference(shapely.multilinestrings(lines), shapely.buffer(closed, 2 * GRID_M))
+    return Section(close_cracks(united([body, thicken(loose, sheet_m)])), solids)
+
+
+def thicken(lines: BaseGeometry, thickness_m: float) -> BaseGeometry:
+    """Half the thickness on each side of every line, corners mitred, ends flat (round ones would narrow doors)."""
+    if lines.is_empty:
+        return EMPTY
+    merged = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(lines)))
+    return shapely.buffer(merged, thickness_m / 2, cap_style="flat", join_style="mitre", mitre_limit=2.0)
+
+
+def close_cracks(walls: BaseGeometry, width_m: float = CRACK_M) -> BaseGeometry:
+    """Join walls that nearly touch; corners stay as they are."""
+    grown = shapely.buffer(walls, width_m / 2, join_style="mitre", mitre_limit=2.0)
+    closed = shapely.buffer(grown, -width_m / 2, join_style="mitre", mitre_limit=2.0)
+    return united([walls, closed])
+
+
+def winding_number(points: npt.NDArray[np.object_], segments: Segments) -> npt.NDArray[np.int64]:
+    """How often the oriented segments wind around each point, counter-clockwise positive (ray to +x)."""
+    if not len(points):
+        return np.zeros(0, np.int64)
+    x, y = shapely.get_x(points)[:, None], shapely.get_y(points)[:, None]
+    (x1, y1), (x2, y2) = segments[:, 0].T, segments[:, 1].T
+    up, down = (y1 <= y) & (y2 > y), (y2 <= y) & (y1 > y)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = x1 + (y - y1) * (x2 - x1) / (y2 - y1)
+    right = at > x
+    return (up & right).sum(axis=1) - (down & right).sum(axis=1)

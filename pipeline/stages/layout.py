@@ -1,0 +1,121 @@
+"""Is there a layout at all, and what closes it (Algorithm 1 assumes a closed ground plane).
+
+R1  Lintels and sills close doors; gaps of full height up to ``gap_m`` are closed where that parts two spaces.
+R2  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that bridges more than
+    ``beam_m`` between walls that cross its line.
+R3  A gap is dropped where it would part off less than a room.
+R4  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
+R5  An open or half-open house gets its boundary from the floor slab where the source has one, ...
+R6  ... else from the ends of its walls. Either is marked in the plan.
+R7  What encloses less than ``area_m2`` after all this has no layout.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.config import LayoutConfig
+from pipeline.geometry.boundary import closes_most, from_floor, from_wall_ends
+from pipeline.geometry.closers import needed, parted, with_sides
+from pipeline.geometry.gaps import gaps
+from pipeline.geometry.overlay import polygons_of, subtract, united
+from pipeline.geometry.regions import OUTSIDE, enclosed
+from pipeline.rejection import Reason, Rejection
+from pipeline.values import Closer, Layout, Level, Planes
+
+
+def lay_out(level: Level, planes: Planes, config: LayoutConfig) -> Layout:
+    """Close the walls of the door plane; raises Rejection where nothing worth a plan is enclosed."""
+    pieces = _pieces(planes, config)
+    closers = _settled(planes.door, *parted(planes.door, pieces), config)
+    closers += _railings(planes, closers, config)
+    boundary, source = _boundary(level, planes, closers, config)
+    closers += boundary
+    ground, rooms = enclosed(_plane(planes.door, closers))
+    area = sum(r.area for r in rooms)
+    if area < config.area_m2:  # R7
+        raise Rejection(
+            "layout",
+            Reason.NOT_ENCLOSED,
+            f"the walls enclose {area:.2f} m2, expected at least {config.area_m2:g} m2",
+            "walls must close at some height up to the ceiling, or the house needs a floor slab",
+        )
+    return Layout(planes.door, ground, tuple(with_sides(closers, rooms, ground)), tuple(rooms), source)
+
+
+def _pieces(planes: Planes, config: LayoutConfig) -> list[Closer]:
+    """All that may close the door plane, before it is known what it parts (R1)."""
+    high = [Closer(p, "lintel") for p in polygons_of(planes.high)]
+    low = [Closer(p, "sill") for p in polygons_of(subtract(planes.low, planes.high))]
+    filled = _plane(planes.door, high + low)
+    return high + low + [Closer(p, "gap") for p in gaps(planes.tall, filled, config.gap_m)]
+
+
+def _plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:
+    return united([door, *(c.polygon for c in closers)])
+
+
+def _settled(
+    door: BaseGeometry, strips: list[Closer], rest: list[Closer], config: LayoutConfig
+) -> list[Closer]:
+    """Drop strips until each that is left parts two spaces, then what else is not needed to keep them apart."""
+    while True:
+        plane, rooms = enclosed(_plane(door, strips + rest))
+        strips = with_sides(strips, rooms, plane)
+        useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, door, config)}  # R2
+        if not useless:
+            useless = _widest_gap_of_a_niche(strips, rooms, config.area_m2)  # R3
+        if not useless:
+            return strips + needed(door, strips, rest)
+        strips = [strip for k, strip in enumerate(strips) if k not in useless]
+
+
+def _parts_nothing(closer: Closer, door: BaseGeometry, config: LayoutConfig) -> bool:
+    bridge = closer.bridge
+    if bridge is None:
+        return False
+    if bridge.sides[0] == bridge.sides[1]:
+        return True
+    inside = OUTSIDE not in bridge.sides
+    return inside and bridge.width > config.beam_m and not bridge.has_jamb(door)
+
+
+def _widest_gap_of_a_niche(closers: list[Closer], rooms: list[Polygon], least_m2: float) -> set[int]:
+    """The widest gap of the first room that is smaller than ``least_m2`` and has nothing but gaps to leave by."""
+    for index, room in enumerate(rooms):
+        ways = [k for k, c in enumerate(closers) if c.bridge is not None and index in c.bridge.sides]
+        if room.area < least_m2 and ways and all(closers[k].kind == "gap" for k in ways):
+            return {max(ways, key=lambda k: closers[k].polygon.length)}
+    return set()
+
+
+def _railings(planes: Planes, closers: list[Closer], config: LayoutConfig) -> list[Closer]:
+    """R4: what stands between h_d and head height closes floor that nothing else does."""
+    if planes.rails.is_empty:
+        return []
+    plane, rooms = enclosed(_plane(planes.door, closers))
+    known = united(rooms)
+    fenced = [
+        r
+        for r in enclosed(united([plane, planes.rails]))[1]
+        if r.area >= config.area_m2 and not r.representative_point().intersects(known)
+    ]
+    near = shapely.buffer(united(fenced), 0.05)
+    return [Closer(p, "rail") for p in polygons_of(planes.rails) if p.intersects(near)] if fenced else []
+
+
+def _boundary(
+    level: Level, planes: Planes, closers: list[Closer], config: LayoutConfig
+) -> tuple[list[Closer], str | None]:
+    plane, rooms = enclosed(_plane(planes.door, closers))
+    bands: list[Polygon] = []
+    source = None
+    if level.floor is not None:  # R5
+        bands, source = from_floor(level.floor, plane, rooms, config.area_m2), "floor"
+    if not bands and not closes_most(rooms, planes.tall):  # R6
+        bands, source = from_wall_ends(planes.tall, plane, config.area_m2), "wall_ends"
+    return [Closer(p, "boundary") for p in bands], source if bands else None
