@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 Space: TypeAlias = Union[FloorPlan, "Polygon", "MultiPolygon"]
 Mask: TypeAlias = npt.NDArray[np.bool_]
 
+_TIE = 1e-7
+
 NOTHING = -1
 """What ``room_mask`` and ``door_mask`` hold where there is no room or door (ids start at 0)."""
 
@@ -131,14 +133,24 @@ def _crossings(rings: list[Ring], frame: GridFrame) -> tuple[npt.NDArray[np.intp
     start, end = _edges(rings, frame)
     rows, cols = frame.shape
     # columns c with start.x <= c + 0.5 < end.x
-    first, last = np.clip(np.ceil(np.stack([start[:, 0], end[:, 0]]) - 0.5), 0, cols).astype(np.intp)
+    first, last = np.clip(_centre_from(np.stack([start[:, 0], end[:, 0]])), 0, cols).astype(np.intp)
     spans = last - first
     edge = np.repeat(np.arange(len(spans)), spans)
     col = np.arange(len(edge)) - np.repeat(np.cumsum(spans) - spans - first, spans)
     with np.errstate(divide="ignore", invalid="ignore"):  # upright edges span no column
         slope = (end[:, 1] - start[:, 1]) / (end[:, 0] - start[:, 0])
     crossing = start[edge, 1] + (col + 0.5 - start[edge, 0]) * slope[edge]
-    return np.clip(np.ceil(crossing - 0.5), 0, rows).astype(np.intp), col
+    return np.clip(_centre_from(crossing), 0, rows).astype(np.intp), col
+
+
+def _centre_from(position: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the first cell whose centre lies at or after a position.
+
+    At means within a ten-millionth of a cell: walls on the 1 cm grid run through centres, and rounding must not decide
+    on which side of the wall they lie.
+    """
+    first: npt.NDArray[np.float64] = np.ceil(position - 0.5 - _TIE)
+    return first
 
 
 def _edges(rings: list[Ring], frame: GridFrame) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:

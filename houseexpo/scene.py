@@ -32,7 +32,7 @@ _TINTS: Final[dict[DoorKind, str]] = {
     "cut": "#edb9de",
 }
 
-_WALL_M: Final = 0.15  # walls are drawn this far around the free space; facing sides meet up to 0.3 m
+_WALL_M: Final = 0.15  # walls are drawn this far around the outline, and solid up to four times it
 _LEAF_M: Final = 0.05
 _SMALLEST_PX: Final = 8
 _SAME_ROOM: Final = 0.7  # boxes that overlap by more (intersection over union) are one room under several labels
@@ -95,10 +95,10 @@ def scene(plan: FloorPlan, pixels_per_metre: float | None, size: int) -> Scene:
     scale = pixels_per_metre or size * 0.92 / extent
     text = min(max(0.24 * scale, 9.0), 15.0)
     margin, line = 0.04 * extent + _WALL_M, 2.2 * text / scale
-    walls = Area(plan.free_space.buffer(_WALL_M, join_style="mitre"), WALL)
+    closed = plan.outline.buffer(2 * _WALL_M, join_style="mitre").buffer(-_WALL_M, join_style="mitre")
     rooms = list(_rooms(plan)) or list(_boxes(plan))
     floors = [Area(room.shape, colour(room.labels[0])) for room in rooms]
-    areas = [walls, Area(plan.free_space, FLOOR), *floors, *_doors(plan)]
+    areas = [Area(closed, WALL), Area(plan.free_space, FLOOR), *floors, *_doors(plan)]
     words = [found for room in rooms if (found := _label(room, scale, text, area=bool(plan.rooms)))]
     bottom = y1 - margin
     key_areas, key_words, right = _key(plan, (x1, bottom - line / 2), text, scale)

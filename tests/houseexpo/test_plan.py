@@ -130,7 +130,7 @@ def test_room_labels_are_the_published_ones():
 
 
 def test_a_frame_can_be_inverted():
-    with pytest.raises(PlanError, match="matrix: .* determinant 0"):
+    with pytest.raises(PlanError, match=r"matrix: .* determinant 0"):
         Frame(((1.0, 0.0, 0.0), (2.0, 0.0, 0.0)), "z", 0.0, 0)
     with pytest.raises(PlanError, match="up: expected one of y, z"):
         Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "x", 0.0, 0)

@@ -47,7 +47,7 @@ def test_a_published_file_may_hold_more_and_ours_may_not(two_rooms):
     more = PUBLISHED[:-1] + b',"mine":1}'
     assert decode(more) == decode(PUBLISHED)
     ours = encode(two_rooms)[:-1] + b',"hole":[]}'
-    with pytest.raises(PlanError, match="plan 'two_rooms': .*unknown field `hole`"):
+    with pytest.raises(PlanError, match=r"plan 'two_rooms': .*unknown field `hole`"):
         decode(ours)
 
 

@@ -1,0 +1,84 @@
+from __future__ import annotations
+
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+from houseexpo.categories import colour
+from houseexpo.drawing import contact_sheet, draw_plan, svg
+from houseexpo.errors import ConfigError
+from houseexpo.plan_json import decode
+from houseexpo.scene import DOOR_COLOURS, WALL, scene
+
+
+def rgb(text: str) -> list[int]:
+    return list(bytes.fromhex(text[1:]))
+
+
+def at(image: np.ndarray, plan, point: tuple[float, float], scale: float) -> list[int]:
+    """The colour at a point in metres."""
+    x1, _, _, y2 = scene(plan, scale, 0).bounds
+    return image[int((y2 - point[1]) * scale), int((point[0] - x1) * scale)].tolist()
+
+
+def test_what_lies_where(two_rooms):
+    image = draw_plan(two_rooms, 50)
+    assert image.dtype == np.uint8
+    expected = {
+        (0.5, 0.5): colour("Living_Room"),
+        (6.9, 2.8): colour("Unlabelled"),
+        (4.15, 0.5): WALL,
+        (1.2, 1.2): WALL,  # the pillar
+        (4.15, 1.5): DOOR_COLOURS["door"],
+        (0.05, 1.5): DOOR_COLOURS["entrance"],
+    }
+    assert {p: at(image, two_rooms, p, 50) for p in expected} == {p: rgb(c) for p, c in expected.items()}
+    assert image[0, 0].tolist() == [255, 255, 255]
+
+
+def test_the_size_asked_for_is_kept_to(two_rooms, published_lines):
+    assert 450 <= max(draw_plan(two_rooms, size=480).shape) <= 560
+    assert 450 <= max(draw_plan(decode(published_lines[3]), size=480).shape) <= 560
+
+
+def test_a_published_plan_shows_its_label_boxes(published_lines):
+    plan = decode(published_lines[1])
+    image = draw_plan(plan, size=300)
+    shown = [label for label in plan.room_category if (image == rgb(colour(label))).all(axis=-1).sum() > 100]
+    assert shown == ["Toilet", "Living_Room", "Office"]
+
+
+def test_the_same_plan_gives_the_same_picture(two_rooms):
+    assert (draw_plan(two_rooms) == draw_plan(two_rooms)).all()
+    assert svg(two_rooms) == svg(two_rooms)
+    assert two_rooms._repr_svg_() == svg(two_rooms, size=480)
+
+
+def test_svg_holds_the_same(two_rooms):
+    root = ET.fromstring(svg(two_rooms))  # noqa: S314 - our own text
+    space = "{http://www.w3.org/2000/svg}"
+    fills = {path.get("fill") for path in root.iter(f"{space}path")}
+    assert {colour("Living_Room"), WALL, DOOR_COLOURS["door"], DOOR_COLOURS["entrance"]} <= fills
+    texts = [text.text for text in root.iter(f"{space}text")]
+    assert "Living Room" in texts
+    assert "11.8 m2" in texts
+    assert texts[-2:] == ["door", "entrance"]
+    rows, cols, _ = draw_plan(two_rooms).shape
+    assert root.get("viewBox") == f"0 0 {cols} {rows}"
+
+
+def test_svg_escapes_what_the_plan_brings(two_rooms):
+    from dataclasses import replace
+
+    ET.fromstring(svg(replace(two_rooms, id="a<b>&c")))  # noqa: S314 - our own text
+
+
+def test_contact_sheet():
+    images = [np.full((20 + 10 * i, 30, 3), 60 * i, dtype=np.uint8) for i in range(3)]
+    sheet = contact_sheet(images, 2, ["one", "two", "three"])
+    for i in range(3):
+        assert ((sheet == 60 * i).all(axis=-1)).sum() >= images[i].shape[0] * 30
+    assert contact_sheet(images, 3).shape[0] < sheet.shape[0]
+    with pytest.raises(ConfigError, match="found 0 images"):
+        contact_sheet([], 2)

@@ -1,0 +1,105 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapely
+
+from houseexpo.graph import OUTSIDE, SPECK_M2, navigability, rooms_graph, standing_components, standing_pieces
+from houseexpo.plan import Door
+from houseexpo.plan_json import decode
+
+
+def test_rooms_are_nodes_and_doors_edges(two_rooms):
+    graph = rooms_graph(two_rooms)
+    assert dict(graph.nodes(data="label")) == {0: "Living_Room", 1: "Unlabelled"}
+    assert graph.nodes[1]["area"] == pytest.approx(9.0)
+    assert list(graph.edges(keys=True, data="kind")) == [(0, 1, 0, "door")]
+    assert graph.edges[0, 1, 0]["width"] == 0.8
+
+
+def test_entrances_lead_outside_where_asked_for(two_rooms):
+    graph = rooms_graph(two_rooms, outside=True)
+    assert graph.edges[0, OUTSIDE, 1] == {"kind": "entrance", "width": 0.9}
+
+
+def test_two_doors_between_two_rooms_are_two_edges(two_rooms):
+    from dataclasses import replace
+
+    first = two_rooms.doors[0]
+    second = Door(7, "cut", first.segment, 0.8, first.polygon, (1, 0))
+    graph = rooms_graph(replace(two_rooms, doors=(first, second)))
+    assert graph.number_of_edges(0, 1) == 2
+
+
+def dumbbell(width: float) -> shapely.Geometry:
+    """Rooms of 4 x 4 m and 3 x 4 m, a passage of this width and 1 m length between them."""
+    passage = shapely.box(3.9, 2 - width / 2, 5.1, 2 + width / 2)
+    return shapely.union_all([shapely.box(0, 0, 4, 4), shapely.box(5, 0, 8, 4), passage])
+
+
+@pytest.mark.parametrize("width", [0.45, 0.62, 0.8, 1.13])
+def test_a_passage_is_as_wide_as_it_is(width):
+    found = navigability(dumbbell(width), radii=(0.10, 0.20))
+    for result in found.values():
+        assert result.components == 1
+        assert result.largest_share == 1.0
+        assert result.narrowest == pytest.approx(width, abs=0.01)
+
+
+def test_a_passage_too_narrow_for_the_disc_parts_the_space():
+    found = navigability(dumbbell(0.5))
+    assert found["0.20"].components == 1
+    assert found["0.30"].components == 2
+    one, other = (4 - 0.6) ** 2, (3 - 0.6) * (4 - 0.6)
+    assert found["0.30"].largest_share == pytest.approx(one / (one + other), abs=0.01)
+    assert found["0.30"].narrowest == pytest.approx(4.0, abs=0.01)  # the bigger room alone: the widest disc that fits
+
+
+def test_the_narrowest_of_several_passages_counts():
+    chain = [shapely.box(x, 0, x + 3, 3) for x in (0, 4, 8)]
+    passages = [shapely.box(2.9, 1, 4.1, 1.9), shapely.box(6.9, 1, 8.1, 1.6)]
+    assert navigability(shapely.union_all([*chain, *passages]), (0.2,))["0.20"].narrowest == pytest.approx(
+        0.6, abs=0.01
+    )
+
+
+def test_a_second_way_round_makes_the_narrow_one_no_bottleneck():
+    ring = shapely.box(0, 0, 6, 6) - shapely.box(1.2, 0.5, 4.8, 4.8)  # 0.5 m below the block, 1.2 m elsewhere
+    assert navigability(ring, (0.2,))["0.20"].narrowest > 1.1
+
+
+def test_nothing_fits():
+    result = navigability(shapely.box(0, 0, 0.5, 9), (0.3,))["0.30"]
+    assert (result.components, result.largest_share, result.narrowest) == (0, 0.0, 0.0)
+
+
+def exact_areas(shape: shapely.Geometry, radius: float) -> list[float]:
+    parts = shapely.get_parts(shape.buffer(-radius, quad_segs=16))
+    return sorted((part.area for part in parts if part.area >= SPECK_M2), reverse=True)
+
+
+def test_agrees_with_the_exact_erosion(published_lines):
+    judged = 0
+    for plan in map(decode, published_lines[:60]):
+        found = navigability(plan)
+        for radius in (0.1, 0.2, 0.35):
+            counts = {len(exact_areas(plan.free_space, radius + by)) for by in (-0.012, 0.0, 0.012)}
+            if len(counts) > 1:
+                continue  # a passage of just this width: the walls' centimetre decides
+            areas, result = exact_areas(plan.free_space, radius), found[f"{radius:.2f}"]
+            assert result.components == len(areas), plan.id
+            assert result.largest_share == pytest.approx(areas[0] / sum(areas) if areas else 0.0, abs=0.01)
+            judged += 1
+    assert judged > 160
+
+
+def test_standing_components_are_the_pieces(two_rooms):
+    labels, frame = standing_components(dumbbell(0.5), 0.3, 20)
+    assert labels.dtype == np.int32
+    assert set(np.unique(labels)) == {0, 1, 2}
+    for point, label in (((2, 2), 1), ((6.5, 2), 2), ((4.5, 2), 0), ((0.1, 0.1), 0)):
+        row, col = frame.cells_from_points(point)
+        assert labels[row, col] == label
+    pieces = standing_pieces(two_rooms.free_space, 0.2)
+    assert len(pieces) == 1
+    assert pieces[0].area == pytest.approx(two_rooms.free_space.buffer(-0.2).area, rel=0.005)

@@ -1,0 +1,116 @@
+"""What must hold for any plan, not only for those that somebody thought of."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from houseexpo.categories import LABELS, UNLABELLED
+from houseexpo.graph import navigability
+from houseexpo.plan import Door, FloorPlan, Frame, Navigability, Room
+from houseexpo.plan_json import decode, encode
+from houseexpo.raster import free_mask
+from houseexpo.similarity import SYMMETRIES, compare, crop, fingerprint, lower_bound, transformed
+
+coordinate = st.floats(-1e4, 1e4) | st.integers(-500, 500).map(lambda cm: cm / 100)
+point = st.tuples(coordinate, coordinate)
+ring = st.lists(point, min_size=3, max_size=12).filter(lambda points: points[0] != points[-1])
+box = st.tuples(coordinate, coordinate, coordinate, coordinate)
+words = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)
+
+
+@st.composite
+def plans(draw: st.DrawFn) -> FloorPlan:
+    rooms = tuple(
+        Room(
+            i, draw(st.sampled_from([*LABELS, UNLABELLED])), draw(ring), tuple(draw(st.lists(ring, max_size=2))), ("a",)
+        )
+        for i in range(draw(st.integers(0, 3)))
+    )
+    ids = st.sampled_from([room.id for room in rooms]) if rooms else st.nothing()
+    doors = tuple(
+        Door(
+            i, kind, (draw(point), draw(point)), 0.8, draw(ring), (draw(ids), None if kind == "entrance" else draw(ids))
+        )
+        for i, kind in enumerate(
+            draw(st.lists(st.sampled_from(["door", "cut", "entrance"]), max_size=2)) if rooms else []
+        )
+    )
+    reach = st.builds(Navigability, st.integers(0, 9), st.floats(0, 1), st.floats(0, 5))
+    frame = st.just(Frame(((1.0, 0.0, 0.25), (0.0, -1.0, 1 / 3)), "y", -2.8, -1))
+    return FloorPlan(
+        draw(st.text("abcdef0123456789_-é", min_size=1, max_size=9)),
+        draw(ring),
+        draw(st.integers(0, 99)),
+        draw(st.dictionaries(words, st.lists(box, max_size=2).map(tuple), max_size=3)),
+        tuple(draw(st.lists(ring, max_size=2))),
+        rooms,
+        doors,
+        draw(st.none() | frame),
+        draw(st.none() | st.dictionaries(st.sampled_from(["0.10", "0.20"]), reach)),
+        draw(st.none() | st.dictionaries(words, words | st.integers(-9, 9) | st.booleans(), max_size=2)),
+    )
+
+
+@given(plans())
+@settings(deadline=None, max_examples=80)
+def test_json_keeps_every_plan(plan):
+    data = encode(plan)
+    again = decode(data)
+    assert again == plan
+    assert encode(again) == data
+
+
+@st.composite
+def star(draw: st.DrawFn) -> shapely.Polygon:
+    """A simple polygon of 3 to 12 m, seen from its middle."""
+    radii = draw(st.lists(st.floats(1.5, 6.0), min_size=4, max_size=14))
+    angles = np.linspace(0, 2 * np.pi, len(radii), endpoint=False) + draw(st.floats(0, 1))
+    return shapely.Polygon(np.column_stack([radii * np.cos(angles), radii * np.sin(angles)]))
+
+
+@given(star(), st.sampled_from([10.0, 25.0, 33.0]))
+@settings(deadline=None, max_examples=60)
+def test_a_raster_and_its_complement_share_every_cell(shape, scale):
+    mask, frame = free_mask(shape, scale, margin_px=3)
+    around = shapely.box(*shape.buffer(9).bounds).difference(shape)
+    assert (free_mask(around, frame=frame)[0] == ~mask).all()
+    # a cell is wrong by at most half of itself, and only on the boundary
+    assert mask.sum() / scale**2 == pytest.approx(shape.area, abs=0.75 * shape.length / scale)
+
+
+masks = arrays(bool, st.tuples(st.integers(2, 14), st.integers(2, 14))).filter(np.any).map(crop)
+symmetries = st.sampled_from(sorted(SYMMETRIES))
+
+
+@given(masks, symmetries)
+@settings(deadline=None)
+def test_a_fingerprint_knows_no_symmetry(mask, symmetry):
+    np.testing.assert_array_equal(fingerprint(transformed(mask, symmetry)), fingerprint(mask))
+    assert compare(mask, transformed(mask, symmetry)).difference == 0.0
+
+
+@given(masks, masks, symmetries)
+@settings(deadline=None)
+def test_difference_is_symmetric_and_never_below_the_bound(one, other, symmetry):
+    difference = compare(one, other).difference
+    assert compare(other, one).difference == difference
+    assert compare(one, transformed(other, symmetry)).difference == difference
+    cells = round(difference * max(one.sum(), other.sum()))
+    assert lower_bound(fingerprint(one), fingerprint(other)[None])[0] <= cells
+
+
+@given(star())
+@settings(deadline=None, max_examples=40)
+def test_a_wider_robot_passes_only_where_it_is_wider(shape):
+    found = navigability(shape)
+    for radius, result in found.items():
+        if result.components:
+            assert result.narrowest >= 2 * float(radius) - 0.01
+        assert 0 <= result.largest_share <= 1
+    standing = [shape.buffer(-float(radius)).area for radius in found]
+    assert standing == sorted(standing, reverse=True)
