@@ -24,7 +24,7 @@ SPECK_M2: Final = 0.1
 
 _JAG_M: Final = 0.01  # stair-steps of published rings; without them a buffer costs a twentieth
 _STEP_M: Final = 0.05  # radii between which a split is looked for
-_EXACT_M: Final = 0.0025  # and to which it is narrowed down: 5 mm of width
+_EXACT_M: Final = 0.0025  # and to which it is narrowed down: half a centimetre of width
 
 
 def rooms_graph(plan: FloorPlan, *, outside: bool = False) -> nx.MultiGraph[int | str]:
@@ -61,8 +61,8 @@ def navigability(
        of its places. A piece that never falls apart has no passage; its narrowest is the widest disc that fits.
        A place counts where it outlives the split by up to 0.05 m of radius.
 
-    Walls are straightened by at most 0.01 m first, ``narrowest`` is found to 0.005 m: radii that differ from a
-    passage's half width by more than that are judged as exact geometry judges them.
+    Walls are straightened by at most 0.01 m first and ``narrowest`` is given to 0.01 m; a disc that is wider or narrower
+    than a passage by more than 0.02 m is judged as exact geometry judges it.
     """
     shape = _straightened(space.free_space if isinstance(space, FloorPlan) else space)
     splits = _Splits(shape)
@@ -73,7 +73,7 @@ def navigability(
         found[f"{radius:.2f}"] = Navigability(
             components=len(pieces),
             largest_share=round(float(pieces[0].area / area), 4) if pieces else 0.0,
-            narrowest=round(splits.width(pieces[0], radius), 3) if pieces else 0.0,
+            narrowest=round(splits.width(pieces[0], radius), 2) if pieces else 0.0,
         )
     return found
 
