@@ -25,7 +25,6 @@ from pipeline.values import Mesh
 BELOW_M = 0.3  # faces this far under the floor stay with the level
 MARGIN_M = 0.05  # the last height stays this far under what closes the level
 SLAB_M = 0.65  # the thickest slab between two storeys
-WALL_SHARE = 0.2  # of a storey's wall length; where less goes on, its walls have ended
 SHORTEST_WALLS_M = 2.0
 
 
@@ -114,7 +113,7 @@ def _ceiling(
     profile: WallProfile, layers: list[Layer], floor: FloorSurface | None, height: float, above: float | None
 ) -> float:
     """R3: height above the floor up to which this level's walls may be looked at."""
-    end = above if above is not None else min(_top(profile, height), profile.top)
+    end = above if above is not None else profile.end_above(height + CLEAR_M, height + 0.3)
     region = floor.region if floor else None
     size = np.count_nonzero(region) if region is not None else 0
     covers = [
@@ -123,21 +122,16 @@ def _ceiling(
         if height + CLEAR_M < layer.top <= end + 0.07
         and (region is None or np.count_nonzero(layer.cells & region) >= size / 2)
     ]
-    closing = [cover for cover in covers if end - cover.top > SLAB_M or end - cover.top < 0.1]
+    closing = [cover for cover in covers if end - cover.top < 0.1]
+    if not closing and above is None:  # a slab under an attic or a parapet, on which walls go on
+        closing = [cover for cover in covers if end - cover.top > SLAB_M]
     if not closing:  # sheets, or walls open above; a hung ceiling closes nothing
         return float(end - height - (MARGIN_M if above is not None else 0.0))
-    slab = closing[0]
+    slab = closing[-1]
     lower = [cover.bottom for cover in covers if slab.top - SLAB_M <= cover.bottom < slab.bottom]
     thin = slab.top - slab.bottom < 0.02
     underside = lower[-1] if thin and lower else slab.bottom
     return float(max(underside - MARGIN_M, height + CLEAR_M) - height)
-
-
-def _top(profile: WallProfile, height: float) -> float:
-    """Height at which the walls that stand on a floor have ended, all but a chimney or a gable's tip."""
-    usual = float(np.median(profile.between(height + 0.3, height + CLEAR_M)))
-    over = (profile.edges[:-1] >= height + CLEAR_M - 0.1) & (profile.length < WALL_SHARE * usual)
-    return float(profile.edges[np.flatnonzero(over)[0]] if over.any() else profile.edges[-1])
 
 
 def _slice(surfaces: Surfaces, low: float, high: float) -> Mesh:

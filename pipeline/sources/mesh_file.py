@@ -17,10 +17,10 @@ from houseexpo.plan import Frame
 from pipeline.sources.levels import FoundLevel, find_levels
 from pipeline.sources.mesh_load import SUFFIXES, convention, load_triangles
 from pipeline.sources.naming import base_id, level_id, list_files, sha256
+from pipeline.sources.placing import Shift, near_shift
 from pipeline.sources.units import UNITS, UPS, Frame3D, detect
 from pipeline.values import Input, Level, Mesh
 
-FAR_M = 500.0  # beyond this a model is moved near its origin, for the float32 of those who cut it
 CHOICES = {"up": ("auto", *UPS), "units": ("auto", *UNITS)}
 
 
@@ -54,8 +54,9 @@ def read(item: Input) -> Iterator[Level]:
     path = Path(item.path)
     raw = load_triangles(path)
     found = detect(raw, convention(path), options.get("up", "auto"), options.get("units", "auto"), path.name)
-    upright, shift = _near(_upright(raw, found))
-    levels = find_levels(upright)
+    upright = _upright(raw, found)
+    shift = near_shift(upright.vertices)
+    levels = find_levels(Mesh(upright.vertices - shift, upright.faces))
     provenance = {
         "source": "mesh",
         "file": options.get("file", path.name),
@@ -82,16 +83,7 @@ def _upright(raw: Mesh, found: Frame3D) -> Mesh:
     return Mesh(points, raw.faces)
 
 
-def _near(mesh: Mesh) -> tuple[Mesh, tuple[float, float, float]]:
-    """Move a far model by whole metres; return how far it was moved."""
-    middle = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
-    if np.abs(middle).max() < FAR_M:
-        return mesh, (0.0, 0.0, 0.0)
-    x, y, z = (float(value) for value in np.round(middle))
-    return Mesh(mesh.vertices - (x, y, z), mesh.faces), (x, y, z)
-
-
-def _frame(level: FoundLevel, found: Frame3D, shift: tuple[float, float, float], number: int) -> Frame:
+def _frame(level: FoundLevel, found: Frame3D, shift: Shift, number: int) -> Frame:
     x, y, z = shift
     floor = level.floor_z + z
     if found.up == "y":

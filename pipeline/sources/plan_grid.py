@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
 Cells = npt.NDArray[np.uint8]
+Bools = npt.NDArray[np.bool_]
+Indices = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -55,10 +57,10 @@ class PlanGrid:
         self._mark(mask, segments[owner, 0] * (1 - share) + segments[owner, 1] * share)
         return mask
 
-    def at(self, mask: Cells, points: Floats) -> npt.NDArray[np.bool_]:
+    def at(self, mask: Cells, points: Floats) -> Bools:
         """Tell which plan points (k, 2) lie on the mask."""
         column, row = np.round(self._cells(points)).astype(np.int64).T
-        inside = (row >= 0) & (row < self.shape[0]) & (column >= 0) & (column < self.shape[1])
+        inside = self._within(row, column)
         inside[inside] = mask[row[inside], column[inside]] > 0
         return inside
 
@@ -82,7 +84,11 @@ class PlanGrid:
         cells: Floats = (points - np.asarray(self.origin)) / self.size_m - 0.5
         return cells
 
+    def _within(self, row: Indices, column: Indices) -> Bools:
+        inside: Bools = (row >= 0) & (row < self.shape[0]) & (column >= 0) & (column < self.shape[1])
+        return inside
+
     def _mark(self, mask: Cells, points: Floats) -> None:
         column, row = np.round(self._cells(points)).astype(np.int64).T
-        inside = (row >= 0) & (row < self.shape[0]) & (column >= 0) & (column < self.shape[1])
+        inside = self._within(row, column)
         mask[row[inside], column[inside]] = 1

@@ -14,6 +14,7 @@ Bools = npt.NDArray[np.bool_]
 
 VERTICAL = 0.2  # |n . up| of a wall: within 11.5 degrees, as scans lean
 HORIZONTAL = 0.985  # |n . up| of a floor: within 10 degrees
+ENDED = 0.2  # of a storey's usual wall length; where less goes on, its walls have ended
 CHUNK = 1 << 18
 
 
@@ -78,9 +79,11 @@ class WallProfile:
         below = _ramp_sum(edges, low, length) - _ramp_sum(edges, high, length)
         return cls(edges, np.maximum(np.diff(below) / step, 0.0), float(high.max()))
 
-    def between(self, low: float, high: float) -> Floats:
-        """Lengths of the bins that lie inside two heights."""
-        return self.length[(self.edges[:-1] >= low) & (self.edges[1:] <= high)]
+    def end_above(self, height: float, foot: float) -> float:
+        """Height over ``height`` at which the walls from ``foot`` up to it have ended, all but a chimney or a gable."""
+        usual = float(np.median(self.length[(self.edges[:-1] >= foot) & (self.edges[1:] <= height)]))
+        ended = (self.edges[:-1] >= height - 0.1) & (self.length < ENDED * usual)
+        return float(min(self.edges[np.flatnonzero(ended)[0]], self.top)) if ended.any() else self.top
 
 
 def _ramp_sum(at: Floats, start: Floats, weight: Floats) -> Floats:
