@@ -61,8 +61,8 @@ def navigability(
        of its places. A piece that never falls apart has no passage; its narrowest is the widest disc that fits.
        A place counts where it outlives the split by up to 0.05 m of radius.
 
-    Walls are straightened by at most 0.01 m first and ``narrowest`` is given to 0.01 m; a disc that is wider or narrower
-    than a passage by more than 0.02 m is judged as exact geometry judges it.
+    Walls are straightened by at most 0.01 m first and ``narrowest`` is given to 0.01 m; a disc that is wider or
+    narrower than a passage by more than 0.02 m is judged as exact geometry judges it.
     """
     shape = _straightened(space.free_space if isinstance(space, FloorPlan) else space)
     splits = _Splits(shape)

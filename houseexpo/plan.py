@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
@@ -13,6 +13,8 @@ import numpy.typing as npt
 from houseexpo import checks
 from houseexpo.categories import LABELS, UNLABELLED
 from houseexpo.errors import PlanError
+from houseexpo.repair import even_odd
+from houseexpo.value import Value
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
@@ -24,27 +26,6 @@ DoorKind: TypeAlias = Literal["door", "opening", "entrance", "cut"]
 Box: TypeAlias = tuple[float, float, float, float]
 
 DOOR_KINDS: tuple[DoorKind, ...] = get_args(DoorKind)
-
-
-class _Value:
-    """Equality by value, and pickles that are checked again when they are read."""
-
-    def __eq__(self, other: object) -> bool:
-        if type(other) is not type(self):
-            return NotImplemented
-        return _same(self._values(), other._values())
-
-    def __hash__(self) -> int:
-        return hash((type(self), getattr(self, "id", None)))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), self._values()
-
-    def _values(self) -> tuple[Any, ...]:
-        return tuple(getattr(self, f.name) for f in fields(self))  # type: ignore[arg-type]  # subclasses are dataclasses
-
-    def _set(self, name: str, value: object) -> None:
-        object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True)
@@ -87,7 +68,7 @@ class Navigability:
 
 
 @dataclass(frozen=True, eq=False)
-class Room(_Value):
+class Room(Value):
     """A room: refined free space with the doors closed.
 
     ``label`` is one of the 25 or "Unlabelled"; ``source_labels`` keeps the source's own words.
@@ -123,7 +104,7 @@ class Room(_Value):
 
 
 @dataclass(frozen=True, eq=False)
-class Door(_Value):
+class Door(Value):
     """A passage between two rooms, or a closed one to the outside (kind "entrance", ``rooms[1]`` is None).
 
     ``segment`` runs from jamb to jamb on the wall's centre line; ``polygon`` is the freed area between its two faces.
@@ -162,7 +143,7 @@ class Door(_Value):
 
 
 @dataclass(frozen=True, eq=False)
-class FloorPlan(_Value):
+class FloorPlan(Value):
     """One floor plan of the data set (FORMAT.md), published or ours.
 
     ``verts`` stays as published; shapes and finiteness are checked when a plan is made (PlanError), simple geometry is
@@ -218,12 +199,12 @@ class FloorPlan(_Value):
     @cached_property
     def outline(self) -> Polygon | MultiPolygon:
         """What ``verts`` encloses, metres; a ring that touches or crosses itself is repaired by the even-odd rule."""
-        return _even_odd(self.verts, ())
+        return even_odd(self.verts, ())
 
     @cached_property
     def free_space(self) -> Polygon | MultiPolygon:
         """The outline less the holes, metres, repaired as ``outline`` is."""
-        return _even_odd(self.verts, self.holes) if self.holes else self.outline
+        return even_odd(self.verts, self.holes) if self.holes else self.outline
 
     @property
     def area(self) -> float:
@@ -287,24 +268,3 @@ def _boxes(category: Mapping[str, Iterable[Any]]) -> dict[str, tuple[Box, ...]]:
         key = f"room_category.{label}"
         checked[label] = tuple(checks.numbers(box, 4, f"{key}[{i}]") for i, box in enumerate(boxes))  # type: ignore[misc]
     return checked
-
-
-def _even_odd(verts: Ring, holes: tuple[Ring, ...]) -> Polygon | MultiPolygon:
-    """Polygons of the points that a ray leaves after an odd number of crossings; ``verts`` less ``holes`` if simple."""
-    import shapely
-
-    shape = shapely.Polygon(verts, holes)
-    if shape.is_valid:
-        return shape
-    parts = shapely.get_parts(shapely.make_valid(shape, method="linework"))
-    areas = [p for part in parts for p in shapely.get_parts(part) if p.geom_type == "Polygon"]
-    return areas[0] if len(areas) == 1 else shapely.MultiPolygon(areas)
-
-
-def _same(one: Any, other: Any) -> bool:
-    """Equality that looks into tuples and compares arrays by value."""
-    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
-        return np.array_equal(one, other)
-    if isinstance(one, tuple) and isinstance(other, tuple):
-        return len(one) == len(other) and all(map(_same, one, other))
-    return bool(one == other)

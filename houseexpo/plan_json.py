@@ -7,7 +7,6 @@ so that decode(encode(plan)) == plan, and a published file keeps every value.
 
 from __future__ import annotations
 
-import re
 from itertools import chain
 from typing import Any, Literal
 
@@ -16,6 +15,7 @@ import numpy as np
 from msgspec import UNSET, Struct, UnsetType
 
 from houseexpo.errors import PlanError
+from houseexpo.json_errors import explained
 from houseexpo.plan import Box, Door, DoorKind, FloorPlan, Frame, Navigability, Ring, Room
 
 FORMAT = "houseexpo/2"
@@ -110,7 +110,7 @@ def decode(data: bytes | str) -> FloorPlan:
         record: _Published = (_PLAN if extended else _PUBLISHED).decode(raw)
         return _plan(record)
     except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-        raise _explained(error, data) from None
+        raise explained(error, data) from None
 
 
 def encode(plan: FloorPlan) -> bytes:
@@ -240,27 +240,3 @@ def _navigability_records(plan: FloorPlan) -> dict[str, _Navigability]:
         radius: _Navigability(n.components, n.largest_share, n.narrowest)
         for radius, n in sorted((plan.navigability or {}).items())
     }
-
-
-_AT = re.compile(r"^(?P<problem>.*?)(?: - at `\$\.?(?P<key>.*?)`)?$", re.DOTALL)
-_ID = re.compile(r'"id"\s*:\s*"([^"\\]{1,200})"')
-
-
-def _explained(error: Exception, data: bytes | str) -> PlanError:
-    """Turn what the decoder says into the project's words, with the plan's id where one can be read."""
-    text = data if isinstance(data, str) else data.decode(errors="replace")
-    name = _ID.search(text)
-    plan = name.group(1) if name else ""
-    if isinstance(error, msgspec.ValidationError):
-        match = _AT.match(str(error))
-        problem, key = (match["problem"], match["key"] or "") if match else (str(error), "")
-        missing = re.search(r"missing required field `(\w+)`", problem)
-        if missing:
-            key = f"{key}.{missing[1]}".lstrip(".")
-            problem = "expected this key, found none; the file is not a whole plan"
-        return PlanError(problem[:1].lower() + problem[1:], key, plan)
-    if isinstance(error, RecursionError):
-        return PlanError("expected a plan, found lists nested too deeply", "", plan)
-    return PlanError(
-        f"expected one JSON object in UTF-8, found {len(text)} characters that are none: {error}", "", plan
-    )
