@@ -6,8 +6,8 @@ Frames: a Level's meshes live in the LEVEL frame: metres, x right and y up in th
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Protocol, TypeAlias
 
 import numpy as np
@@ -17,6 +17,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan import DoorKind, Frame
 from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.regions import OUTSIDE
 from pipeline.rejection import Rejection
 
 
@@ -113,20 +114,6 @@ class RejectedLevel:
 
 
 @dataclass(frozen=True, eq=False)
-class Passage:
-    """A door on its way through the stages, level frame, metres.
-
-    ``segment`` (2, 2) runs from jamb to jamb on the wall's centre line; ``polygon`` is the freed area between the wall's
-    two faces; ``kind`` as FORMAT.md; ``outside`` is True where one side is the outside (it then stays closed).
-    """
-
-    segment: npt.NDArray[np.float64]
-    polygon: Polygon
-    kind: DoorKind
-    outside: bool = False
-
-
-@dataclass(frozen=True, eq=False)
 class Planes:
     """Stage ``planes``: what stands at the door plane, and what closes its gaps at other heights.
 
@@ -171,3 +158,58 @@ class Layout:
     closers: tuple[Closer, ...]
     rooms: tuple[Polygon, ...]
     boundary: str | None
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """A way through a wall; the ``sides`` of its bridge are indices into the rooms of the same value, or OUTSIDE."""
+
+    bridge: Bridge
+    kind: DoorKind
+
+    @property
+    def leads_outside(self) -> bool:
+        """Whether one side is the outside; such a passage stays closed in the outline."""
+        return OUTSIDE in self.bridge.sides
+
+
+@dataclass(frozen=True, eq=False)
+class Spaces:
+    """From stage ``doors`` on: a house as rooms and ways between them.
+
+    ``walls`` is the closed plane. ``joins`` are pairs of rooms that meet without a wall and without a door (under a beam
+    too wide for one). ``outlines`` are the outer contours, one a free-standing part of the house. ``notes`` counts what
+    the rules did, by rule.
+    """
+
+    walls: BaseGeometry
+    rooms: tuple[Polygon, ...]
+    passages: tuple[Passage, ...]
+    joins: tuple[tuple[int, int], ...] = ()
+    outlines: tuple[Polygon, ...] = ()
+    notes: Mapping[str, int | str] = field(default_factory=dict)
+
+    def keeping(self, keep: Sequence[int], **notes: int | str) -> Spaces:
+        """Only these rooms, in this order, and the passages whose rooms are all kept or outside."""
+        new = {old: k for k, old in enumerate(keep)} | {OUTSIDE: OUTSIDE}
+        passages = []
+        for p in self.passages:
+            a, b = p.bridge.sides
+            if a in new and b in new:
+                passages.append(replace(p, bridge=replace(p.bridge, sides=(new[a], new[b]))))
+        return replace(
+            self,
+            rooms=tuple(self.rooms[k] for k in keep),
+            passages=tuple(passages),
+            joins=tuple((new[a], new[b]) for a, b in self.joins if a in new and b in new),
+            notes={**self.notes, **notes},
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class NamedRoom:
+    """A room with its labels (of the 25) and the source's own words."""
+
+    polygon: Polygon
+    labels: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()

@@ -1,0 +1,110 @@
+"""A doorway cut through a wall: straight, at right angles to it, where the line between two points meets it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.overlay import overlap
+
+Vector = npt.NDArray[np.float64]
+SLIDE_M = 0.1
+FARTHEST_SLIDE_M = 2.0
+APPROACH_M = 0.45
+"""So much free floor is asked for before and behind a cut."""
+
+
+@dataclass(frozen=True, eq=False)
+class CutRules:
+    """What a cut may go through: ``deepest_m``, and whether through anything but wall (the gap between two buildings)."""
+
+    width_m: float
+    deepest_m: float
+    only_walls: bool
+
+
+def cuts_on_line(a: Vector, b: Vector, floor: BaseGeometry, walls: BaseGeometry, rules: CutRules) -> Iterator[Bridge]:
+    """Cuts near the line from ``a`` to ``b``, through its thinnest wall first."""
+    line = shapely.linestrings([a, b])
+    crossed = [p for p in shapely.get_parts(shapely.difference(line, floor)) if p.length > 1e-6]
+    for wall in sorted(crossed, key=lambda p: (p.length, p.bounds)):
+        start, end = shapely.get_coordinates(wall)[[0, -1]]
+        cut = _straight_cut(start, end, floor, walls, rules)
+        if cut is not None:
+            yield cut
+
+
+def _straight_cut(
+    start: Vector, end: Vector, floor: BaseGeometry, walls: BaseGeometry, rules: CutRules
+) -> Bridge | None:
+    along = _face_direction(start, floor)
+    if along is None:
+        return None
+    across = np.array([-along[1], along[0]])
+    if across @ (end - start) < 0:
+        along, across = -along, -across
+    steps = np.arange(0.0, FARTHEST_SLIDE_M, SLIDE_M)
+    for slide in sorted({*steps, *-steps}, key=lambda s: (abs(s), s)):
+        foot = start + slide * along
+        depth = _depth(foot, across, floor, rules.deepest_m)
+        if depth is None:
+            continue
+        cut = Bridge(foot + across * depth / 2, along, rules.width_m, depth, (0, 0))
+        if _is_clean(cut, floor, walls, rules):
+            return cut
+    return None
+
+
+def _face_direction(point: Vector, floor: BaseGeometry) -> Vector | None:
+    """Unit direction of the edge of the floor that a point lies on."""
+    best, direction = 0.01, None
+    for ring in shapely.get_parts(shapely.get_parts(floor.boundary)):
+        points = shapely.get_coordinates(ring)
+        a, d = points[:-1], np.diff(points, axis=0)
+        length2 = np.maximum((d**2).sum(axis=1), 1e-12)
+        t = np.clip(((point - a) * d).sum(axis=1) / length2, 0.0, 1.0)
+        distance = np.hypot(*(a + t[:, None] * d - point).T)
+        k = int(np.argmin(distance))
+        if distance[k] < best:
+            best, direction = float(distance[k]), d[k] / np.sqrt(length2[k])
+    return direction
+
+
+def _depth(foot: Vector, across: Vector, floor: BaseGeometry, deepest_m: float) -> float | None:
+    """How far it is through the wall from a point on its face, or None where there is no other side in reach."""
+    ray = shapely.linestrings([foot + 1e-3 * across, foot + deepest_m * across])
+    beyond = shapely.intersection(ray, floor)
+    if beyond.is_empty:
+        return None
+    depth = float(np.min((shapely.get_coordinates(beyond) - foot) @ across))
+    return depth if depth > 0.01 else None
+
+
+def _is_clean(cut: Bridge, floor: BaseGeometry, walls: BaseGeometry, rules: CutRules) -> bool:
+    """The strip is wall throughout, and the floor before and behind it is free."""
+    strip = cut.strip()
+    if overlap(strip, floor).area > 0.02 * strip.area:
+        return False
+    if rules.only_walls and overlap(strip, walls).area < 0.9 * strip.area:
+        return False
+    shift = cut.across * (cut.depth + APPROACH_M) / 2
+    for side in (-1.0, 1.0):
+        before = replace(cut, centre=cut.centre + side * shift, depth=APPROACH_M).strip()
+        if overlap(before, floor).area < 0.97 * before.area:
+            return False
+    return True
+
+
+def nearest_cut(a: BaseGeometry, b: BaseGeometry, width_m: float) -> Bridge:
+    """The shortest way between two pieces, whatever it goes through: the last resort."""
+    start, end = shapely.get_coordinates(shapely.shortest_line(a, b))
+    across = end - start
+    depth = max(float(np.hypot(*across)), 1e-3)
+    across = across / depth if depth > 1e-3 else np.array([0.0, 1.0])
+    return Bridge((start + end) / 2, np.array([across[1], -across[0]]), width_m, depth, (0, 0))

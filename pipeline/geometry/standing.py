@@ -1,0 +1,46 @@
+"""Where a disc robot can stand: free space drawn in by its radius, piece by piece."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.overlay import polygons_of, united
+from pipeline.values import Spaces
+
+SPECK_M2 = 1e-3
+LAP_M = 0.01
+
+
+def floor_of(spaces: Spaces) -> BaseGeometry:
+    """All rooms and the open passages between them, as one area."""
+    strips = [p.bridge.strip(deeper_m=LAP_M) for p in spaces.passages if not p.leads_outside]
+    return united([*spaces.rooms, *strips])
+
+
+def standing_pieces(floor: BaseGeometry, radius_m: float) -> list[Polygon]:
+    """Connected pieces of the disc centre's space, largest first; specks of a few square centimetres are left out."""
+    pieces = polygons_of(shapely.buffer(floor, -radius_m, quad_segs=8))
+    return [p for p in pieces if p.area > SPECK_M2]
+
+
+def sample(pieces: list[Polygon], count: int, rng: np.random.Generator) -> npt.NDArray[np.float64]:
+    """``count`` points (n, 2) uniform over all pieces, and one more inside each."""
+    low = np.min([p.bounds[:2] for p in pieces], axis=0)
+    high = np.max([p.bounds[2:] for p in pieces], axis=0)
+    whole = united(pieces)
+    shapely.prepare(whole)
+    found: list[npt.NDArray[np.float64]] = []
+    while sum(len(f) for f in found) < count:
+        trial = rng.uniform(low, high, (4 * count, 2))
+        found.append(trial[shapely.contains_xy(whole, trial[:, 0], trial[:, 1])])
+    inside = shapely.get_coordinates([p.representative_point() for p in pieces])
+    return np.concatenate([inside, np.concatenate(found)[:count]])
+
+
+def piece_of(points: npt.NDArray[np.float64], pieces: list[Polygon]) -> npt.NDArray[np.int64]:
+    """For each point (n, 2) the index of the nearest piece."""
+    return np.asarray(shapely.STRtree(pieces).nearest(shapely.points(points)), np.int64)

@@ -1,0 +1,188 @@
+"""Faces that are straight in the model, straight again: edges of room outlines snapped to shared directions and lines.
+
+Slabs of one wall overlap, are skewed by a degree, or stand a centimetre apart, so the outline of their union has
+stair-steps and slivers. Each edge becomes part of a line, and the outline is drawn anew from the crossings of its lines.
+
+R1  Directions that many long edges share are the house's; an edge takes one if that moves its ends by no more than
+    ``offset_m``. A shared direction within ``angle_deg`` of an axis is the axis.
+R2  Parallel edges that look the same way, closer than ``offset_m`` and next to each other, lie on one line.
+R3  A step that is shorter than ``offset_m`` between two edges is dropped.
+R4  An outline that would change by more than that keeps its own edges.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+
+from pipeline.geometry.overlay import polygons_of
+
+Floats = npt.NDArray[np.float64]
+LONG_M = 0.3
+REACH_M = 1.0
+"""Edges on one line, further apart than this, are different walls."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Edges:
+    """All edges of all rings: ends (n, 2), unit direction, length, and their ring's index."""
+
+    start: Floats
+    end: Floats
+    ring: npt.NDArray[np.int64]
+
+    @property
+    def length(self) -> Floats:
+        return np.hypot(*(self.end - self.start).T)
+
+    @property
+    def angle(self) -> Floats:
+        """Direction in [0, 2 pi)."""
+        d = self.end - self.start
+        return np.arctan2(d[:, 1], d[:, 0]) % (2 * np.pi)
+
+
+def straighten(rooms: list[Polygon], *, offset_m: float, angle_deg: float) -> list[Polygon]:
+    """The same rooms with straight faces; none moves by more than about ``offset_m`` metres."""
+    cleaned = [shapely.orient_polygons(_simple(room, offset_m / 4)) for room in rooms]
+    rings = [shapely.get_coordinates(ring)[:-1] for room in cleaned for ring in (room.exterior, *room.interiors)]
+    if not rings:
+        return rooms
+    edges = _Edges(
+        np.concatenate(rings),
+        np.concatenate([np.roll(r, -1, axis=0) for r in rings]),
+        np.repeat(np.arange(len(rings)), [len(r) for r in rings]),
+    )
+    angle = _shared_angles(edges, offset_m, np.deg2rad(angle_deg))  # R1
+    normal = np.stack([np.sin(angle), -np.cos(angle)], axis=1)
+    line = _shared_lines(edges, angle, normal, offset_m)  # R2
+    drawn = [_redraw(edges, line, normal, edges.ring == k, offset_m) for k in range(len(rings))]
+    result, at = [], 0
+    for room in cleaned:
+        count = 1 + len(room.interiors)
+        result.append(_accepted(room, drawn[at : at + count], offset_m))
+        at += count
+    return result
+
+
+def _simple(room: Polygon, tolerance_m: float) -> Polygon:
+    return polygons_of(shapely.simplify(room, tolerance_m))[0]
+
+
+def _shared_angles(edges: _Edges, offset_m: float, tolerance: float) -> Floats:
+    angle, length = edges.angle, edges.length
+    result = angle.copy()
+    free = length >= LONG_M
+    while free.any():
+        leader = int(np.argmax(np.where(free, length, 0.0)))
+        near = free & (_apart(angle, angle[leader]) <= tolerance)
+        shared = _mean_angle(angle[near], length[near])
+        quarter = np.round(shared / (np.pi / 2)) * (np.pi / 2)
+        shared = quarter if abs(shared - quarter) <= tolerance else shared
+        close = _apart(angle, shared)
+        takes = (close <= 2 * tolerance) & (np.sin(close) * length / 2 <= offset_m) & (near | (length < LONG_M))
+        turned = np.cos(angle - shared) < 0
+        result[takes] = (shared + np.pi * turned[takes]) % (2 * np.pi)
+        free &= ~near
+    return result
+
+
+def _apart(angle: Floats, other: float) -> Floats:
+    """Difference of directions, modulo half a turn."""
+    d = (angle - other) % np.pi
+    return np.minimum(d, np.pi - d)
+
+
+def _mean_angle(angle: Floats, weight: Floats) -> float:
+    double = np.sum(weight * np.exp(2j * angle))
+    return float(np.angle(double) / 2 % np.pi)
+
+
+def _shared_lines(edges: _Edges, angle: Floats, normal: Floats, offset_m: float) -> Floats:
+    """For each edge the offset of its line along its normal, metres."""
+    along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    own = (((edges.start + edges.end) / 2) * normal).sum(axis=1)
+    low = (edges.start * along).sum(axis=1)
+    high = (edges.end * along).sum(axis=1)
+    length, result = edges.length, own.copy()
+    free = np.ones(len(own), bool)
+    for leader in np.argsort(-length, kind="stable"):
+        if not free[leader]:
+            continue
+        same = free & (np.abs(own - own[leader]) <= offset_m) & (np.abs(np.sin((angle - angle[leader]) / 2)) < 1e-6)
+        group = _reached(low, high, same, int(leader))
+        result[group] = np.average(own[group], weights=length[group])
+        free[group] = False
+    return result
+
+
+def _reached(low: Floats, high: Floats, candidates: npt.NDArray[np.bool_], leader: int) -> npt.NDArray[np.int64]:
+    """Candidates on the leader's line, each within reach of the stretch that the others cover already."""
+    index = np.flatnonzero(candidates)
+    start, end = low[leader], high[leader]
+    inside = np.zeros(len(index), bool)
+    while True:
+        grown = (low[index] <= end + REACH_M) & (high[index] >= start - REACH_M)
+        if (grown == inside).all():
+            return index[inside]
+        inside = grown
+        start, end = low[index[inside]].min(), high[index[inside]].max()
+
+
+def _redraw(
+    edges: _Edges, line: Floats, normal: Floats, mine: npt.NDArray[np.bool_], offset_m: float
+) -> Floats:
+    """One ring from the crossings of its lines."""
+    index = list(np.flatnonzero(mine))
+    length = edges.length
+    index = _without_steps(index, line, normal, length, offset_m)
+    points: list[Floats] = []
+    for here, after in zip(index, index[1:] + index[:1], strict=True):
+        cross = normal[here, 0] * normal[after, 1] - normal[here, 1] * normal[after, 0]
+        if abs(cross) > 0.1:
+            rhs = np.array([line[here], line[after]])
+            points.append(np.linalg.solve(np.stack([normal[here], normal[after]]), rhs))
+        else:  # (nearly) parallel: a step between two lines
+            corner = edges.end[here] if (after == here + 1) else (edges.end[here] + edges.start[after]) / 2
+            for k in (here, after):
+                points.append(corner + (line[k] - corner @ normal[k]) * normal[k])
+    return np.array(points).reshape(-1, 2)
+
+
+def _without_steps(index: list[int], line: Floats, normal: Floats, length: Floats, offset_m: float) -> list[int]:
+    """R3: drop short edges whose neighbours meet without them, and join neighbours on one line."""
+    changed = True
+    while changed and len(index) > 3:
+        changed = False
+        for k, here in enumerate(index):
+            before, after = index[k - 1], index[(k + 1) % len(index)]
+            same = _parallel(normal, before, here) and abs(line[before] - line[here]) < 1e-9
+            step = length[here] <= offset_m and (
+                not _parallel(normal, before, after) or abs(line[before] - line[after]) < 1e-9
+            )
+            if same or step:
+                index = index[:k] + index[k + 1 :]
+                changed = True
+                break
+    return index
+
+
+def _parallel(normal: Floats, a: int, b: int) -> bool:
+    return bool(normal[a] @ normal[b] > 1 - 1e-9)
+
+
+def _accepted(room: Polygon, rings: list[Floats], offset_m: float) -> Polygon:
+    """R4: the redrawn room if it is sound and close to what it was."""
+    if any(len(ring) < 3 for ring in rings[:1]):
+        return room
+    redrawn = Polygon(rings[0], [ring for ring in rings[1:] if len(ring) >= 3])
+    if not redrawn.is_valid or redrawn.is_empty:
+        return room
+    far = shapely.hausdorff_distance(redrawn.exterior, room.exterior)
+    return redrawn if far <= 4 * offset_m else room
+
+

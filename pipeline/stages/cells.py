@@ -1,0 +1,22 @@
+"""Algorithm 1, lines 5-8: closed cells smaller than the threshold become obstacle (chimneys, shafts).
+
+The paper lists n = 500 points for this check, and no step of it uses them: labelling covers every point. A cell is a room
+together with all rooms that can be reached from it; a small room with a door is part of a larger cell and stays.
+"""
+
+from __future__ import annotations
+
+from pipeline.config import CellsConfig
+from pipeline.geometry.cells import cells
+from pipeline.values import Spaces
+
+
+def fill_cells(spaces: Spaces, config: CellsConfig) -> Spaces:
+    """Drop every cell of less than ``area_m2``."""
+    keep, filled = [], 0
+    for cell in cells(spaces):
+        if sum(spaces.rooms[k].area for k in cell) < config.area_m2:
+            filled += 1
+        else:
+            keep += cell
+    return spaces.keeping(sorted(keep), filled_cells=filled) if filled else spaces

@@ -1,0 +1,130 @@
+"""Algorithm 1, lines 9-17: every part of the house can be reached.
+
+R1  m points are sampled uniformly where the robot's disc can stand, and one more in every piece of that space.
+R2  Pairs are taken by increasing distance. A pair in one piece has a path (labelling is exact), so only pairs in two
+    pieces are looked at; planning every pair by A* gives the same result, which a test shows.
+R3  Where there is no path, a wall on the line between the two is cut: the thinnest that takes a straight cut of
+    ``cut_width_m`` at right angles to it, with free floor on both sides; it slides along the wall for that. The pair is
+    then looked at again.
+R4  A corner of a room that the disc fits in but cannot get to, smaller than a cell, is filled.
+R5  Where no pair gives a clean cut, parts are joined through what lies between them, walls or open air, at last by the
+    shortest way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.config import ConnectivityConfig
+from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.cuts import CutRules, cuts_on_line, nearest_cut
+from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
+from pipeline.geometry.standing import floor_of, piece_of, sample, standing_pieces
+from pipeline.rejection import Reason, Rejection
+from pipeline.values import Passage, Spaces
+
+MOST_PAIRS = 300
+DEEPEST_WALL_M = 1.5
+DEEPEST_M = 12.0
+
+
+def connect(spaces: Spaces, config: ConnectivityConfig, least_m2: float, rng: np.random.Generator) -> Spaces:
+    """Join all pieces of the space in which the disc can stand; raises Rejection where it can stand nowhere.
+
+    ``least_m2`` is the threshold of the cells, below which a pocket is filled instead.
+    """
+    pieces = standing_pieces(floor_of(spaces), config.robot_radius_m)
+    if not pieces:
+        raise Rejection(
+            "connectivity",
+            Reason.NO_ROOM_FITS,
+            f"a robot of radius {config.robot_radius_m} m can stand nowhere in {len(spaces.rooms)} rooms",
+            "give a smaller robot_radius_m, or check the units",
+        )
+    if len(pieces) == 1:
+        return spaces
+    spaces = _without_pockets(spaces, pieces, config.robot_radius_m, least_m2)
+    points: npt.NDArray[np.float64] | None = None
+    cuts = 0
+    for _ in range(2 * len(pieces) + 8):
+        floor = floor_of(spaces)
+        pieces = standing_pieces(floor, config.robot_radius_m)
+        if len(pieces) == 1:
+            return replace(spaces, notes={**spaces.notes, "cuts": cuts}) if cuts else spaces
+        if points is None:
+            points = sample(pieces, config.samples, rng)  # R1
+        cut = _next_cut(points, pieces, floor, spaces.walls, config)
+        spaces = _with_cut(spaces, cut)
+        cuts += 1
+    raise Rejection(
+        "connectivity", Reason.UNREACHABLE, f"{len(pieces)} parts stay apart after {cuts} cuts", "look at it with inspect"
+    )
+
+
+def _without_pockets(spaces: Spaces, pieces: list[Polygon], radius_m: float, least_m2: float) -> Spaces:
+    """R4: fill pockets of rooms that have a larger piece elsewhere."""
+    rooms = list(spaces.rooms)
+    where = shapely.STRtree(rooms)
+    largest: dict[int, Polygon] = {}
+    home = [int(where.nearest(p.representative_point())) for p in pieces]
+    for piece, room in zip(pieces, home, strict=True):
+        largest.setdefault(room, piece)  # pieces come largest first
+    filled = 0
+    for piece, room in zip(pieces, home, strict=True):
+        pocket = shapely.buffer(piece, radius_m + 0.01, quad_segs=2, join_style="mitre")
+        if piece is not largest[room] and overlap(pocket, rooms[room]).area < least_m2:
+            rest = polygons_of(subtract(rooms[room], pocket))
+            rooms[room] = max(rest, key=lambda part: overlap(part, largest[room]).area)
+            filled += 1
+    return replace(spaces, rooms=tuple(rooms), notes={**spaces.notes, "filled_pockets": filled}) if filled else spaces
+
+
+def _next_cut(
+    points: npt.NDArray[np.float64],
+    pieces: list[Polygon],
+    floor: BaseGeometry,
+    walls: BaseGeometry,
+    config: ConnectivityConfig,
+) -> Bridge:
+    piece = piece_of(points, pieces)
+    walls_only = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True)
+    anything = CutRules(config.cut_width_m, DEEPEST_M, only_walls=False)
+    for rules in (walls_only, anything):  # R3, R5
+        for i, j in _pairs_apart(points, piece):
+            for cut in cuts_on_line(points[i], points[j], floor, walls, rules):
+                if _joins_pieces(cut, pieces, floor, config.robot_radius_m):
+                    return cut
+    return nearest_cut(pieces[0], united(pieces[1:]), config.cut_width_m)
+
+
+def _pairs_apart(points: npt.NDArray[np.float64], piece: npt.NDArray[np.int64]) -> Iterator[tuple[int, int]]:
+    """R2: pairs of points in different pieces, by increasing distance."""
+    i, j = np.triu_indices(len(points), 1)
+    apart = piece[i] != piece[j]
+    i, j = i[apart], j[apart]
+    distance = np.hypot(*(points[i] - points[j]).T)
+    for k in np.argsort(distance, kind="stable")[:MOST_PAIRS]:
+        yield int(i[k]), int(j[k])
+
+
+def _joins_pieces(cut: Bridge, pieces: list[Polygon], floor: BaseGeometry, radius_m: float) -> bool:
+    """Whether there are fewer pieces with the cut than without."""
+    opened = united([floor, cut.strip(deeper_m=0.01)])
+    return len(standing_pieces(opened, radius_m)) < len(pieces)
+
+
+def _with_cut(spaces: Spaces, cut: Bridge) -> Spaces:
+    ends = [cut.centre + side * cut.across * (cut.depth / 2 + 0.02) for side in (-1.0, 1.0)]
+    rooms = shapely.STRtree(spaces.rooms).nearest(shapely.points(ends))
+    sides = (int(rooms[0]), int(rooms[1]))
+    if sides[0] == sides[1]:  # a pinch inside one room is widened: no door
+        wider = polygons_of(united([spaces.rooms[sides[0]], cut.strip(deeper_m=0.01)]))[0]
+        return replace(spaces, rooms=(*spaces.rooms[: sides[0]], wider, *spaces.rooms[sides[0] + 1 :]))
+    return replace(spaces, passages=(*spaces.passages, Passage(replace(cut, sides=sides), "cut")))

@@ -1,0 +1,34 @@
+"""A part of the house far from the main one is erased, as the paper's authors did with garages (section II).
+
+Both must hold: its wall outline stands more than ``distance_m`` from the main part's, and its rooms have less than
+``share`` of the main part's area. What is nearer or larger stays, and stage ``connectivity`` joins it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from pipeline.config import IsolatedConfig
+from pipeline.values import Spaces
+
+
+def erase_isolated(spaces: Spaces, config: IsolatedConfig) -> Spaces:
+    """Drop the rooms of parts that stand apart."""
+    inside = [
+        [k for k, room in enumerate(spaces.rooms) if outline.contains(room.representative_point())]
+        for outline in spaces.outlines
+    ]
+    area = [sum(spaces.rooms[k].area for k in rooms) for rooms in inside]
+    main = max(range(len(area)), key=lambda k: area[k])
+    apart = {
+        k
+        for k, outline in enumerate(spaces.outlines)
+        if k != main
+        and outline.distance(spaces.outlines[main]) > config.distance_m
+        and area[k] < config.share * area[main]
+    }
+    if not apart:
+        return spaces
+    keep = sorted(room for k, rooms in enumerate(inside) if k not in apart for room in rooms)
+    left = spaces.keeping(keep, erased_parts=len(apart))
+    return replace(left, outlines=tuple(o for k, o in enumerate(spaces.outlines) if k not in apart))

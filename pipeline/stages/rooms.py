@@ -1,0 +1,85 @@
+"""Rooms get their names; spaces that only the source tells apart are divided as it divides them.
+
+R1  Where the source has the rooms' own polygons (IfcSpace), a space that holds several of them is divided: each point
+    goes to the polygon that holds it, what none holds to the nearest. No wall stands there, so no door does either.
+R2  A source room with a polygon names the room that it overlaps most.
+R3  A source room with a box only (SUNCG: the box of the room and its objects) names the room that fits it best, each
+    room at most once in the first round; those left over then name the room they lie in, so one room may carry several.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import shapely
+from scipy.optimize import linear_sum_assignment
+from shapely import Polygon
+
+from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
+from pipeline.values import Level, NamedRoom, SourceRoom, Spaces
+
+LEAST_SHARE = 0.3
+LEAST_M2 = 0.5
+
+
+def name_rooms(level: Level, spaces: Spaces) -> tuple[NamedRoom, ...]:
+    """The rooms of the plan with labels and words, in the order of ``spaces.rooms``, divided ones side by side."""
+    drawn = [r for r in level.rooms if r.polygon is not None]
+    boxed = [r for r in level.rooms if r.polygon is None and r.box is not None]
+    rooms = [part for room in spaces.rooms for part in _divided(room, drawn)]
+    named = [NamedRoom(room) for room in rooms]
+    for source in drawn:  # R2
+        shares = [overlap(room, source.polygon).area for room in rooms]
+        best = int(np.argmax(shares))
+        if source.polygon is not None and shares[best] > LEAST_SHARE * source.polygon.area:
+            named[best] = _with_name(named[best], source)
+    for source, k in _by_box(boxed, rooms):  # R3
+        named[k] = _with_name(named[k], source)
+    return tuple(named)
+
+
+def _with_name(room: NamedRoom, source: SourceRoom) -> NamedRoom:
+    labels = room.labels + tuple(label for label in source.labels if label not in room.labels)
+    return replace(room, labels=labels, words=room.words + source.words)
+
+
+def _divided(room: Polygon, drawn: list[SourceRoom]) -> list[Polygon]:
+    """R1."""
+    inside = [s.polygon for s in drawn if s.polygon is not None and s.polygon.intersects(room)]
+    inside = [p for p in inside if overlap(p, room).area > max(LEAST_M2, LEAST_SHARE * p.area)]
+    if len(inside) < 2:
+        return [room]
+    cores: list[Polygon] = []
+    taken = united([])
+    for polygon in sorted(inside, key=lambda p: (p.area, p.bounds)):
+        core = subtract(overlap(polygon, room), taken)
+        if core.area > LEAST_M2:
+            cores.append(polygons_of(core)[0])
+            taken = united([taken, cores[-1]])
+    parts = [[core] for core in cores]
+    for scrap in polygons_of(subtract(room, taken)):
+        touching = [shapely.intersection(scrap.buffer(1e-6), core).area for core in cores]
+        parts[int(np.argmax(touching))].append(scrap)
+    grown = [polygons_of(shapely.buffer(united(p).buffer(1e-6), -1e-6, join_style="mitre")) for p in parts]
+    return [g[0] for g in grown]
+
+
+def _by_box(boxed: list[SourceRoom], rooms: list[Polygon]) -> list[tuple[SourceRoom, int]]:
+    if not boxed or not rooms:
+        return []
+    boxes = np.array([s.box for s in boxed])
+    bounds = shapely.bounds(rooms)
+    low = np.maximum(boxes[:, None, :2], bounds[None, :, :2])
+    high = np.minimum(boxes[:, None, 2:], bounds[None, :, 2:])
+    shared = np.prod(np.clip(high - low, 0.0, None), axis=2)
+    area = np.prod(boxes[:, 2:] - boxes[:, :2], axis=1)
+    other = np.prod(bounds[:, 2:] - bounds[:, :2], axis=1)
+    fit = shared / np.maximum(area[:, None] + other[None, :] - shared, 1e-9)
+    pairs = [(int(i), int(k)) for i, k in zip(*linear_sum_assignment(-fit), strict=True) if fit[i, k] > LEAST_SHARE]
+    done = {i for i, _ in pairs}
+    for i in range(len(boxed)):
+        inside = np.where(shared[i] > 0.5 * np.minimum(area[i], other), fit[i], 0.0)
+        if i not in done and inside.max() > 0:
+            pairs.append((i, int(np.argmax(inside))))
+    return [(boxed[i], k) for i, k in sorted(pairs)]
