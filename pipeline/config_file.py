@@ -1,4 +1,4 @@
-"""Manifests: a TOML file says what goes into a build and with which parameters; whatever it does not say is the default.
+"""Manifests: a TOML file says what goes into a build and with which parameters; the rest is default.
 
 ::
 
@@ -114,7 +114,11 @@ def fill(kind: type[T], table: Any, path: Path, at: str = "", beside: Iterable[s
         if key not in known:
             raise ConfigError(f"{path}: unknown key '{name}'; {_nearest(key, [*known, *beside], at)}")
         hint = hints[key]
-        values[key] = fill(hint, value, path, name) if is_dataclass(hint) else _checked(value, hint, path, name)
+        values[key] = (
+            fill(hint, value, path, name)
+            if isinstance(hint, type) and is_dataclass(hint)
+            else _checked(value, hint, path, name)
+        )
     return kind(**values)
 
 

@@ -7,11 +7,12 @@ with one thread each, so that N workers use N cores.
 
 from __future__ import annotations
 
+import concurrent.futures
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, TimeoutError, wait
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
@@ -44,16 +45,21 @@ class Failure:
 
 
 def run(
-    function: Callable[[Item], Result], items: Iterable[Item], *, workers: int, limits: Limits
+    function: Callable[[Item], Result],
+    items: Iterable[Item],
+    *,
+    workers: int,
+    limits: Limits,
+    preload: Sequence[str] = (),
 ) -> Iterator[tuple[Item, Result | Failure]]:
     """Yield each item with its result or why it has none, in the order in which they end.
 
     ``function`` and the items are pickled. A worker that dies takes only its own item with it: another starts in its
-    place. Closing the iterator early stops the workers.
+    place. Closing the iterator early stops the workers. Modules named in ``preload`` are imported once for all workers.
     """
     waiting = iter(items)
     running: dict[Future[Result], Item] = {}
-    with _single_threaded(), _pool(workers, limits.memory) as pool:
+    with _single_threaded(), _pool(workers, limits.memory, preload) as pool:
         while True:
             for item in islice(waiting, workers * _AHEAD - len(running)):
                 running[pool.schedule(function, args=(item,), timeout=limits.seconds)] = item
@@ -61,13 +67,14 @@ def run(
                 return
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in done:
-                yield running.pop(future), _outcome(future, limits)
+                outcome: Result | Failure = _outcome(future, limits)
+                yield running.pop(future), outcome
 
 
 def _outcome(future: Future[Result], limits: Limits) -> Result | Failure:
     try:
         return future.result()
-    except TimeoutError:
+    except concurrent.futures.TimeoutError:
         return Failure("timeout", f"took longer than {limits.seconds:g} s")
     except MemoryError:
         return Failure("memory", f"needed more than {limits.memory / 2**30:g} GiB")
@@ -84,9 +91,9 @@ def _name(exitcode: int) -> str:
 
 
 @contextmanager
-def _pool(workers: int, memory: int) -> Iterator[ProcessPool]:
+def _pool(workers: int, memory: int, preload: Sequence[str]) -> Iterator[ProcessPool]:
     """Open a pool; it is stopped at once where the caller leaves early, say by Ctrl-C."""
-    pool = ProcessPool(max_workers=workers, initializer=_prepare, initargs=(memory,), context=_context())
+    pool = ProcessPool(max_workers=workers, initializer=_prepare, initargs=(memory,), context=_context(preload))
     try:
         yield pool
         pool.close()
@@ -95,9 +102,12 @@ def _pool(workers: int, memory: int) -> Iterator[ProcessPool]:
         pool.join()
 
 
-def _context() -> BaseContext:
-    methods = multiprocessing.get_all_start_methods()
-    return multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
+def _context(preload: Sequence[str]) -> BaseContext:
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["__main__", *preload])
+    return context
 
 
 @contextmanager

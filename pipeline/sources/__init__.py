@@ -11,7 +11,7 @@ from houseexpo.errors import ConfigError
 from pipeline.rejection import Rejection
 from pipeline.values import Input, Reader
 
-_OPTIONS = {"mesh_file": ("up", "units"), "ifc": ("furniture",), "suncg": ("furniture",), "generated": ("seed",)}
+_OPTIONS = {"mesh_file": ("up", "units"), "ifc": (), "suncg": ("furniture",), "generated": ("seed",)}
 """The readers, and which of a build's options each of them takes."""
 
 
@@ -49,6 +49,9 @@ def reader(name: str) -> Reader:
 def _readers(source: str) -> tuple[str, ...]:
     if source.startswith("procedural:"):
         return ("generated",)
-    if all((Path(source) / part).is_dir() for part in ("house", "room")):
+    path = Path(source)
+    if all((path / part).is_dir() for part in ("house", "room")):
         return ("suncg",)
-    return ("ifc", "mesh_file")
+    if path.is_dir():
+        return ("ifc", "mesh_file")
+    return ("ifc",) if path.suffix.lower() == ".ifc" else ("mesh_file",)

@@ -1,0 +1,5 @@
+"""``python -m pipeline`` is ``houseexpo build``."""
+
+from houseexpo.cli import main
+
+main("build")

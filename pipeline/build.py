@@ -1,0 +1,129 @@
+"""A batch: list the inputs, plan those that are not done, put the data set together."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict
+from functools import cache, partial
+from importlib.metadata import version
+from pathlib import Path
+
+import msgspec
+
+import houseexpo
+import pipeline
+from houseexpo.errors import ConfigError
+from pipeline.algorithm import plan_house
+from pipeline.assemble import DataSet, assemble
+from pipeline.config_file import BuildConfig
+from pipeline.executors.local import Failure, Limits, run
+from pipeline.job import Finished, Job, Plan, Refused, Settings, work
+from pipeline.overrides import Override
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources import find
+from pipeline.store import Entry, Store
+from pipeline.values import Input
+
+Progress = Callable[[str, int, int], None]
+"""Called with what is being done, how much of it is done, and of how much."""
+
+_REASONS: Mapping[str, tuple[Reason, str]] = {
+    "timeout": (Reason.TIMEOUT, "raise limits.seconds, or simplify the mesh"),
+    "memory": (Reason.OUT_OF_MEMORY, "raise limits.memory_gb, or simplify the mesh"),
+    "killed": (Reason.OUT_OF_MEMORY, "most often the machine ran out of memory: use fewer workers"),
+    "died": (Reason.INTERNAL, "a library crashed on it: please report it"),
+    "raised": (Reason.INTERNAL, "this is a fault of the program: please report it"),
+}
+
+
+def build(
+    config: BuildConfig,
+    out: Path,
+    *,
+    overrides: Mapping[str, Override],
+    workers: int,
+    progress: Progress,
+    plan: Plan = plan_house,
+) -> DataSet:
+    """Build a data set folder; what an earlier run with the same parameters has done is not done again.
+
+    Parameters
+    ----------
+    config, overrides
+        What goes in, with which parameters, and what a person decided otherwise.
+    out
+        The folder; new, empty, or an earlier build with the same parameters.
+    workers
+        Processes; the data set does not depend on how many.
+    plan
+        Turns a level into a plan.
+
+    Raises
+    ------
+    ConfigError
+        Where a source is none, or the folder holds something else.
+    """
+    inputs = list_inputs(config)
+    store = Store.open(out, config.digest())
+    stamp = {"generator": "houseexpo", "version": version("houseexpo"), "parameters_sha256": config.digest()}
+    settings = Settings(config.stages, config.build.seed, overrides, stamp, plan)
+    keys = {item: _key(item, config, overrides) for item in inputs}
+    known = {item: store.known(key) for item, key in keys.items()}
+    jobs = [Job(item, entry.content if entry else "") for item, entry in known.items()]
+    limits = Limits(config.limits.seconds, int(config.limits.memory_gb * 2**30))
+    results = run(partial(work, settings), jobs, workers=workers, limits=limits, preload=[__name__])
+    for count, (job, result) in enumerate(results, start=1):
+        if result is not None:
+            store.done(keys[job.item], _failed(job, result) if isinstance(result, Failure) else result)
+        progress("planning", count, len(inputs))
+    progress("putting together", 0, 1)
+    data_set = assemble(store, _entries(store, keys), config, overrides)
+    progress("putting together", 1, 1)
+    return data_set
+
+
+def list_inputs(config: BuildConfig) -> list[Input]:
+    """List what the sources hold, sorted by id, each once, up to the limit."""
+    options = config.build
+    if not options.sources:
+        raise ConfigError("no SOURCE: name one, or a --config whose [build] has sources")
+    chosen = {
+        "up": options.up,
+        "units": options.units,
+        "furniture": "yes" if options.furniture else "no",
+        "seed": str(options.seed),
+    }
+    found = dict.fromkeys(item for source in options.sources for item in find(source, **chosen))
+    return sorted(found, key=lambda item: (item.id, item.path))[: options.limit]
+
+
+def _entries(store: Store, keys: Mapping[Input, str]) -> Iterator[Entry]:
+    """Yield what came of each input, in the order of the inputs."""
+    for key in keys.values():
+        entry = store.known(key)
+        if entry is not None:
+            yield entry
+
+
+def _failed(job: Job, failure: Failure) -> Finished:
+    """Return a failure as the input's outcome; it is tried again in the next run, since no content is known of it."""
+    reason, advice = _REASONS[failure.kind]
+    return Finished("", 0.0, (Refused.of(job.item.id, Rejection("executor", reason, failure.detail, advice)),))
+
+
+def _key(item: Input, config: BuildConfig, overrides: Mapping[str, Override]) -> str:
+    """Return what stands for an input and all that its outcomes depend on but its content, as a hash."""
+    own = {name: asdict(override) for name, override in overrides.items() if name.startswith(item.id)}
+    parts = (item.id, item.reader, item.path, item.key, item.options, config.digest(), own, _code())
+    return hashlib.sha256(msgspec.json.encode(parts)).hexdigest()
+
+
+@cache
+def _code() -> str:
+    """Return a hash of the program itself: what another version of it has done is not relied on."""
+    digest = hashlib.sha256()
+    for package in (houseexpo, pipeline):
+        for file in sorted(Path(package.__path__[0]).rglob("*.py")):
+            digest.update(file.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,153 @@
+"""The commands ``build`` and ``inspect``: they read the command line, call, and show what came of it.
+
+What is heavy is imported where a command runs, so that ``houseexpo --help`` answers at once.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from pipeline.config_file import BuildConfig
+
+Up = Literal["auto", "y", "z"]
+Units = Literal["auto", "m", "cm", "mm", "in", "ft"]
+
+_Config = Annotated[
+    Path | None, typer.Option(help="Manifest: sources and parameters, a TOML file.", show_default=False)
+]
+_Seed = Annotated[int | None, typer.Option(min=0, help="Seed of all that is drawn at random.", show_default="0")]
+_Up = Annotated[Up | None, typer.Option(help="Up axis of mesh files.", show_default="auto")]
+_Units = Annotated[Units | None, typer.Option(help="Units of mesh files.", show_default="auto")]
+_Furniture = Annotated[bool | None, typer.Option("--furniture/--no-furniture", help="Furniture is an obstacle too.")]
+
+
+def build(
+    out: Annotated[Path, typer.Option(help="The data set folder.", show_default=False)],
+    sources: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="SOURCE",
+            help="A mesh, a folder, an IFC file, a SUNCG root or procedural:COUNT.",
+            show_default=False,
+        ),
+    ] = None,
+    config: _Config = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
+    limit: Annotated[int | None, typer.Option(min=1, help="Take the first N inputs only.", show_default=False)] = None,
+    seed: _Seed = None,
+    up: _Up = None,
+    units: _Units = None,
+    furniture: _Furniture = None,
+) -> None:
+    """Build a data set of floor plans from 3D houses.
+
+    Every input ends as a plan, a rejection with its reason, or a duplicate.
+
+    A build that was interrupted goes on where it stopped.
+    """
+    from rich.console import Console
+
+    from pipeline.build import build as run_build
+    from pipeline.overrides import load_overrides
+    from pipeline.report import counts_tables, outcome_table, plans_table, write_report
+
+    given = {
+        "sources": tuple(sources or ()),
+        "limit": limit,
+        "seed": seed,
+        "up": up,
+        "units": units,
+        "furniture": furniture,
+    }
+    settings = _settings(config, given)
+    console = Console()
+    with _progress(Console(stderr=True)) as bar:
+        data_set = run_build(
+            settings, out, overrides=load_overrides(config), workers=workers or _cores(), progress=_shown(bar)
+        )
+        write_report(data_set)
+    for table in (*counts_tables(data_set.stats), plans_table(data_set.stats), outcome_table(data_set.stats)):
+        if table is not None:
+            console.print(table)
+    _say_where(console, out)
+
+
+def inspect(
+    source: Annotated[str, typer.Argument(help="One house: a mesh, an IFC file, a SUNCG root or procedural:1.")],
+    out: Annotated[Path, typer.Option(help="Folder for the pictures.", show_default=False)],
+    level: Annotated[int, typer.Option(min=0, help="Which level, counted from the lowest.")] = 0,
+    config: _Config = None,
+    seed: _Seed = None,
+    up: _Up = None,
+    units: _Units = None,
+    furniture: _Furniture = None,
+) -> None:
+    """Show what each stage makes of one house: a PNG for each, and all on one sheet."""
+    from rich.console import Console
+
+    from pipeline.inspection import inspect_house
+
+    given = {"sources": (source,), "seed": seed, "up": up, "units": units, "furniture": furniture}
+    console = Console()
+    found = inspect_house(_settings(config, given), level, out)
+    for name in found.pictures:
+        console.print(f"  {out / name}", style="dim", highlight=False)
+    if found.rejection is not None:
+        console.print(f"[red]rejected[/] {found.id}: {found.rejection}", highlight=False)
+    else:
+        console.print(f"[green]plan[/] {found.id}", highlight=False)
+
+
+def _settings(config: Path | None, given: dict[str, Any]) -> BuildConfig:
+    """Return the manifest's settings, or the defaults, with what the command line gives in their place."""
+    from pipeline.config_file import BuildConfig, load_config
+
+    settings = BuildConfig() if config is None else load_config(config)
+    chosen = {name: value for name, value in given.items() if value not in (None, ())}
+    return replace(settings, build=replace(settings.build, **chosen))
+
+
+def _progress(console: Console) -> Progress:
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+        console=console,
+    )
+
+
+def _shown(bar: Progress) -> Any:
+    """Return the callback of a build that keeps a bar for each thing it does."""
+    tasks: dict[str, Any] = {}
+
+    def show(what: str, done: int, total: int) -> None:
+        if what not in tasks:
+            tasks[what] = bar.add_task(what, total=total, rate="")
+        speed = next(task.speed for task in bar.tasks if task.id == tasks[what])
+        bar.update(tasks[what], completed=done, rate=f"{speed:.1f}/s" if speed and total > 1 else "")
+
+    return show
+
+
+def _say_where(console: Console, out: Path) -> None:
+    console.print(f"data set   {out}", highlight=False)
+    console.print(f"pictures   {out / '.build' / 'pictures' / 'sheet.png'}", highlight=False)
+    console.print(f"report     {out / '.build' / 'report.html'}", highlight=False)
+
+
+def _cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

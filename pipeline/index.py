@@ -1,0 +1,61 @@
+"""``index.parquet``: one row a plan, so that a data set can be searched without opening its plans."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from houseexpo.graph import RADII_M
+from houseexpo.plan import FloorPlan
+
+_REACH = pa.struct([("components", pa.int32()), ("largest_share", pa.float64()), ("narrowest", pa.float64())])
+SCHEMA = pa.schema(
+    [
+        ("id", pa.string()),
+        ("room_num", pa.int32()),
+        ("area", pa.float64()),  # m2 of free space
+        ("width", pa.float64()),  # m along x
+        ("height", pa.float64()),  # m along y
+        ("labels", pa.list_(pa.string())),  # those that occur, sorted
+        ("n_doors", pa.int32()),
+        ("n_cuts", pa.int32()),
+        ("navigability", pa.struct([(f"{radius:.2f}", _REACH) for radius in RADII_M])),
+        ("source", pa.string()),
+        ("level", pa.int32()),
+        ("split", pa.string()),
+    ]
+)
+
+
+def row(plan: FloorPlan) -> dict[str, Any]:
+    """Return a plan's row; ``split`` is None until the data set is split."""
+    reach = plan.navigability or {}
+    width, height = (plan.verts.max(axis=0) - plan.verts.min(axis=0)).tolist()
+    return {
+        "id": plan.id,
+        "room_num": plan.room_num,
+        "area": round(float(plan.free_space.area), 2),
+        "width": round(width, 2),
+        "height": round(height, 2),
+        "labels": sorted(plan.room_category),
+        "n_doors": len(plan.doors),
+        "n_cuts": sum(door.kind == "cut" for door in plan.doors),
+        "navigability": {
+            radius: {"components": r.components, "largest_share": r.largest_share, "narrowest": r.narrowest}
+            for radius, r in reach.items()
+        }
+        or None,
+        "source": (plan.provenance or {}).get("source"),
+        "level": None if plan.frame is None else plan.frame.level,
+        "split": None,
+    }
+
+
+def index_table(rows: list[dict[str, Any]]) -> bytes:
+    """Return the bytes of a Parquet file; equal rows give equal bytes."""
+    stream = io.BytesIO()
+    pq.write_table(pa.Table.from_pylist(rows, schema=SCHEMA), stream, compression="zstd")
+    return stream.getvalue()

@@ -1,0 +1,153 @@
+"""What a worker does with one input: open it, plan its levels, and let nothing escape but outcomes."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from houseexpo.errors import MissingDependencyError
+from houseexpo.plan import FloorPlan
+from houseexpo.plan_json import encode
+from pipeline.config import PipelineConfig
+from pipeline.overrides import Override
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources import reader
+from pipeline.values import Input, Level, RejectedLevel
+
+Plan = Callable[[Level, PipelineConfig, np.random.Generator], FloorPlan]
+
+
+@dataclass(frozen=True)
+class Made:
+    """A plan, as the bytes of its file; ``content`` is the SHA-256 of what it was made from."""
+
+    id: str
+    content: str
+    plan: bytes = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Refused:
+    """An input, or a level of one, that gave no plan."""
+
+    id: str
+    stage: str
+    reason: str
+    detail: str
+    advice: str = ""
+
+    @classmethod
+    def of(cls, name: str, rejection: Rejection) -> Refused:
+        """Put a rejection down under the id it concerns."""
+        return cls(name, rejection.stage, str(rejection.reason), rejection.detail, rejection.advice)
+
+
+@dataclass(frozen=True)
+class Finished:
+    """What came of one input; ``seconds`` of wall clock."""
+
+    content: str
+    seconds: float
+    outcomes: tuple[Made | Refused, ...]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What all jobs of a build share; ``stamp`` goes into every plan's provenance."""
+
+    config: PipelineConfig
+    seed: int
+    overrides: Mapping[str, Override]
+    stamp: Mapping[str, str]
+    plan: Plan
+
+
+@dataclass(frozen=True)
+class Job:
+    """One input, and the content of which the outcomes are known already ("" where none are)."""
+
+    item: Input
+    known: str = ""
+
+
+def work(settings: Settings, job: Job) -> Finished | None:
+    """Return what came of an input, or None where it is still what the outcomes known were made from."""
+    start = time.perf_counter()
+    content = _content(job.item)
+    if content == job.known:
+        return None
+    outcomes = tuple(_outcomes(job.item, settings))
+    return Finished(content, time.perf_counter() - start, outcomes)
+
+
+def rng_of(level: Level, seed: int) -> np.random.Generator:
+    """Return a level's own source of chance: it depends on the seed and the id, not on what ran before."""
+    return np.random.default_rng([seed, *hashlib.sha256(level.id.encode()).digest()])
+
+
+def _outcomes(item: Input, settings: Settings) -> Iterator[Made | Refused]:
+    """Yield an outcome for each level; what goes wrong outside of a level's stages is the whole input's."""
+    count = 0
+    try:
+        for level in reader(item.reader).read(item):
+            count += 1
+            if isinstance(level, RejectedLevel):
+                yield Refused.of(level.id, level.rejection)
+            else:
+                yield _outcome(level, item, settings)
+    except Exception as error:  # noqa: BLE001 - one input's fault must not stop the batch
+        yield Refused.of(item.id, _as_rejection(error, item))
+    else:
+        if not count:
+            nothing = Rejection("source", Reason.NO_LEVEL, "expected a level, found none", "look at it in a viewer")
+            yield Refused.of(item.id, nothing)
+
+
+def _outcome(level: Level, item: Input, settings: Settings) -> Made | Refused:
+    content = str(level.provenance.get("sha256", ""))
+    override = settings.overrides.get(level.id, Override())
+    if override.drop:
+        why = override.why or "no reason given"
+        return Refused.of(level.id, Rejection("overrides", Reason.DROPPED_BY_HAND, why, "see overrides.toml"))
+    rng = rng_of(level, settings.seed)
+    try:
+        plan = settings.plan(level, override.applied(settings.config), rng)
+        plan = replace(plan, provenance={**(plan.provenance or {}), **settings.stamp})
+        return Made(level.id, content, encode(plan) + b"\n")
+    except Exception as error:  # noqa: BLE001 - the other levels of the house go on
+        return Refused.of(level.id, _as_rejection(error, item))
+
+
+def _as_rejection(error: Exception, item: Input) -> Rejection:
+    if isinstance(error, Rejection):
+        return error
+    if isinstance(error, MemoryError):
+        detail = "needed more memory than a worker may take"
+        return Rejection("executor", Reason.OUT_OF_MEMORY, detail, "raise limits.memory_gb, or simplify the mesh")
+    if isinstance(error, MissingDependencyError):
+        return Rejection("source", Reason.UNREADABLE, str(error), "install it and build again")
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    text = " ".join(str(error).replace(item.path, Path(item.path).name).split())[:200]
+    detail = f"{type(error).__name__} at {Path(place.filename).name}:{place.lineno} in {place.name}: {text}"
+    return Rejection("internal", Reason.INTERNAL, detail, "this is a fault of the program: please report it")
+
+
+def _content(item: Input) -> str:
+    """SHA-256 of what an input is made from: its file, the scene's files, or what a made house is made from."""
+    path = Path(item.path)
+    digest = hashlib.sha256(item.key.encode())
+    scene = [path / "house" / item.key, path / "room" / item.key]
+    files = [path] if not item.key else sorted(file for folder in scene for file in folder.glob("*"))
+    for file in files:
+        try:
+            data = file.read_bytes()
+        except OSError:
+            data = b"unreadable"
+        digest.update(file.name.encode() + b"\0" + hashlib.sha256(data).digest())
+    return digest.hexdigest()

@@ -1,0 +1,134 @@
+"""What came of a build, for people: tables for the terminal, a page, and pictures of some plans."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from houseexpo.drawing import Image, contact_sheet, draw_plan
+from houseexpo.files import load_plan
+from pipeline.assemble import DataSet
+from pipeline.store import write
+
+PICTURES = 60
+"""How many plans a build draws: enough to look at, quick to make."""
+
+_TILE_PX = 320
+_BAR = 24
+
+
+def outcome_table(stats: Mapping[str, Any]) -> Table:
+    """Show what became of the inputs, rejections by reason."""
+    outcomes = stats["outcomes"]
+    table = Table(title="Outcomes", title_justify="left", show_header=False)
+    table.add_column(style="bold")
+    table.add_column(justify="right")
+    table.add_row("inputs", str(outcomes["inputs"]), end_section=True)
+    table.add_row("[green]plans[/]", str(outcomes["plans"]))
+    table.add_row("[yellow]duplicates[/]", str(outcomes["duplicates"]))
+    table.add_row("[red]rejected[/]", str(outcomes["rejected"]))
+    for reason, count in outcomes["reasons"].items():
+        table.add_row(f"  {reason}", str(count), style="dim")
+    return table
+
+
+def plans_table(stats: Mapping[str, Any]) -> Table | None:
+    """Show what the plans are like; None where there are none, or nothing is installed that summarises them."""
+    plans = stats.get("plans")
+    if not plans or not plans["rooms"]["count"]:
+        return None
+    table = Table(title="Plans", title_justify="left")
+    for heading in ("", "mean", "median", "min", "max"):
+        table.add_column(heading, justify="right" if heading else "left", style=None if heading else "bold")
+    for name, key in (("rooms a house", "rooms"), ("free area, m2", "area_m2"), ("doors a house", "doors")):
+        found = plans[key]
+        table.add_row(
+            name, *(f"{found[column]:.2f}".rstrip("0").rstrip(".") for column in ("mean", "median", "min", "max"))
+        )
+    return table
+
+
+def counts_tables(stats: Mapping[str, Any]) -> list[Table]:
+    """Show rooms a house, labels and kinds of doors, as bars."""
+    plans = stats.get("plans")
+    if not plans:
+        return []
+    named = {
+        "Rooms a house": plans["rooms"].get("histogram", {}),
+        "Labels": plans["labels"],
+        "Doors": plans["door_kinds"],
+    }
+    return [_bars(title, counts) for title, counts in named.items() if counts]
+
+
+def write_report(data_set: DataSet) -> None:
+    """Write ``.build/report.html`` and the pictures it shows."""
+    folder = data_set.root / ".build" / "pictures"
+    folder.mkdir(exist_ok=True)
+    for old in folder.glob("*.png"):
+        old.unlink()
+    chosen = _spread(data_set.ids, PICTURES)
+    images = [draw_plan(load_plan(data_set.root / "json" / f"{name}.json"), size=_TILE_PX) for name in chosen]
+    for name, image in zip(chosen, images, strict=True):
+        save_png(image, folder / f"{name}.png")
+    if images:
+        save_png(contact_sheet(images, 6, [name[:20] for name in chosen]), folder / "sheet.png")
+    write(data_set.root / ".build" / "report.html", _page(data_set, chosen).encode())
+
+
+def save_png(image: Image, path: Path) -> None:
+    """Write an RGB image (rows, cols, 3) uint8 as a PNG file."""
+    from PIL import Image as Pillow
+
+    Pillow.fromarray(image).save(path)
+
+
+def _spread(names: Sequence[str], count: int) -> list[str]:
+    """Return at most ``count`` of the names, evenly spread over them."""
+    step = max(len(names) / count, 1.0)
+    return [names[int(i * step)] for i in range(min(count, len(names)))]
+
+
+def _bars(title: str, counts: Mapping[str, int]) -> Table:
+    table = Table(title=title, title_justify="left", show_header=False, box=None, padding=(0, 1))
+    table.add_column(justify="right")
+    table.add_column(justify="right")
+    table.add_column()
+    most = max(counts.values())
+    for name, count in counts.items():
+        table.add_row(name, str(count), f"[cyan]{'█' * round(_BAR * count / most) or '▏'}[/]")
+    return table
+
+
+def _page(data_set: DataSet, chosen: Sequence[str]) -> str:
+    outcomes = data_set.stats["outcomes"]
+    rows = [(key, outcomes[key]) for key in ("inputs", "plans", "duplicates", "rejected")]
+    rows += [(f"rejected: {reason}", count) for reason, count in outcomes["reasons"].items()]
+    cells = "\n".join(f"<tr><td>{escape(name)}<td>{count}" for name, count in rows)
+    figures = "\n".join(_FIGURE.format(name=escape(name)) for name in chosen)
+    return _HTML.format(title=escape(data_set.root.name), cells=cells, figures=figures)
+
+
+_FIGURE = '<figure><img src="pictures/{name}.png" loading="lazy"><figcaption>{name}</figcaption></figure>'
+_HTML = """<!doctype html>
+<meta charset="utf-8">
+<title>{title}</title>
+<style>
+body {{ font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem; color: #222 }}
+td {{ padding: .1rem 1.5rem .1rem 0 }} td + td {{ text-align: right; font-variant-numeric: tabular-nums }}
+main {{ display: grid; grid-template-columns: repeat(auto-fill, minmax(15rem, 1fr)); gap: 1rem; margin-top: 2rem }}
+figure {{ margin: 0; text-align: center; border: 1px solid #ddd; border-radius: .4rem; padding: .6rem }}
+img {{ max-width: 100% }} figcaption {{ font-size: .75rem; color: #666; overflow-wrap: anywhere }}
+</style>
+<h1>{title}</h1>
+<table>
+{cells}
+</table>
+<main>
+{figures}
+</main>
+"""
