@@ -11,10 +11,11 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.bridges import REACH_M, bridges
-from pipeline.geometry.overlay import polygons_of, subtract, united
+from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE, WALL, enclosed, locate
 from pipeline.values import Closer
 
+IN_LINE_M = 0.8
 LAP_M = 0.002
 """A strip laps so far over what it joins, so that no crack of rounding stays open between them."""
 
@@ -33,7 +34,16 @@ def parted(door: BaseGeometry, pieces: list[Closer]) -> tuple[list[Closer], list
         laps = [b.strip(deeper_m=LAP_M, wider_m=LAP_M) for b in strips]
         found += [Closer(lap, piece.kind, bridge) for lap, bridge in zip(laps, strips, strict=True)]
         rest += [Closer(p, piece.kind) for p in polygons_of(subtract(piece.polygon, united(laps)))]
-    return found, rest
+    in_line = united(c.bridge.strip(deeper_m=LAP_M, wider_m=IN_LINE_M) for c in found if c.bridge is not None)
+    return found, [part for piece in rest for part in _divided(piece, in_line)]
+
+
+def _divided(piece: Closer, in_line: BaseGeometry) -> list[Closer]:
+    """A rest where beams cross: what goes on in line with a bridge, and what leads away from it."""
+    if not piece.polygon.intersects(in_line):
+        return [piece]
+    parts = polygons_of(overlap(piece.polygon, in_line)) + polygons_of(subtract(piece.polygon, in_line))
+    return [Closer(p, piece.kind) for p in parts]
 
 
 def needed(door: BaseGeometry, kept: list[Closer], pieces: list[Closer]) -> list[Closer]:

@@ -14,10 +14,12 @@ from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.overlay import overlap
 
 Vector = npt.NDArray[np.float64]
+Floats = npt.NDArray[np.float64]
 SLIDE_M = 0.1
 FARTHEST_SLIDE_M = 2.0
 APPROACH_M = 0.45
 """So much free floor is asked for before and behind a cut."""
+ALIKE_M = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,15 +31,23 @@ class CutRules:
     only_walls: bool
 
 
-def cuts_on_line(a: Vector, b: Vector, floor: BaseGeometry, walls: BaseGeometry, rules: CutRules) -> Iterator[Bridge]:
-    """Cuts near the line from ``a`` to ``b``, through its thinnest wall first."""
-    line = shapely.linestrings([a, b])
-    crossed = [p for p in shapely.get_parts(shapely.difference(line, floor)) if p.length > 1e-6]
-    for wall in sorted(crossed, key=lambda p: (p.length, p.bounds)):
-        start, end = shapely.get_coordinates(wall)[[0, -1]]
-        cut = _straight_cut(start, end, floor, walls, rules)
-        if cut is not None:
-            yield cut
+def cuts_on_lines(lines: Floats, floor: BaseGeometry, walls: BaseGeometry, rules: CutRules) -> Iterator[Bridge]:
+    """Cuts near the lines (n, 2, 2) from point to point, line by line, through the thinnest wall of each first.
+
+    Lines that meet a wall at about the same place (``ALIKE_M``) stand for each other.
+    """
+    tried: set[tuple[int, ...]] = set()
+    for crossed in shapely.difference(shapely.linestrings(lines), floor):
+        walls_met = [p for p in shapely.get_parts(crossed) if p.length > 1e-6]
+        for wall in sorted(walls_met, key=lambda p: (p.length, p.bounds)):
+            start, end = shapely.get_coordinates(wall)[[0, -1]]
+            place = tuple(np.round(np.concatenate([start, end]) / ALIKE_M).astype(int).tolist())
+            if place in tried:
+                continue
+            tried.add(place)
+            cut = _straight_cut(start, end, floor, walls, rules)
+            if cut is not None:
+                yield cut
 
 
 def _straight_cut(
@@ -49,14 +59,15 @@ def _straight_cut(
     across = np.array([-along[1], along[0]])
     if across @ (end - start) < 0:
         along, across = -along, -across
+    near = shapely.intersection(floor, shapely.buffer(shapely.points(start), rules.deepest_m + FARTHEST_SLIDE_M + 1.0))
     steps = np.arange(0.0, FARTHEST_SLIDE_M, SLIDE_M)
     for slide in sorted({*steps, *-steps}, key=lambda s: (abs(s), s)):
         foot = start + slide * along
-        depth = _depth(foot, across, floor, rules.deepest_m)
+        depth = _depth(foot, across, near, rules.deepest_m)
         if depth is None:
             continue
         cut = Bridge(foot + across * depth / 2, along, rules.width_m, depth, (0, 0))
-        if _is_clean(cut, floor, walls, rules):
+        if _is_clean(cut, near, walls, rules):
             return cut
     return None
 
@@ -89,16 +100,14 @@ def _depth(foot: Vector, across: Vector, floor: BaseGeometry, deepest_m: float) 
 def _is_clean(cut: Bridge, floor: BaseGeometry, walls: BaseGeometry, rules: CutRules) -> bool:
     """The strip is wall throughout, and the floor before and behind it is free."""
     strip = cut.strip()
-    if overlap(strip, floor).area > 0.02 * strip.area:
-        return False
-    if rules.only_walls and overlap(strip, walls).area < 0.9 * strip.area:
-        return False
     shift = cut.across * (cut.depth + APPROACH_M) / 2
     for side in (-1.0, 1.0):
         before = replace(cut, centre=cut.centre + side * shift, depth=APPROACH_M).strip()
         if overlap(before, floor).area < 0.97 * before.area:
             return False
-    return True
+    if overlap(strip, floor).area > 0.02 * strip.area:
+        return False
+    return not rules.only_walls or overlap(strip, walls).area >= 0.9 * strip.area
 
 
 def nearest_cut(a: BaseGeometry, b: BaseGeometry, width_m: float) -> Bridge:

@@ -1,7 +1,9 @@
 """Gaps of full height: where a wall ends and goes on, or meets another, after a step of free floor.
 
 Two planes never differ in such a gap, so it is found from the walls' ends: an end is a short edge of the wall's
-outline between two right angles; the gap is what lies between it and the wall that it points at.
+outline between two right angles; the gap is what lies between it and the wall that it points at. Where that is the end
+of another wall, the gap is a hole in one wall; where it is a wall that crosses, the gap has the width of a door at most,
+or every wall that juts into a corridor would part it in two.
 """
 
 from __future__ import annotations
@@ -21,6 +23,8 @@ THICKEST_M = 0.6
 SQUARE = np.sin(np.deg2rad(25.0))
 LONGER = 2.0
 """A wall is at least this many times longer than thick; less is a pillar or a piece of furniture."""
+DOOR_M = 1.1
+"""The widest gap between the end of a wall and one that crosses."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,10 +85,23 @@ def gaps(tall: BaseGeometry, walls: BaseGeometry, reach_m: float) -> list[Polygo
     """
     shapely.prepare(walls)
     found: list[Polygon] = []
-    for end in wall_ends(tall):
+    ends = list(wall_ends(tall))
+    for end in ends:
         if shapely.intersects_xy(walls, *((end.a + end.b) / 2 + 0.03 * end.out)):
             continue
         gap = gap_at(end, tall, reach_m)
-        if gap is not None and gap.area > 1e-4:
+        if gap is not None and (_width(gap, end) <= DOOR_M or _meets_end(gap, end, ends)):
             found.append(gap)
     return sorted(found, key=lambda g: (round(g.length, 6), g.bounds))
+
+
+def _width(gap: Polygon, end: WallEnd) -> float:
+    return float(np.ptp(shapely.get_coordinates(gap) @ end.out))
+
+
+def _meets_end(gap: Polygon, end: WallEnd, ends: list[WallEnd]) -> bool:
+    """Whether the far side of a gap is the end of a wall that comes the other way."""
+    near = shapely.buffer(gap, 0.02)
+    return any(
+        other.out @ end.out < -0.9 and shapely.intersects_xy(near, *((other.a + other.b) / 2)) for other in ends
+    )

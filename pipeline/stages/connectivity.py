@@ -13,7 +13,6 @@ R5  Where no pair gives a clean cut, parts are joined through what lies between 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -24,7 +23,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.bridges import Bridge
-from pipeline.geometry.cuts import CutRules, cuts_on_line, nearest_cut
+from pipeline.geometry.cuts import CutRules, cuts_on_lines, nearest_cut
 from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
 from pipeline.geometry.standing import floor_of, piece_of, sample, standing_pieces
 from pipeline.rejection import Reason, Rejection
@@ -78,9 +77,10 @@ def _without_pockets(spaces: Spaces, pieces: list[Polygon], radius_m: float, lea
         largest.setdefault(room, piece)  # pieces come largest first
     filled = 0
     for piece, room in zip(pieces, home, strict=True):
-        pocket = shapely.buffer(piece, radius_m + 0.01, quad_segs=2, join_style="mitre")
+        pocket = shapely.convex_hull(shapely.buffer(piece, radius_m + 0.01))
         if piece is not largest[room] and overlap(pocket, rooms[room]).area < least_m2:
-            rest = polygons_of(subtract(rooms[room], pocket))
+            reached = shapely.buffer(largest[room], radius_m)
+            rest = polygons_of(subtract(rooms[room], subtract(pocket, reached)))
             rooms[room] = max(rest, key=lambda part: overlap(part, largest[room]).area)
             filled += 1
     return replace(spaces, rooms=tuple(rooms), notes={**spaces.notes, "filled_pockets": filled}) if filled else spaces
@@ -93,25 +93,23 @@ def _next_cut(
     walls: BaseGeometry,
     config: ConnectivityConfig,
 ) -> Bridge:
-    piece = piece_of(points, pieces)
+    lines = _pairs_apart(points, piece_of(points, pieces))
     walls_only = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True)
     anything = CutRules(config.cut_width_m, DEEPEST_M, only_walls=False)
     for rules in (walls_only, anything):  # R3, R5
-        for i, j in _pairs_apart(points, piece):
-            for cut in cuts_on_line(points[i], points[j], floor, walls, rules):
-                if _joins_pieces(cut, pieces, floor, config.robot_radius_m):
-                    return cut
+        for cut in cuts_on_lines(lines, floor, walls, rules):
+            if _joins_pieces(cut, pieces, floor, config.robot_radius_m):
+                return cut
     return nearest_cut(pieces[0], united(pieces[1:]), config.cut_width_m)
 
 
-def _pairs_apart(points: npt.NDArray[np.float64], piece: npt.NDArray[np.int64]) -> Iterator[tuple[int, int]]:
-    """R2: pairs of points in different pieces, by increasing distance."""
+def _pairs_apart(points: npt.NDArray[np.float64], piece: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+    """R2: the lines (n, 2, 2) between points in different pieces, by increasing distance."""
     i, j = np.triu_indices(len(points), 1)
     apart = piece[i] != piece[j]
     i, j = i[apart], j[apart]
-    distance = np.hypot(*(points[i] - points[j]).T)
-    for k in np.argsort(distance, kind="stable")[:MOST_PAIRS]:
-        yield int(i[k]), int(j[k])
+    order = np.argsort(np.hypot(*(points[i] - points[j]).T), kind="stable")[:MOST_PAIRS]
+    return np.stack([points[i[order]], points[j[order]]], axis=1)
 
 
 def _joins_pieces(cut: Bridge, pieces: list[Polygon], floor: BaseGeometry, radius_m: float) -> bool:
