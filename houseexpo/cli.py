@@ -21,7 +21,7 @@ class _Commands(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
-        except HouseExpoError as error:
+        except (HouseExpoError, OSError) as error:  # OSError: a folder that cannot be written, a full disk
             typer.secho(f"houseexpo: {error}", fg=typer.colors.RED, err=True)
             raise typer.Exit(2) from None
 

@@ -45,7 +45,8 @@ def stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> It
     yield Snapshot("contour", spaces)
     spaces = fill_cells(spaces, config.cells)
     yield Snapshot("cells", spaces)
-    reject_characters(spaces)
+    if config.refine.characters:
+        reject_characters(spaces)
     spaces = erase_isolated(spaces, config.isolated)
     yield Snapshot("isolated", spaces)
     spaces = connect(spaces, config.connectivity, config.cells.area_m2, rng)

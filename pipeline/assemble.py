@@ -36,6 +36,7 @@ class DataSet:
     root: Path
     stats: Mapping[str, Any]
     ids: tuple[str, ...]
+    refused: tuple[Refused, ...]
 
 
 def assemble(store: Store, entries: Iterable[Entry], config: BuildConfig, overrides: Mapping[str, Override]) -> DataSet:
@@ -54,7 +55,7 @@ def assemble(store: Store, entries: Iterable[Entry], config: BuildConfig, overri
     write(store.root / "duplicates.jsonl", _lines(_duplicate(d) for d in dropped))
     write(store.root / "stats.json", pretty(stats))
     write(store.root / MANIFEST, pretty(_manifest(store.root, plans, stats, config, overrides)))
-    return DataSet(store.root, stats, tuple(plans))
+    return DataSet(store.root, stats, tuple(plans), tuple(refused))
 
 
 def pretty(values: Any) -> bytes:

@@ -58,7 +58,7 @@ def build(
 
     from pipeline.build import build as run_build
     from pipeline.overrides import load_overrides
-    from pipeline.report import counts_tables, outcome_table, plans_table, write_report
+    from pipeline.report import counts_tables, outcome_table, plans_table, reasons_lines, write_report
 
     given = {
         "sources": tuple(sources or ()),
@@ -78,7 +78,14 @@ def build(
     for table in (*counts_tables(data_set.stats), plans_table(data_set.stats), outcome_table(data_set.stats)):
         if table is not None:
             console.print(table)
-    _say_where(console, out)
+    for line in reasons_lines(data_set):
+        console.print(line, style="red", markup=False, highlight=False)
+    for what, path in {
+        "data set": out,
+        "pictures": out / ".build/pictures",
+        "report": out / ".build/report.html",
+    }.items():
+        console.print(f"[bold]{what:10}[/]{path}", highlight=False, soft_wrap=True)
 
 
 def inspect(
@@ -140,12 +147,6 @@ def _shown(bar: Progress) -> Any:
         bar.update(tasks[what], completed=done, rate=f"{speed:.1f}/s" if speed and total > 1 else "")
 
     return show
-
-
-def _say_where(console: Console, out: Path) -> None:
-    console.print(f"data set   {out}", highlight=False)
-    console.print(f"pictures   {out / '.build' / 'pictures' / 'sheet.png'}", highlight=False)
-    console.print(f"report     {out / '.build' / 'report.html'}", highlight=False)
 
 
 def _cores() -> int:

@@ -66,6 +66,7 @@ class RefineConfig:
 
     offset_m: float = 0.03  # parallel faces closer than this are one face
     angle_deg: float = 2.0  # faces closer than this in direction are parallel
+    characters: bool = True  # reject walls shaped as characters; overrides.toml says "keep" where they are a house
 
 
 @dataclass(frozen=True)

@@ -36,10 +36,13 @@ class Override:
     why: str = ""
 
     def applied(self, config: PipelineConfig) -> PipelineConfig:
-        """Return the configuration with the heights given."""
+        """Return the configuration with the heights given, and without the rule that a person overrules by keep."""
         ground = config.planes.ground_m if self.h_g is None else self.h_g
         door = config.planes.door_m if self.h_d is None else self.h_d
-        return replace(config, planes=replace(config.planes, ground_m=ground, door_m=door))
+        planes = replace(config.planes, ground_m=ground, door_m=door)
+        return replace(
+            config, planes=planes, refine=replace(config.refine, characters=config.refine.characters and not self.keep)
+        )
 
 
 def load_overrides(manifest: Path | None) -> Mapping[str, Override]:

@@ -65,6 +65,13 @@ def counts_tables(stats: Mapping[str, Any]) -> list[Table]:
     return [_bars(title, counts) for title, counts in named.items() if counts]
 
 
+def reasons_lines(data_set: DataSet, most: int = 8) -> list[str]:
+    """Say why the first few inputs were rejected, one line each."""
+    lines = [f"{r.id}: {r.detail}" + (f" ({r.advice})" if r.advice else "") for r in data_set.refused[:most]]
+    more = len(data_set.refused) - len(lines)
+    return [*lines, f"... and {more} more in rejected.jsonl"] if more else lines
+
+
 def write_report(data_set: DataSet) -> None:
     """Write ``.build/report.html`` and the pictures it shows."""
     folder = data_set.root / ".build" / "pictures"
