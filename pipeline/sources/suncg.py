@@ -37,11 +37,9 @@ _EMPTY = Mesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List the houses of a SUNCG root, sorted by sceneId; ``furniture="yes"`` asks for the objects too."""
-    unknown = sorted(set(options) - {"furniture"})
-    if unknown:
-        raise Rejection(
-            "source", Reason.UNREADABLE, f"suncg has no option {unknown[0]!r}", "its one option is furniture"
-        )
+    for option, value in options.items():
+        if option != "furniture" or value not in {"yes", "no"}:
+            raise ConfigError(f"SUNCG: {option}={value!r} is unknown; expected furniture=yes or furniture=no")
     folder = Path(path) / "house"
     if not folder.is_dir():
         raise Rejection("source", Reason.MISSING_FILE, "expected a folder 'house' in the SUNCG root", "give the root")

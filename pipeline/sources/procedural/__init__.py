@@ -1,1 +1,48 @@
-"""Houses that the project makes itself, in SUNCG's own layout, each with its truth."""
+"""Houses that the project makes itself, in SUNCG's layout on disk, each with its truth beside it.
+
+``write_house`` makes one house from its index and a seed, whatever others are made; ``write_houses`` makes many.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipeline.sources.procedural.house import level_id, make_house
+from pipeline.sources.procedural.roles import scene_id
+from pipeline.sources.procedural.scene import write_scene
+from pipeline.sources.procedural.truth import Truth, storey_truth
+
+__all__ = ["Truth", "scene_id", "write_house", "write_houses"]
+
+
+def write_house(folder: Path, index: int, seed: int) -> tuple[Truth, ...]:
+    """Write house ``index`` of a seed, and truth/<id>.json for each of its levels.
+
+    Parameters
+    ----------
+    folder : Path
+        A SUNCG root, new or with other houses in it.
+    index, seed : int
+        Both non-negative; the same two give the same bytes.
+
+    Returns
+    -------
+    tuple of Truth
+        One for each level, from the ground up.
+    """
+    house = make_house(index, seed)
+    write_scene(folder, house)
+    truths = tuple(
+        storey_truth(storey, level_id(house.id, level), level, level * house.storey_height)
+        for level, storey in enumerate(house.storeys)
+    )
+    (folder / "truth").mkdir(parents=True, exist_ok=True)
+    for truth in truths:
+        (folder / "truth" / f"{truth.id}.json").write_text(truth.to_json())
+    return truths
+
+
+def write_houses(folder: Path, count: int, seed: int) -> None:
+    """Write houses 0 to ``count`` - 1 of a seed."""
+    for index in range(count):
+        write_house(folder, index, seed)

@@ -1,0 +1,171 @@
+"""Write a house as SUNCG keeps its own: house.json, room meshes and the furniture's models."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from pipeline.sources.procedural.furniture import LEAF, LEAF_SIZE, MODELS
+from pipeline.sources.procedural.values import WALL_TOP_M, House, Item, Opening, Storey, Wall
+from pipeline.sources.procedural.walls import holes_in, slab_mesh, slabs_of
+
+_FLOOR_M = (0.0, 0.05)
+_CEILING_M = (2.69, 2.74)
+_MATERIAL = "newmtl plain\nKd 0.8 0.8 0.8\n"
+_Part = tuple[str, npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64]]
+"""Name, points (x, y, height), texture, faces."""
+
+
+def write_scene(root: Path, house: House) -> None:
+    """Write house/<id>/, room/<id>/ and what is missing of object/ under a root folder."""
+    rooms = root / "room" / house.id
+    rooms.mkdir(parents=True, exist_ok=True)
+    levels = []
+    for index, storey in enumerate(house.storeys):
+        foot = index * house.storey_height
+        levels.append(_level(storey, index, foot))
+        for room in range(len(storey.cells)):
+            for suffix, parts in _room_parts(storey, index, room):
+                _write_obj(rooms / f"{_model_id(index, room)}{suffix}.obj", parts, foot)
+    for model in sorted({item.model for storey in house.storeys for item in storey.items}):
+        _write_model(root / "object" / model, model)
+    boxes = [level["bbox"] for level in levels if level["bbox"] is not None]
+    scene = {
+        "version": "suncg@1.0.0",
+        "id": house.id,
+        "up": [0, 1, 0],
+        "front": [0, 0, 1],
+        "scaleToMeters": 1,
+        "levels": levels,
+        "bbox": _around([(box["min"], box["max"]) for box in boxes]) if boxes else None,
+    }
+    folder = root / "house" / house.id
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "house.json").write_text(json.dumps(scene, separators=(",", ":")))
+
+
+def _model_id(level: int, room: int) -> str:
+    return f"fr_{level}rm_{room}"
+
+
+def _room_parts(storey: Storey, level: int, room: int) -> list[tuple[str, list[_Part]]]:
+    """Return the meshes of a room's files by suffix."""
+    walls = [wall for wall in storey.walls if wall.cell == room]
+    files = [("w", _wall_parts(walls, storey.openings, f"{level}_{room}"))]
+    if storey.has_floor:
+        polygon = storey.cells[room].polygon
+        files.append(("f", [_prism("Floor", polygon, *_FLOOR_M)]))
+        files.append(("c", [_prism("Ceiling", polygon, *_CEILING_M)]))
+    return [(suffix, parts) for suffix, parts in files if parts]
+
+
+def _wall_parts(walls: list[Wall], openings: tuple[Opening, ...], name: str) -> list[_Part]:
+    parts = []
+    for number, wall in enumerate(walls):
+        for slab in slabs_of(wall):
+            side = "Inside" if slab.inside else "Outside"
+            parts.append((f"Wall{side}#{name}_{number}", *slab_mesh(slab, holes_in(slab, openings))))
+    return parts
+
+
+def _prism(name: str, polygon: shapely.Polygon, low: float, high: float) -> _Part:
+    """Return a closed slab over a polygon."""
+    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
+    corners = shapely.get_coordinates(shapely.orient_polygons(triangles)).reshape(-1, 4, 2)[:, :3]
+    plan, index = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
+    top = index.reshape(-1, 3)
+    n = len(plan)
+    edges = np.concatenate([top[:, [0, 1]], top[:, [1, 2]], top[:, [2, 0]]])
+    inner = {(b, a) for a, b in edges.tolist()}
+    rim = np.array([edge for edge in edges.tolist() if tuple(edge) not in inner])
+    a, b = rim[:, 0], rim[:, 1]
+    sides = np.concatenate([np.stack([a, b, b + n], axis=1), np.stack([a, b + n, a + n], axis=1)])
+    faces = np.concatenate([top + n, top[:, ::-1], sides])
+    heights = np.repeat([low, high], n)
+    return name, np.column_stack([np.tile(plan, (2, 1)), heights]), np.tile(plan, (2, 1)), faces
+
+
+def _write_obj(path: Path, parts: list[_Part], foot: float) -> None:
+    """Write parts as objects of an OBJ file: X, Y and Z are plan x, height and plan y, which mirrors, so faces turn."""
+    text = [f"mtllib {path.stem}.mtl\n"]
+    first = 1
+    for name, points, texture, faces in parts:
+        scene = points[:, [0, 2, 1]] + [0.0, foot, 0.0]
+        corners = np.repeat(faces[:, ::-1] + first, 2, axis=1)
+        text.append(f"o {name}\ng {name}\n")
+        text.append("v %.6f %.6f %.6f\n" * len(scene) % tuple(scene.ravel().tolist()))
+        text.append("vt %.4f %.4f\n" * len(texture) % tuple(texture.ravel().tolist()))
+        text.append("usemtl plain\n")
+        text.append("f %d/%d %d/%d %d/%d\n" * len(corners) % tuple(corners.ravel().tolist()))
+        first += len(scene)
+    path.write_text("".join(text))
+    path.with_suffix(".mtl").write_text(_MATERIAL)
+
+
+def _write_model(folder: Path, model: str) -> None:
+    """Write a box that stands on its origin, as furniture does."""
+    if folder.is_dir():
+        return
+    folder.mkdir(parents=True)
+    width, height, depth = LEAF_SIZE if model == LEAF else MODELS[model]
+    box = shapely.box(-width / 2, -depth / 2, width / 2, depth / 2)
+    _write_obj(folder / f"{model}.obj", [_prism(f"Model#{model}", box, 0.0, height)], 0.0)
+
+
+def _level(storey: Storey, index: int, foot: float) -> dict[str, Any]:
+    """Return a level of house.json: its rooms first, then the objects."""
+    nodes: list[dict[str, Any]] = []
+    for room, cell in enumerate(storey.cells):
+        inside = [len(storey.cells) + k for k, item in enumerate(storey.items) if item.cell == room]
+        x1, y1, x2, y2 = cell.polygon.bounds
+        node = {
+            "id": f"{index}_{room}",
+            "type": "Room",
+            "valid": 1,
+            "modelId": _model_id(index, room),
+            "roomTypes": list(cell.words),
+            "nodeIndices": inside,
+            "bbox": _box((x1 - 0.05, foot, y1 - 0.05), (x2 + 0.05, foot + WALL_TOP_M, y2 + 0.05)),
+        }
+        hidden = {} if storey.has_floor else {"hideFloor": 1, "hideCeiling": 1}
+        nodes.append(node | hidden)
+    for item in storey.items:
+        nodes.append(_object(item, f"{index}_{len(nodes)}", foot))
+    boxes = [(node["bbox"]["min"], node["bbox"]["max"]) for node in nodes]
+    return {"id": str(index), "bbox": _around(boxes) if boxes else None, "nodes": nodes}
+
+
+def _object(item: Item, node_id: str, foot: float) -> dict[str, Any]:
+    """Return an Object node; ``transform`` lists a 4 x 4 matrix column by column."""
+    width, height, depth = LEAF_SIZE if item.model == LEAF else MODELS[item.model]
+    c, s = float(np.cos(item.angle)), float(np.sin(item.angle))
+    (x, z), up = item.centre, foot + _FLOOR_M[1]
+    half_x, half_z = abs(c) * width / 2 + abs(s) * depth / 2, abs(s) * width / 2 + abs(c) * depth / 2
+    columns = [c, 0, s, 0, 0, 1, 0, 0, -s, 0, c, 0, x, up, z, 1]
+    return {
+        "id": node_id,
+        "type": "Object",
+        "valid": 1,
+        "modelId": item.model,
+        "transform": [round(value, 6) for value in columns],
+        "isMirrored": 0,
+        "state": 0,
+        "materials": [],
+        "bbox": _box((x - half_x, up, z - half_z), (x + half_x, up + height, z + half_z)),
+    }
+
+
+def _box(low: tuple[float, ...], high: tuple[float, ...]) -> dict[str, list[float]]:
+    return {"min": [round(value, 6) for value in low], "max": [round(value, 6) for value in high]}
+
+
+def _around(boxes: list[tuple[list[float], list[float]]]) -> dict[str, list[float]]:
+    return _box(
+        tuple(np.min([low for low, _ in boxes], axis=0).tolist()),
+        tuple(np.max([high for _, high in boxes], axis=0).tolist()),
+    )

@@ -1,0 +1,116 @@
+"""Make one storey: rooms, layout, walls, openings, furniture, and the one difficulty that is planted in it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from pipeline.sources.procedural import difficulties, reshape
+from pipeline.sources.procedural.borders import edges_of, outer_parts, shared_parts
+from pipeline.sources.procedural.furniture import furnish
+from pipeline.sources.procedural.layout import lay_out
+from pipeline.sources.procedural.openings import entrances, interior_doors, joins_all, windows
+from pipeline.sources.procedural.program import draw_number, draw_rooms
+from pipeline.sources.procedural.values import Cell, Storey, Wall
+from pipeline.sources.procedural.walls import build_walls
+
+_OBLIQUE_SHARE, _DIVIDER_SHARE, _CARVED_SHARE, _MERGED_SHARE = 0.2, 0.16, 0.45, 0.15
+_LEAST_ROOMS = {"no_door": 3, "garage_apart": 6, "closed_cell": 2}
+_TRIES = 40
+
+
+def make_storey(difficulty: str | None, rng: np.random.Generator) -> Storey:
+    """Make a storey with at most one difficulty planted; tries again where rooms cannot all be joined or planted."""
+    storey = _attempt(difficulty, rng)
+    for _ in range(_TRIES):
+        if storey is not None:
+            return storey
+        storey = _attempt(difficulty, rng)
+    raise RuntimeError(f"no storey with {difficulty or 'all rooms joined'} in {_TRIES} tries")
+
+
+def _attempt(difficulty: str | None, rng: np.random.Generator) -> Storey | None:
+    cells, features = _cells(draw_number(rng, _LEAST_ROOMS.get(difficulty or "", 1)), rng)
+    if difficulty == "closed_cell":
+        cells = difficulties.add_shafts(cells, rng)
+    if difficulty == "garage_apart":
+        cells = difficulties.add_garage(cells, rng)
+    if cells is None:
+        return None
+    cells = [replace(cell, polygon=shapely.transform(cell.polygon, lambda points: points / 100)) for cell in cells]
+    edges = edges_of(cells)
+    shared = shared_parts(edges)
+    outer = outer_parts(edges, shared)
+    doors = interior_doors(cells, edges, shared, rng)
+    if not joins_all(len(cells), cells, doors):
+        return None
+    planted: tuple[str, ...] = (difficulty,) if difficulty else ()
+    if difficulty == "no_door":
+        shut = difficulties.without_door(cells, doors, rng)
+        if shut is None:
+            return None
+        doors = shut
+    openings = doors + entrances(cells, edges, outer, rng)
+    openings += windows(cells, edges, outer, openings, rng)
+    walls = build_walls(edges, {each.edge for each in shared}, rng)
+    if rng.random() < _DIVIDER_SHARE:
+        dividers = _dividers(cells, rng)
+        walls += dividers
+        features += ["free_wall"] if dividers else []
+    if difficulty in {"open_front", "half_open_front"}:
+        opened = difficulties.open_front(cells, walls, openings, outer, difficulty == "half_open_front", rng)
+        if opened is None:
+            return None
+        walls, openings = opened
+    items = furnish(cells, openings, rng)
+    return Storey(tuple(cells), tuple(walls), tuple(openings), tuple(items), True, planted, tuple(features))
+
+
+def _cells(number: int, rng: np.random.Generator) -> tuple[list[Cell] | None, list[str]]:
+    """Return the cells of a storey in cm, and what is special about them."""
+    merged = number > 4 and rng.random() < _MERGED_SHARE
+    specs = draw_rooms(number + merged, rng)
+    small = [spec for spec in specs if spec.area < 6]
+    carved = small[0] if number > 3 and small and rng.random() < _CARVED_SHARE else None
+    cells, wing_from, layout = lay_out([spec for spec in specs if spec is not carved], rng)
+    features = [layout]
+    if carved:
+        cells = reshape.carve(cells, carved, rng)
+    if merged:
+        cells = reshape.merge(cells, rng)
+    if number > 3 and rng.random() < 0.6:
+        cells = reshape.jog(cells, rng)
+    turned = False
+    if rng.random() < _OBLIQUE_SHARE:
+        draw = rng.random()
+        before = cells
+        if wing_from is not None and draw < 0.35:
+            cells = reshape.slant(cells, wing_from, rng)
+        elif draw < 0.5:
+            cells = reshape.bay(cells, rng)
+        elif draw < 0.6:
+            turned = True
+        else:
+            for _ in range(int(rng.integers(1, 3))):
+                cells = reshape.chamfer(cells, rng)
+        features += ["oblique"] if turned or cells is not before else []
+    return reshape.turned(cells, rng, turned), features
+
+
+def _dividers(cells: list[Cell], rng: np.random.Generator) -> list[Wall]:
+    """Stand a wall free in the middle of the largest room, where people can walk round it."""
+    rooms = [i for i, cell in enumerate(cells) if cell.use == "room" and not cell.polygon.interiors]
+    index = max(rooms, key=lambda i: cells[i].polygon.area)
+    sides = np.diff(shapely.get_coordinates(cells[index].polygon.exterior), axis=0)
+    along = sides[int(np.argmax(np.hypot(*sides.T)))]
+    along = along / np.hypot(*along)
+    if rng.random() < 0.3:
+        along = np.array([-along[1], along[0]])
+    length = float(rng.uniform(1.0, 2.4))
+    centre = shapely.get_coordinates(shapely.maximum_inscribed_circle(cells[index].polygon, tolerance=0.05))[0]
+    start = centre - along * length / 2
+    if cells[index].polygon.boundary.distance(shapely.LineString([start, start + along * length])) < 0.95:
+        return []
+    return [Wall(index, (start[0], start[1]), (along[0], along[1]), length)]
