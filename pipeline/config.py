@@ -23,6 +23,7 @@ class LayoutConfig:
     area_m2: float = 2.0  # a scene that encloses less has no layout
     gap_m: float = 1.5  # the widest gap of full height that two wall ends close
     beam_m: float = 4.0  # a lintel that bridges more is a beam in a room, and no boundary
+    walled: float = 0.25  # a space with less than this share of its edge walled is part of a room
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class DoorsConfig:
     sliver_m: float = 0.03  # differences thinner than this are noise
     narrowest_m: float = 0.4
     widest_m: float = 2.5  # a lintel over more divides rooms, but is no door
+    post_m: float = 0.3  # a post this thick does not divide what stands beside it
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ STEP_M = 0.08
 REACH_M = 0.02
 DEEPEST_M = 1.2
 BESIDE_M = 0.15
-TOUCH_M = 0.15
+TOUCH_M = 0.5
 PARALLEL = np.cos(np.deg2rad(20.0))
 Vector = npt.NDArray[np.float64]
 
@@ -177,19 +177,25 @@ def _offsets(whole: Bridge, other: Bridge) -> tuple[float, float, float]:
 
 
 def _neighbours(whole: Bridge, other: Bridge, door_plane: BaseGeometry) -> bool:
-    if set(whole.sides) != set(other.sides) or abs(whole.along @ other.along) < PARALLEL:
-        return False
-    start, end, aside = _offsets(whole, other)
-    if abs(aside) > (whole.depth + other.depth) / 2:
-        return False
-    half = whole.width / 2
-    apart = max(start - half, -half - end)
-    if apart > TOUCH_M:
+    apart = distance_in_row(whole, other)
+    if apart is None or apart > TOUCH_M:
         return False
     if apart <= 0:
         return True
+    start, end, _ = _offsets(whole, other)
+    half = whole.width / 2
     between = whole.narrowed(half, start) if start > half else whole.narrowed(end, -half)
     return bool(shapely.intersection(between.strip(), door_plane).area < 0.1 * between.strip().area)
+
+
+def distance_in_row(whole: Bridge, other: Bridge) -> float | None:
+    """Metres between the near ends of two bridges between the same spaces, or None where they are not in one row."""
+    if set(whole.sides) != set(other.sides) or abs(whole.along @ other.along) < PARALLEL:
+        return None
+    start, end, aside = _offsets(whole, other)
+    if abs(aside) > (whole.depth + other.depth) / 2:
+        return None
+    return max(start - whole.width / 2, -whole.width / 2 - end)
 
 
 def _hull(whole: Bridge, other: Bridge) -> Bridge:

@@ -2,20 +2,23 @@
 
 R1  A strip of L between two rooms is a passage if a robot may fit (``narrowest_m``); a narrower one stays wall.
 R2  It is a ``door`` under a lintel or over a sill, an ``opening`` in a gap of full height. Where the source names its
-    openings (IFC), it decides: with a door, or without.
-R3  Under a lintel wider than ``widest_m`` two rooms meet without a door: each gets half of the strip.
+    openings (IFC), it decides: with a door, without one, or no opening at all but a beam.
+R3  Under a beam, and under a lintel wider than ``widest_m`` (posts within ``post_m`` do not divide it), two rooms meet
+    without a door: each gets half of the strip.
 R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is none.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 
+import networkx as nx
 from shapely import Polygon
 
 from houseexpo.plan import DoorKind
 from pipeline.config import DoorsConfig
-from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.bridges import Bridge, distance_in_row
 from pipeline.geometry.closers import LAP_M
 from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE
@@ -27,28 +30,45 @@ def find_doors(level: Level, layout: Layout, config: DoorsConfig) -> Spaces:
     rooms = list(layout.rooms)
     passages: list[Passage] = []
     joins: set[tuple[int, int]] = set()
-    for closer in layout.closers:
-        bridge = closer.bridge
-        if bridge is None or closer.kind in ("rail", "boundary") or bridge.width < config.narrowest_m:  # R1, R4
-            continue
-        a, b = sorted(bridge.sides)
-        if a == OUTSIDE:
-            passages.append(Passage(bridge, "entrance"))
-        elif bridge.width > config.widest_m:  # R3
+    strips = [(c, c.bridge) for c in layout.closers if c.bridge is not None and c.kind not in ("rail", "boundary")]
+    spans = _spans([bridge for _, bridge in strips], config.post_m)
+    for (closer, bridge), span in zip(strips, spans, strict=True):
+        outside = OUTSIDE in bridge.sides
+        kind = _kind(closer, bridge, level.openings)
+        if not outside and (span > config.widest_m or kind is None):  # R3
             rooms[bridge.sides[0]], rooms[bridge.sides[1]] = _shared(bridge, rooms)
-            joins.add((a, b))
-        else:
-            passages.append(Passage(bridge, _kind(closer, bridge, level.openings)))  # R2
+            joins.add((min(bridge.sides), max(bridge.sides)))
+        elif bridge.width >= config.narrowest_m:  # R1
+            passages.append(Passage(bridge, "entrance" if outside else kind or "opening"))
     notes: dict[str, int | str] = {"boundary": layout.boundary} if layout.boundary else {}
     return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)
 
 
-def _kind(closer: Closer, bridge: Bridge, openings: tuple[SourceOpening, ...]) -> DoorKind:
+def _spans(bridges: list[Bridge], post_m: float) -> list[float]:
+    """For each bridge the width of the row that it stands in, posts between included."""
+    rows = nx.Graph()
+    rows.add_nodes_from(range(len(bridges)))
+    for i, j in combinations(range(len(bridges)), 2):
+        apart = distance_in_row(bridges[i], bridges[j])
+        if apart is not None and apart <= post_m:
+            rows.add_edge(i, j, apart=max(apart, 0.0))
+    span = [0.0] * len(bridges)
+    for row in nx.connected_components(rows):
+        posts = nx.minimum_spanning_tree(rows.subgraph(row), weight="apart").size(weight="apart")
+        for k in row:
+            span[k] = posts + sum(bridges[i].width for i in row)
+    return span
+
+
+def _kind(closer: Closer, bridge: Bridge, openings: tuple[SourceOpening, ...]) -> DoorKind | None:
+    """R2; None where the source names its openings and has none here."""
     strip = bridge.strip()
     for opening in openings:
         if overlap(strip, opening.polygon).area > 0.5 * min(strip.area, opening.polygon.area):
             return "door" if opening.has_door else "opening"
-    return "opening" if closer.kind == "gap" else "door"
+    if closer.kind == "gap":
+        return "opening"
+    return None if openings else "door"
 
 
 def _shared(bridge: Bridge, rooms: list[Polygon]) -> tuple[Polygon, Polygon]:

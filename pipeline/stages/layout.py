@@ -3,7 +3,8 @@
 R1  Lintels and sills close doors; gaps of full height up to ``gap_m`` are closed where that parts two spaces.
 R2  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that bridges more than
     ``beam_m`` between walls that cross its line.
-R3  A gap is dropped where it would part off less than a room.
+R3  A gap is dropped where it would part off less than a room, and all strips around a space that has less than
+    ``walled`` of its edge along walls (what hangs from a ceiling is no room).
 R4  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
 R5  An open or half-open house gets its boundary from the floor slab where the source has one, ...
 R6  ... else from the ends of its walls. Either is marked in the plan.
@@ -68,7 +69,9 @@ def _settled(
         strips = with_sides(strips, rooms, plane)
         useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, door, config)}  # R2
         if not useless:
-            useless = _widest_gap_of_a_niche(strips, rooms, config.area_m2)  # R3
+            useless = _around_no_room(strips, rooms, config.walled)  # R3
+        if not useless:
+            useless = _widest_gap_of_a_niche(strips, rooms, config.area_m2)
         if not useless:
             return strips + needed(door, strips, rest)
         strips = [strip for k, strip in enumerate(strips) if k not in useless]
@@ -82,6 +85,20 @@ def _parts_nothing(closer: Closer, door: BaseGeometry, config: LayoutConfig) -> 
         return True
     inside = OUTSIDE not in bridge.sides
     return inside and bridge.width > config.beam_m and not bridge.has_jamb(door)
+
+
+def _around_no_room(closers: list[Closer], rooms: list[Polygon], walled: float) -> set[int]:
+    """The strips around the first space that hardly touches a wall."""
+    for index, room in enumerate(rooms):
+        around = {
+            k
+            for k, c in enumerate(closers)
+            if c.bridge is not None and index in c.bridge.sides and OUTSIDE not in c.bridge.sides
+        }
+        open_width = sum(b.width for k in around if (b := closers[k].bridge) is not None)
+        if open_width > (1 - walled) * room.length:
+            return around
+    return set()
 
 
 def _widest_gap_of_a_niche(closers: list[Closer], rooms: list[Polygon], least_m2: float) -> set[int]:

@@ -29,7 +29,7 @@ from pipeline.values import Level, Planes
 MOST_HEIGHTS = 12
 SMALLEST_GAP_M = 0.08
 WIDEST_RAIL_M = 0.3
-SLIVER_M = 0.03
+SLIVER_M = 0.04  # less than a sheet gets, more than a baluster has
 BESIDE_M = 0.3
 
 
