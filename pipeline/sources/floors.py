@@ -64,7 +64,7 @@ def _peaks(heights: Floats, areas: Floats, step: float = 0.01) -> list[float]:
     while gathered.max() >= ROOMY_M2:
         best = int(gathered.argmax())
         start = max(best - reach, 0)
-        middle = start + int(single[start : best + reach + 1].argmax())  # where most of it lies, not the window's middle
+        middle = start + int(single[start : best + reach + 1].argmax())  # where most of it lies
         peaks.append(float(heights.min() + (middle + 0.5) * step))
         gathered[max(middle - 2 * reach, 0) : middle + 2 * reach + 1] = 0.0
         gathered[best] = 0.0

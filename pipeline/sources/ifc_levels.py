@@ -69,7 +69,7 @@ def storey_levels(building: Building) -> list[IfcLevel]:
         else:  # R2
             kept[near] = replace(kept[near], keys=kept[near].keys | candidate.keys)
     kept.sort(key=lambda each: each.floor_z)
-    above = [each.floor_z for each in kept[1:]] + [np.inf]
+    above = [each.floor_z for each in kept[1:]] + [np.inf] * bool(kept)
     return [_level(building, each, height) for each, height in zip(kept, above, strict=True)]
 
 
@@ -138,7 +138,8 @@ def _runs_through(part: Part, low: float, high: float) -> bool:
 
 def _is_lintel(beam: Part, floor: float) -> bool:
     """R4."""
-    return floor + TALL_M <= beam.mesh.vertices[:, 2].min() < floor + HIGHEST_LINTEL_M
+    underside = float(beam.mesh.vertices[:, 2].min())
+    return floor + TALL_M <= underside < floor + HIGHEST_LINTEL_M
 
 
 def footprint(mesh: Mesh) -> Polygon:

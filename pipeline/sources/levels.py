@@ -25,6 +25,7 @@ from pipeline.values import Mesh
 BELOW_M = 0.3  # faces this far under the floor stay with the level
 MARGIN_M = 0.05  # the last height stays this far under what closes the level
 SLAB_M = 0.65  # the thickest slab between two storeys
+ATTIC_M = 1.0  # walls that go on so far over a slab are an attic's; over less, it may be a hung ceiling
 SHORTEST_WALLS_M = 2.0
 
 
@@ -124,7 +125,7 @@ def _ceiling(
     ]
     closing = [cover for cover in covers if end - cover.top < 0.1]
     if not closing and above is None:  # a slab under an attic or a parapet, on which walls go on
-        closing = [cover for cover in covers if end - cover.top > SLAB_M]
+        closing = [cover for cover in covers if end - cover.top > ATTIC_M]
     if not closing:  # sheets, or walls open above; a hung ceiling closes nothing
         return float(end - height - (MARGIN_M if above is not None else 0.0))
     slab = closing[-1]
@@ -135,8 +136,8 @@ def _ceiling(
 
 
 def _slice(surfaces: Surfaces, low: float, high: float) -> Mesh:
-    """Faces that touch the heights from low to high, with only their own vertices."""
-    touched = (surfaces.low[:, 2] <= high) & (surfaces.high[:, 2] >= low)
+    """Faces between two heights, also those that only reach in, with only their own vertices."""
+    touched = (surfaces.low[:, 2] <= high) & (surfaces.high[:, 2] > low + 1e-6)
     used, faces = np.unique(surfaces.mesh.faces[touched], return_inverse=True)
     return Mesh(surfaces.mesh.vertices[used], faces.reshape(-1, 3).astype(np.int64))
 

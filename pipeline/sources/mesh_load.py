@@ -25,10 +25,14 @@ MAX_FACES = 5_000_000
 
 @dataclass(frozen=True)
 class Convention:
-    """What a format, or the file itself, says of its frame: up axis, and metres in one unit (None: it does not say)."""
+    """What a format, or the file itself, says of its frame: up axis, and metres in one unit (None: it does not say).
+
+    ``binding``: the axis is laid down (glTF's specification, COLLADA's ``up_axis``), not mere custom.
+    """
 
     up: str
     metres: float | None
+    binding: bool = False
 
 
 def convention(path: Path) -> Convention:
@@ -39,9 +43,9 @@ def convention(path: Path) -> Convention:
             head = stream.read(HEAD_BYTES)
         up = re.search(rb"<up_axis>\s*([XYZ])_UP", head)
         unit = re.search(rb"<unit[^>]*\bmeter\s*=\s*[\"']([0-9.eE+-]+)[\"']", head)
-        return Convention("z" if up and up[1] == b"Z" else "y", float(unit[1]) if unit else None)
+        return Convention("z" if up and up[1] == b"Z" else "y", float(unit[1]) if unit else None, up is not None)
     if suffix in {".glb", ".gltf"}:
-        return Convention("y", 1.0)
+        return Convention("y", 1.0, binding=True)
     return Convention("y" if suffix == ".obj" else "z", None)
 
 

@@ -25,7 +25,8 @@ STOREY_M = (1.9, 6.6)
 USUAL_STOREY_M = 2.7
 WIDTH_M = (1.5, 200.0)
 LONGEST_AT_LEAST_M = 3.0
-CONVENTION_WEIGHT = 0.9  # a house 1.8 times flatter along the other axis outweighs it
+CUSTOM_WEIGHT = 0.9  # a house outweighs it that is 1.5 times as deep as high when stood on the other axis
+BINDING_WEIGHT = 1.6  # here twice as deep as high: exporters forget to turn their models
 BINS = 400
 
 
@@ -70,7 +71,7 @@ def detect(mesh: Mesh, convention: Convention, up: str, units: str, name: str) -
     shapes = {axis: shape for axis in candidates if (shape := _shape(surfaces, UPS[axis]))}
     if not shapes:  # no wall on any axis: the search for levels says so
         return Frame3D(convention.up if up == "auto" else up, UNITS.get(units, 1.0), units if units in UNITS else "m")
-    axis = max(shapes, key=lambda key: _upright(shapes[key], key == convention.up))
+    axis = max(shapes, key=lambda key: _upright(shapes[key], key, convention))
     metres = UNITS[units] if units in UNITS else _unit(shapes[axis], convention)
     if metres is None or not shapes[axis].fits_width(metres):
         raise _bad_units(shapes[axis], axis, metres, units, name)
@@ -111,9 +112,10 @@ def _storey(surfaces: Surfaces, walls: Bools, flats: Bools, axis: int, footprint
     return float(np.diff(np.sort(stops)).max())
 
 
-def _upright(shape: Shape, is_convention: bool) -> float:
+def _upright(shape: Shape, axis: str, convention: Convention) -> float:
     """R1, as a sum of evidence; an axis on which no unit makes a house comes last."""
-    evidence = 1.5 * shape.flatness + (1.5 if shape.bare else 0.0) + (CONVENTION_WEIGHT if is_convention else 0.0)
+    weight = BINDING_WEIGHT if convention.binding else CUSTOM_WEIGHT
+    evidence = 1.5 * shape.flatness + (1.5 if shape.bare else 0.0) + (weight if axis == convention.up else 0.0)
     return evidence if any(shape.fits(metres) for metres in UNITS.values()) else evidence - 10.0
 
 

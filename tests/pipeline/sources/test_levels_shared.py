@@ -1,0 +1,33 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from pipeline.sources import mesh_file
+from pipeline.values import Input, Level
+
+DATA = Path(__file__).resolve().parents[4] / "shared" / "data"
+CASES = sorted((DATA / "cases").glob("*.json"))
+ONE_LEVEL = ("ifc/*/*.ply", "sweethome3d/*/*.ply", "procthor/*/*.ply", "gazebo/*/*.ply")
+MESHES = sorted(path for pattern in ONE_LEVEL for path in DATA.glob(pattern))
+
+pytestmark = pytest.mark.skipif(not CASES, reason="needs the development data beside the repository")
+
+
+def levels_of(path: Path) -> list[Level]:
+    return list(mesh_file.read(Input("case", "mesh_file", str(path))))
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda path: path.stem)
+def test_a_level_lies_at_the_cases_floor(case):
+    truth = json.loads(case.read_text())
+    levels = levels_of(DATA / truth["mesh"])
+    assert min(abs(level.frame.floor - truth["floor_z"]) for level in levels) < 0.05
+
+
+@pytest.mark.parametrize("path", MESHES, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_each_mesh_is_one_level_as_high_as_a_storey(path):
+    (level,) = levels_of(path)
+    assert abs(level.frame.floor) < 0.05
+    assert 2.3 < level.ceiling_m < 5.1
+    assert (level.provenance["units"], level.frame.up) == ("m", "z")
