@@ -20,7 +20,7 @@ from pipeline.values import Mesh
 
 SUFFIXES = (".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 MAX_FACES = 5_000_000
-"""About 4 GB at the peak of loading and finding levels; more ends as TOO_LARGE."""
+"""A mesh with more ends as TOO_LARGE, before it is read where its header says so; 1.7 million need 0.5 GB here."""
 
 
 @dataclass(frozen=True)
