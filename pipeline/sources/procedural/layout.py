@@ -12,7 +12,8 @@ from pipeline.sources.procedural.program import corridor_words
 from pipeline.sources.procedural.slicing import Placed, Rect, divide, misfit, row, shared_out
 from pipeline.sources.procedural.values import Cell, Spec
 
-_TRIES = 60
+_TRIES = 24
+_MISFIT_CM = 10.0
 
 
 @dataclass
@@ -40,7 +41,7 @@ def lay_out(specs: list[Spec], rng: np.random.Generator) -> tuple[list[Cell], in
     """
     best = _attempt(list(specs), rng)
     for _ in range(_TRIES):
-        if best[0] <= 0:
+        if best[0] <= _MISFIT_CM:
             break
         best = min(best, _attempt(list(specs), rng), key=lambda attempt: attempt[0])
     return _cells(best[1], best[2]), (best[1][0].height if len(best[1]) > 1 else None), best[3]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,9 @@ import numpy.typing as npt
 import shapely
 
 from pipeline.sources.procedural.furniture import LEAF, LEAF_SIZE, MODELS
+from pipeline.sources.procedural.slab_mesh import slab_mesh
 from pipeline.sources.procedural.values import WALL_TOP_M, House, Item, Opening, Storey, Wall
-from pipeline.sources.procedural.walls import holes_in, slab_mesh, slabs_of
+from pipeline.sources.procedural.walls import holes_in, slabs_of
 
 _FLOOR_M = (0.0, 0.05)
 _CEILING_M = (2.69, 2.74)
@@ -75,19 +77,30 @@ def _wall_parts(walls: list[Wall], openings: tuple[Opening, ...], name: str) -> 
 
 def _prism(name: str, polygon: shapely.Polygon, low: float, high: float) -> _Part:
     """Return a closed slab over a polygon."""
-    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
-    corners = shapely.get_coordinates(shapely.orient_polygons(triangles)).reshape(-1, 4, 2)[:, :3]
-    plan, index = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
-    top = index.reshape(-1, 3)
+    plan, top, sides = _triangulated(polygon)
     n = len(plan)
-    edges = np.concatenate([top[:, [0, 1]], top[:, [1, 2]], top[:, [2, 0]]])
-    inner = {(b, a) for a, b in edges.tolist()}
-    rim = np.array([edge for edge in edges.tolist() if tuple(edge) not in inner])
-    a, b = rim[:, 0], rim[:, 1]
-    sides = np.concatenate([np.stack([a, b, b + n], axis=1), np.stack([a, b + n, a + n], axis=1)])
     faces = np.concatenate([top + n, top[:, ::-1], sides])
-    heights = np.repeat([low, high], n)
-    return name, np.column_stack([np.tile(plan, (2, 1)), heights]), np.tile(plan, (2, 1)), faces
+    twice = np.tile(plan, (2, 1))
+    return name, np.column_stack([twice, np.repeat([low, high], n)]), twice, faces
+
+
+@lru_cache(maxsize=2)  # a room's ceiling is its floor again
+def _triangulated(
+    polygon: shapely.Polygon,
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return a polygon's corners, its triangles, and those of a band round it whose upper corners come n later."""
+    outline = shapely.orient_polygons(polygon)
+    rings = [shapely.get_coordinates(ring)[:-1] for ring in (outline.exterior, *outline.interiors)]
+    plan = np.concatenate(rings)
+    number = {point: k for k, point in enumerate(map(tuple, plan.tolist()))}
+    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(outline))
+    corners = shapely.get_coordinates(shapely.orient_polygons(triangles)).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
+    top = np.array([number[point] for point in map(tuple, corners.tolist())]).reshape(-1, 3)
+    starts = np.cumsum([0] + [len(ring) for ring in rings[:-1]])
+    a = np.arange(len(plan))
+    b = np.concatenate([start + np.roll(np.arange(len(ring)), -1) for start, ring in zip(starts, rings, strict=True)])
+    n = len(plan)
+    return plan, top, np.concatenate([np.stack([a, b, b + n], axis=1), np.stack([a, b + n, a + n], axis=1)])
 
 
 def _write_obj(path: Path, parts: list[_Part], foot: float) -> None:

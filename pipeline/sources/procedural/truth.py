@@ -7,9 +7,9 @@ are those of the development cases, so that the same tool scores a plan against 
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 import shapely
 
@@ -79,7 +79,7 @@ class Truth:
 
     def to_json(self) -> str:
         """Return the truth as JSON, the same text for the same house."""
-        return json.dumps(asdict(self), separators=(",", ":"))
+        return msgspec.json.encode(self).decode()
 
 
 def storey_truth(storey: Storey, truth_id: str, level: int, floor_z: float) -> Truth:

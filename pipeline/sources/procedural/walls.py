@@ -1,4 +1,4 @@
-"""Walls: a pair of slabs for each edge of each cell, and the closed mesh of a slab with its holes."""
+"""Walls: a pair of slabs for each edge of each cell, and the holes in them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from pipeline.sources.procedural.values import (
     DOOR_HEAD_M,
     SILL_M,
     SLAB_M,
-    WALL_TOP_M,
     WINDOW_HEAD_M,
     WINDOW_LOW_M,
     Opening,
@@ -69,93 +68,46 @@ def build_walls(edges: Edges, inner: set[int], rng: np.random.Generator) -> list
     return walls
 
 
-def slabs_of(wall: Wall, built: bool = True) -> Iterator[Slab]:
-    """Yield the slabs of a wall: inside and outside, piece by piece; with ``built`` False as if nothing were missing."""
-    turn = np.array([[np.cos(wall.skew), np.sin(wall.skew)], [-np.sin(wall.skew), np.cos(wall.skew)]])
-    along = np.array(wall.direction)
-    axis = along @ turn
-    left = np.array([-along[1], along[0]])
-    middle = np.array(wall.start) + along * wall.length / 2 + left * wall.shift
-    pieces, at = [], -wall.ends[0]
-    for low, high in [*(wall.missing if built else ()), (wall.length + wall.ends[1], np.inf)]:
+def slabs_of(wall: Wall) -> Iterator[Slab]:
+    """Yield the slabs of a wall that are built: inside and outside, piece by piece."""
+    origin, axis = _frame(wall)
+    at = -wall.ends[0]
+    for low, high in [*wall.missing, (wall.length + wall.ends[1], np.inf)]:
         if low - at > 0.02:
-            pieces.append((at, low))
+            yield Slab(True, origin, axis, (at, low), (0.0, SLAB_M))
+            yield Slab(False, origin, axis, (at, low), (-SLAB_M, 0.0))
         at = high
-    for piece in pieces:
-        for inside in (True, False):
-            offset = (0.0, SLAB_M) if inside else (-SLAB_M, 0.0)
-            yield Slab(inside, middle - axis * wall.length / 2, axis, piece, offset)
 
 
 def solid_plan(walls: tuple[Wall, ...]) -> shapely.Geometry:
-    """Return the plan area of all slabs as if nothing were missing and no opening cut."""
-    corners = np.array([slab.corners() for wall in walls for slab in slabs_of(wall, built=False)])
-    return shapely.union_all(shapely.polygons(corners), grid_size=1e-6)
+    """Return the plan area of all walls as if nothing were missing and no opening cut."""
+    whole = [
+        Slab(True, *_frame(wall), (-wall.ends[0], wall.length + wall.ends[1]), (-SLAB_M, SLAB_M)) for wall in walls
+    ]
+    return shapely.union_all(shapely.polygons(np.array([slab.corners() for slab in whole])))
 
 
 def holes_in(slab: Slab, openings: tuple[Opening, ...]) -> list[Hole]:
-    """Return the holes that openings make in a slab."""
-    if not openings:
-        return []
-    relative = np.array([each.centre for each in openings]) - slab.origin
-    normal = np.array([-slab.axis[1], slab.axis[0]])
-    parallel = np.abs(np.array([each.direction for each in openings]) @ slab.axis) > 0.99
-    at = relative @ slab.axis
-    near = np.flatnonzero(parallel & (np.abs(relative @ normal) < _REACH_M))
+    """Return the holes that openings make in a slab, in order along it."""
+    (x, y), (dx, dy) = slab.origin.tolist(), slab.axis.tolist()
     holes = []
-    for k in near.tolist():
-        opening, middle = openings[k], float(at[k])
+    for opening in openings:
+        rx, ry = opening.centre[0] - x, opening.centre[1] - y
+        parallel = abs(opening.direction[0] * dx + opening.direction[1] * dy) > 0.99
+        if not parallel or abs(ry * dx - rx * dy) >= _REACH_M:
+            continue
+        middle = rx * dx + ry * dy
         low, high = middle - opening.width / 2, middle + opening.width / 2
         if slab.span[0] < low and high < slab.span[1]:
-            window = opening.kind == "window"
-            heights = (WINDOW_LOW_M, WINDOW_HEAD_M) if window else (SILL_M, DOOR_HEAD_M)
+            heights = (WINDOW_LOW_M, WINDOW_HEAD_M) if opening.kind == "window" else (SILL_M, DOOR_HEAD_M)
             holes.append((low, high, *heights))
     return sorted(holes)
 
 
-def slab_mesh(
-    slab: Slab, holes: list[Hole]
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64]]:
-    """Return a closed mesh of a slab, faces outward.
-
-    Returns
-    -------
-    points : (n, 3) array
-        Plan x, plan y, height above the level's foot, metres.
-    texture : (n, 2) array
-        Metres along the wall and up.
-    faces : (m, 3) array
-        Counter-clockwise seen from outside, with x right, y away and height up.
-    """
-    at = np.unique([*slab.span, *(value for hole in holes for value in hole[:2])])
-    up = np.unique([0.0, WALL_TOP_M, *(value for hole in holes for value in hole[2:])])
-    solid = np.zeros((len(at) + 1, len(up) + 1), dtype=bool)  # a rim of nothing all round
-    solid[1:-1, 1:-1] = True
-    for low, high, bottom, top in holes:
-        columns = slice(int(np.searchsorted(at, low)) + 1, int(np.searchsorted(at, high)) + 1)
-        solid[columns, int(np.searchsorted(up, bottom)) + 1 : int(np.searchsorted(up, top)) + 1] = False
-    n = len(up)
-
-    def node(i: npt.NDArray[np.int64], j: npt.NDArray[np.int64], side: int) -> npt.NDArray[np.int64]:
-        return (i * n + j) * 2 + side
-
-    i, j = np.nonzero(solid[1:-1, 1:-1])
-    quads = [
-        np.stack([node(i, j, 0), node(i + 1, j, 0), node(i + 1, j + 1, 0), node(i, j + 1, 0)], axis=1),
-        np.stack([node(i, j, 1), node(i, j + 1, 1), node(i + 1, j + 1, 1), node(i + 1, j, 1)], axis=1),
-    ]
-    across = solid[1:, 1:-1].astype(np.int8) - solid[:-1, 1:-1]  # +1: solid begins at this line
-    upward = solid[1:-1, 1:].astype(np.int8) - solid[1:-1, :-1]
-    for sign in (1, -1):
-        i, j = np.nonzero(across == sign)
-        quad = np.stack([node(i, j, 0), node(i, j + 1, 0), node(i, j + 1, 1), node(i, j, 1)], axis=1)
-        quads.append(quad[:, ::sign])
-        i, j = np.nonzero(upward == sign)
-        quad = np.stack([node(i, j, 0), node(i, j, 1), node(i + 1, j, 1), node(i + 1, j, 0)], axis=1)
-        quads.append(quad[:, ::sign])
-    quad = np.concatenate(quads)
-    faces = np.concatenate([quad[:, [0, 1, 2]], quad[:, [0, 2, 3]]])
-    grid_at, grid_up = np.repeat(np.repeat(at, n), 2), np.repeat(np.tile(up, len(at)), 2)
-    side = np.tile(np.array(slab.offset), len(at) * n)
-    points = np.column_stack([slab.plan(grid_at, side), grid_up])
-    return points, np.column_stack([grid_at, grid_up]), faces
+def _frame(wall: Wall) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return where a wall starts and which way it runs, shift and skew included."""
+    (x, y), (dx, dy), half = wall.start, wall.direction, wall.length / 2
+    c, s = np.cos(wall.skew), np.sin(wall.skew)
+    ax, ay = dx * c - dy * s, dx * s + dy * c
+    middle = x + dx * half - dy * wall.shift, y + dy * half + dx * wall.shift
+    return np.array([middle[0] - ax * half, middle[1] - ay * half]), np.array([ax, ay])

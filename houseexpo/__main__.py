@@ -1,0 +1,5 @@
+"""``python -m houseexpo`` is the command ``houseexpo``."""
+
+from houseexpo.cli import main
+
+main()

@@ -1,0 +1,83 @@
+"""Small batches: one-room houses on disk, and a planner that is quick and says what it was asked."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import trimesh
+
+from houseexpo.plan import FloorPlan
+from pipeline.assemble import DataSet
+from pipeline.build import build
+from pipeline.config import PipelineConfig
+from pipeline.config_file import BuildConfig, BuildOptions, LimitsConfig
+from pipeline.job import Plan
+from pipeline.overrides import Override
+from pipeline.rejection import Reason, Rejection
+from pipeline.values import Level
+
+
+def one_room(path: Path, width: float = 5.0, depth: float = 4.0) -> Path:
+    """Write four walls of 0.2 m around a floor of the given size."""
+    x, y = width + 0.4, depth + 0.4
+    walls = [(0, 0, x, 0.2), (0, y - 0.2, x, y), (0, 0.2, 0.2, y - 0.2), (x - 0.2, 0.2, x, y - 0.2)]
+    boxes = [trimesh.creation.box(bounds=[[x1, y1, 0], [x2, y2, 2.7]]) for x1, y1, x2, y2 in walls]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    trimesh.util.concatenate(boxes).export(path)
+    return path
+
+
+def boxed(level: Level, config: PipelineConfig, rng: np.random.Generator) -> FloorPlan:
+    """Return the room of a ``one_room`` house; ids of a few words misbehave as they say."""
+    if "crash" in level.id:
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if "sleep" in level.id:
+        time.sleep(60)
+    if "fault" in level.id:
+        raise ZeroDivisionError("as asked")
+    if "refuse" in level.id:
+        raise Rejection("layout", Reason.NOT_ENCLOSED, "as asked", "ask for something else")
+    low, high = level.walls.vertices.min(axis=0), level.walls.vertices.max(axis=0)
+    width, depth = np.round((high - low)[:2] - 0.4, 2).tolist()
+    ring = np.round([(0.1, 0.1), (0.1, 0.1 + depth), (0.1 + width, 0.1 + depth), (0.1 + width, 0.1)], 2)
+    asked = {
+        "ground_m": config.planes.ground_m,
+        "characters": config.refine.characters,
+        "drawn": int(rng.integers(1000)),
+    }
+    return FloorPlan(level.id, ring, 1, {}, frame=level.frame, provenance={**level.provenance, **asked})
+
+
+def run_build(
+    sources: list[Path],
+    out: Path,
+    *,
+    workers: int = 1,
+    overrides: Mapping[str, Override] | None = None,
+    seconds: float = 30.0,
+    plan: Plan = boxed,
+    **options: Any,
+) -> DataSet:
+    """Build with the quick planner."""
+    chosen = BuildOptions(sources=tuple(map(str, sources)), **options)
+    config = BuildConfig(chosen, LimitsConfig(seconds=seconds))
+    quiet = lambda what, done, total: None  # noqa: E731
+    return build(config, out, overrides=overrides or {}, workers=workers, progress=quiet, plan=plan)
+
+
+def lines(path: Path) -> list[dict[str, Any]]:
+    """Read a file of JSON lines."""
+    return [msgspec.json.decode(line) for line in path.read_bytes().splitlines()]
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return every file outside .build, by its path in the data set."""
+    files = (file for file in sorted(folder.rglob("*")) if file.is_file() and ".build" not in file.parts)
+    return {file.relative_to(folder).as_posix(): file.read_bytes() for file in files}

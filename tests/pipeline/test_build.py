@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import msgspec
+import pyarrow.parquet as pq
+import pytest
+
+from houseexpo.files import load_plan
+from pipeline.overrides import Override
+from tests.builders.batch import contents, lines, one_room, run_build
+
+
+@pytest.fixture
+def street(tmp_path: Path) -> Path:
+    """Five houses, two of them equal but for a quarter turn, and three things that are no houses."""
+    folder = tmp_path / "street"
+    one_room(folder / "a.ply")
+    one_room(folder / "b.ply", 4.0, 5.0)
+    one_room(folder / "far" / "c.obj", 7.0, 4.0)
+    one_room(folder / "d_refuse.ply", 6.0, 4.0)
+    one_room(folder / "e_fault.ply", 6.0, 5.0)
+    (folder / "empty.stl").touch()
+    (folder / "garbage.glb").write_bytes(b"no mesh at all")
+    (folder / "notes.txt").write_text("not a source")
+    return folder
+
+
+def test_every_input_ends_as_a_plan_a_rejection_or_a_duplicate(street: Path, tmp_path: Path) -> None:
+    data_set = run_build([street], tmp_path / "out")
+    assert data_set.ids == ("a", "far_c")
+    assert lines(tmp_path / "out" / "duplicates.jsonl") == [
+        {"id": "b", "kept_id": "a", "difference": 0.0, "symmetry": "transpose"}
+    ]
+    rejected = {line["id"]: line for line in lines(tmp_path / "out" / "rejected.jsonl")}
+    assert {name: (line["stage"], line["reason"]) for name, line in rejected.items()} == {
+        "d_refuse": ("layout", "not_enclosed"),
+        "e_fault": ("internal", "internal"),
+        "empty": ("source", "empty"),
+        "garbage": ("source", "unreadable"),
+    }
+    assert "ZeroDivisionError at batch.py:" in rejected["e_fault"]["detail"]
+    assert all(line["advice"] for line in rejected.values())
+    assert data_set.stats["outcomes"] == {
+        "inputs": 7,
+        "plans": 2,
+        "duplicates": 1,
+        "rejected": 4,
+        "reasons": {"empty": 1, "internal": 1, "not_enclosed": 1, "unreadable": 1},
+    }
+
+
+def test_workers_change_no_byte_and_no_path_of_the_machine_is_told(street: Path, tmp_path: Path) -> None:
+    run_build([street], tmp_path / "one", workers=1)
+    run_build([street], tmp_path / "two", workers=2)
+    one, two = contents(tmp_path / "one"), contents(tmp_path / "two")
+    assert one == two
+    assert set(one) == {
+        *("duplicates.jsonl", "index.parquet", "json/a.json", "json/far_c.json"),
+        *("manifest.json", "rejected.jsonl", "stats.json"),
+    }
+    assert not [name for name, data in one.items() if str(tmp_path).encode() in data]
+
+
+def test_manifest_holds_parameters_counts_and_the_hash_of_every_other_file(street: Path, tmp_path: Path) -> None:
+    run_build([street], tmp_path / "out", seed=7)
+    files = contents(tmp_path / "out")
+    manifest = msgspec.json.decode(files.pop("manifest.json"))
+    assert manifest["files"] == {name: hashlib.sha256(data).hexdigest() for name, data in files.items()}
+    assert manifest["parameters"]["build"]["seed"] == 7
+    assert manifest["parameters"]["connectivity"]["samples"] == 100
+    assert manifest["sources"] == ["street"]
+    assert manifest["counts"]["plans"] == 2
+    assert "numpy" in manifest["versions"]
+
+
+def test_index_has_a_row_for_each_plan(street: Path, tmp_path: Path) -> None:
+    run_build([street], tmp_path / "out")
+    rows = pq.read_table(tmp_path / "out" / "index.parquet").to_pylist()
+    assert [(row["id"], row["area"], row["width"], row["height"]) for row in rows] == [
+        ("a", 20.0, 5.0, 4.0),
+        ("far_c", 28.0, 7.0, 4.0),
+    ]
+    assert rows[0]["source"] == "mesh"
+    assert rows[0]["split"] is None
+
+
+def test_equal_ids_get_eight_digits_of_their_content(tmp_path: Path) -> None:
+    first, second = one_room(tmp_path / "x" / "house.ply"), one_room(tmp_path / "y" / "house.ply", 7.0, 5.0)
+    data_set = run_build([first.parent, second.parent], tmp_path / "out")
+    digits = [hashlib.sha256(path.read_bytes()).hexdigest()[:8] for path in (first, second)]
+    assert data_set.ids == tuple(sorted(f"house_{found}" for found in digits))
+    assert load_plan(tmp_path / "out" / "json" / f"{data_set.ids[0]}.json").id == data_set.ids[0]
+
+
+def test_limit_takes_the_first_and_a_source_given_twice_counts_once(street: Path, tmp_path: Path) -> None:
+    data_set = run_build([street, street], tmp_path / "out", limit=2)
+    assert data_set.stats["outcomes"]["inputs"] == 2
+    assert data_set.ids == ("a",)
+
+
+def test_a_person_keeps_drops_and_sets_heights(street: Path, tmp_path: Path) -> None:
+    words = {"b": Override(keep=True), "far_c": Override(drop=True, why="a hall"), "a": Override(h_g=0.4, h_d=1.0)}
+    data_set = run_build([street], tmp_path / "out", overrides=words)
+    assert data_set.ids == ("a", "b")
+    dropped = next(line for line in lines(tmp_path / "out" / "rejected.jsonl") if line["id"] == "far_c")
+    assert (dropped["stage"], dropped["reason"], dropped["detail"]) == ("overrides", "dropped_by_hand", "a hall")
+    a, b = (load_plan(tmp_path / "out" / "json" / f"{name}.json").provenance or {} for name in ("a", "b"))
+    assert (a["ground_m"], a["characters"]) == (0.4, True)
+    assert (b["ground_m"], b["characters"]) == (0.01, False)
+
+
+def test_chance_depends_on_seed_and_id_alone(street: Path, tmp_path: Path) -> None:
+    def drawn(out: str, seed: int, limit: int | None = None) -> object:
+        run_build([street], tmp_path / out, seed=seed, limit=limit)
+        return (load_plan(tmp_path / out / "json" / "a.json").provenance or {})["drawn"]
+
+    assert drawn("whole", 1) == drawn("part", 1, limit=1)
+    assert drawn("whole", 1) != drawn("other", 2, limit=1)

@@ -1,0 +1,136 @@
+"""A build that is run again, was interrupted, or meets a folder that is not its own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from houseexpo.errors import ConfigError
+from pipeline.overrides import Override
+from tests.builders.batch import boxed, contents, lines, one_room, run_build
+
+
+@pytest.fixture
+def street(tmp_path: Path) -> Path:
+    for i, name in enumerate("abc"):
+        one_room(tmp_path / "street" / f"{name}.ply", 4.0 + i, 4.0)
+    return tmp_path / "street"
+
+
+def journal(out: Path) -> list[str]:
+    """Return the ids of the plans that were made, in the order in which they were."""
+    return [plan["id"] for line in lines(out / ".build" / "journal.jsonl") for plan in line["plans"]]
+
+
+def test_what_is_done_is_not_done_again(street: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run_build([street], out)
+    before = contents(out)
+    assert run_build([street], out).ids == ("a", "b", "c")
+    assert journal(out) == ["a", "b", "c"]
+    assert contents(out) == before
+
+
+def test_an_input_that_changed_is_done_again(street: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run_build([street], out)
+    one_room(street / "b.ply", 9.0, 4.0)
+    run_build([street], out)
+    assert journal(out) == ["a", "b", "c", "b"]
+    fresh = tmp_path / "fresh"
+    run_build([street], fresh)
+    assert contents(out) == contents(fresh)
+
+
+def test_only_the_ids_that_a_person_spoke_of_are_done_again(street: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run_build([street], out)
+    run_build([street], out, overrides={"b": Override(h_g=0.3)})
+    assert journal(out) == ["a", "b", "c", "b"]
+
+
+def test_fewer_inputs_leave_no_plan_of_the_others(street: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run_build([street], out)
+    assert run_build([street], out, limit=1).ids == ("a",)
+    assert [name for name in contents(out) if name.startswith("json/")] == ["json/a.json"]
+
+
+def test_an_interrupted_build_has_no_manifest_and_goes_on(street: Path, tmp_path: Path) -> None:
+    out, whole = tmp_path / "out", tmp_path / "whole"
+    run_build([street], whole)
+    run_build([street], out, limit=2)
+    (out / "manifest.json").unlink()
+    with (out / ".build" / "journal.jsonl").open("ab") as stream:
+        stream.write(b'{"key":"cut sho')
+    run_build([street], out)
+    assert journal(out) == ["a", "b", "c"]
+    assert contents(out) == contents(whole)
+
+
+def test_a_lost_plan_is_made_again(street: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run_build([street], out)
+    before = contents(out)
+    for file in (*(out / ".build" / "plans").iterdir(), out / "json" / "b.json"):
+        file.unlink()
+    run_build([street], out)
+    assert contents(out) == before
+
+
+def test_no_half_file_is_left_where_a_build_fails(
+    street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*args: object) -> bytes:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("pipeline.assemble.index_table", full)
+    with pytest.raises(OSError, match="No space left"):
+        run_build([street], tmp_path / "out")
+    assert not (tmp_path / "out" / "manifest.json").exists()
+    assert not [file for file in (tmp_path / "out").rglob(".*") if file.is_file()]
+
+
+def test_a_crash_and_a_timeout_cost_only_their_own_house(street: Path, tmp_path: Path) -> None:
+    one_room(street / "b_crash.ply")
+    one_room(street / "b_sleep.ply", 8.0)
+    data_set = run_build([street], tmp_path / "out", workers=2, seconds=1.5)
+    assert data_set.ids == ("a", "b", "c")
+    rejected = {line["id"]: line for line in lines(tmp_path / "out" / "rejected.jsonl")}
+    assert {name: line["reason"] for name, line in rejected.items()} == {"b_crash": "internal", "b_sleep": "timeout"}
+    assert "SIGSEGV" in rejected["b_crash"]["detail"]
+    assert "limits.seconds" in rejected["b_sleep"]["advice"]
+
+
+def test_a_folder_of_something_else_is_refused(street: Path, tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="expected an empty folder or an earlier build"):
+        run_build([street], street)
+    file = tmp_path / "file"
+    file.touch()
+    with pytest.raises(ConfigError, match="expected a folder, found a file"):
+        run_build([street], file)
+
+
+def test_other_parameters_are_refused_also_without_the_build_folder(street: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run_build([street], out)
+    with pytest.raises(ConfigError, match="holds a build with other parameters"):
+        run_build([street], out, seed=3)
+    (out / ".build").rename(tmp_path / "elsewhere")
+    with pytest.raises(ConfigError, match="holds a build with other parameters"):
+        run_build([street], out, seed=3)
+    assert (out / "manifest.json").exists()
+    assert run_build([street], out, plan=boxed).ids == ("a", "b", "c")
+
+
+def test_nothing_to_read_is_a_usage_error(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    for sources, words in (
+        ([], "no SOURCE"),
+        ([tmp_path / "empty"], "nothing of the kind in it"),
+        ([tmp_path / "absent"], "does not exist"),
+    ):
+        with pytest.raises(ConfigError, match=words):
+            run_build(sources, tmp_path / "out")
+    assert not (tmp_path / "out").exists()

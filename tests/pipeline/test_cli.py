@@ -1,0 +1,109 @@
+"""The command as a person uses it, in its own process where that matters."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from houseexpo.cli import make_app
+from tests.builders.batch import contents, lines, one_room
+
+runner = CliRunner()
+
+
+@pytest.fixture
+def houses(tmp_path: Path) -> Path:
+    one_room(tmp_path / "houses" / "a.ply")
+    one_room(tmp_path / "houses" / "b.ply", 4.0, 5.0)
+    one_room(tmp_path / "houses" / "c.off", 7.0, 5.0)
+    return tmp_path / "houses"
+
+
+def shell(*words: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-m", *map(str, words)], capture_output=True, text=True, check=False)
+
+
+def test_help_is_quick_and_names_the_commands() -> None:
+    start = time.perf_counter()
+    done = shell("houseexpo", "--help")
+    assert time.perf_counter() - start < 3.0
+    assert done.returncode == 0
+    assert "build" in done.stdout
+    assert "inspect" in done.stdout
+
+
+def test_help_loads_nothing_heavy() -> None:
+    heavy = "{'numpy', 'cv2', 'shapely', 'trimesh', 'pyarrow', 'numba', 'scipy'}"
+    code = f"import sys; from houseexpo.cli import make_app; make_app(); print(sorted({heavy} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_build_shows_outcomes_and_writes_a_data_set(houses: Path, tmp_path: Path) -> None:
+    (houses / "broken.obj").write_bytes(b"\x00\xff" * 50)
+    done = shell("houseexpo", "build", houses, "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    for word in ("Outcomes", "plans", "duplicates", "rejected", "Rooms a house", "broken.obj"):
+        assert word in done.stdout
+    assert "Traceback" not in done.stdout + done.stderr
+    assert {"json/a.json", "json/c.json", "manifest.json"} <= set(contents(tmp_path / "out"))
+    build = tmp_path / "out" / ".build"
+    assert {"report.html", "journal.jsonl"} <= {file.name for file in build.iterdir()}
+    assert {"a.png", "c.png", "sheet.png"} == {file.name for file in (build / "pictures").iterdir()}
+
+
+def test_python_m_pipeline_is_the_same(houses: Path, tmp_path: Path) -> None:
+    assert shell("houseexpo", "build", houses, "--out", tmp_path / "one").returncode == 0
+    assert shell("pipeline", houses, "--out", tmp_path / "two", "--workers", "2").returncode == 0
+    assert contents(tmp_path / "one") == contents(tmp_path / "two")
+
+
+def test_a_manifest_says_it_all_and_the_command_line_wins(houses: Path, tmp_path: Path) -> None:
+    manifest = tmp_path / "manifest.toml"
+    manifest.write_text('[build]\nsources = ["houses"]\nlimit = 1\n')
+    (tmp_path / "overrides.toml").write_text("[b]\nkeep = true\n")
+    command = ["build", "--config", str(manifest), "--out", str(tmp_path / "out"), "--workers", "1"]
+    assert runner.invoke(make_app(), command).exit_code == 0
+    assert [line for line in contents(tmp_path / "out") if line.startswith("json")] == ["json/a.json"]
+    assert runner.invoke(make_app(), [*command, "--limit", "3"]).exit_code == 0
+    assert "json/b.json" in contents(tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["build", "nowhere", "--out", "OUT"], "nowhere does not exist"),
+        (["build", "--out", "OUT"], "no SOURCE"),
+        (["build", "procedural:none", "--out", "OUT"], "procedural:COUNT"),
+        (["build", "HOUSES", "--out", "HOUSES"], "expected an empty folder or an earlier build"),
+        (["build", "HOUSES", "--out", "OUT", "--config", "BAD"], "did you mean 'planes.door_m'?"),
+        (["build", "HOUSES"], "--out"),
+        (["build", "HOUSES", "--out", "OUT", "--workers", "0"], "--workers"),
+        (["build", "HOUSES", "--out", "OUT", "--up", "x"], "--up"),
+        (["bild"], "bild"),
+    ],
+)
+def test_a_usage_error_says_what_to_do_and_ends_with_2(
+    houses: Path, tmp_path: Path, words: list[str], said: str
+) -> None:
+    bad = tmp_path / "bad.toml"
+    bad.write_text("[planes]\ndor_m = 0.2\n")
+    named = {"OUT": str(tmp_path / "out"), "HOUSES": str(houses), "BAD": str(bad)}
+    result = runner.invoke(make_app(), [named.get(word, word) for word in words])
+    assert result.exit_code == 2
+    assert said in " ".join(result.output.replace("│", " ").split())
+    assert "Traceback" not in result.output
+    assert not (tmp_path / "out").exists()
+
+
+def test_all_rejected_is_no_failure(tmp_path: Path) -> None:
+    result = runner.invoke(make_app(), ["build", str(tmp_path / "gone.ply"), "--out", str(tmp_path / "out")])
+    assert result.exit_code == 0
+    [line] = lines(tmp_path / "out" / "rejected.jsonl")
+    assert (line["stage"], line["reason"]) == ("source", "missing_file")
+    assert "gone.ply" in result.output

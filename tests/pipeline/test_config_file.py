@@ -1,0 +1,102 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from houseexpo.errors import ConfigError
+from pipeline.config import PipelineConfig
+from pipeline.config_file import BuildConfig, load_config
+from pipeline.overrides import Override, load_overrides
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def written(tmp_path: Path, text: str, name: str = "manifest.toml") -> Path:
+    path = tmp_path / name
+    path.write_text(text)
+    return path
+
+
+def test_what_a_manifest_does_not_say_is_the_default(tmp_path: Path) -> None:
+    assert load_config(written(tmp_path, "")) == BuildConfig()
+    config = load_config(written(tmp_path, "[planes]\ndoor_m = 1\n[build]\nseed = 3\n[limits]\nseconds = 5"))
+    assert (config.stages.planes.door_m, config.build.seed, config.limits.seconds) == (1.0, 3, 5.0)
+    assert config.stages.connectivity == PipelineConfig().connectivity
+
+
+def test_relative_sources_count_from_the_manifest(tmp_path: Path) -> None:
+    config = load_config(written(tmp_path, '[build]\nsources = ["houses", "/abs/x.ply", "procedural:3"]'))
+    assert config.build.sources == (str(tmp_path / "houses"), "/abs/x.ply", "procedural:3")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[planes]\ndor_m = 1", "unknown key 'planes.dor_m'; did you mean 'planes.door_m'?"),
+        ("[plans]\ndoor_m = 1", "unknown key 'plans'; did you mean 'planes'?"),
+        ("[limit]\nseconds = 1", "unknown key 'limit'; did you mean 'limits'?"),
+        ("[build]\nsed = 1", "unknown key 'build.sed'; did you mean 'build.seed'?"),
+        ("planes = 3", "planes: expected a table, found 3"),
+        ('[planes]\ndoor_m = "x"', "planes.door_m = 'x': expected `float`, got `str`"),
+        ("[planes]\ndoor_m = nan", "planes.door_m = nan: expected a finite number of at least 0"),
+        ("[planes]\ndoor_m = -0.2", "planes.door_m = -0.2: expected a finite number of at least 0"),
+        ("[connectivity]\nsamples = 0", "connectivity.samples = 0: expected at least 1"),
+        ("[build]\nseed = true", "build.seed = True: expected `int`, got `bool`"),
+        ('[build]\nup = "w"', "build.up = 'w'"),
+        ("[build", "expected TOML, found"),
+    ],
+)
+def test_a_bad_manifest_is_refused_with_the_full_name_of_the_key(tmp_path: Path, text: str, words: str) -> None:
+    path = written(tmp_path, text)
+    with pytest.raises(ConfigError) as caught:
+        load_config(path)
+    assert words in str(caught.value)
+    assert str(path) in str(caught.value)
+
+
+def test_a_missing_manifest_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"absent\.toml: cannot be read"):
+        load_config(tmp_path / "absent.toml")
+
+
+def test_the_hash_tells_parameters_apart_but_not_inputs(tmp_path: Path) -> None:
+    plain = BuildConfig().digest()
+    assert load_config(written(tmp_path, '[build]\nsources = ["x.ply"]\nlimit = 2')).digest() == plain
+    assert load_config(written(tmp_path, "[cells]\narea_m2 = 2.5")).digest() != plain
+    assert load_config(written(tmp_path, "[build]\nseed = 1")).digest() != plain
+
+
+def test_overrides_lie_beside_a_manifest(tmp_path: Path) -> None:
+    manifest = written(tmp_path, "")
+    assert load_overrides(None) == {}
+    assert load_overrides(manifest) == {}
+    written(tmp_path, '[b]\nkeep = true\n[a]\nh_g = 0.4\nh_d = 1\n[c]\ndrop = true\nwhy = "hall"', "overrides.toml")
+    found = load_overrides(manifest)
+    assert found == {"a": Override(h_g=0.4, h_d=1.0), "b": Override(keep=True), "c": Override(drop=True, why="hall")}
+    assert found["a"].applied(PipelineConfig()).planes.door_m == 1.0
+    assert not found["b"].applied(PipelineConfig()).refine.characters
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[villa]\nkep = true", "unknown key 'villa.kep'; did you mean 'villa.keep'?"),
+        ("[villa]\nkeep = true\ndrop = true", "villa: expected keep or drop, found both"),
+        ("[villa]\nh_g = 0.5\nh_d = 0.2", "villa: expected h_d above h_g, found 0.2 and 0.5"),
+        ("villa = true", "villa: expected a table, found True"),
+        ("[villa]\nkeep = 1", "villa.keep = 1: expected `bool`, got `int`"),
+    ],
+)
+def test_bad_overrides_are_refused(tmp_path: Path, text: str, words: str) -> None:
+    written(tmp_path, text, "overrides.toml")
+    with pytest.raises(ConfigError) as caught:
+        load_overrides(tmp_path / "manifest.toml")
+    assert words in str(caught.value)
+
+
+def test_manifests_of_the_project_can_be_read() -> None:
+    manifests = sorted((ROOT / "data_manifests").glob("*.toml"))
+    assert manifests
+    for manifest in manifests:
+        assert load_config(manifest).build.sources
