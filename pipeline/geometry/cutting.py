@@ -1,4 +1,8 @@
-"""Mesh and plane: the raw segments of a horizontal section, oriented so that a solid's inside lies to their left."""
+"""Mesh and plane: the raw segments of a horizontal section, oriented so that a solid's inside lies to their left.
+
+R1  Segments know their body: faces that share vertices (by index) are one. SUNCG writes every slab of a wall as a body
+    of its own, and so do most modellers.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 import trimesh
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from pipeline.values import Mesh
 
@@ -16,11 +22,16 @@ STEEP = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Cutter:
-    """A mesh made ready for many horizontal cuts.
+class Segments:
+    """A section: ``ends`` (n, 2, 2) metres, the body's inside to the left of each; ``body`` (n,) numbers the bodies."""
 
-    ``upright_only`` leaves floors, ceilings and roofs out, so that what is cut above head height is wall.
-    """
+    ends: npt.NDArray[np.float64]
+    body: npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Cutter:
+    """A mesh made ready for many horizontal cuts."""
 
     mesh: Mesh
 
@@ -44,22 +55,33 @@ class Cutter:
     def _upright(self) -> npt.NDArray[np.bool_]:
         return np.abs(self._normals[:, 2]) < STEEP
 
+    @cached_property
+    def _body(self) -> npt.NDArray[np.int64]:
+        faces, n = self.mesh.faces, len(self.mesh.vertices)
+        i, j = np.concatenate([faces[:, :2], faces[:, 1:]]).T
+        links = coo_matrix((np.ones(len(i), np.int8), (i, j)), shape=(n, n))
+        label = connected_components(links, directed=False)[1]
+        return np.asarray(label[faces[:, 0]], np.int64)
+
     @property
     def heights(self) -> npt.NDArray[np.float64]:
         """(n,) vertex heights, metres above the level's floor."""
         return self._z
 
-    def cut(self, height: float, *, upright_only: bool = False) -> npt.NDArray[np.float64]:
-        """Segments (n, 2, 2) of the section at ``height``, metres; the mesh's inside lies to the left of each."""
+    def cut(self, height: float, *, upright_only: bool = False) -> Segments:
+        """The section at ``height``, metres above the level's floor.
+
+        ``upright_only`` leaves floors, ceilings and roofs out, so that what is cut above head height is wall.
+        """
         low, high = self._span
         crossing = (low < height) & (high > height)
         if upright_only:
             crossing &= self._upright
         faces = np.flatnonzero(crossing)
         if not len(faces):
-            return np.zeros((0, 2, 2))
+            return Segments(np.zeros((0, 2, 2)), np.zeros(0, np.int64))
         segments, index = trimesh.intersections.mesh_plane(
-            _as_trimesh(self.mesh),
+            self._trimesh,
             plane_normal=[0.0, 0.0, 1.0],
             plane_origin=[0.0, 0.0, height],
             return_faces=True,
@@ -72,11 +94,11 @@ class Cutter:
         # the outward normal must lie to the right of the segment: right of (dx, dy) is (dy, -dx)
         backwards = along[:, 1] * normal[:, 0] - along[:, 0] * normal[:, 1] < 0
         segments[backwards] = segments[backwards, ::-1]
-        return np.ascontiguousarray(segments)
+        return Segments(np.ascontiguousarray(segments), self._body[index])
 
-
-def _as_trimesh(mesh: Mesh) -> trimesh.Trimesh:
-    return trimesh.Trimesh(vertices=mesh.vertices, faces=mesh.faces, process=False, validate=False)
+    @cached_property
+    def _trimesh(self) -> trimesh.Trimesh:
+        return trimesh.Trimesh(vertices=self.mesh.vertices, faces=self.mesh.faces, process=False, validate=False)
 
 
 def merged(*meshes: Mesh | None) -> Mesh:

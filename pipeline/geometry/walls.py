@@ -21,6 +21,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from pipeline.geometry.cutting import Segments
 from pipeline.geometry.overlay import EMPTY, united
 
 GRID_M = 1e-4
@@ -28,7 +29,7 @@ GRID_M = 1e-4
 CRACK_M = 0.02
 """Walls that come closer than this touch."""
 
-Segments = npt.NDArray[np.float64]
+Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,38 +40,46 @@ class Section:
     solids: BaseGeometry
 
 
-def section(segments: Segments, *, sheet_m: float, solid_m: float, sheets: bool = True) -> Section:
-    """Walls and solids of a plane's segments (n, 2, 2), metres, each with the body's inside on its left.
+def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = True) -> Section:
+    """Walls and solids of a plane's segments.
 
     Without ``sheets`` only closed bodies count: near the floor, a lone edge is the rim of a slab.
     """
-    if not len(segments):
+    snapped = np.round(cut.ends / GRID_M) * GRID_M
+    real = np.any(snapped[:, 0] != snapped[:, 1], axis=1)
+    snapped, body = snapped[real], cut.body[real]
+    if not len(snapped):
         return Section(EMPTY, EMPTY)
-    snapped = np.round(segments / GRID_M) * GRID_M
-    snapped = snapped[np.any(snapped[:, 0] != snapped[:, 1], axis=1)]
-    bodies = _separate_bodies(snapped)
+    bodies = _separate_bodies(snapped, body)
     if bodies is not None and not _any_thick(bodies, solid_m):
-        return Section(united(_not_too_slim(bodies, sheet_m)), EMPTY)
+        return Section(close_cracks(united(_not_too_slim(bodies, sheet_m))), EMPTY)
     return _arranged(snapped, sheet_m, solid_m, sheets=sheets)
 
 
-def _separate_bodies(segments: Segments) -> npt.NDArray[np.object_] | None:
-    """Closed bodies each cut in one simple ring, or None where the section is anything else.
+def _separate_bodies(ends: Floats, body: npt.NDArray[np.int64]) -> npt.NDArray[np.object_] | None:
+    """Every body cut in simple rings without holes, or None where the section is anything else.
 
-    This is SUNCG's case (every wall a box of its own), where uniting rings is much cheaper than noding them.
+    This is SUNCG's case (every slab a box of its own), where uniting rings is much cheaper than noding them. The bodies
+    are traced all at once, each moved to a place of its own so that they do not touch.
     """
-    ends, degree = np.unique(np.round(segments.reshape(-1, 2) / GRID_M).astype(np.int64), axis=0, return_counts=True)
-    if not len(ends) or (degree != 2).any():
+    row = np.unique(body, return_inverse=True)[1]
+    apart = 2.0 * float(np.ptp(ends[:, :, 0])) + 1.0
+    shift = np.stack([row * apart, np.zeros(len(row))], axis=1)[:, None, :]
+    keys = np.round((ends + shift).reshape(-1, 2) / GRID_M).astype(np.int64)
+    degree = np.unique(keys[:, 0] * (1 << 32) + keys[:, 1], return_counts=True)[1]
+    if (degree != 2).any():
         return None
-    faces = shapely.get_parts(shapely.polygonize(shapely.linestrings(segments)))
-    rings = shapely.polygons(shapely.get_exterior_ring(faces))
-    if shapely.get_num_interior_rings(faces).any() or not shapely.is_valid(rings).all():
+    faces = shapely.get_parts(shapely.polygonize(shapely.linestrings(keys.reshape(-1, 2, 2) * GRID_M)))
+    if not len(faces) or shapely.get_num_interior_rings(faces).any() or not shapely.is_valid(faces).all():
         return None
-    covered = float(shapely.area(rings).sum())
-    p, q = segments[:, 0], segments[:, 1]
+    p, q = ends[:, 0], ends[:, 1]
     signed = float((p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum()) / 2
-    # every ring runs counter-clockwise: no hole, no inverted body
-    return rings if abs(covered - signed) <= 1e-6 + 1e-6 * covered else None
+    covered = float(shapely.area(faces).sum())
+    if abs(covered - signed) > 1e-3 + 1e-3 * covered:
+        return None  # not every ring runs counter-clockwise: a hole, or a body turned inside out
+    home = np.floor((shapely.get_x(shapely.centroid(faces)) - ends[:, :, 0].min()) / apart) * apart
+    moved = shapely.get_coordinates(faces) - np.repeat(home, shapely.get_num_coordinates(faces))[:, None] * [1.0, 0.0]
+    return np.asarray(shapely.set_coordinates(faces, moved))
 
 
 def _any_thick(faces: npt.NDArray[np.object_], solid_m: float) -> bool:
@@ -98,7 +107,7 @@ def _spine(box: Polygon) -> BaseGeometry:
     return shapely.linestrings([(a + b) / 2, (c + d) / 2])
 
 
-def _arranged(segments: Segments, sheet_m: float, solid_m: float, *, sheets: bool) -> Section:
+def _arranged(segments: Floats, sheet_m: float, solid_m: float, *, sheets: bool) -> Section:
     lines = shapely.get_parts(shapely.union_all(shapely.linestrings(segments), grid_size=GRID_M))
     lines = lines[shapely.get_type_id(lines) == 1]
     faces = shapely.get_parts(shapely.polygonize(lines))
@@ -132,7 +141,7 @@ def close_cracks(walls: BaseGeometry, width_m: float = CRACK_M) -> BaseGeometry:
     return united([walls, closed])
 
 
-def winding_number(points: npt.NDArray[np.object_], segments: Segments) -> npt.NDArray[np.int64]:
+def winding_number(points: npt.NDArray[np.object_], segments: Floats) -> npt.NDArray[np.int64]:
     """How often the oriented segments wind around each point, counter-clockwise positive (ray to +x)."""
     if not len(points):
         return np.zeros(0, np.int64)
