@@ -27,7 +27,7 @@ OUTSIDE = "#e4e6e8"
 FLOOR = "#f6f4ef"
 GONE = "#e07a6b"
 LINTEL, SILL, GAP, RAIL, BOUNDARY = "#2f6da8", "#4aa3a2", "#8fbde0", "#a68fd0", "#d98a1f"
-CLOSERS = {"lintel": LINTEL, "sill": SILL, "gap": GAP, "rail": RAIL, "boundary": BOUNDARY}
+CLOSERS = {"lintel": LINTEL, "sill": SILL, "gap": GAP, "rail": RAIL, "floor_edge": BOUNDARY, "wall_ends": BOUNDARY}
 Legend = Sequence[tuple[str, str]]
 
 
@@ -127,7 +127,7 @@ def _draw_layout(canvas: _Canvas, layout: Layout) -> Picture:
     for closer in layout.closers:
         canvas.fill(closer.polygon, CLOSERS[closer.kind])
     used = {c.kind for c in layout.closers}
-    legend = [("wall", WALL), *((kind, colour) for kind, colour in CLOSERS.items() if kind in used)]
+    legend = [("wall", WALL), *((kind.replace("_", " "), colour) for kind, colour in CLOSERS.items() if kind in used)]
     return canvas.finished(f"layout: {len(layout.rooms)} closed spaces", legend)
 
 

@@ -129,7 +129,7 @@ class Planes:
     heights: Mapping[str, float | list[float]]
 
 
-CloserKind: TypeAlias = Literal["lintel", "sill", "gap", "rail", "boundary"]
+CloserKind: TypeAlias = Literal["lintel", "sill", "gap", "rail", "floor_edge", "wall_ends"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,15 +149,14 @@ class Closer:
 class Layout:
     """Stage ``layout``: the closed plane, its pieces, and the spaces it closes (largest first).
 
-    The ``sides`` of a closer's bridge are indices into ``rooms``, or OUTSIDE. ``boundary`` is "floor" or "wall_ends"
-    where an open house was given one, else None.
+    The ``sides`` of a closer's bridge are indices into ``rooms``, or OUTSIDE. Closers of kind "floor_edge" and
+    "wall_ends" are the boundary that an open house was given.
     """
 
     door: BaseGeometry
     ground: BaseGeometry
     closers: tuple[Closer, ...]
     rooms: tuple[Polygon, ...]
-    boundary: str | None
 
 
 @dataclass(frozen=True, eq=False)

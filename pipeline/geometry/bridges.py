@@ -15,7 +15,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.overlay import overlap, united
+from pipeline.geometry.overlay import overlap
 from pipeline.geometry.regions import WALL, locate
 
 STEP_M = 0.08
@@ -23,6 +23,7 @@ REACH_M = 0.02
 DEEPEST_M = 1.2
 BESIDE_M = 0.15
 TOUCH_M = 0.5
+NEAR_M = 1.0
 PARALLEL = np.cos(np.deg2rad(20.0))
 Vector = npt.NDArray[np.float64]
 
@@ -98,12 +99,13 @@ def bridges(piece: Polygon, rooms: list[Polygon], walls: BaseGeometry, door_plan
     """
     stretches = [s for s in _stretches(piece, rooms, walls) if s.faces != WALL]
     found: list[Bridge] = []
-    body = united([piece, door_plane])
+    x1, y1, x2, y2 = piece.bounds
+    near = shapely.clip_by_rect(door_plane, x1 - NEAR_M, y1 - NEAR_M, x2 + NEAR_M, y2 + NEAR_M)
     for k, first in enumerate(stretches):
         for second in stretches[k + 1 :]:
             if first.faces != second.faces:
-                found += _across(first, second, body, door_plane)
-    return joined(found, door_plane)
+                found += _across(first, second, piece, near)
+    return joined(found, near)
 
 
 def _stretches(piece: Polygon, rooms: list[Polygon], walls: BaseGeometry) -> list[_Stretch]:
@@ -133,7 +135,7 @@ def _stretches(piece: Polygon, rooms: list[Polygon], walls: BaseGeometry) -> lis
     ]
 
 
-def _across(first: _Stretch, second: _Stretch, body: BaseGeometry, door_plane: BaseGeometry) -> list[Bridge]:
+def _across(first: _Stretch, second: _Stretch, piece: Polygon, door_plane: BaseGeometry) -> list[Bridge]:
     d1, d2 = first.b - first.a, second.b - second.a
     u1, u2 = d1 / np.hypot(*d1), d2 / np.hypot(*d2)
     if u1 @ u2 > -PARALLEL:
@@ -149,9 +151,10 @@ def _across(first: _Stretch, second: _Stretch, body: BaseGeometry, door_plane: B
     middle = ((first.a + first.b) / 2 + (second.a + second.b) / 2) @ across / 2
     whole = Bridge(along * (low + high) / 2 + across * middle, along, high - low, depth, (first.faces, second.faces))
     strip = whole.strip()
-    if overlap(strip, body).area < 0.9 * strip.area:
+    standing = overlap(strip, door_plane)
+    if overlap(strip, piece).area + standing.area < 0.9 * strip.area:
         return []
-    return [whole.narrowed(s, e) for s, e in free_intervals(whole, door_plane)]
+    return [whole.narrowed(s, e) for s, e in free_intervals(whole, standing)]
 
 
 def joined(found: list[Bridge], door_plane: BaseGeometry) -> list[Bridge]:
@@ -207,9 +210,8 @@ def _hull(whole: Bridge, other: Bridge) -> Bridge:
 
 
 def free_intervals(bridge: Bridge, standing: BaseGeometry, *, sliver_m: float = 0.03) -> list[tuple[float, float]]:
-    """Stretches (start, end) along the strip, metres from its centre, in which nothing stands."""
-    strip = bridge.strip()
-    blocked = shapely.get_parts(overlap(strip, standing))
+    """Stretches (start, end) along the strip, metres from its centre, free of what is ``standing`` in it."""
+    blocked = shapely.get_parts(standing)
     taken: list[tuple[float, float]] = []
     for part in blocked:
         points = shapely.get_coordinates(part) - bridge.centre

@@ -26,6 +26,8 @@ from pipeline.geometry.overlay import EMPTY, united
 
 GRID_M = 1e-4
 """Segment ends closer than this are one point (lost loops: trimesh #1944, #2224)."""
+_OFF_GRID = 0.137
+"""Cells of the grid begin here, so that no edge of a cell lies on a round number, where models have their vertices."""
 CRACK_M = 0.02
 """Walls that come closer than this touch."""
 
@@ -45,7 +47,7 @@ def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = Tru
 
     Without ``sheets`` only closed bodies count: near the floor, a lone edge is the rim of a slab.
     """
-    snapped = np.round(cut.ends / GRID_M) * GRID_M
+    snapped = (np.floor(cut.ends / GRID_M + _OFF_GRID) + 0.5 - _OFF_GRID) * GRID_M
     real = np.any(snapped[:, 0] != snapped[:, 1], axis=1)
     snapped, body = snapped[real], cut.body[real]
     if not len(snapped):

@@ -24,13 +24,15 @@ from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE
 from pipeline.values import Closer, Layout, Level, Passage, SourceOpening, Spaces
 
+PASSABLE = frozenset({"lintel", "sill", "gap"})
+
 
 def find_doors(level: Level, layout: Layout, config: DoorsConfig) -> Spaces:
     """The rooms of a layout and the passages between them."""
     rooms = list(layout.rooms)
     passages: list[Passage] = []
     joins: set[tuple[int, int]] = set()
-    strips = [(c, c.bridge) for c in layout.closers if c.bridge is not None and c.kind not in ("rail", "boundary")]
+    strips = [(c, c.bridge) for c in layout.closers if c.bridge is not None and c.kind in PASSABLE]
     spans = _spans([bridge for _, bridge in strips], config.post_m)
     for (closer, bridge), span in zip(strips, spans, strict=True):
         outside = OUTSIDE in bridge.sides
@@ -40,7 +42,8 @@ def find_doors(level: Level, layout: Layout, config: DoorsConfig) -> Spaces:
             joins.add((min(bridge.sides), max(bridge.sides)))
         elif bridge.width >= config.narrowest_m:  # R1
             passages.append(Passage(bridge, "entrance" if outside else kind or "opening"))
-    notes: dict[str, int | str] = {"boundary": layout.boundary} if layout.boundary else {}
+    given = {c.kind for c in layout.closers} & {"floor_edge", "wall_ends"}
+    notes: dict[str, int | str] = {"boundary": min(given)} if given else {}
     return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)
 
 

@@ -33,10 +33,12 @@ def lay_out(level: Level, planes: Planes, config: LayoutConfig) -> Layout:
     """Close the walls of the door plane; raises Rejection where nothing worth a plan is enclosed."""
     pieces = _pieces(planes, config)
     closers = _settled(planes.door, *parted(planes.door, pieces), config)
-    closers += _railings(planes, closers, config)
-    boundary, source = _boundary(level, planes, closers, config)
-    closers += boundary
     ground, rooms = enclosed(_plane(planes.door, closers))
+    for close in (_railings, _boundary):
+        more = close(level, planes, ground, rooms, config)
+        if more:
+            closers += more
+            ground, rooms = enclosed(_plane(ground, more))
     area = sum(r.area for r in rooms)
     if area < config.area_m2:  # R7
         raise Rejection(
@@ -45,7 +47,7 @@ def lay_out(level: Level, planes: Planes, config: LayoutConfig) -> Layout:
             f"the walls enclose {area:.2f} m2, expected at least {config.area_m2:g} m2",
             "walls must close at some height up to the ceiling, or the house needs a floor slab",
         )
-    return Layout(planes.door, ground, tuple(with_sides(closers, rooms, ground)), tuple(rooms), source)
+    return Layout(planes.door, ground, tuple(with_sides(closers, rooms, ground)), tuple(rooms))
 
 
 def _pieces(planes: Planes, config: LayoutConfig) -> list[Closer]:
@@ -110,29 +112,31 @@ def _widest_gap_of_a_niche(closers: list[Closer], rooms: list[Polygon], least_m2
     return set()
 
 
-def _railings(planes: Planes, closers: list[Closer], config: LayoutConfig) -> list[Closer]:
+def _railings(
+    level: Level, planes: Planes, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig
+) -> list[Closer]:
     """R4: what stands between h_d and head height closes floor that nothing else does."""
-    if planes.rails.is_empty:
+    if level.sills or planes.rails.is_empty:
         return []
-    plane, rooms = enclosed(_plane(planes.door, closers))
     known = united(rooms)
     fenced = [
         r
-        for r in enclosed(united([plane, planes.rails]))[1]
+        for r in enclosed(united([ground, planes.rails]))[1]
         if r.area >= config.area_m2 and not r.representative_point().intersects(known)
     ]
+    if not fenced:
+        return []
     near = shapely.buffer(united(fenced), 0.05)
-    return [Closer(p, "rail") for p in polygons_of(planes.rails) if p.intersects(near)] if fenced else []
+    return [Closer(p, "rail") for p in polygons_of(planes.rails) if p.intersects(near)]
 
 
 def _boundary(
-    level: Level, planes: Planes, closers: list[Closer], config: LayoutConfig
-) -> tuple[list[Closer], str | None]:
-    plane, rooms = enclosed(_plane(planes.door, closers))
-    bands: list[Polygon] = []
-    source = None
+    level: Level, planes: Planes, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig
+) -> list[Closer]:
     if level.floor is not None:  # R5
-        bands, source = from_floor(level.floor, plane, rooms, config.area_m2), "floor"
-    if not bands and not closes_most(rooms, planes.tall):  # R6
-        bands, source = from_wall_ends(planes.tall, plane, config.area_m2), "wall_ends"
-    return [Closer(p, "boundary") for p in bands], source if bands else None
+        bands = from_floor(level.floor, ground, rooms, config.area_m2)
+        if bands:
+            return [Closer(p, "floor_edge") for p in bands]
+    if closes_most(rooms, planes.tall):
+        return []
+    return [Closer(p, "wall_ends") for p in from_wall_ends(planes.tall, ground, config.area_m2)]  # R6
