@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
+import shapely
 
 from pipeline.sources.procedural.values import Cell, Storey, Wall
 
@@ -52,9 +53,7 @@ def sign(rng: np.random.Generator) -> Storey:
             length = float(np.hypot(*(b - a)))
             direction = (b - a) / length
             walls.append(Wall(index, (a[0], a[1]), (direction[0], direction[1]), length, (0.05, 0.05)))
-    from shapely import box
-
-    cells = [Cell(box(1.6 * k * wide, 0.0, (1.6 * k + 1) * wide, high), ()) for k in range(len(text))]
+    cells = [Cell(shapely.box(1.6 * k * wide, 0.0, (1.6 * k + 1) * wide, high), ()) for k in range(len(text))]
     return Storey(
         tuple(cells), tuple(walls), has_floor=False, difficulties=("characters",), expected="rejected:characters"
     )

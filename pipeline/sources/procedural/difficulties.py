@@ -5,18 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely.affinity import affine_transform
-
 
 from pipeline.sources.procedural.reshape import carve
 from pipeline.sources.procedural.values import Cell, Opening, Part, Spec, Wall
 
 _APART_M = (2.4, 6.0)
+_Vector = npt.NDArray[np.float64]
 
 
 def add_shafts(cells: list[Cell], rng: np.random.Generator) -> list[Cell] | None:
-    """Cut one to three shafts of less than 2 m2 out of room corners, or let a chimney stand in a room; None: no place."""
+    """Cut one to three shafts (below 2 m2) out of rooms or stand chimneys in them; None where there is no place."""
     n_before = len(cells)
     for _ in range(int(rng.integers(1, 4))):
         words = (("Aeration",), ())[int(rng.integers(2))]
@@ -43,13 +44,13 @@ def _chimney(cells: list[Cell], spec: Spec, rng: np.random.Generator) -> list[Ce
 
 
 def add_garage(cells: list[Cell], rng: np.random.Generator) -> list[Cell] | None:
-    """Put a garage beside the house: further off than 2 m, less than a quarter of the house; None: the house is small."""
+    """Put a garage beside the house, over 2 m off, under a quarter of its size; None where the house is too small."""
     house = shapely.union_all([cell.polygon for cell in cells])
     wide = float(rng.integers(270, 340))
     deep = min(float(rng.integers(480, 650)), house.area * 0.2 / wide)
     if deep < 400:
         return None
-    x1, y1, x2, y2 = house.bounds
+    _, y1, x2, y2 = house.bounds
     gap = float(rng.uniform(*_APART_M)) * 100
     y = float(rng.uniform(y1 - deep / 2, y2 - deep / 2))
     box = affine_transform(shapely.box(0, 0, wide, deep), [1, 0, 0, 1, x2 + gap, y])
@@ -75,6 +76,7 @@ def open_front(
     walls: list[Wall],
     openings: list[Opening],
     outer: list[tuple[int, Part]],
+    *,
     half: bool,
     rng: np.random.Generator,
 ) -> tuple[list[Wall], list[Opening]] | None:
@@ -102,13 +104,7 @@ def open_front(
     return opened, left
 
 
-def _lies_in(
-    opening: Opening,
-    start: np.ndarray[tuple[int], np.dtype[np.float64]],
-    along: np.ndarray[tuple[int], np.dtype[np.float64]],
-    low: float,
-    high: float,
-) -> bool:
+def _lies_in(opening: Opening, start: _Vector, along: _Vector, low: float, high: float) -> bool:
     relative = np.array(opening.centre) - start
     at, off = float(relative @ along), abs(float(relative[0] * along[1] - relative[1] * along[0]))
     return off < 0.1 and low - opening.width / 2 - 0.1 < at < high + opening.width / 2 + 0.1

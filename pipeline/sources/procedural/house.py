@@ -30,10 +30,9 @@ def make_house(index: int, seed: int) -> House:
         return _somewhere(House(scene_id(index, seed), (bare,)), rng)
     if role == "characters":
         return _somewhere(House(scene_id(index, seed), (sign(rng),)), rng)
-    storeys = [make_storey(None if role == SOUND else role, rng)]
-    for _ in range(1, int(rng.choice(_STOREYS, p=_STOREY_SHARES))):
-        storeys.append(make_storey(None, rng))
-    return _somewhere(House(scene_id(index, seed), tuple(storeys)), rng)
+    ground = make_storey(None if role == SOUND else role, rng)
+    upper = [make_storey(None, rng) for _ in range(1, int(rng.choice(_STOREYS, p=_STOREY_SHARES)))]
+    return _somewhere(House(scene_id(index, seed), (ground, *upper)), rng)
 
 
 def level_id(house: str, level: int) -> str:
@@ -42,7 +41,7 @@ def level_id(house: str, level: int) -> str:
 
 
 def _repeated(source: House, role: str, house_id: str, rng: np.random.Generator) -> House:
-    """Return a copy under another id: the same, elsewhere, mirrored, or with each wall moved by less than a centimetre."""
+    """Return a copy under another id: the same, elsewhere, mirrored, or with each wall moved by up to 8 mm."""
     storeys = []
     matrix = {
         "shifted_duplicate": [1, 0, 0, 1, float(rng.uniform(-20, 20)), float(rng.uniform(-20, 20))],

@@ -85,7 +85,7 @@ def _block(specs: list[Spec], rng: np.random.Generator, width: int | None = None
 
 
 def _spine(specs: list[Spec], width: int, rng: np.random.Generator) -> _Block:
-    """A corridor along the block, rooms on both sides, or on one; often a large room across one end."""
+    """Lay rooms along a corridor, on both sides of it or on one, and often a large one across an end."""
     words = corridor_words(rng)
     specs.remove(min(specs, key=lambda spec: abs(spec.area - 9.0)))  # the corridor is a room, too
     lane = int(rng.integers(100, 165))
@@ -120,7 +120,7 @@ def _straight(specs: list[Spec], width: int, height: int, lane: int, rng: np.ran
 
 
 def _ring(specs: list[Spec], rng: np.random.Generator) -> _Block:
-    """A corridor round a core of small rooms, other rooms round the corridor on two, three or four sides."""
+    """Lay a corridor round a core of small rooms, and other rooms round it on two, three or four sides."""
     words = corridor_words(rng)
     specs = sorted(specs, key=lambda spec: spec.area)
     specs.remove(min(specs, key=lambda spec: abs(spec.area - 9.0)))

@@ -6,7 +6,7 @@ import networkx as nx
 import numpy as np
 
 from pipeline.sources.procedural.borders import Edges, Shared
-from pipeline.sources.procedural.values import Cell, Opening, Part
+from pipeline.sources.procedural.values import Cell, Opening, Part, Point
 
 CORNER_M = 0.15  # from a wall's centre line: 0.10 m from its face
 _SOCIAL = {"Living_Room", "Dining_Room", "Kitchen", "Hall", "Lobby", "Entryway", "Room"}
@@ -28,14 +28,15 @@ def interior_doors(cells: list[Cell], edges: Edges, shared: list[Shared], rng: n
     for i, j, data in graph.edges(data=True):
         if tree.has_edge(i, j) or (data["cost"] < 2.6 and rng.random() < 0.16):
             width = _door_width(cells[i], cells[j], rng)
-            doors.append(_placed("door", edges, data["border"].edge, data["border"].part, width, (i, j), rng))
+            border = data["border"]
+            doors.append(Opening("door", *_placed(edges, border.edge, border.part, width, rng), cells=(i, j)))
     return doors
 
 
-def joins_all(n_cells: int, cells: list[Cell], doors: list[Opening]) -> bool:
+def joins_all(cells: list[Cell], doors: list[Opening]) -> bool:
     """Whether every cell that should have a door can be reached from every other."""
     graph = nx.Graph()
-    graph.add_nodes_from(i for i in range(n_cells) if cells[i].use not in {"shaft", "garage"})
+    graph.add_nodes_from(i for i, cell in enumerate(cells) if cell.use not in {"shaft", "garage"})
     graph.add_edges_from(door.cells for door in doors)
     return bool(nx.is_connected(graph))
 
@@ -49,13 +50,14 @@ def entrances(
     ranked = sorted(fit, key=lambda each: _front_cost(cells[edges.cell[each[0]]]) + float(rng.uniform(0, 1.5)))
     ranked = [each for each in ranked if cells[edges.cell[each[0]]].use in {"room", "corridor"}]
     for edge, part in ranked[: 1 + int(rng.random() < 0.25)]:
-        found.append(_placed("entrance", edges, edge, part, float(rng.uniform(0.85, 1.0)), None, rng))
-    taken = {int(edge) for edge, _ in ranked[:2]}
+        place = _placed(edges, edge, part, float(rng.uniform(0.85, 1.0)), rng)
+        found.append(Opening("entrance", *place, cells=(int(edges.cell[edge]), None)))
+    taken = {edge for edge, _ in ranked[:2]}
     for index, cell in enumerate(cells):
         gates = [e for e in fit if edges.cell[e[0]] == index and e[1][1] - e[1][0] > 2.7 and e[0] not in taken]
         if (cell.use == "garage" or "Garage" in cell.words) and gates:
             edge, part = gates[int(rng.integers(len(gates)))]
-            found.append(_placed("entrance", edges, edge, part, 2.3, None, rng))
+            found.append(Opening("entrance", *_placed(edges, edge, part, 2.3, rng), cells=(index, None)))
     return found
 
 
@@ -74,33 +76,21 @@ def windows(
         parts = [(low, high)] if high - low < 4.5 else [(low, (low + high) / 2), ((low + high) / 2, high)]
         for part in parts:
             width = float(rng.uniform(0.5, 0.75)) * min(part[1] - part[0] - 2 * CORNER_M, 2.6)
-            found.append(_placed("window", edges, edge, part, width, None, rng))
+            place = _placed(edges, edge, part, width, rng)
+            found.append(Opening("window", *place, cells=(int(edges.cell[edge]), None)))
     return found
 
 
-def _placed(
-    kind: str,
-    edges: Edges,
-    edge: int,
-    part: Part,
-    width: float,
-    cells: tuple[int, int] | None,
-    rng: np.random.Generator,
-) -> Opening:
-    """Place an opening somewhere along a part of an edge, narrower where the part asks for it."""
+def _placed(edges: Edges, edge: int, part: Part, width: float, rng: np.random.Generator) -> tuple[Point, Point, float]:
+    """Return centre, direction and width of an opening somewhere in a part of an edge, narrower where there is no room.
+
+    Most stand near a corner or in the middle, few just anywhere.
+    """
     room = part[1] - part[0] - 2 * CORNER_M
     width = round(min(width, room), 3)
-    slack = room - width
-    # Doors stand near a corner or in the middle, rarely just anywhere.
-    at = part[0] + CORNER_M + width / 2 + slack * float(rng.choice([0.0, 0.5, 1.0, rng.random()]))
-    centre, direction = edges.start[edge] + edges.direction[edge] * at, edges.direction[edge]
-    return Opening(
-        kind,  # type: ignore[arg-type]
-        (float(centre[0]), float(centre[1])),
-        (float(direction[0]), float(direction[1])),
-        width,
-        cells if cells is not None else (int(edges.cell[edge]), None),
-    )
+    at = part[0] + CORNER_M + width / 2 + (room - width) * float(rng.choice([0.0, 0.5, 1.0, rng.random()]))
+    (x, y), (dx, dy) = edges.start[edge].tolist(), edges.direction[edge].tolist()
+    return (x + dx * at, y + dy * at), (dx, dy), width
 
 
 def _cost(a: Cell, b: Cell, rng: np.random.Generator) -> float:

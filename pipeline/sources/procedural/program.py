@@ -9,17 +9,18 @@ import numpy as np
 from pipeline.sources.procedural.values import Spec
 
 # Plans with 1, 2, ... 30 rooms among 33,717 published ones.
-_ROOM_COUNTS: Final = np.array(
-    [603, 1590, 2339, 3239, 4019, 4276, 3921, 3239, 2710, 2044, 1466, 1120, 801, 547, 431, 287]
-    + [214, 191, 121, 103, 74, 66, 60, 34, 35, 26, 13, 30, 18, 8]
+_ROOM_COUNTS: Final = np.fromstring(
+    "603 1590 2339 3239 4019 4276 3921 3239 2710 2044 1466 1120 801 547 431 "
+    "287 214 191 121 103 74 66 60 34 35 26 13 30 18 8",
+    sep=" ",
 )
 
 
 class _Kind(NamedTuple):
-    """Rooms of this label over all of SUNCG; usual area, m2; narrowest side, cm; one more allowed every ``per`` rooms."""
+    """Rooms of this label over all of SUNCG; usual area, m2; narrowest side, cm; one more for every ``per`` rooms."""
 
     label: str
-    count: int
+    published: int
     area: float
     side: int
     per: int
@@ -68,7 +69,8 @@ def draw_rooms(number: int, rng: np.random.Generator) -> list[Spec]:
     size = float(rng.lognormal(0.0, 0.15))  # some houses are roomier than others
     for _ in range(number):
         weights = np.array(
-            [kind.count if taken[i] < 1 + number // kind.per else 0 for i, kind in enumerate(_KINDS)], dtype=np.float64
+            [kind.published if taken[i] < 1 + number // kind.per else 0 for i, kind in enumerate(_KINDS)],
+            dtype=np.float64,
         )
         index = int(rng.choice(len(_KINDS), p=weights / weights.sum()))
         taken[index] += 1

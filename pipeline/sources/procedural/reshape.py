@@ -12,7 +12,7 @@ from pipeline.sources.procedural.values import Cell, Spec, Use
 
 
 def carve(cells: list[Cell], spec: Spec, rng: np.random.Generator, use: Use = "room") -> list[Cell]:
-    """Cut a small room out of a corner of a large rectangular one, which becomes an L; unchanged where none is large."""
+    """Cut a small room out of a corner of a large rectangular one, which becomes an L; else change nothing."""
     hosts = [i for i, cell in enumerate(cells) if _is_box(cell) and min(_size(cell)) >= spec.side + 180]
     if not hosts:
         return cells

@@ -33,7 +33,7 @@ def write_scene(root: Path, house: House) -> None:
         levels.append(_level(storey, index, foot))
         for room in range(len(storey.cells)):
             for suffix, parts in _room_parts(storey, index, room):
-                _write_obj(rooms / f"{_model_id(index, room)}{suffix}.obj", parts, foot)
+                _write_obj(rooms / f"{_model_id(index, room)}{suffix}.obj", parts, foot, material=suffix == "w")
     for model in sorted({item.model for storey in house.storeys for item in storey.items}):
         _write_model(root / "object" / model, model)
     boxes = [level["bbox"] for level in levels if level["bbox"] is not None]
@@ -58,7 +58,8 @@ def _model_id(level: int, room: int) -> str:
 def _room_parts(storey: Storey, level: int, room: int) -> list[tuple[str, list[_Part]]]:
     """Return the meshes of a room's files by suffix."""
     walls = [wall for wall in storey.walls if wall.cell == room]
-    files = [("w", _wall_parts(walls, storey.openings, f"{level}_{room}"))]
+    openings = [opening for opening in storey.openings if room in opening.cells]
+    files = [("w", _wall_parts(walls, openings, f"{level}_{room}"))]
     if storey.has_floor:
         polygon = storey.cells[room].polygon
         files.append(("f", [_prism("Floor", polygon, *_FLOOR_M)]))
@@ -66,7 +67,7 @@ def _room_parts(storey: Storey, level: int, room: int) -> list[tuple[str, list[_
     return [(suffix, parts) for suffix, parts in files if parts]
 
 
-def _wall_parts(walls: list[Wall], openings: tuple[Opening, ...], name: str) -> list[_Part]:
+def _wall_parts(walls: list[Wall], openings: list[Opening], name: str) -> list[_Part]:
     parts = []
     for number, wall in enumerate(walls):
         for slab in slabs_of(wall):
@@ -103,9 +104,9 @@ def _triangulated(
     return plan, top, np.concatenate([np.stack([a, b, b + n], axis=1), np.stack([a, b + n, a + n], axis=1)])
 
 
-def _write_obj(path: Path, parts: list[_Part], foot: float) -> None:
+def _write_obj(path: Path, parts: list[_Part], foot: float, material: bool = False) -> None:
     """Write parts as objects of an OBJ file: X, Y and Z are plan x, height and plan y, which mirrors, so faces turn."""
-    text = [f"mtllib {path.stem}.mtl\n"]
+    text = [f"mtllib {path.stem}.mtl\n"] if material else []
     first = 1
     for name, points, texture, faces in parts:
         scene = points[:, [0, 2, 1]] + [0.0, foot, 0.0]
@@ -113,11 +114,13 @@ def _write_obj(path: Path, parts: list[_Part], foot: float) -> None:
         text.append(f"o {name}\ng {name}\n")
         text.append("v %.6f %.6f %.6f\n" * len(scene) % tuple(scene.ravel().tolist()))
         text.append("vt %.4f %.4f\n" * len(texture) % tuple(texture.ravel().tolist()))
-        text.append("usemtl plain\n")
+        if material:
+            text.append("usemtl plain\n")
         text.append("f %d/%d %d/%d %d/%d\n" * len(corners) % tuple(corners.ravel().tolist()))
         first += len(scene)
     path.write_text("".join(text))
-    path.with_suffix(".mtl").write_text(_MATERIAL)
+    if material:
+        path.with_suffix(".mtl").write_text(_MATERIAL)
 
 
 def _write_model(folder: Path, model: str) -> None:

@@ -32,19 +32,20 @@ def make_storey(difficulty: str | None, rng: np.random.Generator) -> Storey:
 
 
 def _attempt(difficulty: str | None, rng: np.random.Generator) -> Storey | None:
-    cells, features = _cells(draw_number(rng, _LEAST_ROOMS.get(difficulty or "", 1)), rng)
+    drawn: list[Cell] | None
+    drawn, features = _cells(draw_number(rng, _LEAST_ROOMS.get(difficulty or "", 1)), rng)
     if difficulty == "closed_cell":
-        cells = difficulties.add_shafts(cells, rng)
-    if difficulty == "garage_apart":
-        cells = difficulties.add_garage(cells, rng)
-    if cells is None:
+        drawn = difficulties.add_shafts(drawn, rng)
+    elif difficulty == "garage_apart":
+        drawn = difficulties.add_garage(drawn, rng)
+    if drawn is None:
         return None
-    cells = [replace(cell, polygon=shapely.transform(cell.polygon, lambda points: points / 100)) for cell in cells]
+    cells = [replace(cell, polygon=shapely.transform(cell.polygon, lambda points: points / 100)) for cell in drawn]
     edges = edges_of(cells)
     shared = shared_parts(edges)
     outer = outer_parts(edges, shared)
     doors = interior_doors(cells, edges, shared, rng)
-    if not joins_all(len(cells), cells, doors):
+    if not joins_all(cells, doors):
         return None
     planted: tuple[str, ...] = (difficulty,) if difficulty else ()
     if difficulty == "no_door":
@@ -60,7 +61,7 @@ def _attempt(difficulty: str | None, rng: np.random.Generator) -> Storey | None:
         walls += dividers
         features += ["free_wall"] if dividers else []
     if difficulty in {"open_front", "half_open_front"}:
-        opened = difficulties.open_front(cells, walls, openings, outer, difficulty == "half_open_front", rng)
+        opened = difficulties.open_front(cells, walls, openings, outer, half=difficulty == "half_open_front", rng=rng)
         if opened is None:
             return None
         walls, openings = opened
@@ -68,7 +69,7 @@ def _attempt(difficulty: str | None, rng: np.random.Generator) -> Storey | None:
     return Storey(tuple(cells), tuple(walls), tuple(openings), tuple(items), True, planted, tuple(features))
 
 
-def _cells(number: int, rng: np.random.Generator) -> tuple[list[Cell] | None, list[str]]:
+def _cells(number: int, rng: np.random.Generator) -> tuple[list[Cell], list[str]]:
     """Return the cells of a storey in cm, and what is special about them."""
     merged = number > 4 and rng.random() < _MERGED_SHARE
     specs = draw_rooms(number + merged, rng)

@@ -16,7 +16,7 @@ import shapely
 from pipeline.sources.procedural.values import Opening, Storey
 from pipeline.sources.procedural.walls import solid_plan
 
-_GRID_M = 1e-6
+_OVERLAP_M = 5e-5
 _FACE_M = 0.2  # a door's strip reaches this far to either side of the wall's centre line
 
 Ring = list[list[float]]
@@ -102,7 +102,7 @@ def storey_truth(storey: Storey, truth_id: str, level: int, floor_z: float) -> T
             named,
         )
     solid = solid_plan(storey.walls)
-    pieces = [_pieces(shapely.difference(cell.polygon, solid, grid_size=_GRID_M)) for cell in storey.cells]
+    pieces = [_pieces(shapely.difference(cell.polygon, solid)) for cell in storey.cells]
     kept = [i for i, cell in enumerate(storey.cells) if cell.use in {"room", "corridor"}]
     number = {cell: room for room, cell in enumerate(kept)}
     inner = {i: pieces[i][0] for i in kept}
@@ -114,7 +114,8 @@ def storey_truth(storey: Storey, truth_id: str, level: int, floor_z: float) -> T
         doors.append(_door(opening, gap, number))
         if opening.kind == "door":
             gaps.append(gap)
-    free = shapely.union_all([*inner.values(), *gaps], grid_size=_GRID_M)
+    wide = shapely.buffer(gaps, _OVERLAP_M, join_style="mitre")  # rounding leaves hairlines beside oblique walls
+    free = shapely.union_all([*inner.values(), *wide])
     parts = _pieces(free)
     filled = [piece for i in kept for piece in pieces[i][1:]]
     filled += [pieces[i][0] for i, cell in enumerate(storey.cells) if cell.use == "shaft"]
@@ -143,7 +144,7 @@ def _gap(opening: Opening, solid: shapely.Geometry) -> shapely.Polygon:
     strip = shapely.Polygon(
         [centre - along - across, centre + along - across, centre + along + across, centre - along + across]
     )
-    return _pieces(shapely.intersection(strip, solid, grid_size=_GRID_M))[0]
+    return _pieces(shapely.intersection(strip, solid))[0]
 
 
 def _door(opening: Opening, gap: shapely.Polygon, number: dict[int, int]) -> TrueDoor:
@@ -170,6 +171,6 @@ def _pieces(shape: shapely.Geometry) -> list[shapely.Polygon]:
 
 
 def _area(polygon: shapely.Polygon) -> Area:
-    plain = shapely.simplify(shapely.orient_polygons(polygon), 1e-5)
+    plain = shapely.simplify(shapely.orient_polygons(polygon), 2 * _OVERLAP_M)
     rings = [shapely.get_coordinates(ring)[:-1].round(4).tolist() for ring in (plain.exterior, *plain.interiors)]
     return Area(rings[0], rings[1:])

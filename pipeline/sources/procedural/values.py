@@ -1,9 +1,9 @@
 """What a house consists of while it is being made. Lengths are metres, plan axes are (X, Z) of SUNCG's scenes.
 
 Where the walls lie: the cells of a storey share their borders, and a border is the centre line of the wall on it. Each
-cell brings a pair of slabs for each of its edges, 0.05 m on either side of the line; where two rooms meet, the two pairs
-coincide (or nearly so: some are shifted or skewed). The wall of a sound pair is therefore 0.10 m thick, and a room's
-inner polygon is its cell less all slabs.
+cell brings a pair of slabs for each of its edges, 0.05 m on either side of the line; where two rooms meet, the two
+pairs coincide (or nearly so: some are shifted or skewed). A wall is therefore 0.10 m thick or a little more, and a
+room's inner polygon is its cell less all slabs.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Opening:
-    """A hole through a wall: ``centre`` on the wall's centre line, ``direction`` along it, ``cells`` (i, None): outside."""
+    """A hole through a wall, centred on its centre line, ``direction`` along it; ``cells`` (i, None) leads outside."""
 
     kind: Literal["door", "entrance", "window"]
     centre: Point
@@ -55,10 +55,10 @@ class Opening:
 
 @dataclass(frozen=True)
 class Wall:
-    """A pair of slabs: from ``start`` along ``direction`` (unit), the cell on its left.
+    """A pair of slabs: from ``start`` along ``direction`` (unit), its cell on the left.
 
-    ``ends`` reach past start and end to close corners; ``shift`` moves the pair to the left, ``skew`` (radians) turns it
-    about its middle; ``missing`` are the parts that are not built (an open front).
+    ``ends`` reach past start and end to close corners; ``shift`` moves the pair to the left, ``skew`` (radians) turns
+    it about its middle; ``missing`` are the parts that are not built (an open front).
     """
 
     cell: int

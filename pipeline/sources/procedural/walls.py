@@ -41,7 +41,8 @@ class Slab:
     def plan(self, at: npt.NDArray[np.float64], side: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Return the plan points (n, 2) at distances ``at`` along and ``side`` to the left."""
         normal = np.array([-self.axis[1], self.axis[0]])
-        return self.origin + np.outer(at, self.axis) + np.outer(side, normal)
+        plan: npt.NDArray[np.float64] = self.origin + at[:, None] * self.axis + side[:, None] * normal
+        return plan
 
     def corners(self) -> npt.NDArray[np.float64]:
         """Return the four plan corners."""
@@ -87,7 +88,7 @@ def solid_plan(walls: tuple[Wall, ...]) -> shapely.Geometry:
     return shapely.union_all(shapely.polygons(np.array([slab.corners() for slab in whole])))
 
 
-def holes_in(slab: Slab, openings: tuple[Opening, ...]) -> list[Hole]:
+def holes_in(slab: Slab, openings: list[Opening]) -> list[Hole]:
     """Return the holes that openings make in a slab, in order along it."""
     (x, y), (dx, dy) = slab.origin.tolist(), slab.axis.tolist()
     holes = []
