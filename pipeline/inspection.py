@@ -58,7 +58,7 @@ def inspect_house(config: BuildConfig, number: int, out: Path) -> Inspection:
         rejection_ = rejection
     pictures = stage_pictures(snapshots)
     out.mkdir(parents=True, exist_ok=True)
-    names = [f"{i}_{name}.png" for i, (name, _) in enumerate(pictures)]
+    names = [f"{i:02d}_{name.replace(' ', '_')}.png" for i, (name, _) in enumerate(pictures)]
     for name, (_, image) in zip(names, pictures, strict=True):
         save_png(image, out / name)
     if pictures:

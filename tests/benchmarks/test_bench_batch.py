@@ -1,0 +1,67 @@
+"""How long a house takes, from file to plan, and what the batch adds to it."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from pipeline.algorithm import plan_house
+from pipeline.build import list_inputs
+from pipeline.config_file import BuildConfig, BuildOptions
+from pipeline.job import rng_of
+from pipeline.rejection import Rejection
+from pipeline.sources import find, reader
+from pipeline.sources.procedural import write_house
+from pipeline.values import Input, Level
+from tests.builders.batch import run_build
+
+HOUSES, SEED = 200, 2019
+
+
+def planned(item: Input, config: BuildConfig) -> tuple[float, float]:
+    """Return the seconds that one house takes to load and to plan."""
+    start = time.perf_counter()
+    levels = [level for level in reader(item.reader).read(item) if isinstance(level, Level)]
+    loaded = time.perf_counter()
+    for level in levels:
+        try:
+            plan_house(level, config.stages, rng_of(level, SEED))
+        except Rejection:
+            continue
+    return loaded - start, time.perf_counter() - loaded
+
+
+def test_one_house_from_file_to_plan(tmp_path: Path) -> None:
+    for index in range(HOUSES):
+        write_house(tmp_path, index, SEED)
+    config = BuildConfig(BuildOptions(sources=(str(tmp_path),), seed=SEED))
+    items = list_inputs(config)
+    planned(items[0], config)
+    times = 1000 * np.array([planned(item, config) for item in items])
+    table = Table(title=f"One house, {HOUSES} procedural houses, one core (ms)")
+    for heading in ("", "median", "95%", "worst"):
+        table.add_column(heading, justify="right" if heading else "left")
+    for name, column in (("load", times[:, 0]), ("plan", times[:, 1]), ("together", times.sum(axis=1))):
+        table.add_row(name, *(f"{value:.1f}" for value in np.percentile(column, [50, 95, 100])))
+    Console().print(table)
+    assert len(times) == HOUSES
+
+
+def test_a_batch_of_made_houses(tmp_path: Path) -> None:
+    table = Table(title="houseexpo build procedural:100")
+    for heading in ("workers", "seconds", "houses a second"):
+        table.add_column(heading, justify="right")
+    assert len(list(find("procedural:100"))) == 100
+    for workers in (1, 2):
+        start = time.perf_counter()
+        data_set = run_build(
+            [Path("procedural:100")], tmp_path / str(workers), workers=workers, seed=SEED, plan=plan_house
+        )
+        seconds = time.perf_counter() - start
+        table.add_row(str(workers), f"{seconds:.1f}", f"{100 / seconds:.1f}")
+        assert data_set.ids
+    Console().print(table)

@@ -1,0 +1,27 @@
+"""The main job in small: houses that the project makes, through the SUNCG reader and every stage."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pyarrow.parquet as pq
+
+from houseexpo.files import load_plan
+from pipeline.algorithm import plan_house
+from pipeline.sources.procedural import scene_id
+from tests.builders.batch import contents, run_build
+
+
+def test_made_houses_become_plans_whatever_the_workers(tmp_path: Path) -> None:
+    house = [Path("procedural:8")]
+    one = run_build(house, tmp_path / "one", workers=1, seed=5, plan=plan_house)
+    run_build(house, tmp_path / "two", workers=2, seed=5, plan=plan_house)
+    assert contents(tmp_path / "one") == contents(tmp_path / "two")
+    scenes = {scene_id(index, 5) for index in range(8)}
+    assert {name.partition("_")[0] for name in one.ids} <= scenes
+    assert len(one.ids) >= 5
+    rows = pq.read_table(tmp_path / "one" / "index.parquet").to_pylist()
+    assert all(row["navigability"]["0.20"]["components"] == 1 for row in rows)
+    provenance = load_plan(tmp_path / "one" / "json" / f"{one.ids[0]}.json").provenance or {}
+    assert provenance["generator"] == "houseexpo"
+    assert not [data for data in contents(tmp_path / "one").values() if b"/tmp" in data]
