@@ -19,7 +19,7 @@ from pipeline.stages.doors import find_doors
 from pipeline.stages.isolated import erase_isolated
 from pipeline.stages.layout import lay_out
 from pipeline.stages.planes import cut_planes
-from pipeline.stages.refine import refine, reject_characters
+from pipeline.stages.refine import refine
 from pipeline.stages.rooms import name_rooms
 from pipeline.stages.vectorise import vectorise
 from pipeline.values import Layout, Level, Planes, Spaces
@@ -45,8 +45,6 @@ def stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> It
     yield Snapshot("contour", spaces)
     spaces = fill_cells(spaces, config.cells)
     yield Snapshot("cells", spaces)
-    if config.refine.characters:
-        reject_characters(spaces)
     spaces = erase_isolated(spaces, config.isolated)
     yield Snapshot("isolated", spaces)
     spaces = connect(spaces, config.connectivity, config.cells.area_m2, rng)

@@ -23,6 +23,7 @@ class LayoutConfig:
     area_m2: float = 2.0  # a scene that encloses less has no layout
     gap_m: float = 1.5  # the widest gap of full height that two wall ends close
     beam_m: float = 4.0  # a lintel that bridges more is a beam in a room, and no boundary
+    characters: bool = True  # reject walls shaped as characters; overrides.toml says "keep" where they are a house
     walled: float = 0.25  # a space with less than this share of its edge walled is part of a room
 
 
@@ -68,7 +69,6 @@ class RefineConfig:
 
     offset_m: float = 0.03  # parallel faces closer than this are one face
     angle_deg: float = 2.0  # faces closer than this in direction are parallel
-    characters: bool = True  # reject walls shaped as characters; overrides.toml says "keep" where they are a house
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ class Override:
         door = config.planes.door_m if self.h_d is None else self.h_d
         planes = replace(config.planes, ground_m=ground, door_m=door)
         return replace(
-            config, planes=planes, refine=replace(config.refine, characters=config.refine.characters and not self.keep)
+            config, planes=planes, layout=replace(config.layout, characters=config.layout.characters and not self.keep)
         )
 
 

@@ -11,9 +11,8 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.gaps import gap_at, wall_ends
-from pipeline.geometry.overlay import polygons_of, subtract, united
+from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import enclosed, opened
-from pipeline.geometry.walls import thicken
 
 BAND_M = 0.1
 NEAR_M = 0.25
@@ -26,20 +25,30 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon], 
     """Bands along the edges of the floor slab where it is open.
 
     ``ground`` is the closed plane so far and ``rooms`` what it encloses. An open part of the floor is a room that lacks a
-    wall if it has ``least_m2`` and walls along half of its edge. The band lies outside the slab, so that all of the
-    slab stays free.
+    wall if it has ``least_m2`` and walls along half of its edge. Where a wall ends at the opening and goes on behind
+    it, the band goes on from its end; elsewhere it lies outside the slab, so that all of the slab stays free.
     """
     open_floor = subtract(floor, united([ground, *rooms]))
     bands: list[Polygon] = []
+    ends = list(wall_ends(ground))
     near_walls = shapely.buffer(ground, NEAR_M, quad_segs=2)
     for part in polygons_of(opened(open_floor, 0.5)):
         edge = part.exterior
         if part.area < least_m2 or shapely.intersection(edge, near_walls).length < WALLED * edge.length:
             continue
         bare = shapely.difference(edge, shapely.buffer(ground, 0.02, quad_segs=2))
-        band = thicken(bare, 2 * BAND_M)
-        bands += polygons_of(subtract(band, united([floor, ground])))
+        going_on = [gap for end in ends if (gap := gap_at(end, ground, FARTHEST_M)) is not None and _lies_along(gap, bare)]
+        bands += going_on
+        rest = shapely.difference(bare, shapely.buffer(united(going_on), NEAR_M, cap_style="flat"))
+        if rest.length > NEAR_M:
+            lines = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(rest)))
+            band = shapely.buffer(lines, BAND_M, cap_style="square", join_style="mitre")
+            bands += polygons_of(subtract(band, united([floor, ground])))
     return bands
+
+
+def _lies_along(gap: Polygon, edge: BaseGeometry) -> bool:
+    return bool(overlap(gap, shapely.buffer(edge, NEAR_M, quad_segs=2)).area > 0.9 * gap.area)
 
 
 def from_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:

@@ -1,14 +1,16 @@
 """Is there a layout at all, and what closes it (Algorithm 1 assumes a closed ground plane).
 
 R1  Lintels and sills close doors; gaps of full height up to ``gap_m`` are closed where that parts two spaces.
-R2  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that bridges more than
+R2  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
+R3  An open or half-open house gets its boundary from the floor slab where the source has one, ...
+R4  ... else from the ends of its walls. Either is marked in the plan.
+R5  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that bridges more than
     ``beam_m`` between walls that cross its line.
-R3  A gap is dropped where it would part off less than a room, and all strips around a space that has less than
+R6  A gap is dropped where it would part off less than a room, and all strips around a space that has less than
     ``walled`` of its edge along walls (what hangs from a ceiling is no room).
-R4  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
-R5  An open or half-open house gets its boundary from the floor slab where the source has one, ...
-R6  ... else from the ends of its walls. Either is marked in the plan.
-R7  What encloses less than ``area_m2`` after all this has no layout.
+R7  Walls that spell characters are no layout: strokes that stand apart from each other without a door in any of them,
+    and that enclose little of what they span.
+R8  What encloses less than ``area_m2`` after all this has no layout.
 """
 
 from __future__ import annotations
@@ -28,26 +30,35 @@ from pipeline.geometry.regions import OUTSIDE, enclosed
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Closer, Layout, Level, Planes
 
+STROKES = 3
+STROKE_M = 1.0
+
 
 def lay_out(level: Level, planes: Planes, config: LayoutConfig) -> Layout:
     """Close the walls of the door plane; raises Rejection where nothing worth a plan is enclosed."""
     pieces = _pieces(planes, config)
-    closers = _settled(planes.door, *parted(planes.door, pieces), config)
-    ground, rooms = enclosed(_plane(planes.door, closers))
+    fixed: list[Closer] = []
+    ground, rooms = enclosed(_plane(planes.door, pieces))
+    if config.characters:
+        _reject_characters(planes, rooms)
     for close in (_railings, _boundary):
         more = close(level, planes, ground, rooms, config)
         if more:
-            closers += more
+            fixed += more
             ground, rooms = enclosed(_plane(ground, more))
+    standing = _plane(planes.door, fixed) if fixed else planes.door
+    strips = _settled(standing, *parted(standing, pieces), config)
+    ground, rooms = enclosed(_plane(standing, strips))
+    closers = with_sides(strips + fixed, rooms, ground)
     area = sum(r.area for r in rooms)
-    if area < config.area_m2:  # R7
+    if area < config.area_m2:  # R8
         raise Rejection(
             "layout",
             Reason.NOT_ENCLOSED,
             f"the walls enclose {area:.2f} m2, expected at least {config.area_m2:g} m2",
             "walls must close at some height up to the ceiling, or the house needs a floor slab",
         )
-    return Layout(planes.door, ground, tuple(with_sides(closers, rooms, ground)), tuple(rooms))
+    return Layout(planes.door, ground, tuple(closers), tuple(rooms))
 
 
 def _pieces(planes: Planes, config: LayoutConfig) -> list[Closer]:
@@ -56,6 +67,22 @@ def _pieces(planes: Planes, config: LayoutConfig) -> list[Closer]:
     low = [Closer(p, "sill") for p in polygons_of(subtract(planes.low, planes.high))]
     filled = _plane(planes.door, high + low)
     return high + low + [Closer(p, "gap") for p in gaps(planes.tall, filled, config.gap_m)]
+
+
+def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
+    """R7."""
+    strokes = [p for p in polygons_of(planes.door) if p.length > 2 * STROKE_M]
+    if len(strokes) < STROKES or not planes.high.is_empty or not planes.low.is_empty:
+        return
+    spanned = shapely.convex_hull(united(strokes)).area
+    inside = sum(room.area for room in rooms)
+    if inside < 0.5 * spanned:
+        raise Rejection(
+            "layout",
+            Reason.CHARACTERS,
+            f"{len(strokes)} strokes of wall stand apart and enclose {inside:.1f} of {spanned:.1f} m2, without a door",
+            "if it is a house after all, keep it in overrides.toml",
+        )
 
 
 def _plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:
@@ -69,9 +96,9 @@ def _settled(
     while True:
         plane, rooms = enclosed(_plane(door, strips + rest))
         strips = with_sides(strips, rooms, plane)
-        useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, door, config)}  # R2
+        useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, door, config)}  # R5
         if not useless:
-            useless = _around_no_room(strips, rooms, config.walled)  # R3
+            useless = _around_no_room(strips, rooms, config.walled)  # R6
         if not useless:
             useless = _widest_gap_of_a_niche(strips, rooms, config.area_m2)
         if not useless:
@@ -115,7 +142,7 @@ def _widest_gap_of_a_niche(closers: list[Closer], rooms: list[Polygon], least_m2
 def _railings(
     level: Level, planes: Planes, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig
 ) -> list[Closer]:
-    """R4: what stands between h_d and head height closes floor that nothing else does."""
+    """R2: what stands between h_d and head height closes floor that nothing else does."""
     if level.sills or planes.rails.is_empty:
         return []
     known = united(rooms)
@@ -133,10 +160,10 @@ def _railings(
 def _boundary(
     level: Level, planes: Planes, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig
 ) -> list[Closer]:
-    if level.floor is not None:  # R5
+    if level.floor is not None:  # R3
         bands = from_floor(level.floor, ground, rooms, config.area_m2)
         if bands:
             return [Closer(p, "floor_edge") for p in bands]
     if closes_most(rooms, planes.tall):
         return []
-    return [Closer(p, "wall_ends") for p in from_wall_ends(planes.tall, ground, config.area_m2)]  # R6
+    return [Closer(p, "wall_ends") for p in from_wall_ends(planes.tall, ground, config.area_m2)]  # R4
