@@ -66,10 +66,10 @@ def counts_tables(stats: Mapping[str, Any]) -> list[Table]:
 
 
 def reasons_lines(data_set: DataSet, most: int = 8) -> list[str]:
-    """Say why the first few inputs were rejected, one line each."""
-    lines = [f"{r.id}: {r.detail}" + (f" ({r.advice})" if r.advice else "") for r in data_set.refused[:most]]
-    more = len(data_set.refused) - len(lines)
-    return [*lines, f"... and {more} more in rejected.jsonl"] if more else lines
+    """Say why each input was rejected where they are few; where they are many, only where that is written."""
+    if len(data_set.refused) > most:
+        return [f"why each of the {len(data_set.refused)} was rejected: {data_set.root / 'rejected.jsonl'}"]
+    return [f"{r.id}: {r.detail}" + (f" ({r.advice})" if r.advice else "") for r in data_set.refused]
 
 
 def write_report(data_set: DataSet) -> None:

@@ -68,8 +68,11 @@ def run_build(
     """Build with the quick planner."""
     chosen = BuildOptions(sources=tuple(map(str, sources)), **options)
     config = BuildConfig(chosen, LimitsConfig(seconds=seconds))
-    quiet = lambda what, done, total: None  # noqa: E731
-    return build(config, out, overrides=overrides or {}, workers=workers, progress=quiet, plan=plan)
+    return build(config, out, overrides=overrides or {}, workers=workers, progress=_quiet, plan=plan)
+
+
+def _quiet(what: str, done: int, total: int) -> None:
+    """Show nothing."""
 
 
 def lines(path: Path) -> list[dict[str, Any]]:
