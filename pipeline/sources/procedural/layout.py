@@ -14,6 +14,7 @@ from pipeline.sources.procedural.values import Cell, Spec
 
 _TRIES = 24
 _MISFIT_CM = 10.0
+_RING_SHARE = 0.55
 
 
 @dataclass
@@ -39,46 +40,49 @@ def lay_out(specs: list[Spec], rng: np.random.Generator) -> tuple[list[Cell], in
     feature : str
         "ring" where a corridor closes round a core, else the name of the layout.
     """
-    best = _attempt(list(specs), rng)
+    ring = len(specs) >= 6 and rng.random() < _RING_SHARE  # chosen once: of many tries most rings would lose
+    best = _attempt(list(specs), ring, rng)
     for _ in range(_TRIES):
         if best[0] <= _MISFIT_CM:
             break
-        best = min(best, _attempt(list(specs), rng), key=lambda attempt: attempt[0])
+        best = min(best, _attempt(list(specs), ring, rng), key=lambda attempt: attempt[0])
     return _cells(best[1], best[2]), (best[1][0].height if len(best[1]) > 1 else None), best[3]
 
 
-def _attempt(specs: list[Spec], rng: np.random.Generator) -> tuple[float, list[_Block], list[Rect], str]:
+def _attempt(specs: list[Spec], ring: bool, rng: np.random.Generator) -> tuple[float, list[_Block], list[Rect], str]:
     """Return one layout: how badly it fits, its blocks, where they stand, its name."""
     n_wings = int(rng.choice([0, 1, 2], p=[0.45, 0.42, 0.13])) if len(specs) >= 9 else int(rng.random() < 0.4)
-    if len(specs) < 5:
+    if len(specs) < (8 if ring else 5):
         n_wings = 0
     parts = shared_out(specs, [1.0] + [rng.uniform(0.3, 0.55) for _ in range(n_wings)], rng)
-    main = _block(parts[0], rng)
+    main = _ring(parts[0], rng) if ring and len(parts[0]) >= 6 else _block(parts[0], rng)
     blocks, places = [main], [(0, 0, main.width, main.height)]
-    penalty = misfit(main.placed)
+    penalty = max(misfit(main.placed), _stretched(main))
     for k, part in enumerate(part for part in parts[1:] if part):
-        width = int(main.width * rng.uniform(0.34, 0.46 if n_wings == 2 else 0.6))
+        width = int(main.width * rng.uniform(0.34, 0.38 if n_wings == 2 else 0.6))
         wing = _block(part, rng, width)
         left = 0 if k == 0 else main.width - width
         if n_wings == 1 and rng.random() < 0.4:  # a T
             left = int((main.width - width) * rng.uniform(0.25, 0.75))
-        penalty = max(penalty, misfit(wing.placed), wing.height - 1.4 * main.width, 220.0 - wing.height)
+        penalty = max(penalty, misfit(wing.placed), _stretched(wing), 220.0 - wing.height)
         blocks.append(wing)
         places.append((left, main.height, left + width, main.height + wing.height))
     shape = ("", "wing ", "two wings ")[len(blocks) - 1]
     return penalty, blocks, places, shape + main.feature
 
 
+def _stretched(block: _Block) -> float:
+    """Return how far a block is from a shape that people build, as ``misfit`` does: up to 2.2 times as long as wide."""
+    short, long = sorted((block.width, block.height))
+    return 60.0 * (long / max(short, 1) - 2.2)
+
+
 def _block(specs: list[Spec], rng: np.random.Generator, width: int | None = None) -> _Block:
     """Lay out one rectangle; ``width`` fixes one side of it."""
-    kinds = ["plain"] if len(specs) < 5 else ["spine", "ring"] if len(specs) >= 7 and width is None else ["spine"]
-    kind = kinds[0] if len(kinds) == 1 else ("ring" if rng.random() < 0.5 else "spine")
-    if kind == "ring":
-        return _ring(specs, rng)
     area = sum(spec.area for spec in specs) * 1e4
     if width is None:
-        width = round(np.sqrt(area * rng.uniform(0.75, 2.0) * (1.1 if kind == "spine" else 1.0)))
-    if kind == "plain":
+        width = round(np.sqrt(area * rng.uniform(0.75, 2.0)))
+    if len(specs) < 5:
         height = round(area / width)
         return _Block(width, height, divide((0, 0, width, height), specs, rng), [], "plain")
     return _spine(specs, width, rng)
@@ -131,7 +135,7 @@ def _ring(specs: list[Spec], rng: np.random.Generator) -> _Block:
     core_w = round(np.sqrt(area * rng.uniform(0.8, 1.8)))
     core_h = round(area / core_w)
     ring_w, ring_h = core_w + 2 * lane, core_h + 2 * lane
-    n_sides = min(4, len(outer), int(rng.integers(2, 5)))
+    n_sides = min(4, len(outer), int(rng.integers(2, 5)) if len(outer) < 7 else 4)
     dealt = shared_out(outer, [1.2, 1.2, 0.8, 0.8][:n_sides], rng)
     below, above, left, right = dealt + [[] for _ in range(4 - n_sides)]
     wide_l, wide_r = (round(sum(spec.area for spec in side) * 1e4 / ring_h) for side in (left, right))

@@ -26,7 +26,7 @@ def interior_doors(cells: list[Cell], edges: Edges, shared: list[Shared], rng: n
     tree = nx.minimum_spanning_tree(graph, weight="cost")
     doors = []
     for i, j, data in graph.edges(data=True):
-        if tree.has_edge(i, j) or (data["cost"] < 2.6 and rng.random() < 0.16):
+        if tree.has_edge(i, j) or (data["cost"] < 2.6 and rng.random() < 0.22):
             width = _door_width(cells[i], cells[j], rng)
             border = data["border"]
             doors.append(Opening("door", *_placed(edges, border.edge, border.part, width, rng), cells=(i, j)))

@@ -52,6 +52,7 @@ _KINDS: Final = (
     _Kind("Passenger_elevator", 299, 3.0, 140, 99),
     _Kind("Freight_elevator", 89, 5.0, 160, 99),
 )
+_HOMES: Final = {"Bedroom", "Room", "Living_Room", "Kitchen", "Office", "Gym"}  # a house has one of these at least
 _UNNAMED_SHARE, _TWICE_NAMED_SHARE = 0.06, 0.04
 _SPREAD = 0.28  # of a room's area about the usual one, as the standard deviation of its logarithm
 
@@ -67,9 +68,12 @@ def draw_rooms(number: int, rng: np.random.Generator) -> list[Spec]:
     taken = [0] * len(_KINDS)
     specs = []
     size = float(rng.lognormal(0.0, 0.15))  # some houses are roomier than others
-    for _ in range(number):
+    for drawn in range(number):
         weights = np.array(
-            [kind.published if taken[i] < 1 + number // kind.per else 0 for i, kind in enumerate(_KINDS)],
+            [
+                kind.published if taken[i] < 1 + number // kind.per and (drawn or kind.label in _HOMES) else 0
+                for i, kind in enumerate(_KINDS)
+            ],
             dtype=np.float64,
         )
         index = int(rng.choice(len(_KINDS), p=weights / weights.sum()))

@@ -38,8 +38,8 @@ def slab_mesh(slab: Slab, holes: list[Hole]) -> Meshed:
 def _grid(columns: int, rows: int, cut: frozenset[tuple[int, int]]) -> tuple[_Indices, _Indices, _Indices, _Indices]:
     """Return line, level and side of each node, and the faces of ``columns`` by ``rows`` fields less those cut.
 
-    Sides are 0 (right) and 1 (left). Each field has a face on either side, and a reveal wherever it borders on a hole or
-    on the end of the slab.
+    Sides are 0 (right) and 1 (left). Each field has a face on either side, and a reveal wherever it borders on a hole
+    or on the end of the slab.
     """
     fields = {(i, j) for i in range(columns) for j in range(rows)} - cut
     quads = []

@@ -39,7 +39,7 @@ def row(rect: Rect, specs: list[Spec], rng: np.random.Generator) -> Placed:
     if not specs:
         return []
     x1, y1, x2, y2 = rect
-    groups = _grouped(specs, y2 - y1)
+    groups = _grouped(specs, max(y2 - y1, 1))  # a misfit may have no depth at all
     groups = [groups[i] for i in rng.permutation(len(groups))]
     areas = np.array([sum(spec.area for spec in group) for group in groups])
     cuts = x1 + np.round(np.concatenate([[0.0], np.cumsum(areas) / areas.sum()]) * (x2 - x1)).astype(int)

@@ -16,7 +16,7 @@ from pipeline.sources.procedural.program import draw_number, draw_rooms
 from pipeline.sources.procedural.values import Cell, Storey, Wall
 from pipeline.sources.procedural.walls import build_walls
 
-_OBLIQUE_SHARE, _DIVIDER_SHARE, _CARVED_SHARE, _MERGED_SHARE = 0.2, 0.16, 0.45, 0.15
+_OBLIQUE_SHARE, _DIVIDER_SHARE, _CARVED_SHARE, _MERGED_SHARE = 0.2, 0.22, 0.45, 0.15
 _LEAST_ROOMS = {"no_door": 3, "garage_apart": 6, "closed_cell": 2}
 _TRIES = 40
 
