@@ -37,7 +37,9 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon], 
         if part.area < least_m2 or shapely.intersection(edge, near_walls).length < WALLED * edge.length:
             continue
         bare = shapely.difference(edge, shapely.buffer(ground, 0.02, quad_segs=2))
-        going_on = [gap for end in ends if (gap := gap_at(end, ground, FARTHEST_M)) is not None and _lies_along(gap, bare)]
+        going_on = [
+            gap for end in ends if (gap := gap_at(end, ground, FARTHEST_M)) is not None and _lies_along(gap, bare)
+        ]
         bands += going_on
         rest = shapely.difference(bare, shapely.buffer(united(going_on), NEAR_M, cap_style="flat"))
         if rest.length > NEAR_M:

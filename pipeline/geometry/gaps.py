@@ -102,6 +102,4 @@ def _width(gap: Polygon, end: WallEnd) -> float:
 def _meets_end(gap: Polygon, end: WallEnd, ends: list[WallEnd]) -> bool:
     """Whether the far side of a gap is the end of a wall that comes the other way."""
     near = shapely.buffer(gap, 0.02)
-    return any(
-        other.out @ end.out < -0.9 and shapely.intersects_xy(near, *((other.a + other.b) / 2)) for other in ends
-    )
+    return any(other.out @ end.out < -0.9 and shapely.intersects_xy(near, *((other.a + other.b) / 2)) for other in ends)

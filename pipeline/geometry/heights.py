@@ -33,9 +33,7 @@ def near(wanted: float, z: npt.NDArray[np.float64]) -> float:
     return float(edges[widest] + edges[widest + 1]) / 2
 
 
-def between(
-    z: npt.NDArray[np.float64], low: float, high: float, *, smallest_gap: float, most: int
-) -> list[float]:
+def between(z: npt.NDArray[np.float64], low: float, high: float, *, smallest_gap: float, most: int) -> list[float]:
     """Heights that see every distinct section of a mesh of upright walls between ``low`` and ``high``.
 
     Between two neighbouring vertex heights the section of an upright wall does not change, so the middle of each gap

@@ -133,9 +133,7 @@ def _reached(low: Floats, high: Floats, candidates: npt.NDArray[np.bool_], leade
         start, end = low[index[inside]].min(), high[index[inside]].max()
 
 
-def _redraw(
-    edges: _Edges, line: Floats, normal: Floats, mine: npt.NDArray[np.bool_], offset_m: float
-) -> Floats:
+def _redraw(edges: _Edges, line: Floats, normal: Floats, mine: npt.NDArray[np.bool_], offset_m: float) -> Floats:
     """One ring from the crossings of its lines."""
     index = list(np.flatnonzero(mine))
     length = edges.length
@@ -184,5 +182,3 @@ def _accepted(room: Polygon, rings: list[Floats], offset_m: float) -> Polygon:
         return room
     far = shapely.hausdorff_distance(redrawn.exterior, room.exterior)
     return redrawn if far <= 4 * offset_m else room
-
-

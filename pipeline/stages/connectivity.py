@@ -63,7 +63,10 @@ def connect(spaces: Spaces, config: ConnectivityConfig, least_m2: float, rng: np
         spaces = _with_cut(spaces, cut)
         cuts += 1
     raise Rejection(
-        "connectivity", Reason.UNREACHABLE, f"{len(pieces)} parts stay apart after {cuts} cuts", "look at it with inspect"
+        "connectivity",
+        Reason.UNREACHABLE,
+        f"{len(pieces)} parts stay apart after {cuts} cuts",
+        "look at it with inspect",
     )
 
 

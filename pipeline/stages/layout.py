@@ -89,9 +89,7 @@ def _plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:
     return united([door, *(c.polygon for c in closers)])
 
 
-def _settled(
-    door: BaseGeometry, strips: list[Closer], rest: list[Closer], config: LayoutConfig
-) -> list[Closer]:
+def _settled(door: BaseGeometry, strips: list[Closer], rest: list[Closer], config: LayoutConfig) -> list[Closer]:
     """Drop strips until each that is left parts two spaces, then what else is not needed to keep them apart."""
     while True:
         plane, rooms = enclosed(_plane(door, strips + rest))

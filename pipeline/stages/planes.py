@@ -53,9 +53,7 @@ def cut_planes(level: Level, config: PlanesConfig) -> Planes:
     heights: dict[str, float | list[float]] = {"ground": ground_height, "door": door_height}
     if level.sills:
         return Planes(door, low, EMPTY, EMPTY, standing.walls, heights)  # R2
-    high_at = between(
-        cutter.heights, config.head_m, level.ceiling_m, smallest_gap=SMALLEST_GAP_M, most=MOST_HEIGHTS
-    )
+    high_at = between(cutter.heights, config.head_m, level.ceiling_m, smallest_gap=SMALLEST_GAP_M, most=MOST_HEIGHTS)
     rails_at = between(
         cutter.heights, 1.5 * config.door_m, config.head_m, smallest_gap=SMALLEST_GAP_M, most=MOST_HEIGHTS // 2
     )

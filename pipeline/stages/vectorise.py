@@ -37,12 +37,13 @@ def vectorise(level: Level, spaces: Spaces, named: tuple[NamedRoom, ...], proven
     outline = polygons_of(united([*room_shapes, *door_shapes]))
     if len(outline) != 1:
         raise Rejection(
-            "vectorise", Reason.UNREACHABLE, f"the free space falls into {len(outline)} parts", "look at it with inspect"
+            "vectorise",
+            Reason.UNREACHABLE,
+            f"the free space falls into {len(outline)} parts",
+            "look at it with inspect",
         )
     shift = MARGIN_M - np.array(outline[0].bounds[:2])
-    rooms = [
-        _room(k, shape, name, shift) for k, (shape, name) in enumerate(zip(room_shapes, named, strict=True))
-    ]
+    rooms = [_room(k, shape, name, shift) for k, (shape, name) in enumerate(zip(room_shapes, named, strict=True))]
     doors = [
         _door(k, p, shape, _beside(p, room_shapes), shift)
         for k, (p, shape) in enumerate(zip(inner, door_shapes, strict=True))
