@@ -42,8 +42,8 @@ def parse(data: bytes, name: str) -> Mesh:
     if b"\0" in data:
         raise _unreadable(name, "expected text, found binary data")
     lines = data.replace(b"\t", b" ").splitlines()
-    vertices = _vertices([line[2:] for line in lines if line.startswith(b"v ")], name)
-    faces = _faces([line[2:] for line in lines if line.startswith(b"f ")], len(vertices), name)
+    vertices = _vertices([line[2:] for line in lines if line[:2] == b"v "], name)
+    faces = _faces([line[2:] for line in lines if line[:2] == b"f "], len(vertices), name)
     if not np.isfinite(vertices).all():
         row = int(np.flatnonzero(~np.isfinite(vertices).all(axis=1))[0])
         raise Rejection("source", Reason.NOT_FINITE, f"{name}: vertex {row + 1} is {vertices[row].tolist()}", _ADVICE)
@@ -63,11 +63,13 @@ def material_file(data: bytes) -> str | None:
 
 def _vertices(lines: list[bytes], name: str) -> npt.NDArray[np.float64]:
     """Return (n, 3) coordinates; a fourth number (weight) or colours after them are dropped."""
+    if not lines:
+        raise _unreadable(name, "expected vertices ('v' lines), found none")
     try:
         numbers = np.array(list(map(float, b" ".join(lines).split())), dtype=np.float64)
     except ValueError as error:
         raise _unreadable(name, f"expected numbers after 'v', found {error}") from None
-    if not lines or len(numbers) % len(lines) or len(numbers) < 3 * len(lines):
+    if len(numbers) % len(lines) or len(numbers) < 3 * len(lines):
         raise _unreadable(name, f"expected 3 numbers on each 'v' line, found {len(numbers)} on {len(lines)} lines")
     return np.ascontiguousarray(numbers.reshape(len(lines), -1)[:, :3])
 
@@ -86,8 +88,9 @@ def _faces(lines: list[bytes], n_vertices: int, name: str) -> npt.NDArray[np.int
         corners = np.array([int(word.partition(b"/")[0]) for row in rows for word in row], dtype=np.int64) - 1
     except ValueError as error:
         raise _unreadable(name, f"expected a vertex number, found {error}") from None
-    if corners.min() < 0 or corners.max() >= n_vertices:
-        raise _unreadable(name, f"a face names vertex {corners.max() + 1} of {n_vertices}")
+    outside = corners[(corners < 0) | (corners >= n_vertices)]
+    if len(outside):
+        raise _unreadable(name, f"a face names vertex {outside[0] + 1} of {n_vertices}")
     if counts.max() == 3:
         return corners.reshape(-1, 3)
     pieces = np.split(corners, np.cumsum(counts)[:-1])
