@@ -49,7 +49,7 @@ def boxed(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Flo
     ring = np.round([(0.1, 0.1), (0.1, 0.1 + depth), (0.1 + width, 0.1 + depth), (0.1 + width, 0.1)], 2)
     asked = {
         "ground_m": config.planes.ground_m,
-        "characters": config.refine.characters,
+        "characters": config.layout.characters,
         "drawn": int(rng.integers(1000)),
     }
     return FloorPlan(level.id, ring, 1, {}, frame=level.frame, provenance={**level.provenance, **asked})

@@ -75,7 +75,7 @@ def test_overrides_lie_beside_a_manifest(tmp_path: Path) -> None:
     found = load_overrides(manifest)
     assert found == {"a": Override(h_g=0.4, h_d=1.0), "b": Override(keep=True), "c": Override(drop=True, why="hall")}
     assert found["a"].applied(PipelineConfig()).planes.door_m == 1.0
-    assert not found["b"].applied(PipelineConfig()).refine.characters
+    assert not found["b"].applied(PipelineConfig()).layout.characters
 
 
 @pytest.mark.parametrize(
