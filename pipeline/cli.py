@@ -71,10 +71,9 @@ def build(
     settings = _settings(config, given)
     console = Console()
     with _progress(Console(stderr=True)) as bar:
-        data_set = run_build(
-            settings, out, overrides=load_overrides(config), workers=workers or _cores(), progress=_shown(bar)
-        )
-        write_report(data_set)
+        overrides, show = load_overrides(config), _shown(bar)
+        data_set = run_build(settings, out, overrides=overrides, workers=workers or _cores(), progress=show)
+        write_report(data_set, show)
     for table in (*counts_tables(data_set.stats), plans_table(data_set.stats), outcome_table(data_set.stats)):
         if table is not None:
             console.print(table)

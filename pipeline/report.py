@@ -12,6 +12,7 @@ from rich.table import Table
 from houseexpo.drawing import Image, contact_sheet, draw_plan
 from houseexpo.files import load_plan
 from pipeline.assemble import DataSet
+from pipeline.build import Progress
 from pipeline.store import write
 
 PICTURES = 60
@@ -72,16 +73,18 @@ def reasons_lines(data_set: DataSet, most: int = 8) -> list[str]:
     return [f"{r.id}: {r.detail}" + (f" ({r.advice})" if r.advice else "") for r in data_set.refused]
 
 
-def write_report(data_set: DataSet) -> None:
+def write_report(data_set: DataSet, progress: Progress) -> None:
     """Write ``.build/report.html`` and the pictures it shows."""
     folder = data_set.root / ".build" / "pictures"
     folder.mkdir(exist_ok=True)
     for old in folder.glob("*.png"):
         old.unlink()
     chosen = _spread(data_set.ids, PICTURES)
-    images = [draw_plan(load_plan(data_set.root / "json" / f"{name}.json"), size=_TILE_PX) for name in chosen]
-    for name, image in zip(chosen, images, strict=True):
-        save_png(image, folder / f"{name}.png")
+    images = []
+    for name in chosen:
+        images.append(draw_plan(load_plan(data_set.root / "json" / f"{name}.json"), size=_TILE_PX))
+        save_png(images[-1], folder / f"{name}.png")
+        progress("drawing", len(images), len(chosen))
     if images:
         save_png(contact_sheet(images, 6, [name[:20] for name in chosen]), folder / "sheet.png")
     write(data_set.root / ".build" / "report.html", _page(data_set, chosen).encode())
