@@ -75,7 +75,7 @@ def from_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) ->
 
 def enclosed_area(walls: BaseGeometry) -> float:
     """Square metres of free space that the walls close all round."""
-    return sum(r.area for r in enclosed(walls)[1])
+    return float(sum(r.area for r in enclosed(walls)[1]))
 
 
 def _between(a2: npt.NDArray[np.float64], b2: npt.NDArray[np.float64], ground: BaseGeometry) -> Polygon | None:
@@ -92,4 +92,4 @@ def _between(a2: npt.NDArray[np.float64], b2: npt.NDArray[np.float64], ground: B
 
 def closes_most(rooms: list[Polygon], tall: BaseGeometry) -> bool:
     """Whether the rooms fill half of what the walls span: then the house counts as closed."""
-    return sum(r.area for r in rooms) > WALLED * shapely.convex_hull(tall).area
+    return bool(sum(r.area for r in rooms) > WALLED * shapely.convex_hull(tall).area)

@@ -17,7 +17,12 @@ from pipeline.values import Closer
 
 IN_LINE_M = 0.8
 LAP_M = 0.002
-"""A strip laps so far over what it joins, so that no crack of rounding stays open between them."""
+"""A piece laps so far over what it joins, so that no crack of rounding stays open between them."""
+
+
+def lapped(piece: Polygon) -> Polygon:
+    """A piece of one plane, a little larger, so that it meets the walls of the other."""
+    return shapely.buffer(piece, LAP_M, join_style="mitre", mitre_limit=2.0)
 
 
 def parted(door: BaseGeometry, pieces: list[Closer]) -> tuple[list[Closer], list[Closer]]:
@@ -33,9 +38,18 @@ def parted(door: BaseGeometry, pieces: list[Closer]) -> tuple[list[Closer], list
         strips = bridges(piece.polygon, rooms, plane, door)
         laps = [b.strip(deeper_m=LAP_M, wider_m=LAP_M) for b in strips]
         found += [Closer(lap, piece.kind, bridge) for lap, bridge in zip(laps, strips, strict=True)]
-        rest += [Closer(p, piece.kind) for p in polygons_of(subtract(piece.polygon, united(laps)))]
+        rest += [Closer(p, piece.kind) for p in _less(piece.polygon, laps)]
+    if not rest:
+        return found, []
     in_line = united(c.bridge.strip(deeper_m=LAP_M, wider_m=IN_LINE_M) for c in found if c.bridge is not None)
     return found, [part for piece in rest for part in _divided(piece, in_line)]
+
+
+def _less(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
+    left: BaseGeometry = piece
+    for strip in strips:
+        left = subtract(left, strip)
+    return polygons_of(left)
 
 
 def _divided(piece: Closer, in_line: BaseGeometry) -> list[Closer]:

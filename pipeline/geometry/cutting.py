@@ -101,6 +101,20 @@ class Cutter:
         return trimesh.Trimesh(vertices=self.mesh.vertices, faces=self.mesh.faces, process=False, validate=False)
 
 
+def differing(cut: Segments, other: Segments) -> Segments:
+    """Segments of ``cut`` without the bodies that ``other`` cuts in the very same way: upright walls without a hole."""
+    bodies = int(max(cut.body.max(initial=0), other.body.max(initial=0))) + 1
+    same = (np.abs(_signature(cut, bodies) - _signature(other, bodies)) < 1e-6).all(axis=0)
+    keep = ~same[cut.body]
+    return Segments(cut.ends[keep], cut.body[keep])
+
+
+def _signature(cut: Segments, bodies: int) -> npt.NDArray[np.float64]:
+    """(5, bodies): the number of segments of each body, and sums over their middles that a moved end would change."""
+    x, y = cut.ends.sum(axis=1).T
+    return np.stack([np.bincount(cut.body, w, bodies) for w in (np.ones(len(x)), x, y, x * x, y * y)])
+
+
 def merged(*meshes: Mesh | None) -> Mesh:
     """One mesh of several; those that are None are left out."""
     parts = [m for m in meshes if m is not None and len(m.faces)]

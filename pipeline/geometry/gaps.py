@@ -48,7 +48,8 @@ def _ends_of_ring(points: npt.NDArray[np.float64]) -> Iterator[WallEnd]:
     edge = np.roll(points, -1, axis=0) - points
     length = np.hypot(*edge.T)
     unit = edge / length[:, None]
-    turn = np.cross(np.pad(np.roll(unit, 1, axis=0), ((0, 0), (0, 1))), np.pad(unit, ((0, 0), (0, 1))))[:, 2]
+    came = np.roll(unit, 1, axis=0)
+    turn = came[:, 0] * unit[:, 1] - came[:, 1] * unit[:, 0]
     square = turn > np.cos(np.arcsin(SQUARE))  # a left turn of about 90 degrees: convex, the wall on the left
     before, after = np.roll(length, 1), np.roll(length, -1)
     short = (length <= THICKEST_M) & (np.minimum(before, after) >= LONGER * length)

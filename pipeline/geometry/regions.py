@@ -20,10 +20,16 @@ def enclosed(walls: BaseGeometry) -> tuple[BaseGeometry, list[Polygon]]:
 
     Specks (cracks between pieces of one wall) count as wall, and are filled.
     """
-    inner = [Polygon(ring) for part in polygons_of(walls) for ring in part.interiors]
-    if not inner:
+    parts = polygons_of(walls)
+    holes = [Polygon(ring) for part in parts for ring in part.interiors]
+    if not holes:
         return walls, []
-    free = polygons_of(subtract(united(inner), walls))
+    free: list[Polygon] = []
+    hole_of, part_in = shapely.STRtree(parts).query(holes, predicate="contains")
+    for k, hole in enumerate(holes):
+        standing = [Polygon(parts[i].exterior) for i in part_in[hole_of == k]]  # its own holes come by themselves
+        free += polygons_of(subtract(hole, united(standing))) if standing else [hole]
+    free.sort(key=lambda p: (-p.area, p.bounds))
     rooms = [p for p in free if p.area > SPECK_M2]
     specks = free[len(rooms) :]
     return (united([walls, *specks]) if specks else walls), rooms

@@ -37,7 +37,7 @@ class _Edges:
 
     @property
     def length(self) -> Floats:
-        return np.hypot(*(self.end - self.start).T)
+        return np.asarray(np.hypot(*(self.end - self.start).T))
 
     @property
     def angle(self) -> Floats:
@@ -94,7 +94,7 @@ def _shared_angles(edges: _Edges, offset_m: float, tolerance: float) -> Floats:
 def _apart(angle: Floats, other: float) -> Floats:
     """Difference of directions, modulo half a turn."""
     d = (angle - other) % np.pi
-    return np.minimum(d, np.pi - d)
+    return np.asarray(np.minimum(d, np.pi - d))
 
 
 def _mean_angle(angle: Floats, weight: Floats) -> float:
@@ -135,7 +135,7 @@ def _reached(low: Floats, high: Floats, candidates: npt.NDArray[np.bool_], leade
 
 def _redraw(edges: _Edges, line: Floats, normal: Floats, mine: npt.NDArray[np.bool_], offset_m: float) -> Floats:
     """One ring from the crossings of its lines."""
-    index = list(np.flatnonzero(mine))
+    index = [int(k) for k in np.flatnonzero(mine)]
     length = edges.length
     index = _without_steps(index, line, normal, length, offset_m)
     points: list[Floats] = []

@@ -22,7 +22,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.cutting import Segments
-from pipeline.geometry.overlay import EMPTY, united
+from pipeline.geometry.overlay import EMPTY, areas, united
 
 GRID_M = 1e-4
 """Segment ends closer than this are one point (lost loops: trimesh #1944, #2224)."""
@@ -138,9 +138,8 @@ def thicken(lines: BaseGeometry, thickness_m: float) -> BaseGeometry:
 
 def close_cracks(walls: BaseGeometry, width_m: float = CRACK_M) -> BaseGeometry:
     """Join walls that nearly touch; corners stay as they are."""
-    grown = shapely.buffer(walls, width_m / 2, join_style="mitre", mitre_limit=2.0)
-    closed = shapely.buffer(grown, -width_m / 2, join_style="mitre", mitre_limit=2.0)
-    return united([walls, closed])
+    grown = shapely.buffer(walls, width_m / 2, join_style="mitre", mitre_limit=3.0)
+    return areas(shapely.buffer(grown, -width_m / 2, join_style="mitre", mitre_limit=3.0))
 
 
 def winding_number(points: npt.NDArray[np.object_], segments: Floats) -> npt.NDArray[np.int64]:
@@ -153,4 +152,4 @@ def winding_number(points: npt.NDArray[np.object_], segments: Floats) -> npt.NDA
     with np.errstate(divide="ignore", invalid="ignore"):
         at = x1 + (y - y1) * (x2 - x1) / (y2 - y1)
     right = at > x
-    return (up & right).sum(axis=1) - (down & right).sum(axis=1)
+    return np.asarray((up & right).sum(axis=1) - (down & right).sum(axis=1), np.int64)

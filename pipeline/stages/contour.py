@@ -8,15 +8,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import shapely
 from shapely import Polygon
 
-from pipeline.geometry.overlay import polygons_of, united
+from pipeline.geometry.overlay import polygons_of
 from pipeline.values import Spaces
 
 
 def trace_contour(spaces: Spaces) -> Spaces:
     """Add the outer contour of every part of the house that stands by itself and has rooms, largest first."""
-    parts = polygons_of(united([spaces.walls, *spaces.rooms]))
-    outlines = [Polygon(part.exterior) for part in parts]
-    housing = [o for o in outlines if any(o.contains(r.representative_point()) for r in spaces.rooms)]
-    return replace(spaces, outlines=tuple(housing))
+    outlines = [Polygon(part.exterior) for part in polygons_of(spaces.walls)]
+    inside = shapely.points([r.representative_point().coords[0] for r in spaces.rooms])
+    housing = [o for o in outlines if shapely.intersects(o, inside).any()]
+    nested = {k for k, o in enumerate(housing) if any(p.contains(o) for p in housing[:k])}
+    return replace(spaces, outlines=tuple(o for k, o in enumerate(housing) if k not in nested))

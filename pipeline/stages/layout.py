@@ -23,7 +23,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import LayoutConfig
 from pipeline.geometry.boundary import closes_most, from_floor, from_wall_ends
-from pipeline.geometry.closers import needed, parted, with_sides
+from pipeline.geometry.closers import lapped, needed, parted, with_sides
 from pipeline.geometry.gaps import gaps
 from pipeline.geometry.overlay import polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE, enclosed
@@ -63,10 +63,11 @@ def lay_out(level: Level, planes: Planes, config: LayoutConfig) -> Layout:
 
 def _pieces(planes: Planes, config: LayoutConfig) -> list[Closer]:
     """All that may close the door plane, before it is known what it parts (R1)."""
-    high = [Closer(p, "lintel") for p in polygons_of(planes.high)]
-    low = [Closer(p, "sill") for p in polygons_of(subtract(planes.low, planes.high))]
-    filled = _plane(planes.door, high + low)
-    return high + low + [Closer(p, "gap") for p in gaps(planes.tall, filled, config.gap_m)]
+    low = subtract(planes.low, planes.high)
+    pieces = [Closer(lapped(p), "lintel") for p in polygons_of(planes.high)]
+    pieces += [Closer(lapped(p), "sill") for p in polygons_of(low)]
+    filled = _plane(planes.door, pieces)
+    return pieces + [Closer(p, "gap") for p in gaps(planes.tall, filled, config.gap_m)]
 
 
 def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:

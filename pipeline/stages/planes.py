@@ -18,7 +18,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import PlanesConfig
-from pipeline.geometry.cutting import Cutter, merged
+from pipeline.geometry.cutting import Cutter, Segments, differing, merged
 from pipeline.geometry.heights import between, near
 from pipeline.geometry.overlay import EMPTY, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import opened
@@ -38,21 +38,22 @@ def cut_planes(level: Level, config: PlanesConfig) -> Planes:
     cutter = Cutter(merged(level.walls, level.furniture))
     door_height = near(config.door_m, cutter.heights)
     ground_height = near(config.ground_m, cutter.heights)
-    standing = _section(cutter, door_height, config, upright_only=False)
+    heights: dict[str, float | list[float]] = {"ground": ground_height, "door": door_height}
+    standing_cut, ground_cut = cutter.cut(door_height), cutter.cut(ground_height)
+    standing = _section(standing_cut, config)
     door = united([standing.walls, standing.solids])  # R1
-    ground = _section(cutter, ground_height, config, upright_only=False, sheets=False).walls
-    if door.is_empty and ground.is_empty:
+    if door.is_empty:
         objects = f" and {level.n_objects} objects" if level.n_objects else ""
         raise Rejection(
             "planes",
             Reason.NO_LAYOUT,
-            f"nothing stands at {door_height:.3f} m above the floor: the scene has {len(level.walls.faces)} wall faces{objects}",
+            f"nothing stands {door_height:.3f} m above the floor: found {len(level.walls.faces)} wall faces{objects}",
             "a house needs walls; give its units and up axis if it has some",
         )
-    low = opened(subtract(ground, door), SLIVER_M)
-    heights: dict[str, float | list[float]] = {"ground": ground_height, "door": door_height}
-    if level.sills:
-        return Planes(door, low, EMPTY, EMPTY, standing.walls, heights)  # R2
+    if level.sills:  # R2
+        ground = _section(differing(ground_cut, standing_cut), config, sheets=False).walls
+        return Planes(door, opened(subtract(ground, door), SLIVER_M), EMPTY, EMPTY, standing.walls, heights)
+    low = subtract(_section(ground_cut, config, sheets=False).walls, door)
     high_at = between(cutter.heights, config.head_m, level.ceiling_m, smallest_gap=SMALLEST_GAP_M, most=MOST_HEIGHTS)
     rails_at = between(
         cutter.heights, 1.5 * config.door_m, config.head_m, smallest_gap=SMALLEST_GAP_M, most=MOST_HEIGHTS // 2
@@ -72,15 +73,12 @@ def cut_planes(level: Level, config: PlanesConfig) -> Planes:
     )
 
 
-def _section(
-    cutter: Cutter, height: float, config: PlanesConfig, *, upright_only: bool, sheets: bool = True
-) -> Section:
-    segments = cutter.cut(height, upright_only=upright_only)
-    return section(segments, sheet_m=config.sheet_m, solid_m=config.solid_m, sheets=sheets)
+def _section(cut: Segments, config: PlanesConfig, *, sheets: bool = True) -> Section:
+    return section(cut, sheet_m=config.sheet_m, solid_m=config.solid_m, sheets=sheets)
 
 
 def _walls_at(cutter: Cutter, heights: list[float], config: PlanesConfig) -> list[BaseGeometry]:
-    return [_section(cutter, h, config, upright_only=True).walls for h in heights]
+    return [_section(cutter.cut(h, upright_only=True), config).walls for h in heights]
 
 
 def _lintels(above: list[BaseGeometry], door: BaseGeometry) -> BaseGeometry:

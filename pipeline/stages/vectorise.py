@@ -99,7 +99,7 @@ def _ring(ring: BaseGeometry, shift: Points, *, clockwise: bool) -> Points:
     area2 = int((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
     if (area2 < 0) != clockwise:
         points = points[::-1]
-    return np.round(points * GRID_M, 2)
+    return np.asarray(np.round(points * GRID_M, 2))
 
 
 def _room(k: int, shape: Polygon, name: NamedRoom, shift: Points) -> Room:
