@@ -24,8 +24,8 @@ FARTHEST_M = 10.0
 def from_floor(floor: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon], least_m2: float) -> list[Polygon]:
     """Bands along the edges of the floor slab where it is open.
 
-    ``ground`` is the closed plane so far and ``rooms`` what it encloses. An open part of the floor is a room that lacks a
-    wall if it has ``least_m2`` and walls along half of its edge. Where a wall ends at the opening and goes on behind
+    ``ground`` is the closed plane so far and ``rooms`` what it encloses. An open part of the floor is a room that lacks
+    a wall if it has ``least_m2`` and walls along half of its edge. Where a wall ends at the opening and goes on behind
     it, the band goes on from its end; elsewhere it lies outside the slab, so that all of the slab stays free.
     """
     open_floor = subtract(floor, united([ground, *rooms]))

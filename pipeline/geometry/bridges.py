@@ -1,13 +1,15 @@
 """Where a piece of wall separates two spaces: straight strips from one's face to the other's.
 
-A lintel, a sill or the filling of a gap is a piece of wall that stands in one plane and not in the other. Its outline is
-walked; each stretch of it faces a room, the outside, or more wall. Two stretches that face each other across the piece
-and look into different spaces bound a *bridge*: the strip between them, as far as nothing stands there in the door plane.
+A lintel, a sill or the filling of a gap is a piece of wall that stands in one plane and not in the other. Its outline
+is walked; each stretch of it faces a room, the outside, or more wall. Two stretches that face each other across the
+piece and look into different spaces bound a *bridge*: the strip between them, as far as nothing stands there in the
+door plane.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +32,7 @@ Vector = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Bridge:
-    """A strip through a wall: ``centre`` (2,), unit ``along`` the wall and ``across`` it, its width and depth in metres.
+    """A strip through a wall: ``centre`` (2,), unit ``along`` the wall and ``across`` it, its width and depth (m).
 
     ``sides`` are the indices of the two spaces, ``across`` pointing from the first to the second; OUTSIDE may be one.
     """
@@ -59,7 +61,7 @@ class Bridge:
         return Polygon([a - half, b - half, b + half, a + half])
 
     def has_jamb(self, door_plane: BaseGeometry) -> bool:
-        """Whether a wall goes on in line with the strip at one end or more; a beam ends at walls that cross its line."""
+        """Whether a wall goes on in line at one end or more; a beam ends at walls that cross its line."""
         shapely.prepare(door_plane)
         for end, on in zip(self.segment, (-self.along, self.along), strict=True):
             beside = self.across * (self.depth / 2 + BESIDE_M)
@@ -114,7 +116,7 @@ def _stretches(piece: Polygon, rooms: list[Polygon], walls: BaseGeometry) -> lis
     shape = shapely.orient_polygons(piece.simplify(0.004))
     for ring in (shape.exterior, *shape.interiors):
         points = shapely.get_coordinates(ring)
-        for a, b in zip(points[:-1], points[1:], strict=True):
+        for a, b in pairwise(points):
             steps = max(1, int(np.ceil(np.hypot(*(b - a)) / STEP_M)))
             at = np.linspace(0.0, 1.0, steps + 1)[:, None]
             line = a + at * (b - a)
@@ -128,11 +130,7 @@ def _stretches(piece: Polygon, rooms: list[Polygon], walls: BaseGeometry) -> lis
     faces = locate((a + b) / 2 + REACH_M * outwards, rooms, walls)
     change = np.flatnonzero((np.diff(edges) != 0) | (np.diff(faces) != 0)) + 1
     bounds = np.concatenate([[0], change, [len(a)]])
-    return [
-        _Stretch(a[i], b[j - 1], int(faces[i]))
-        for i, j in zip(bounds[:-1], bounds[1:], strict=True)
-        if np.hypot(*(b[j - 1] - a[i])) > 0.05
-    ]
+    return [_Stretch(a[i], b[j - 1], int(faces[i])) for i, j in pairwise(bounds) if np.hypot(*(b[j - 1] - a[i])) > 0.05]
 
 
 def _across(first: _Stretch, second: _Stretch, piece: Polygon, door_plane: BaseGeometry) -> list[Bridge]:

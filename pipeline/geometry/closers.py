@@ -64,7 +64,7 @@ def needed(door: BaseGeometry, kept: list[Closer], pieces: list[Closer]) -> list
     """Those of ``pieces`` without which, beside ``kept``, spaces would run into each other."""
     if not pieces:
         return []
-    plane, rooms = enclosed(_plane(door, [*kept, *pieces]))
+    rooms = enclosed(_plane(door, [*kept, *pieces]))[1]
     inside = np.array([shapely.get_coordinates(r.representative_point())[0] for r in rooms]).reshape(-1, 2)
     if _apart(inside, _plane(door, kept)):
         return []

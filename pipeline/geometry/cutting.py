@@ -104,8 +104,8 @@ class Cutter:
 def differing(cut: Segments, other: Segments) -> Segments:
     """Segments of ``cut`` without the bodies that ``other`` cuts in the very same way: upright walls without a hole."""
     bodies = int(max(cut.body.max(initial=0), other.body.max(initial=0))) + 1
-    same = (np.abs(_signature(cut, bodies) - _signature(other, bodies)) < 1e-6).all(axis=0)
-    keep = ~same[cut.body]
+    moved = np.abs(_signature(cut, bodies) - _signature(other, bodies)).max(axis=0)
+    keep = moved[cut.body] > 1e-6
     return Segments(cut.ends[keep], cut.body[keep])
 
 

@@ -2,8 +2,8 @@
 
 Two planes never differ in such a gap, so it is found from the walls' ends: an end is a short edge of the wall's
 outline between two right angles; the gap is what lies between it and the wall that it points at. Where that is the end
-of another wall, the gap is a hole in one wall; where it is a wall that crosses, the gap has the width of a door at most,
-or every wall that juts into a corridor would part it in two.
+of another wall, the gap is a hole in one wall; where it is a wall that crosses, the gap has the width of a door at
+most, or every wall that juts into a corridor would part it in two.
 """
 
 from __future__ import annotations

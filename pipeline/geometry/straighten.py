@@ -1,7 +1,8 @@
 """Faces that are straight in the model, straight again: edges of room outlines snapped to shared directions and lines.
 
 Slabs of one wall overlap, are skewed by a degree, or stand a centimetre apart, so the outline of their union has
-stair-steps and slivers. Each edge becomes part of a line, and the outline is drawn anew from the crossings of its lines.
+stair-steps and slivers. Each edge becomes part of a line, and the outline is drawn anew from the crossings of its
+lines.
 
 R1  Directions that many long edges share are the house's; an edge takes one if that moves its ends by no more than
     ``offset_m``. A shared direction within ``angle_deg`` of an axis is the axis.
@@ -105,7 +106,7 @@ def _mean_angle(angle: Floats, weight: Floats) -> float:
 def _shared_lines(edges: _Edges, angle: Floats, normal: Floats, offset_m: float) -> Floats:
     """For each edge the offset of its line along its normal, metres."""
     along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    own = (((edges.start + edges.end) / 2) * normal).sum(axis=1)
+    own: Floats = (((edges.start + edges.end) / 2) * normal).sum(axis=1)
     low = (edges.start * along).sum(axis=1)
     high = (edges.end * along).sum(axis=1)
     length, result = edges.length, own.copy()
@@ -146,8 +147,7 @@ def _redraw(edges: _Edges, line: Floats, normal: Floats, mine: npt.NDArray[np.bo
             points.append(np.linalg.solve(np.stack([normal[here], normal[after]]), rhs))
         else:  # (nearly) parallel: a step between two lines
             corner = edges.end[here] if (after == here + 1) else (edges.end[here] + edges.start[after]) / 2
-            for k in (here, after):
-                points.append(corner + (line[k] - corner @ normal[k]) * normal[k])
+            points += [corner + (line[k] - corner @ normal[k]) * normal[k] for k in (here, after)]
     return np.array(points).reshape(-1, 2)
 
 
