@@ -26,6 +26,7 @@ MARGIN_M = 0.5
 OUTSIDE = "#e4e6e8"
 FLOOR = "#f6f4ef"
 GONE = "#e07a6b"
+PATH = "#7a4fb5"
 LINTEL, SILL, GAP, RAIL, BOUNDARY = "#2f6da8", "#4aa3a2", "#8fbde0", "#a68fd0", "#d98a1f"
 CLOSERS = {"lintel": LINTEL, "sill": SILL, "gap": GAP, "rail": RAIL, "floor_edge": BOUNDARY, "wall_ends": BOUNDARY}
 Legend = Sequence[tuple[str, str]]
@@ -71,6 +72,10 @@ class _Canvas:
             for hole in polygon.interiors:
                 pen.polygon(self._pixels(hole), fill=0)
             self.image.paste(colour, mask=mask)
+
+    def trace(self, path: npt.NDArray[np.float64], colour: str) -> None:
+        """Draw a thin line through points (n, 2)."""
+        ImageDraw.Draw(self.image).line(self._pixels(shapely.linestrings(path)), fill=colour, width=2 * FINE)
 
     def finished(self, title: str, legend: Legend) -> Picture:
         """Scale down, and add title and legend."""
@@ -144,8 +149,12 @@ def _draw_spaces(canvas: _Canvas, spaces: Spaces, before: Spaces | None) -> Pict
     _spread(canvas, spaces.rooms)
     for passage in spaces.passages:
         canvas.fill(passage.bridge.strip(), DOOR_COLOURS[passage.kind])
+    new_paths = spaces.paths[len(before.paths) :] if before is not None else ()
+    for path in new_paths:
+        canvas.trace(path, PATH)
     kinds = sorted({p.kind for p in spaces.passages})
     legend = [(kind, DOOR_COLOURS[kind]) for kind in kinds] + ([("filled or erased", GONE)] if gone else [])
+    legend += [("path of a pair", PATH)] if new_paths else []
     notes = ", ".join(f"{name.replace('_', ' ')}: {value}" for name, value in spaces.notes.items())
     return canvas.finished(f"{len(spaces.rooms)} rooms, {len(spaces.passages)} passages  {notes}", legend)
 

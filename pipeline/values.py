@@ -1,7 +1,8 @@
 """What passes between sources and stages: frozen, typed values.
 
 Frames: a Level's meshes live in the LEVEL frame: metres, x right and y up in the plan, z height above the level's floor
-(for SUNCG: above the foot of the wall meshes). ``Level.frame`` takes (x, y) of the level frame to the source's plan axes.
+(for SUNCG: above the foot of the wall meshes). ``Level.frame`` takes (x, y) of the level frame to the source's plan
+axes.
 """
 
 from __future__ import annotations
@@ -176,9 +177,9 @@ class Passage:
 class Spaces:
     """From stage ``doors`` on: a house as rooms and ways between them.
 
-    ``walls`` is the closed plane. ``joins`` are pairs of rooms that meet without a wall and without a door (under a beam
-    too wide for one). ``outlines`` are the outer contours, one a free-standing part of the house. ``notes`` counts what
-    the rules did, by rule.
+    ``walls`` is the closed plane. ``joins`` are pairs of rooms that meet without a wall and without a door (under a
+    beam too wide for one). ``outlines`` are the outer contours, one a free-standing part of the house. ``paths`` (n, 2)
+    are those that cuts made possible, for pictures. ``notes`` counts what the rules did, by rule.
     """
 
     walls: BaseGeometry
@@ -186,6 +187,7 @@ class Spaces:
     passages: tuple[Passage, ...]
     joins: tuple[tuple[int, int], ...] = ()
     outlines: tuple[Polygon, ...] = ()
+    paths: tuple[npt.NDArray[np.float64], ...] = ()
     notes: Mapping[str, int | str] = field(default_factory=dict)
 
     def keeping(self, keep: Sequence[int], **notes: int | str) -> Spaces:

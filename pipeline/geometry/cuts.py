@@ -24,20 +24,23 @@ ALIKE_M = 0.5
 
 @dataclass(frozen=True, eq=False)
 class CutRules:
-    """What a cut may go through: ``deepest_m``, and whether through anything but wall (the gap between two buildings)."""
+    """What a cut may go through: ``deepest_m`` at most, and whether only wall or also the gap between two houses."""
 
     width_m: float
     deepest_m: float
     only_walls: bool
 
 
-def cuts_on_lines(lines: Floats, floor: BaseGeometry, walls: BaseGeometry, rules: CutRules) -> Iterator[Bridge]:
-    """Cuts near the lines (n, 2, 2) from point to point, line by line, through the thinnest wall of each first.
+def cuts_on_lines(
+    lines: Floats, floor: BaseGeometry, walls: BaseGeometry, rules: CutRules
+) -> Iterator[tuple[Floats, Bridge]]:
+    """Cuts near the lines (n, 2, 2) from point to point, each with its line (2, 2), in the order of the lines.
 
-    Lines that meet a wall at about the same place (``ALIKE_M``) stand for each other.
+    The thinnest wall of each line comes first. Lines that meet a wall at about the same place (``ALIKE_M``) stand for
+    each other.
     """
     tried: set[tuple[int, ...]] = set()
-    for crossed in shapely.difference(shapely.linestrings(lines), floor):
+    for line, crossed in zip(lines, shapely.difference(shapely.linestrings(lines), floor), strict=True):
         walls_met = [p for p in shapely.get_parts(crossed) if p.length > 1e-6]
         for wall in sorted(walls_met, key=lambda p: (p.length, p.bounds)):
             start, end = shapely.get_coordinates(wall)[[0, -1]]
@@ -47,7 +50,7 @@ def cuts_on_lines(lines: Floats, floor: BaseGeometry, walls: BaseGeometry, rules
             tried.add(place)
             cut = _straight_cut(start, end, floor, walls, rules)
             if cut is not None:
-                yield cut
+                yield line, cut
 
 
 def _straight_cut(

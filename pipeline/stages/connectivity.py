@@ -5,7 +5,7 @@ R2  Pairs are taken by increasing distance. A pair in one piece has a path (labe
     pieces are looked at; planning every pair by A* gives the same result, which a test shows.
 R3  Where there is no path, a wall on the line between the two is cut: the thinnest that takes a straight cut of
     ``cut_width_m`` at right angles to it, with free floor on both sides; it slides along the wall for that. The pair is
-    then looked at again.
+    then planned again by A*, and the path kept for the pictures.
 R4  A corner of a room that the disc fits in but cannot get to, smaller than a cell, is filled.
 R5  Where no pair gives a clean cut, parts are joined through what lies between them, walls or open air, at last by the
     shortest way.
@@ -25,6 +25,7 @@ from pipeline.config import ConnectivityConfig
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.cuts import CutRules, cuts_on_lines, nearest_cut
 from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
+from pipeline.geometry.paths import plan_path
 from pipeline.geometry.standing import floor_of, piece_of, sample, standing_pieces
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Passage, Spaces
@@ -59,8 +60,8 @@ def connect(spaces: Spaces, config: ConnectivityConfig, least_m2: float, rng: np
             return replace(spaces, notes={**spaces.notes, "cuts": cuts}) if cuts else spaces
         if points is None:
             points = sample(pieces, config.samples, rng)  # R1
-        cut = _next_cut(points, pieces, floor, spaces.walls, config)
-        spaces = _with_cut(spaces, cut)
+        pair, cut = _next_cut(points, pieces, floor, spaces.walls, config)
+        spaces = _planned_again(_with_cut(spaces, cut), pair, config)
         cuts += 1
     raise Rejection(
         "connectivity",
@@ -95,15 +96,17 @@ def _next_cut(
     floor: BaseGeometry,
     walls: BaseGeometry,
     config: ConnectivityConfig,
-) -> Bridge:
+) -> tuple[npt.NDArray[np.float64], Bridge]:
+    """The cut to make now, and the pair (2, 2) of points that it is made for."""
     lines = _pairs_apart(points, piece_of(points, pieces))
     walls_only = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True)
     anything = CutRules(config.cut_width_m, DEEPEST_M, only_walls=False)
     for rules in (walls_only, anything):  # R3, R5
-        for cut in cuts_on_lines(lines, floor, walls, rules):
+        for pair, cut in cuts_on_lines(lines, floor, walls, rules):
             if _joins_pieces(cut, pieces, floor, config.robot_radius_m):
-                return cut
-    return nearest_cut(pieces[0], united(pieces[1:]), config.cut_width_m)
+                return pair, cut
+    cut = nearest_cut(pieces[0], united(pieces[1:]), config.cut_width_m)
+    return cut.centre + cut.across * cut.depth * np.array([[-0.5], [0.5]]), cut
 
 
 def _pairs_apart(points: npt.NDArray[np.float64], piece: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
@@ -119,6 +122,12 @@ def _joins_pieces(cut: Bridge, pieces: list[Polygon], floor: BaseGeometry, radiu
     """Whether there are fewer pieces with the cut than without."""
     opened = united([floor, cut.strip(deeper_m=0.01)])
     return len(standing_pieces(opened, radius_m)) < len(pieces)
+
+
+def _planned_again(spaces: Spaces, pair: npt.NDArray[np.float64], config: ConnectivityConfig) -> Spaces:
+    """R3; where the way crosses another wall too there is no path yet, and the pair's turn comes again."""
+    path = plan_path(floor_of(spaces), pair[0], pair[1], config.robot_radius_m, config.pixels_per_metre)
+    return spaces if path is None else replace(spaces, paths=(*spaces.paths, path))
 
 
 def _with_cut(spaces: Spaces, cut: Bridge) -> Spaces:
