@@ -17,7 +17,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.overlay import polygons_of
+from pipeline.geometry.overlay import overlap, polygons_of
 
 THICKEST_M = 0.6
 SQUARE = np.sin(np.deg2rad(25.0))
@@ -25,6 +25,7 @@ LONGER = 2.0
 """A wall is at least this many times longer than thick; less is a pillar or a piece of furniture."""
 DOOR_M = 1.1
 """The widest gap between the end of a wall and one that crosses."""
+ALIKE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +94,16 @@ def gaps(tall: BaseGeometry, walls: BaseGeometry, reach_m: float) -> list[Polygo
         gap = gap_at(end, tall, reach_m)
         if gap is not None and (_width(gap, end) <= DOOR_M or _meets_end(gap, end, ends)):
             found.append(gap)
-    return sorted(found, key=lambda g: (round(g.length, 6), g.bounds))
+    return _each_once(sorted(found, key=lambda g: (round(g.length, 6), g.bounds)))
+
+
+def _each_once(found: list[Polygon]) -> list[Polygon]:
+    """A gap between two ends is found from both; the first stands for what lies mostly in it."""
+    kept: list[Polygon] = []
+    for gap in found:
+        if not any(overlap(gap, other).area > ALIKE * min(gap.area, other.area) for other in kept):
+            kept.append(gap)
+    return kept
 
 
 def _width(gap: Polygon, end: WallEnd) -> float:
