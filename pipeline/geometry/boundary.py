@@ -5,12 +5,11 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.gaps import gap_at, wall_ends
+from pipeline.geometry.gaps import WallEnd, gap_at, wall_ends
 from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import enclosed, opened
 
@@ -57,7 +56,7 @@ def from_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) ->
     """Straight closings between wall ends, shortest first, each kept if it encloses ``least_m2`` more."""
     ends = list(wall_ends(tall))
     straight = [gap_at(end, ground, FARTHEST_M) for end in ends]
-    slanted = [_between(a.a + a.b, b.a + b.b, ground) for a, b in combinations(ends, 2)]
+    slanted = [_between(a, b, ground) for a, b in combinations(ends, 2)]
     candidates = sorted((c for c in straight + slanted if c is not None), key=lambda c: (round(c.length, 6), c.bounds))
     kept: list[Polygon] = []
     so_far = enclosed_area(ground)
@@ -78,14 +77,15 @@ def enclosed_area(walls: BaseGeometry) -> float:
     return float(sum(r.area for r in enclosed(walls)[1]))
 
 
-def _between(a2: npt.NDArray[np.float64], b2: npt.NDArray[np.float64], ground: BaseGeometry) -> Polygon | None:
-    """The band between two wall ends (each the sum of its two corners), if nothing stands between them."""
-    a, b = a2 / 2, b2 / 2
+def _between(first: WallEnd, second: WallEnd, ground: BaseGeometry) -> Polygon | None:
+    """The band between two wall ends, if nothing but the ends themselves stands between them."""
+    a, b = (first.a + first.b) / 2, (second.a + second.b) / 2
     length = float(np.hypot(*(b - a)))
     if not 0.05 < length <= FARTHEST_M:
         return None
     line = shapely.linestrings([a, b])
-    if shapely.intersection(line, ground).length > 0.1:
+    within_ends = (np.hypot(*(first.b - first.a)) + np.hypot(*(second.b - second.a))) / 2
+    if shapely.intersection(line, ground).length > within_ends + 0.05:
         return None
     return polygons_of(shapely.buffer(line, BAND_M / 2, cap_style="square"))[0]
 
