@@ -28,6 +28,7 @@ from pipeline.values import Level, Planes
 
 MOST_HEIGHTS = 12
 SMALLEST_GAP_M = 0.08
+HANDRAIL_M = 0.02  # a handrail may be no higher, and closes what its balusters do not
 WIDEST_RAIL_M = 0.3
 SLIVER_M = 0.04  # less than a sheet gets, more than a baluster has
 BESIDE_M = 0.3
@@ -56,7 +57,7 @@ def cut_planes(level: Level, config: PlanesConfig) -> Planes:
     low = subtract(_section(ground_cut, config, sheets=False).walls, door)
     high_at = between(cutter.heights, config.head_m, level.ceiling_m, smallest_gap=SMALLEST_GAP_M, most=MOST_HEIGHTS)
     rails_at = between(
-        cutter.heights, 1.5 * config.door_m, config.head_m, smallest_gap=SMALLEST_GAP_M, most=MOST_HEIGHTS // 2
+        cutter.heights, 1.5 * config.door_m, config.head_m, smallest_gap=HANDRAIL_M, most=MOST_HEIGHTS // 2
     )
     above = _walls_at(cutter, high_at, config)
     high = _lintels(above, door)  # R3
