@@ -6,7 +6,7 @@ R1  Segments know their body: faces that share vertices (by index) are one. SUNC
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,18 +15,27 @@ import trimesh
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from pipeline.geometry.caps import Caps
 from pipeline.values import Mesh
 
 STEEP = 0.5
 """A face whose unit normal has |z| below this is upright: a wall, not a floor, a roof or a slope."""
 
+LYING = 1e-3
+"""A face whose unit normal has |z| above this may be a body's top or bottom."""
+
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """A section: ``ends`` (n, 2, 2) metres, the body's inside to the left of each; ``body`` (n,) numbers the bodies."""
+    """A section: ``ends`` (n, 2, 2) metres, the body's inside to the left of each; ``body`` (n,) numbers the bodies.
+
+    ``height`` and ``caps`` tell what lies over and under a point of it.
+    """
 
     ends: npt.NDArray[np.float64]
     body: npt.NDArray[np.int64]
+    height: float
+    caps: Caps
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +88,7 @@ class Cutter:
             crossing &= self._upright
         faces = np.flatnonzero(crossing)
         if not len(faces):
-            return Segments(np.zeros((0, 2, 2)), np.zeros(0, np.int64))
+            return Segments(np.zeros((0, 2, 2)), np.zeros(0, np.int64), height, self._caps)
         segments, index = trimesh.intersections.mesh_plane(
             self._trimesh,
             plane_normal=[0.0, 0.0, 1.0],
@@ -94,7 +103,12 @@ class Cutter:
         # the outward normal must lie to the right of the segment: right of (dx, dy) is (dy, -dx)
         backwards = along[:, 1] * normal[:, 0] - along[:, 0] * normal[:, 1] < 0
         segments[backwards] = segments[backwards, ::-1]
-        return Segments(np.ascontiguousarray(segments), self._body[index])
+        return Segments(np.ascontiguousarray(segments), self._body[index], height, self._caps)
+
+    @cached_property
+    def _caps(self) -> Caps:
+        lying = np.abs(self._normals[:, 2]) > LYING
+        return Caps(self.mesh.vertices[self.mesh.faces[lying]])
 
     @cached_property
     def _trimesh(self) -> trimesh.Trimesh:
@@ -106,7 +120,7 @@ def differing(cut: Segments, other: Segments) -> Segments:
     bodies = int(max(cut.body.max(initial=0), other.body.max(initial=0))) + 1
     moved = np.abs(_signature(cut, bodies) - _signature(other, bodies)).max(axis=0)
     keep = moved[cut.body] > 1e-6
-    return Segments(cut.ends[keep], cut.body[keep])
+    return replace(cut, ends=cut.ends[keep], body=cut.body[keep])
 
 
 def _signature(cut: Segments, bodies: int) -> npt.NDArray[np.float64]:

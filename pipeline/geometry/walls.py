@@ -6,14 +6,16 @@ walls and sheets. Rules, for a face of the arrangement:
 
 R1  it is wall if it is thin: no disc of ``solid_m`` across fits into it. A thin face that is open space is closed all
     round at this height, so nobody gets into it either;
-R2  it is solid if it is thick and the section's segments wind around it as around a closed body (a chimney, a slab);
+R2  it is solid if it is thick and lies in a closed body: the section's segments wind around it, and a top and a bottom
+    lie over and under it (a room of sheets that look outwards has neither). Only what of it is
+    thick is massive (a chimney, a slab); the thin rest of the same body is wall, for walls and chimney may be one;
 R3  an edge between two faces that are not wall is a sheet, and gets ``sheet_m`` in all, with flat ends;
 R4  a solid wall thinner than ``sheet_m`` gets as much too: on the 1 cm grid of a plan it would vanish.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +24,8 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.cutting import Segments
-from pipeline.geometry.overlay import EMPTY, areas, united
+from pipeline.geometry.overlay import EMPTY, areas, subtract, united
+from pipeline.geometry.regions import opened
 
 GRID_M = 1e-4
 """Segment ends closer than this are one point (lost loops: trimesh #1944, #2224)."""
@@ -36,7 +39,7 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """What stands at one height: ``walls`` (R1, R3) and thick ``solids`` (R2), apart, since a slab is no wall."""
+    """What stands at one height: ``walls`` (R1, R3) and massive ``solids`` (R2), apart, since a slab is no wall."""
 
     walls: BaseGeometry
     solids: BaseGeometry
@@ -55,7 +58,7 @@ def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = Tru
     bodies = _separate_bodies(snapped, body)
     if bodies is not None and not _any_thick(bodies, solid_m):
         return Section(close_cracks(united(_not_too_slim(bodies, sheet_m))), EMPTY)
-    return _arranged(snapped, sheet_m, solid_m, sheets=sheets)
+    return _arranged(replace(cut, ends=snapped, body=body), sheet_m, solid_m, sheets=sheets)
 
 
 def _separate_bodies(ends: Floats, body: npt.NDArray[np.int64]) -> npt.NDArray[np.object_] | None:
@@ -109,23 +112,24 @@ def _spine(box: Polygon) -> BaseGeometry:
     return shapely.linestrings([(a + b) / 2, (c + d) / 2])
 
 
-def _arranged(segments: Floats, sheet_m: float, solid_m: float, *, sheets: bool) -> Section:
-    lines = shapely.get_parts(shapely.union_all(shapely.linestrings(segments), grid_size=GRID_M))
+def _arranged(cut: Segments, sheet_m: float, solid_m: float, *, sheets: bool) -> Section:
+    lines = shapely.get_parts(shapely.union_all(shapely.linestrings(cut.ends), grid_size=GRID_M))
     lines = lines[shapely.get_type_id(lines) == 1]
     faces = shapely.get_parts(shapely.polygonize(lines))
     thick = ~shapely.is_empty(shapely.buffer(faces, -solid_m / 2, join_style="mitre"))
     solid = thick.copy()
-    solid[thick] = winding_number(shapely.point_on_surface(faces[thick]), segments) > 0
+    solid[thick] = _inside(shapely.point_on_surface(faces[thick]), cut)
     if solid.any() and not (thick & ~solid).any() and not (~thick).any():
         # nothing but outward-facing rings: a house of sheets, each room a ring, and not a row of massive blocks
         solid[:] = False
-    body = united(_not_too_slim(faces[~thick], sheet_m))
     solids = united(faces[solid])
+    massive = opened(solids, solid_m)
+    body = united([*_not_too_slim(faces[~thick], sheet_m), opened(subtract(solids, massive), CRACK_M)])
     if not sheets:
-        return Section(close_cracks(body), solids)
+        return Section(close_cracks(body), massive)
     closed = united([*faces[~thick], solids])
     loose = shapely.difference(shapely.multilinestrings(lines), shapely.buffer(closed, 2 * GRID_M))
-    return Section(close_cracks(united([body, thicken(loose, sheet_m)])), solids)
+    return Section(close_cracks(united([body, thicken(loose, sheet_m)])), massive)
 
 
 def thicken(lines: BaseGeometry, thickness_m: float) -> BaseGeometry:
@@ -140,6 +144,13 @@ def close_cracks(walls: BaseGeometry, width_m: float = CRACK_M) -> BaseGeometry:
     """Join walls that nearly touch; corners stay as they are."""
     grown = shapely.buffer(walls, width_m / 2, join_style="mitre", mitre_limit=3.0)
     return areas(shapely.buffer(grown, -width_m / 2, join_style="mitre", mitre_limit=3.0))
+
+
+def _inside(points: npt.NDArray[np.object_], cut: Segments) -> npt.NDArray[np.bool_]:
+    """R2: which points lie in a closed body: all round, above and below."""
+    around = winding_number(points, cut.ends) > 0
+    around[around] = cut.caps.close(shapely.get_coordinates(points[around]), cut.height)
+    return around
 
 
 def winding_number(points: npt.NDArray[np.object_], segments: Floats) -> npt.NDArray[np.int64]:

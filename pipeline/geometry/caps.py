@@ -1,0 +1,60 @@
+"""What lies over and under a point of a section: the tops and bottoms by which a body is closed.
+
+Seen in plan alone, a room of sheets whose faces look outwards is the same as a massive block. A block has a top and a
+bottom, and nothing else between them: a line straight up leaves it by a face that looks up, one straight down by a face
+that looks down.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Caps:
+    """Triangles (n, 3, 3) that are not upright, wound as in the mesh; metres."""
+
+    triangles: Floats
+
+    @cached_property
+    def _bounds(self) -> tuple[Floats, Floats]:
+        plan = self.triangles[:, :, :2]
+        return plan.min(axis=1), plan.max(axis=1)
+
+    def close(self, points: Floats, height: float) -> npt.NDArray[np.bool_]:
+        """For each plan point (n, 2) whether it lies, at this height, between a bottom and a top of a body."""
+        return np.array([self._closes(point, height) for point in points], np.bool_).reshape(len(points))
+
+    def _closes(self, point: Floats, height: float) -> bool:
+        low, high = self._bounds
+        near = self.triangles[((low <= point) & (high >= point)).all(axis=1)]
+        turns = _turns(near[:, :, :2] - point)
+        hit = near[turns != 0]
+        over = _height_at(hit, point) > height
+        turns = turns[turns != 0]
+        return bool(turns[over].sum() > 0 and turns[~over].sum() < 0)
+
+
+def _turns(triangles: Floats) -> npt.NDArray[np.int64]:
+    """How each plan triangle (n, 3, 2) winds around the origin: 1 (it looks up), -1, or 0 where it does not hold it.
+
+    Half-open at its edges, so that of two triangles that share an edge one holds a point on it.
+    """
+    (x1, y1), (x2, y2) = (np.moveaxis(p, 2, 0) for p in (triangles, np.roll(triangles, -1, axis=1)))
+    left = x1 * y2 - x2 * y1
+    up = (y1 <= 0) & (y2 > 0) & (left > 0)
+    down = (y2 <= 0) & (y1 > 0) & (left < 0)
+    return np.asarray(up.sum(axis=1) - down.sum(axis=1), np.int64)
+
+
+def _height_at(triangles: Floats, point: Floats) -> Floats:
+    """Heights of triangles (n, 3, 3) over a plan point."""
+    a = triangles[:, 0]
+    normal = np.cross(triangles[:, 1] - a, triangles[:, 2] - a)
+    return np.asarray(a[:, 2] - ((point - a[:, :2]) * normal[:, :2]).sum(axis=1) / normal[:, 2])
