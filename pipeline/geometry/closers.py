@@ -18,6 +18,7 @@ from pipeline.values import Closer
 IN_LINE_M = 0.8
 LAP_M = 0.002
 """A piece laps so far over what it joins, so that no crack of rounding stays open between them."""
+ROUNDING_M2 = 1e-9
 
 
 def lapped(piece: Polygon) -> Polygon:
@@ -25,13 +26,14 @@ def lapped(piece: Polygon) -> Polygon:
     return shapely.buffer(piece, LAP_M, join_style="mitre", mitre_limit=2.0)
 
 
-def parted(door: BaseGeometry, pieces: list[Closer]) -> tuple[list[Closer], list[Closer]]:
-    """Take each piece apart into its bridges and the rest of it.
+def parted(
+    door: BaseGeometry, pieces: list[Closer], plane: BaseGeometry, rooms: list[Polygon]
+) -> tuple[list[Closer], list[Closer]]:
+    """Take each piece apart into its bridges and the rest of it, in the ``plane`` that all of them close.
 
     A lintel that goes over into a cornice, or two lintels that meet in a corner, come as one piece; each strip has to
     be judged for itself, and what hangs over one room only is freed.
     """
-    plane, rooms = enclosed(united([door, *(p.polygon for p in pieces)]))
     found: list[Closer] = []
     rest: list[Closer] = []
     for piece in pieces:
@@ -49,7 +51,7 @@ def _less(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
     left: BaseGeometry = piece
     for strip in strips:
         left = subtract(left, strip)
-    return polygons_of(left)
+    return [p for p in polygons_of(left) if p.area > ROUNDING_M2]
 
 
 def _divided(piece: Closer, in_line: BaseGeometry) -> list[Closer]:

@@ -8,7 +8,7 @@ most, or every wall that juts into a corridor would part it in two.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,21 +75,22 @@ def gap_at(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:
     return Polygon([end.a + back, end.b + back, end.b + step, end.a + step])
 
 
-def gaps(tall: BaseGeometry, walls: BaseGeometry, reach_m: float) -> list[Polygon]:
+def gaps(tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float) -> list[Polygon]:
     """Fillings of all gaps of full height up to ``reach_m`` metres, shortest first.
 
     Parameters
     ----------
     tall
         Walls that stand from the floor to above head height; a gap lies between two of them.
-    walls
-        All walls of the closed plane; a gap that they fill already is none.
+    standing
+        All that closes the plane; a gap that it fills already is none.
     """
-    shapely.prepare(walls)
-    found: list[Polygon] = []
     ends = list(wall_ends(tall))
-    for end in ends:
-        if shapely.intersects_xy(walls, *((end.a + end.b) / 2 + 0.03 * end.out)):
+    before = shapely.points([(end.a + end.b) / 2 + 0.03 * end.out for end in ends])
+    taken = set(shapely.STRtree(standing).query(before, predicate="intersects")[0].tolist()) if ends else set()
+    found: list[Polygon] = []
+    for k, end in enumerate(ends):
+        if k in taken:
             continue
         gap = gap_at(end, tall, reach_m)
         if gap is not None and (_width(gap, end) <= DOOR_M or _meets_end(gap, end, ends)):

@@ -47,8 +47,7 @@ def lay_out(level: Level, planes: Planes, config: LayoutConfig) -> Layout:
             fixed += more
             ground, rooms = enclosed(_plane(ground, more))
     standing = _plane(planes.door, fixed) if fixed else planes.door
-    strips = _settled(standing, *parted(standing, pieces), config)
-    ground, rooms = enclosed(_plane(standing, strips))
+    strips, ground, rooms = _settled(standing, *parted(standing, pieces, ground, rooms), config)
     closers = with_sides(strips + fixed, rooms, ground)
     area = sum(r.area for r in rooms)
     if area < config.area_m2:  # R8
@@ -66,7 +65,7 @@ def _pieces(planes: Planes, config: LayoutConfig) -> list[Closer]:
     low = subtract(planes.low, planes.high)
     pieces = [Closer(lapped(p), "lintel") for p in polygons_of(planes.high)]
     pieces += [Closer(lapped(p), "sill") for p in polygons_of(low)]
-    filled = _plane(planes.door, pieces)
+    filled = [planes.door, *(p.polygon for p in pieces)]
     return pieces + [Closer(p, "gap") for p in gaps(planes.tall, filled, config.gap_m)]
 
 
@@ -90,8 +89,13 @@ def _plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:
     return united([door, *(c.polygon for c in closers)])
 
 
-def _settled(door: BaseGeometry, strips: list[Closer], rest: list[Closer], config: LayoutConfig) -> list[Closer]:
-    """Drop strips until each that is left parts two spaces, then what else is not needed to keep them apart."""
+def _settled(
+    door: BaseGeometry, strips: list[Closer], rest: list[Closer], config: LayoutConfig
+) -> tuple[list[Closer], BaseGeometry, list[Polygon]]:
+    """Drop strips until each that is left parts two spaces, then what else is not needed to keep them apart.
+
+    Returns what is left, and the closed plane with its spaces.
+    """
     while True:
         plane, rooms = enclosed(_plane(door, strips + rest))
         strips = with_sides(strips, rooms, plane)
@@ -101,8 +105,12 @@ def _settled(door: BaseGeometry, strips: list[Closer], rest: list[Closer], confi
         if not useless:
             useless = _widest_gap_of_a_niche(strips, rooms, config.area_m2)
         if not useless:
-            return strips + needed(door, strips, rest)
+            break
         strips = [strip for k, strip in enumerate(strips) if k not in useless]
+    if rest:
+        strips = strips + needed(door, strips, rest)
+        plane, rooms = enclosed(_plane(door, strips))
+    return strips, plane, rooms
 
 
 def _parts_nothing(closer: Closer, door: BaseGeometry, config: LayoutConfig) -> bool:
