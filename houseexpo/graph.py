@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.frame import GridFrame
-from houseexpo.plan import FloorPlan, Navigability
+from houseexpo.plan import FloorPlan, Navigability, Reach
 from houseexpo.raster import fill
 
 if TYPE_CHECKING:
@@ -48,9 +48,7 @@ def rooms_graph(plan: FloorPlan, *, outside: bool = False) -> nx.MultiGraph[int 
     return graph
 
 
-def navigability(
-    space: FloorPlan | Polygon | MultiPolygon, radii: Sequence[float] = RADII_M
-) -> dict[str, Navigability]:
+def navigability(space: FloorPlan | Polygon | MultiPolygon, radii: Sequence[float] = RADII_M) -> Reach:
     """Measure what a disc robot can reach, for each radius (metres; the keys have two decimals).
 
     1. The disc's centre can stand on the free space eroded by the radius; its connected pieces are counted, specks
@@ -75,7 +73,7 @@ def navigability(
             largest_share=round(float(pieces[0].area / area), 4) if pieces else 0.0,
             narrowest=round(splits.width(pieces[0], radius), 2) if pieces else 0.0,
         )
-    return found
+    return Reach(found)
 
 
 def standing_pieces(space: Polygon | MultiPolygon, radius_m: float) -> list[Polygon]:

@@ -1,145 +1,28 @@
-"""The floor plan: frozen values, checked when made."""
+"""The floor plan: frozen values, checked when made; what is computed from them is asked for with its methods."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from houseexpo import checks
-from houseexpo.categories import LABELS, UNLABELLED
 from houseexpo.errors import PlanError
+from houseexpo.parts import DOOR_KINDS, Box, Door, DoorKind, Frame, Navigability, Reach, Ring, Room
 from houseexpo.repair import even_odd
 from houseexpo.value import Value
 
 if TYPE_CHECKING:
+    import networkx as nx
     from shapely import MultiPolygon, Polygon
 
-Ring: TypeAlias = npt.NDArray[np.float64]
-"""(n, 2) vertices in metres, unclosed (the first is not repeated)."""
+    from houseexpo.frame import GridFrame
 
-DoorKind: TypeAlias = Literal["door", "opening", "entrance", "cut"]
-Box: TypeAlias = tuple[float, float, float, float]
-
-DOOR_KINDS: tuple[DoorKind, ...] = get_args(DoorKind)
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Where a plan stands in its source: ``matrix`` takes plan metres (x, y, 1) to the source's plan axes in metres.
-
-    The plan axes are (X, Y) of a z-up source, (X, Z) of a y-up one; ``floor`` is the level's height in the source.
-    ``houseexpo.frame`` applies it.
-    """
-
-    matrix: tuple[tuple[float, float, float], tuple[float, float, float]]
-    up: Literal["y", "z"]
-    floor: float
-    level: int
-
-    def __post_init__(self) -> None:
-        if len(self.matrix) != 2:
-            raise PlanError(f"expected 2 rows of 3 numbers, found {len(self.matrix)}", "matrix")
-        (a, b, _), (c, d, _) = matrix = tuple(checks.numbers(r, 3, f"matrix[{i}]") for i, r in enumerate(self.matrix))
-        if a * d == b * c:
-            raise PlanError("expected a matrix that can be inverted, found determinant 0", "matrix")
-        object.__setattr__(self, "matrix", matrix)
-        checks.one_of(self.up, ("y", "z"), "up")
-        object.__setattr__(self, "floor", checks.number(self.floor, "floor"))
-        checks.number(self.level, "level")
-
-
-@dataclass(frozen=True)
-class Navigability:
-    """What a disc robot of one radius can reach (FORMAT.md section 2); ``houseexpo.graph`` measures it."""
-
-    components: int
-    largest_share: float
-    narrowest: float
-
-    def __post_init__(self) -> None:
-        checks.count(self.components, "components")
-        checks.number(self.largest_share, "largest_share")
-        checks.number(self.narrowest, "narrowest")
-
-
-@dataclass(frozen=True, eq=False)
-class Room(Value):
-    """A room: refined free space with the doors closed.
-
-    ``label`` is one of the 25 or "Unlabelled"; ``source_labels`` keeps the source's own words.
-    """
-
-    id: int
-    label: str
-    polygon: Ring
-    holes: tuple[Ring, ...] = ()
-    source_labels: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        checks.count(self.id, "id")
-        checks.one_of(self.label, (*LABELS, UNLABELLED), "label")
-        self._set("polygon", checks.ring(self.polygon, "polygon"))
-        self._set("holes", checks.rings(self.holes, "holes"))
-        self._set("source_labels", tuple(self.source_labels))
-
-    @cached_property
-    def shape(self) -> Polygon:
-        """The room as a shapely polygon, metres."""
-        from shapely import Polygon
-
-        return Polygon(self.polygon, self.holes)
-
-    @property
-    def area(self) -> float:
-        """Square metres."""
-        return float(self.shape.area)
-
-    def __repr__(self) -> str:
-        return f"Room({self.id}, {self.label!r}, {self.area:.2f} m2)"
-
-
-@dataclass(frozen=True, eq=False)
-class Door(Value):
-    """A passage between two rooms, or a closed one to the outside (kind "entrance", ``rooms[1]`` is None).
-
-    ``segment`` runs from jamb to jamb on the wall's centre line; ``polygon`` is the freed area between its two faces.
-    """
-
-    id: int
-    kind: DoorKind
-    segment: tuple[tuple[float, float], tuple[float, float]]
-    width: float
-    polygon: Ring
-    rooms: tuple[int | None, int | None]
-
-    def __post_init__(self) -> None:
-        checks.count(self.id, "id")
-        checks.one_of(self.kind, DOOR_KINDS, "kind")
-        if len(self.segment) != 2:
-            raise PlanError(f"expected the two ends of the opening, found {len(self.segment)}", "segment")
-        self._set("segment", tuple(checks.numbers(end, 2, f"segment[{i}]") for i, end in enumerate(self.segment)))
-        self._set("width", checks.number(self.width, "width"))
-        self._set("polygon", checks.ring(self.polygon, "polygon"))
-        self._set("rooms", tuple(self.rooms))
-        inside = sum(isinstance(room, int) for room in self.rooms)
-        if len(self.rooms) != 2 or self.rooms[0] is None or inside != (1 if self.kind == "entrance" else 2):
-            expected = "[room, null]" if self.kind == "entrance" else "two room ids"
-            raise PlanError(f"expected {expected} for kind {self.kind!r}, found {list(self.rooms)}", "rooms")
-
-    @cached_property
-    def shape(self) -> Polygon:
-        """The freed area as a shapely polygon, metres."""
-        from shapely import Polygon
-
-        return Polygon(self.polygon)
-
-    def __repr__(self) -> str:
-        return f"Door({self.id}, {self.kind!r}, {self.width:.2f} m, rooms {self.rooms[0]} and {self.rooms[1]})"
+__all__ = ["DOOR_KINDS", "Box", "Door", "DoorKind", "FloorPlan", "Frame", "Navigability", "Reach", "Ring", "Room"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +49,7 @@ class FloorPlan(Value):
     rooms: tuple[Room, ...] = ()
     doors: tuple[Door, ...] = ()
     frame: Frame | None = None
-    navigability: Mapping[str, Navigability] | None = None
+    navigability: Reach = field(default_factory=Reach, repr=False)
     provenance: Mapping[str, Any] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
@@ -183,6 +66,8 @@ class FloorPlan(Value):
         self._set("holes", checks.rings(self.holes, "holes"))
         self._set("rooms", tuple(self.rooms))
         self._set("doors", tuple(self.doors))
+        space = partial(even_odd, self.verts, self.holes)  # not a method of self: a cycle would outlive the plan
+        self._set("navigability", Reach(self.navigability, space))
         checks.unique((room.id for room in self.rooms), "rooms")
         checks.unique((door.id for door in self.doors), "doors")
         known = {room.id for room in self.rooms}
@@ -246,6 +131,74 @@ class FloorPlan(Value):
         """Return the plan with its origin at the centroid of the free space, as the paper's text has it."""
         centre = self.free_space.centroid
         return self.moved(-centre.x, -centre.y)
+
+    def walls(self, thickness: float = 0.1) -> tuple[Polygon, ...]:
+        """Walls as polygons, metres: what lies within ``thickness`` of the free space and is not free, holes whole.
+
+        Walls between rooms that are thinner than twice ``thickness`` come out as thick as they are; doors stay open.
+        """
+        from houseexpo.walls import walls_around
+
+        return walls_around(self.free_space, thickness)
+
+    def grid_frame(self, pixels_per_metre: float = 25.0) -> GridFrame:
+        """Where the grids below stand: one cell of margin all round, row 0 at the lowest y, as published."""
+        from houseexpo.frame import GridFrame
+
+        return GridFrame.around(self._bounds, pixels_per_metre)
+
+    def grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.uint8]:
+        """Occupancy (rows, cols): 0 where the cell's centre is free, 1 where it is in a wall or outside.
+
+        Examples
+        --------
+        >>> plan = FloorPlan("square", [(0, 0), (0, 2), (2, 2), (2, 0)], 1, {})
+        >>> plan.grid(2).tolist()[:3]
+        [[1, 1, 1, 1, 1, 1], [1, 0, 0, 0, 0, 1], [1, 0, 0, 0, 0, 1]]
+        """
+        from houseexpo.raster import free_mask
+
+        mask, _ = free_mask(self, frame=self.grid_frame(pixels_per_metre))
+        return (~mask).view(np.uint8)
+
+    def room_grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int32]:
+        """Ids of rooms (rows, cols), -1 where there is none; the grid is that of ``grid``."""
+        from houseexpo.raster import room_mask
+
+        return room_mask(self, self.grid_frame(pixels_per_metre))
+
+    def door_grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int32]:
+        """Ids of doors (rows, cols), -1 where there is none; the grid is that of ``grid``."""
+        from houseexpo.raster import door_mask
+
+        return door_mask(self, self.grid_frame(pixels_per_metre))
+
+    def distance_field(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.float32]:
+        """Metres (rows, cols) from each free cell's centre to the nearest wall, 0 in walls; the grid is ``grid``'s."""
+        from houseexpo.raster import clearance
+
+        return clearance(self.grid(pixels_per_metre) == 0, pixels_per_metre)
+
+    def graph(self, *, outside: bool = False) -> nx.MultiGraph[int | str]:
+        """Rooms as nodes, doors as edges, walking distances in metres; ``houseexpo.geodesic`` says which."""
+        from houseexpo.geodesic import walking_graph
+
+        return walking_graph(self, outside=outside)
+
+    def to_cell(self, points: npt.ArrayLike, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int64]:
+        """Plan metres (..., 2) as (x, y) to cells (..., 2) of ``grid`` as (row, col); they may lie outside it."""
+        return self.grid_frame(pixels_per_metre).cells_from_points(points)
+
+    def to_world(self, cells: npt.ArrayLike, pixels_per_metre: float = 25.0) -> npt.NDArray[np.float64]:
+        """Cells (..., 2) of ``grid`` as (row, col) to the plan metres (..., 2) of their centres as (x, y)."""
+        return self.grid_frame(pixels_per_metre).points_from_cells(cells)
+
+    @property
+    def _bounds(self) -> Box:
+        """Bounds of all rings: of a plan that is whole, those of ``verts``."""
+        points = np.concatenate([self.verts, *self.holes]) if self.holes else self.verts
+        (x1, y1), (x2, y2) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+        return x1, y1, x2, y2
 
     def _repr_svg_(self) -> str:
         """Show the plan in a notebook."""

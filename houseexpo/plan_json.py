@@ -126,8 +126,8 @@ def encode(plan: FloorPlan) -> bytes:
         "room_num": plan.room_num,
         "bbox": _Bounds(max=(x2, y2), min=(x1, y1)),
     }
-    optional = (plan.frame, plan.navigability, plan.provenance)
-    if not (plan.holes or plan.rooms or plan.doors) and optional == (None, None, None):
+    extended = plan.holes or plan.rooms or plan.doors or plan.navigability
+    if not extended and plan.frame is None and plan.provenance is None:
         return _ENCODER.encode(_Published(**published))
     return _ENCODER.encode(
         _Plan(
@@ -137,7 +137,7 @@ def encode(plan: FloorPlan) -> bytes:
             rooms=[_room_record(room) for room in plan.rooms],
             doors=[_door_record(door) for door in plan.doors],
             frame=UNSET if plan.frame is None else _frame_record(plan.frame),
-            navigability=UNSET if plan.navigability is None else _navigability_records(plan),
+            navigability=_navigability_records(plan) if plan.navigability else UNSET,
             provenance=UNSET if plan.provenance is None else dict(plan.provenance),
         )
     )
@@ -238,5 +238,5 @@ def _frame_record(frame: Frame) -> _Frame:
 def _navigability_records(plan: FloorPlan) -> dict[str, _Navigability]:
     return {
         radius: _Navigability(n.components, n.largest_share, n.narrowest)
-        for radius, n in sorted((plan.navigability or {}).items())
+        for radius, n in sorted(plan.navigability.items())
     }

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias, Union
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.errors import ConfigError
 from houseexpo.frame import GridFrame
 from houseexpo.plan import Door, FloorPlan, Ring, Room
 
@@ -79,6 +80,21 @@ def room_mask(plan: FloorPlan, frame: GridFrame) -> npt.NDArray[np.int32]:
 def door_mask(plan: FloorPlan, frame: GridFrame) -> npt.NDArray[np.int32]:
     """Return the door's id of each cell, entrances included, ``NOTHING`` elsewhere."""
     return _ids(plan.doors, frame)
+
+
+def clearance(mask: Mask, pixels_per_metre: float) -> npt.NDArray[np.float32]:
+    """Return the metres from the centre of each True cell to the nearest edge of a False one, 0 in False cells.
+
+    Exact Euclidean distance between centres, less the half cell that lies within the wall; the grid's border counts as
+    free, so a grid needs a margin (``GridFrame.around`` leaves one).
+    """
+    import cv2
+
+    if mask.all():
+        raise ConfigError(f"clearance: expected a wall somewhere, found {mask.size} free cells; leave a margin")
+    distance = cv2.distanceTransform(mask.view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    metres: npt.NDArray[np.float32] = (np.maximum(distance - 0.5, 0) / pixels_per_metre).astype(np.float32)
+    return metres
 
 
 def rings_of(space: Space) -> list[Ring]:

@@ -13,13 +13,13 @@ from typing import Any
 
 import msgspec
 
+from houseexpo.index import index_table, row
 from houseexpo.plan import FloorPlan
 from houseexpo.plan_json import FORMAT, decode, encode
 from houseexpo.similarity import Duplicate, comparison_mask
 from houseexpo.summaries import new_summaries
 from pipeline.config_file import BuildConfig
 from pipeline.ids import settle
-from pipeline.index import index_table, row
 from pipeline.job import Refused
 from pipeline.overrides import Override
 from pipeline.stages.dedupe import dedupe

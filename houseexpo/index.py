@@ -32,7 +32,6 @@ SCHEMA = pa.schema(
 
 def row(plan: FloorPlan) -> dict[str, Any]:
     """Return a plan's row; ``split`` is None until the data set is split."""
-    reach = plan.navigability or {}
     width, height = (plan.verts.max(axis=0) - plan.verts.min(axis=0)).tolist()
     return {
         "id": plan.id,
@@ -45,7 +44,7 @@ def row(plan: FloorPlan) -> dict[str, Any]:
         "n_cuts": sum(door.kind == "cut" for door in plan.doors),
         "navigability": {
             radius: {"components": r.components, "largest_share": r.largest_share, "narrowest": r.narrowest}
-            for radius, r in reach.items()
+            for radius, r in plan.navigability.items()
         }
         or None,
         "source": (plan.provenance or {}).get("source"),

@@ -1,0 +1,39 @@
+"""Walls as polygons, from the free space that they enclose."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from houseexpo.errors import ConfigError
+
+if TYPE_CHECKING:
+    from shapely import MultiPolygon, Polygon
+
+_MITRE: Final = 2.0  # a right angle keeps its corner, a needle's point does not fly off
+_SPECK_M2: Final = 1e-6
+
+
+def walls_around(space: Polygon | MultiPolygon, thickness_m: float) -> tuple[Polygon, ...]:
+    """Return what lies within ``thickness_m`` of the free space and is not free.
+
+    What the free space encloses (pillars, blocks of walls) is wall whole, however thick it is.
+
+    Returns
+    -------
+    Polygons, metres, disjoint and valid, the largest first.
+
+    Raises
+    ------
+    ConfigError
+        Where the thickness is no positive number.
+    """
+    import shapely
+
+    if not (math.isfinite(thickness_m) and thickness_m > 0):
+        raise ConfigError(f"walls: expected a thickness of more than 0 m, found {thickness_m!r}")
+    around = shapely.buffer(space, thickness_m, join_style="mitre", mitre_limit=_MITRE)
+    enclosed = [shapely.Polygon(ring) for part in shapely.get_parts(space) for ring in part.interiors]
+    wall = shapely.difference(shapely.union_all([around, *enclosed]), space)
+    parts = [part for part in shapely.get_parts(wall) if part.geom_type == "Polygon" and part.area > _SPECK_M2]
+    return tuple(sorted(parts, key=lambda part: (-part.area, part.bounds)))
