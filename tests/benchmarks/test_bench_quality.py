@@ -1,0 +1,94 @@
+"""How well plans agree with what is known: real houses, and houses whose parameters we know."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from pipeline.rejection import Rejection
+from pipeline.sources import suncg
+from pipeline.sources.procedural import write_houses
+from tests.builders.shared import CASES, DATA, as_json, case, needs_shared, plan_nearest, planned, scorer
+
+HOUSES, SEED = 500, 11
+COLUMNS = {
+    "free_iou": "free IoU",
+    "room_recall": "room recall",
+    "room_precision": "precision",
+    "door_recall": "door recall",
+    "door_precision": "precision",
+    "width_error_m": "width error (m)",
+    "cuts": "cuts",
+    "cuts_needed": "needed",
+    "components": "parts",
+    "label_accuracy": "labels",
+    "valid": "valid",
+}
+
+
+def table_of(title: str, *headings: str) -> Table:
+    """An empty table, its figures to the right."""
+    table = Table(title=title)
+    for k, heading in enumerate(headings):
+        table.add_column(heading, justify="right" if k else "left")
+    return table
+
+
+def shown(value: float | bool | None) -> str:
+    """A figure as the README shows it."""
+    return "" if value is None else f"{value:.3f}" if isinstance(value, float) else str(value)
+
+
+@needs_shared
+def test_real_houses() -> None:
+    table = table_of("Real houses, from the mesh and from the IFC file", "case", *COLUMNS.values(), "seconds")
+    for name in CASES:
+        truth = case(name)
+        for key in ("mesh", "ifc"):
+            if key not in truth:
+                continue
+            start = time.perf_counter()
+            plan = as_json(plan_nearest(DATA / truth[key], truth["floor_z"]))
+            seconds = time.perf_counter() - start
+            score = scorer()(plan, truth if key == "mesh" else {**truth, "zones": None})
+            table.add_row(f"{name} ({key})", *(shown(score[c]) for c in COLUMNS), f"{seconds:.1f}")
+            assert score["valid"]
+    Console(width=180).print(table)
+
+
+@needs_shared
+def test_houses_with_a_known_truth(tmp_path: Path) -> None:
+    write_houses(tmp_path, HOUSES, SEED)
+    iou: dict[str, list[float]] = {}
+    outcome: Counter[tuple[str, str]] = Counter()
+    worst = Counter[str]()
+    for item in suncg.find(str(tmp_path)):
+        for level in suncg.read(item):
+            truth = msgspec.json.decode((tmp_path / "truth" / f"{level.id}.json").read_bytes())
+            kind = ", ".join(truth["difficulties"]) or "sound"
+            try:
+                plan = planned(level)
+            except Rejection as rejection:
+                outcome[kind, f"rejected:{rejection.reason}"] += 1
+                continue
+            outcome[kind, "plan"] += 1
+            score = scorer()(as_json(plan), truth)
+            iou.setdefault(kind, []).append(score["free_iou"])
+            worst["unreachable"] += score["components"] != 1
+            worst["invalid"] += not score["valid"]
+            worst["rooms missed"] += score["room_recall"] < 1
+            worst["doors missed"] += score.get("door_recall", 1) < 1
+    table = table_of(f"{HOUSES} made houses against their truth", "planted", "came out as", "levels", "median", "worst")
+    for (kind, result), count in sorted(outcome.items()):
+        found = iou.get(kind, []) if result == "plan" else []
+        table.add_row(kind, result, str(count), *(shown(float(f(found))) if found else "" for f in (np.median, np.min)))
+    console = Console(width=140)
+    console.print(table)
+    console.print(dict(worst))
+    assert worst["unreachable"] == worst["invalid"] == 0

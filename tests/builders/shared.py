@@ -1,0 +1,72 @@
+"""Real houses with known truth, where the folder ``shared`` stands beside the project."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+from houseexpo.plan import FloorPlan
+from houseexpo.plan_json import encode
+from pipeline.algorithm import plan_house
+from pipeline.config import PipelineConfig
+from pipeline.rejection import Rejection
+from pipeline.sources import ifc, mesh_file
+from pipeline.values import Level
+
+SHARED = Path(__file__).resolve().parents[3] / "shared"
+DATA = SHARED / "data"
+CASES = sorted(path.stem for path in (DATA / "cases").glob("*.json"))
+
+needs_shared = pytest.mark.skipif(not DATA.is_dir(), reason="needs the development data in ../shared")
+
+
+def case(name: str) -> dict[str, Any]:
+    """The truth of a case."""
+    return dict(msgspec.json.decode((DATA / "cases" / f"{name}.json").read_bytes()))
+
+
+def scorer() -> Callable[[dict[str, Any], dict[str, Any]], dict[str, Any]]:
+    """``score(plan, case)`` of the tool beside the data."""
+    spec = importlib.util.spec_from_file_location("score_plan", SHARED / "tools" / "score_plan.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.score  # type: ignore[no-any-return]
+
+
+def levels(path: Path) -> Iterator[Level]:
+    """All levels of a mesh or an IFC file, read with the defaults."""
+    reader = ifc if path.suffix == ".ifc" else mesh_file
+    for item in reader.find(str(path)):
+        for level in reader.read(item):
+            if not isinstance(level, Level):
+                raise level.rejection
+            yield level
+
+
+def plan_nearest(path: Path, floor_z: float) -> FloorPlan:
+    """The plan whose floor lies nearest to ``floor_z``; levels that are rejected are passed over."""
+    plans = []
+    for level in levels(path):
+        try:
+            plans.append((abs(level.frame.floor - floor_z), level.frame.level, planned(level)))
+        except Rejection:
+            continue
+    return min(plans, key=lambda found: found[:2])[2]
+
+
+def planned(level: Level) -> FloorPlan:
+    """The plan of a level with all defaults."""
+    return plan_house(level, PipelineConfig(), np.random.default_rng(0))
+
+
+def as_json(plan: FloorPlan) -> dict[str, Any]:
+    """The plan as a reader of its file would see it."""
+    return dict(msgspec.json.decode(encode(plan)))
