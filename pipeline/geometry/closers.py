@@ -11,7 +11,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.bridges import REACH_M, bridges
-from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
+from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE, WALL, enclosed, locate
 from pipeline.values import Closer
 
@@ -23,7 +23,7 @@ ROUNDING_M2 = 1e-9
 
 def lapped(piece: Polygon) -> Polygon:
     """A piece of one plane, a little larger, so that it meets the walls of the other."""
-    return shapely.buffer(piece, LAP_M, join_style="mitre", mitre_limit=2.0)
+    return mitred(piece, LAP_M)
 
 
 def parted(

@@ -86,8 +86,10 @@ def gaps(tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float) -
         All that closes the plane; a gap that it fills already is none.
     """
     ends = list(wall_ends(tall))
+    if not ends:
+        return []
     before = shapely.points([(end.a + end.b) / 2 + 0.03 * end.out for end in ends])
-    taken = set(shapely.STRtree(standing).query(before, predicate="intersects")[0].tolist()) if ends else set()
+    taken = set(shapely.STRtree(standing).query(before, predicate="intersects")[0].tolist())
     found: list[Polygon] = []
     for k, end in enumerate(ends):
         if k in taken:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
+import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
@@ -24,6 +26,12 @@ def areas(shape: BaseGeometry) -> BaseGeometry:
     if shapely.get_type_id(shape) in (_POLYGON, _MULTIPOLYGON):
         return shape
     return MultiPolygon(polygons_of(shape))
+
+
+def mitred(shape: Any, distance_m: float, limit: float = 2.0) -> Any:
+    """Grow (or, negative, draw in) an area, or each of an array of them, the corners kept square."""
+    with np.errstate(divide="ignore", invalid="ignore"):  # GEOS divides by the length of edges
+        return shapely.buffer(shape, distance_m, join_style="mitre", mitre_limit=limit)
 
 
 def subtract(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:

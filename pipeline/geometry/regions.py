@@ -8,7 +8,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
+from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
 
 OUTSIDE = -1
 WALL = -2
@@ -37,10 +37,10 @@ def enclosed(walls: BaseGeometry) -> tuple[BaseGeometry, list[Polygon]]:
 
 def opened(shape: BaseGeometry, width_m: float) -> BaseGeometry:
     """The shape without what is thinner than ``width_m`` (morphological opening, square corners)."""
-    eroded = shapely.buffer(shape, -width_m / 2, join_style="mitre", mitre_limit=2.0)
+    eroded = mitred(shape, -width_m / 2)
     if eroded.is_empty:
         return eroded
-    grown = shapely.buffer(eroded, width_m / 2 + 1e-6, join_style="mitre", mitre_limit=2.0)
+    grown = mitred(eroded, width_m / 2 + 1e-6)
     return overlap(grown, shape)
 
 

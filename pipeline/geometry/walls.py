@@ -24,7 +24,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.cutting import Segments
-from pipeline.geometry.overlay import EMPTY, areas, subtract, united
+from pipeline.geometry.overlay import EMPTY, areas, mitred, subtract, united
 from pipeline.geometry.regions import opened
 
 GRID_M = 1e-4
@@ -88,7 +88,7 @@ def _separate_bodies(ends: Floats, body: npt.NDArray[np.int64]) -> npt.NDArray[n
 
 
 def _any_thick(faces: npt.NDArray[np.object_], solid_m: float) -> bool:
-    return bool((~shapely.is_empty(shapely.buffer(faces, -solid_m / 2, join_style="mitre"))).any())
+    return bool((~shapely.is_empty(mitred(faces, -solid_m / 2))).any())
 
 
 def _not_too_slim(faces: npt.NDArray[np.object_], sheet_m: float) -> npt.NDArray[np.object_]:
@@ -116,7 +116,7 @@ def _arranged(cut: Segments, sheet_m: float, solid_m: float, *, sheets: bool) ->
     lines = shapely.get_parts(shapely.union_all(shapely.linestrings(cut.ends), grid_size=GRID_M))
     lines = lines[shapely.get_type_id(lines) == 1]
     faces = shapely.get_parts(shapely.polygonize(lines))
-    thick = ~shapely.is_empty(shapely.buffer(faces, -solid_m / 2, join_style="mitre"))
+    thick = ~shapely.is_empty(mitred(faces, -solid_m / 2))
     solid = thick.copy()
     solid[thick] = _inside(shapely.point_on_surface(faces[thick]), cut)
     if solid.any() and not (thick & ~solid).any() and not (~thick).any():
@@ -142,8 +142,8 @@ def thicken(lines: BaseGeometry, thickness_m: float) -> BaseGeometry:
 
 def close_cracks(walls: BaseGeometry, width_m: float = CRACK_M) -> BaseGeometry:
     """Join walls that nearly touch; corners stay as they are."""
-    grown = shapely.buffer(walls, width_m / 2, join_style="mitre", mitre_limit=3.0)
-    return areas(shapely.buffer(grown, -width_m / 2, join_style="mitre", mitre_limit=3.0))
+    grown = mitred(walls, width_m / 2, limit=3.0)
+    return areas(mitred(grown, -width_m / 2, limit=3.0))
 
 
 def _inside(points: npt.NDArray[np.object_], cut: Segments) -> npt.NDArray[np.bool_]:
