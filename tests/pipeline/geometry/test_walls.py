@@ -1,0 +1,151 @@
+"""Walls of a section whose area can be written down: solids, sheets, both, and what modellers do to them."""
+
+import numpy as np
+import pytest
+import shapely
+import trimesh
+
+from pipeline.geometry.cutting import Cutter
+from pipeline.geometry.walls import Section, close_cracks, section, thicken, winding_number
+from pipeline.values import Mesh
+from tests.builders.houses import sheet_wall, shell, wall, window
+from tests.builders.meshes import L_WALLS, box, joined, storey
+
+# six boxes round two rooms, each running through the corners: they overlap there
+OVERLAPPING = [
+    box(r, 0.0, 2.5)
+    for r in ((0, 0, 8, 0.2), (0, 5.8, 8, 6), (0, 0, 0.2, 6), (7.8, 0, 8, 6), (4, 0, 4.2, 6), (0, 3, 4.2, 3.2))
+]
+UNION = 8 * 6 - (3.8 * 2.8 + 3.8 * 2.6 + 3.6 * 5.6)
+
+
+def cut(parts: list[trimesh.Trimesh] | Mesh, height: float = 1.0) -> Section:
+    mesh = parts if isinstance(parts, Mesh) else joined(parts)
+    return section(Cutter(mesh).cut(height), sheet_m=0.05, solid_m=0.7)
+
+
+def soup(mesh: Mesh) -> Mesh:
+    return Mesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3))
+
+
+def test_overlapping_solids_count_once() -> None:
+    assert cut(OVERLAPPING).walls.area == pytest.approx(UNION, abs=1e-3)
+
+
+def test_solids_that_share_corners_count_once() -> None:
+    walls = cut(storey(0.0, 2.5)).walls
+    assert walls.area == pytest.approx(shapely.union_all([shapely.box(*r) for r in L_WALLS]).area, abs=1e-3)
+
+
+def test_a_soup_of_triangles_is_the_same_house() -> None:
+    assert cut(soup(joined(OVERLAPPING))).walls.area == pytest.approx(UNION, abs=1e-3)
+
+
+@pytest.mark.parametrize("turned", [[0], [4], [0, 1, 2, 3, 4, 5]])
+def test_boxes_turned_inside_out_are_walls_all_the_same(turned: list[int]) -> None:
+    parts = [part.copy() for part in OVERLAPPING]
+    for k in turned:
+        parts[k].invert()
+    assert cut(parts).walls.area == pytest.approx(UNION, abs=1e-3)
+
+
+def test_one_body_with_a_hole_is_walls_and_not_the_room() -> None:
+    ring = shapely.box(0, 0, 5, 4).difference(shapely.box(0.2, 0.2, 4.8, 3.8))
+    whole = trimesh.creation.extrude_polygon(ring, 2.5)
+    assert cut([whole]).walls.area == pytest.approx(ring.area, abs=1e-3)
+
+
+@pytest.mark.parametrize("parts", [[], OVERLAPPING[:1]])
+def test_a_thick_body_is_solid_but_no_wall(parts: list[trimesh.Trimesh]) -> None:
+    found = cut([*parts, box((10, 0, 11.5, 1.5), 0, 2.5), *shell((20.0, 0.0, 23.0, 3.0))])
+    assert found.solids.area == pytest.approx(2.25, abs=1e-3)
+    assert not found.walls.intersects(shapely.box(10.1, 0.1, 11.4, 1.4))
+
+
+def test_sheets_get_half_a_thickness_on_each_side() -> None:
+    room = [
+        *sheet_wall((0, 0), (5, 0)),
+        *sheet_wall((5, 0), (5, 4)),
+        *sheet_wall((5, 4), (0, 4)),
+        *sheet_wall((0, 4), (0, 0)),
+    ]
+    found = cut(room)
+    ring = shapely.box(-0.025, -0.025, 5.025, 4.025).difference(shapely.box(0.025, 0.025, 4.975, 3.975))
+    assert found.walls.symmetric_difference(ring).area < 1e-3
+    assert found.solids.is_empty
+
+
+def test_a_sheet_that_stands_free_has_flat_ends() -> None:
+    found = cut(sheet_wall((1.0, 1.0), (3.0, 1.0)))
+    assert found.walls.symmetric_difference(shapely.box(1.0, 0.975, 3.0, 1.025)).area < 1e-3
+
+
+def test_a_window_of_a_sheet_is_open_at_its_height_only() -> None:
+    parts = sheet_wall((0, 0), (5, 0), window(1.0, 2.0))
+    assert cut(parts, 0.2).walls.area == pytest.approx(0.25, abs=1e-3)
+    assert cut(parts, 1.5).walls.area == pytest.approx(0.20, abs=1e-3)
+
+
+def test_solids_and_sheets_in_one_file() -> None:
+    parts = [*shell((0.0, 0.0, 6.0, 4.0)), *sheet_wall((3.0, 0.0), (3.0, 4.0)), *sheet_wall((3.0, 2.0), (5.0, 2.0))]
+    walls = cut(parts).walls
+    outer = shapely.box(-0.2, -0.2, 6.2, 4.2).difference(shapely.box(0, 0, 6, 4))
+    inner = shapely.union_all([shapely.box(2.975, 0, 3.025, 4), shapely.box(3, 1.975, 5, 2.025)])
+    assert walls.symmetric_difference(outer.union(inner)).area < 2e-3
+
+
+def test_a_wall_of_two_sheets_is_filled_between_them() -> None:
+    """A modeller who draws only the faces of a wall that can be seen."""
+    parts = [
+        *sheet_wall((0, 0), (4, 0)),
+        *sheet_wall((0, 0.15), (4, 0.15)),
+        *sheet_wall((0, 0), (0, 0.15)),
+        *sheet_wall((4, 0), (4, 0.15)),
+    ]
+    # it gets a sheet's half on its ends and sides at most
+    assert shapely.box(0, 0, 4, 0.15).difference(cut(parts).walls).area < 1e-3
+    assert cut(parts).walls.area < 4.1 * 0.2
+
+
+def test_a_wall_of_a_centimetre_is_thick_enough_for_the_grid() -> None:
+    found = cut([*shell((0.0, 0.0, 5.0, 4.0)), *wall((2.5, 0.0, 2.51, 4.0))]).walls
+    inside = found.intersection(shapely.box(0.5, 0.5, 4.5, 3.5))
+    assert inside.area == pytest.approx(3.0 * 0.05, rel=0.05)
+    assert inside.centroid.x == pytest.approx(2.505, abs=1e-3)
+
+
+@pytest.mark.parametrize("crack", [0.001, 0.01])
+def test_a_crack_between_two_walls_is_closed(crack: float) -> None:
+    parts = [*wall((0.0, 0.0, 2.0, 0.2)), *wall((2.0 + crack, 0.0, 4.0, 0.2))]
+    walls = cut(parts).walls
+    assert walls.geom_type == "Polygon"
+    assert walls.area == pytest.approx(0.8, abs=1e-3)
+
+
+def test_a_gap_wider_than_a_crack_stays_open() -> None:
+    left, right = shapely.box(0, 0, 2, 0.2), shapely.box(2.05, 0, 4, 0.2)
+    assert close_cracks(shapely.union_all([left, right])).area == pytest.approx(0.79)
+
+
+def test_an_empty_cut_has_no_walls() -> None:
+    found = cut(OVERLAPPING, 9.0)
+    assert found.walls.is_empty
+    assert found.solids.is_empty
+
+
+def test_a_segment_of_no_length_is_nothing() -> None:
+    assert thicken(shapely.LineString(), 0.05).is_empty
+
+
+def test_near_the_floor_a_lone_edge_is_no_wall() -> None:
+    cutter = Cutter(joined(sheet_wall((0, 0), (4, 0))))
+    assert section(cutter.cut(0.01), sheet_m=0.05, solid_m=0.7, sheets=False).walls.is_empty
+
+
+def test_winding_numbers() -> None:
+    corners = np.array([(0, 0), (2, 0), (2, 2), (0, 2)], float)
+    ring = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+    points = shapely.points([(1, 1), (3, 1), (-1, 1)])
+    assert winding_number(points, ring).tolist() == [1, 0, 0]
+    assert winding_number(points, np.concatenate([ring, ring])).tolist() == [2, 0, 0]
+    assert winding_number(points, ring[:, ::-1]).tolist() == [-1, 0, 0]
