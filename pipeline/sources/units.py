@@ -1,7 +1,7 @@
 """Which axis of a mesh points up and what its unit is: the format's convention, checked against the geometry.
 
-R1  The up axis is the convention's unless the shape speaks clearly against it: a house is flatter than it is wide, and
-    in a mesh of walls alone hardly any face looks up.
+R1  The up axis is the convention's unless the shape speaks clearly against it: a house is flatter than it is wide, its
+    faces stand upright or lie level, and in a mesh of walls alone hardly any looks up.
 R2  A unit fits where a storey is 1.9 to 6.6 m high and the walls stand 1.5 to 200 m apart, the longer way at least 3 m.
 R3  The unit is the convention's, else metres, where these fit; else the one that brings a storey nearest to 2.7 m.
 R4  What the user says is believed for the axis; a unit that he gives must put the walls within 1.5 to 200 m.
@@ -16,7 +16,7 @@ import numpy as np
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.mesh_load import Convention
-from pipeline.sources.surfaces import Bools, Surfaces, WallProfile, weighted_quantile
+from pipeline.sources.surfaces import Bools, Floats, Surfaces, WallProfile, weighted_quantile
 from pipeline.values import Mesh
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
@@ -27,6 +27,7 @@ WIDTH_M = (1.5, 200.0)
 LONGEST_AT_LEAST_M = 3.0
 CUSTOM_WEIGHT = 0.9  # a house outweighs it that is 1.5 times as deep as high when stood on the other axis
 BINDING_WEIGHT = 1.6  # here twice as deep as high: exporters forget to turn their models
+SQUARE = 0.85  # roofs, stairs and furniture may be the rest
 BINS = 400
 
 
@@ -38,6 +39,7 @@ class Shape:
     storey: float
     flatness: float
     bare: bool  # hardly any face looks up: walls alone
+    square: float  # share of the area that is upright or level; on a wrong axis, a turned house has slopes
 
     def fits(self, metres: float) -> bool:
         """R2: tell whether a unit of so many metres makes this a house."""
@@ -87,10 +89,11 @@ def _shape(surfaces: Surfaces, axis: int) -> Shape | None:
     widths = tuple(high - low for i, (low, high) in enumerate(spans) if i != axis)
     height = float(np.ptp(np.concatenate([surfaces.low[walls, axis], surfaces.high[walls, axis]])))
     flats, all_area = surfaces.flats(axis), float(surfaces.area.sum())
-    flat_area = float(surfaces.area[flats].sum())
+    flat_area, wall_area = float(surfaces.area[flats].sum()), float(surfaces.area[walls].sum())
+    square = (flat_area + wall_area) / all_area
     flatness = math.log(max(math.sqrt(widths[0] * widths[1]), 1e-12) / height)
     storey = _storey(surfaces, walls, flats, axis, widths[0] * widths[1])
-    return Shape((widths[0], widths[1]), storey, flatness, flat_area < 0.06 * all_area)
+    return Shape((widths[0], widths[1]), storey, flatness, flat_area < 0.06 * all_area and square > SQUARE, square)
 
 
 def _span(surfaces: Surfaces, faces: Bools, axis: int) -> tuple[float, float]:
@@ -104,18 +107,26 @@ def _storey(surfaces: Surfaces, walls: Bools, flats: Bools, axis: int, footprint
     profile = WallProfile.of(surfaces, walls, axis, float(high - low) / BINS)
     standing = np.flatnonzero(profile.length >= 0.2 * profile.length.max())
     foot, top = profile.edges[standing[0]], profile.edges[standing[-1] + 1]
-    heights = (surfaces.low[flats, axis] + surfaces.high[flats, axis]) / 2
-    areas = np.histogram(heights, profile.edges, weights=surfaces.area[flats])[0]
-    gathered = np.convolve(areas, np.ones(3), mode="same")
-    layers = profile.edges[:-1][(gathered > 0.35 * footprint) & (areas > 0)]
+    up = surfaces.normal[:, axis] > 0
+    looks = [_area_over_height(surfaces, flats & looking, axis, profile.edges) for looking in (up, ~up)]
+    covered = np.maximum(*looks)  # not their sum: walls made in courses have faces of both kinds between these
+    layers = profile.edges[:-1][covered > 0.35 * footprint]
     stops = np.concatenate([[foot], layers[(layers > foot) & (layers < top)], [top]])
     return float(np.diff(np.sort(stops)).max())
+
+
+def _area_over_height(surfaces: Surfaces, faces: Bools, axis: int, edges: Floats) -> Floats:
+    """Area of the chosen faces in each step of height and its two neighbours; 0 where the step itself has none."""
+    heights = (surfaces.low[faces, axis] + surfaces.high[faces, axis]) / 2
+    areas = np.histogram(heights, edges, weights=surfaces.area[faces])[0]
+    return np.where(areas > 0, np.convolve(areas, np.ones(3), mode="same"), 0.0)
 
 
 def _upright(shape: Shape, axis: str, convention: Convention) -> float:
     """R1, as a sum of evidence; an axis on which no unit makes a house comes last."""
     weight = BINDING_WEIGHT if convention.binding else CUSTOM_WEIGHT
     evidence = 1.5 * shape.flatness + (1.5 if shape.bare else 0.0) + (weight if axis == convention.up else 0.0)
+    evidence += 3.0 * min(shape.square, SQUARE)
     return evidence if any(shape.fits(metres) for metres in UNITS.values()) else evidence - 10.0
 
 
