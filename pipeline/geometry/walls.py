@@ -119,9 +119,6 @@ def _arranged(cut: Segments, sheet_m: float, solid_m: float, *, sheets: bool) ->
     thick = ~shapely.is_empty(mitred(faces, -solid_m / 2))
     solid = thick.copy()
     solid[thick] = _inside(shapely.point_on_surface(faces[thick]), cut)
-    if solid.any() and not (thick & ~solid).any() and not (~thick).any():
-        # nothing but outward-facing rings: a house of sheets, each room a ring, and not a row of massive blocks
-        solid[:] = False
     solids = united(faces[solid])
     massive = opened(solids, solid_m)
     body = united([*_not_too_slim(faces[~thick], sheet_m), opened(subtract(solids, massive), CRACK_M)])

@@ -6,8 +6,8 @@ R3  Elsewhere doors have none, and P_g is put together: P_d, and the lintels tha
     lintel goes up as far as the walls beside it; what ends below (a step of a stair, a wall cabinet) is none.
 R4  What stands at some other height (a railing, the foot of a parapet) may close floor that nothing else does.
     Which of these bound a room is decided region by region (stage ``layout``), so they travel apart from P_d.
-R5  Above and below h_d only upright faces count (a sloped roof or a slab is no wall), and only what is wide enough to
-    be more than noise.
+R5  Above and below h_d only upright faces count (a sloped roof is no wall), of massive bodies only those that stand at
+    h_d too (a slab does not), and only what is wide enough to be more than noise.
 R6  No cut runs through coplanar faces; the heights used are recorded.
 """
 
@@ -32,6 +32,8 @@ HANDRAIL_M = 0.02  # a handrail may be no higher, and closes what its balusters 
 WIDEST_RAIL_M = 0.3
 SLIVER_M = 0.04  # less than a sheet gets, more than a baluster has
 BESIDE_M = 0.3
+STANDING = 0.5
+"""Share of a massive body's section over the door plane, with which it is a wall or a chimney and no slab."""
 
 
 def cut_planes(level: Level, config: PlanesConfig) -> Planes:
@@ -59,11 +61,11 @@ def cut_planes(level: Level, config: PlanesConfig) -> Planes:
     rails_at = between(
         cutter.heights, 1.5 * config.door_m, config.head_m, smallest_gap=HANDRAIL_M, most=MOST_HEIGHTS // 2
     )
-    above = _walls_at(cutter, high_at, config)
+    above = _walls_at(cutter, high_at, door, config)
     high = _lintels(above, door)  # R3
-    rails = united([low, *_walls_at(cutter, rails_at, config)])  # R4
+    rails = united([low, *_walls_at(cutter, rails_at, door, config)])  # R4
     rails = opened(subtract(rails, united([door, high])), SLIVER_M)
-    tall = overlap(standing.walls, united(above)) if above else standing.walls
+    tall = overlap(door, united(above)) if above else standing.walls
     return Planes(
         door=door,
         low=EMPTY,
@@ -78,8 +80,14 @@ def _section(cut: Segments, config: PlanesConfig, *, sheets: bool = True) -> Sec
     return section(cut, sheet_m=config.sheet_m, solid_m=config.solid_m, sheets=sheets)
 
 
-def _walls_at(cutter: Cutter, heights: list[float], config: PlanesConfig) -> list[BaseGeometry]:
-    return [_section(cutter.cut(h, upright_only=True), config).walls for h in heights]
+def _walls_at(cutter: Cutter, heights: list[float], door: BaseGeometry, config: PlanesConfig) -> list[BaseGeometry]:
+    """R5: at each height the walls, those as thick as a chimney included; a slab does not stand at the door plane."""
+    found = []
+    for height in heights:
+        here = _section(cutter.cut(height, upright_only=True), config)
+        massive = [part for part in polygons_of(here.solids) if overlap(part, door).area > STANDING * part.area]
+        found.append(united([here.walls, *massive]) if massive else here.walls)
+    return found
 
 
 def _lintels(above: list[BaseGeometry], door: BaseGeometry) -> BaseGeometry:
