@@ -1,0 +1,104 @@
+"""Stage doors: which differences of the two planes are passages, of what kind, between which rooms."""
+
+import numpy as np
+import pytest
+import shapely
+
+from pipeline.config import DoorsConfig, PipelineConfig
+from pipeline.stages.doors import find_doors
+from pipeline.values import SourceOpening, Spaces
+from tests.builders.houses import Hole, Parts, gap, kinds, level, shell, snapshots, three_rooms, two_rooms, wall, window
+from tests.builders.meshes import box
+
+
+def doors(parts: Parts, config: DoorsConfig | None = None, **values: object) -> Spaces:
+    house = level(parts, **values)
+    return snapshots(house, PipelineConfig(doors=config or DoorsConfig()))["doors"]
+
+
+def test_a_door_has_its_place_width_and_rooms() -> None:
+    (door,) = doors(two_rooms(Hole(1.0, 1.9))).passages
+    assert door.kind == "door"
+    assert door.bridge.centre == pytest.approx([4.1, 1.45], abs=1e-3)
+    assert (door.bridge.width, door.bridge.depth) == pytest.approx((0.9, 0.2), abs=2e-3)
+    assert set(door.bridge.sides) == {0, 1}
+
+
+def test_two_doors_in_one_wall() -> None:
+    found = doors(two_rooms(Hole(0.3, 1.1), Hole(1.8, 2.6)))
+    assert kinds(found) == ["door", "door"]
+    assert sorted(round(p.bridge.centre[1], 2) for p in found.passages) == [0.7, 2.2]
+
+
+def test_three_rooms_in_a_row() -> None:
+    found = doors(three_rooms([Hole(1, 1.9)], [Hole(0.5, 1.4)]))
+    assert kinds(found) == ["door", "door"]
+    middle = next(k for k, room in enumerate(found.rooms) if 3.1 <= room.centroid.x <= 6.1)
+    assert all(middle in p.bridge.sides for p in found.passages)
+
+
+@pytest.mark.parametrize(("hole", "kind"), [(Hole(1, 1.9), "door"), (gap(1, 1.9), "opening"), (gap(1, 2.2), "opening")])
+def test_a_lintel_makes_a_door_and_a_full_gap_an_opening(hole: Hole, kind: str) -> None:
+    found = doors(two_rooms(hole))
+    assert kinds(found) == [kind]
+    assert found.passages[0].bridge.width == pytest.approx(hole.end - hole.start, abs=2e-3)
+    assert found.joins == ()
+
+
+def test_an_entrance_stays_closed_and_a_window_is_none() -> None:
+    found = doors([*shell((0, 0, 5, 4), front=[Hole(1, 2), window(3, 4)])])
+    assert kinds(found) == ["entrance"]
+    assert found.passages[0].leads_outside
+    assert found.walls.covers(shapely.box(1, -0.2, 2, 0).buffer(-0.01))
+
+
+def test_a_hole_too_narrow_for_anybody_is_wall() -> None:
+    assert doors(two_rooms(Hole(1.0, 1.3))).passages == ()
+    assert len(doors(two_rooms(Hole(1.0, 1.3)), DoorsConfig(narrowest_m=0.25)).passages) == 1
+
+
+def test_rooms_under_a_wide_lintel_meet_without_a_door() -> None:
+    found = doors(two_rooms(Hole(0.2, 2.8)))  # 2.6 m
+    assert found.passages == ()
+    assert found.joins == ((0, 1),)
+    # each has its half of what lies under the lintel
+    assert [room.area for room in found.rooms] == pytest.approx([12 + 0.26, 9 + 0.26], abs=0.01)
+
+
+@pytest.mark.parametrize("post", [0.1, 0.25])
+def test_a_post_under_a_beam_makes_no_doors(post: float) -> None:
+    parts = [*shell((0, 0, 8, 3)), box((4, 0, 4.2, 3), 2.1, 2.5), box((4, 1.5, 4.2, 1.5 + post), 0, 2.1)]
+    found = doors(parts)
+    assert found.passages == ()
+    assert len(found.rooms) == 1 or found.joins == ((0, 1),)
+
+
+def test_a_wide_pier_between_two_doors_keeps_them_doors() -> None:
+    assert kinds(doors(two_rooms(Hole(0.2, 1.2), Hole(1.8, 2.8)))) == ["door", "door"]
+
+
+@pytest.mark.parametrize(("has_door", "kind"), [(True, "door"), (False, "opening")])
+def test_the_source_says_what_an_opening_is(has_door: bool, kind: str) -> None:
+    named = SourceOpening(shapely.box(3.9, 1.0, 4.3, 1.9), has_door)
+    assert kinds(doors(two_rooms(Hole(1.0, 1.9)), openings=(named,))) == [kind]
+
+
+def test_where_the_source_names_its_openings_others_are_beams() -> None:
+    named = SourceOpening(shapely.box(3.9, 2.2, 4.3, 2.9), has_door=True)
+    found = doors(two_rooms(Hole(0.5, 1.4), Hole(2.2, 2.9)), openings=(named,))
+    assert kinds(found) == ["door"]
+    assert found.joins == ((0, 1),)
+
+
+def test_an_open_front_is_no_entrance() -> None:
+    open_house = [*wall((-0.2, -0.2, 0, 4.2)), *wall((0, 4, 5, 4.2)), *wall((5, -0.2, 5.2, 4.2))]
+    found = doors(open_house, floor=shapely.box(0, 0, 5, 4))
+    assert found.passages == ()
+    assert found.notes == {"boundary": "floor_edge"}
+
+
+def test_the_stage_alone_needs_a_layout_only() -> None:
+    house = level(two_rooms(Hole(1, 1.9)))
+    layout = snapshots(house)["layout"]
+    found = find_doors(house, layout, DoorsConfig())
+    np.testing.assert_array_equal([r.area for r in found.rooms], [r.area for r in layout.rooms])

@@ -1,0 +1,170 @@
+"""Stage layout: what closes the door plane, and what is no house."""
+
+import numpy as np
+import pytest
+import shapely
+
+from pipeline.config import LayoutConfig, PlanesConfig
+from pipeline.geometry.regions import OUTSIDE
+from pipeline.rejection import Reason, Rejection
+from pipeline.stages.layout import lay_out
+from pipeline.stages.planes import cut_planes
+from pipeline.values import Layout
+from tests.builders.houses import Hole, Parts, gap, level, shell, two_rooms, wall
+from tests.builders.meshes import box
+
+
+def layout(parts: Parts, config: LayoutConfig | None = None, **values: object) -> Layout:
+    house = level(parts, **values)
+    return lay_out(house, cut_planes(house, PlanesConfig()), config or LayoutConfig())
+
+
+def areas(found: Layout) -> list[float]:
+    return [round(room.area, 1) for room in found.rooms]
+
+
+def test_a_lintel_parts_two_rooms() -> None:
+    found = layout(two_rooms(Hole(1.0, 1.9)))
+    assert areas(found) == [12.0, 9.0]
+    (closer,) = found.closers
+    assert closer.kind == "lintel"
+    assert closer.bridge is not None
+    assert set(closer.bridge.sides) == {0, 1}
+
+
+def test_an_outer_door_leads_outside() -> None:
+    found = layout(shell((0, 0, 5, 4), front=[Hole(1, 2)]))
+    (closer,) = found.closers
+    assert closer.bridge is not None
+    assert set(closer.bridge.sides) == {0, OUTSIDE}
+
+
+@pytest.mark.parametrize(("width", "rooms"), [(0.9, 2), (1.2, 2), (1.45, 2), (1.6, 1)])
+def test_a_gap_of_full_height_parts_up_to_a_width(width: float, rooms: int) -> None:
+    found = layout(two_rooms(gap(0.7, 0.7 + width)))
+    assert len(found.rooms) == rooms
+    assert [c.kind for c in found.closers] == ["gap"] * (rooms - 1)
+
+
+def test_a_gap_that_parts_off_a_niche_is_none() -> None:
+    found = layout(
+        [
+            *shell((0, 0, 5, 4)),
+            *wall((0, 1.0, 1.5, 1.1)),
+            *wall((1.4, 0.9, 1.5, 1.1), foot=0),
+            *wall((1.4, 0.0, 1.5, 0.2)),
+        ]
+    )
+    assert len(found.rooms) == 1
+
+
+@pytest.mark.parametrize(
+    "thing",
+    [
+        box((0, 0, 0.35, 3), 1.4, 2.2),  # a wall cabinet
+        box((1, 0, 1.35, 1.6), 1.4, 2.5),  # a cupboard that hangs from the ceiling
+        box((0, 1.4, 4, 1.5), 2.3, 2.5),  # a beam against both walls
+    ],
+    ids=["cabinet", "cupboard", "beam of 4 m"],
+)
+def test_what_hangs_in_a_room_parts_nothing(thing: object) -> None:
+    found = layout([*shell((0, 0, 4.4, 3)), thing])
+    assert areas(found) == [13.2]
+    assert found.closers == ()
+
+
+def test_a_beam_of_four_and_a_half_metres_is_no_boundary() -> None:
+    assert areas(layout([*shell((0, 0, 8, 4.5)), box((4, 0, 4.2, 4.5), 2.1, 2.5)])) == [36.0]
+
+
+def test_a_long_lintel_between_wall_stubs_is_one() -> None:
+    stubs = wall((4, 0, 4.2, 5.4), Hole(0.5, 4.9))
+    assert len(layout([*shell((0, 0, 8, 5.4)), *stubs]).rooms) == 2
+
+
+def parapet(height: float, x: float = 4.0) -> Parts:
+    """Walls of a balcony below the house: 4 x 1.6 m."""
+    return [
+        *wall((-0.2, -1.8, 0, -0.2), top=height),
+        *wall((x, -1.8, x + 0.2, -0.2), top=height),
+        *wall((-0.2, -2, x + 0.2, -1.8), top=height),
+    ]
+
+
+@pytest.mark.parametrize("height", [0.9, 1.1])
+def test_a_balcony_with_a_parapet_is_a_room_with_a_door(height: float) -> None:
+    found = layout([*shell((0, 0, 4, 3), front=[Hole(1, 1.9)]), *parapet(height)])
+    assert areas(found) == [12.0, 6.4]
+    assert [set(c.bridge.sides) for c in found.closers if c.bridge] == [{0, 1}]
+
+
+@pytest.mark.parametrize("rail", [0.04, 0.1])
+def test_a_railing_closes_a_balcony_that_its_balusters_do_not(rail: float) -> None:
+    across = [(x, -1.8, x + 0.03, -1.77) for x in np.arange(-0.2, 4.1, 0.12)]
+    sides = [(x, y, x + 0.03, y + 0.03) for x in (-0.2, 4.17) for y in np.arange(-1.65, -0.2, 0.12)]
+    handrail = [(-0.2, -1.8, 4.2, -1.75), (-0.2, -1.8, -0.15, -0.2), (4.15, -1.8, 4.2, -0.2)]
+    balcony = [box(r, 0, 1.0) for r in across + sides] + [box(r, 1.0, 1.0 + rail) for r in handrail]
+    found = layout([*shell((0, 0, 4, 3), front=[Hole(1, 1.9)]), *balcony])
+    assert [round(a) for a in areas(found)] == [12, 7]
+    assert {c.kind for c in found.closers} == {"lintel", "rail"}
+
+
+U_SHAPE = [*wall((-0.2, -0.2, 0, 4.2)), *wall((0, 4, 5, 4.2)), *wall((5, -0.2, 5.2, 4.2))]
+
+
+def test_an_open_front_is_closed_at_the_edge_of_its_floor() -> None:
+    found = layout(U_SHAPE, floor=shapely.box(0, -1.0, 5, 4))
+    assert areas(found) == [25.0]
+    assert {c.kind for c in found.closers} == {"floor_edge"}
+
+
+def test_an_open_front_without_a_floor_is_closed_between_its_walls() -> None:
+    found = layout(U_SHAPE)
+    assert sum(areas(found)) == pytest.approx(21.0, abs=0.5)
+    assert {c.kind for c in found.closers} == {"wall_ends"}
+
+
+def test_a_house_that_is_half_open() -> None:
+    """Two closed sides, a wall missing and a corner open."""
+    walls = [*wall((-0.2, -0.2, 0, 4.2)), *wall((0, 4, 5, 4.2)), *wall((5, 2.0, 5.2, 4.2)), *wall((0, -0.2, 3, 0))]
+    assert sum(areas(layout(walls, floor=shapely.box(0, 0, 5, 4)))) == pytest.approx(20.0, abs=0.5)
+    assert sum(areas(layout(walls))) > 12
+
+
+def test_an_open_terrace_beside_a_closed_room_is_a_room_too() -> None:
+    room = shell((0, 0, 5, 4), front=[Hole(1, 1.9)])
+    sides = [*wall((-0.2, -3, 0, -0.2)), *wall((5, -3, 5.2, -0.2))]
+    found = layout([*room, *sides], floor=shapely.union_all([shapely.box(0, 0, 5, 4), shapely.box(0, -3, 5, -0.2)]))
+    assert [round(a) for a in areas(found)] == [20, 14]
+
+
+@pytest.mark.parametrize("shape", ["one wall", "a box of a metre"])
+def test_what_encloses_next_to_nothing_is_rejected(shape: str) -> None:
+    parts = wall((0, 0, 5, 0.2)) if shape == "one wall" else shell((0, 0, 1, 1))
+    with pytest.raises(Rejection) as caught:
+        layout(parts)
+    assert (caught.value.stage, caught.value.reason) == ("layout", Reason.NOT_ENCLOSED)
+
+
+# H, L, U, N: strokes of 0.2 m that stand apart, with an O that encloses some
+LETTERS = [
+    *[box(r, 0, 2.5) for r in ((0, 0, 0.2, 4), (2, 0, 2.2, 4), (0.2, 1.9, 2, 2.1))],
+    *[box(r, 0, 2.5) for r in ((4, 0, 4.2, 4), (4.2, 0, 6, 0.2))],
+    *[box(r, 0, 2.5) for r in ((8, 0, 8.2, 4), (8.2, 0, 10, 0.2), (10, 0, 10.2, 4))],
+    *shell((12.2, 0.2, 14.0, 3.8)),
+]
+
+
+def test_walls_that_spell_characters_are_no_house() -> None:
+    with pytest.raises(Rejection) as caught:
+        layout(LETTERS)
+    assert (caught.value.stage, caught.value.reason) == ("layout", Reason.CHARACTERS)
+
+
+def test_a_person_may_say_that_they_are() -> None:
+    assert layout(LETTERS, LayoutConfig(characters=False)).rooms
+
+
+def test_a_row_of_closed_houses_is_no_word() -> None:
+    row = [part for k in range(4) for part in shell((6.0 * k, 0, 6.0 * k + 5, 4))]
+    assert len(layout(row).rooms) == 4
