@@ -1,0 +1,147 @@
+"""Stage connectivity: everything can be reached, by cuts where they have to be."""
+
+import numpy as np
+import pytest
+import shapely
+
+from pipeline.config import ConnectivityConfig
+from pipeline.geometry.overlay import united
+from pipeline.geometry.standing import floor_of, standing_pieces
+from pipeline.rejection import Reason, Rejection
+from pipeline.stages.connectivity import connect
+from pipeline.values import Spaces
+from tests.builders.houses import Hole, kinds, level, shell, snapshots, three_rooms, two_rooms, wall
+
+CONFIG = ConnectivityConfig()
+
+
+def connected(spaces: Spaces, config: ConnectivityConfig = CONFIG, seed: int = 0) -> Spaces:
+    return connect(spaces, config, 2.0, np.random.default_rng(seed))
+
+
+def before(parts: list) -> Spaces:
+    return snapshots(level(parts))["isolated"]
+
+
+def drawn(walls: shapely.Geometry, *rooms: shapely.Polygon) -> Spaces:
+    return Spaces(walls, rooms, ())
+
+
+def test_a_house_that_is_connected_stays_the_same_value() -> None:
+    spaces = before(two_rooms(Hole(1, 1.9)))
+    assert connected(spaces) is spaces
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_cut_is_a_door_through_the_wall(seed: int) -> None:
+    found = connected(before(two_rooms()), seed=seed)
+    (cut,) = found.passages
+    assert cut.kind == "cut"
+    assert set(cut.bridge.sides) == {0, 1}
+    assert (cut.bridge.width, cut.bridge.depth) == (0.8, pytest.approx(0.2, abs=1e-3))
+    assert abs(cut.bridge.along[0]) < 1e-9
+    assert cut.bridge.centre[0] == pytest.approx(4.1, abs=1e-3)
+    assert 0.4 <= cut.bridge.centre[1] <= 2.6
+    assert found.notes["cuts"] == 1
+
+
+def test_the_pair_of_a_cut_is_planned_again_and_its_path_goes_through_it() -> None:
+    found = connected(before(two_rooms()))
+    (path,) = found.paths
+    line = shapely.linestrings(path)
+    assert line.intersects(found.passages[0].bridge.strip())
+    assert floor_of(found).covers(line.buffer(CONFIG.robot_radius_m - 0.05))
+
+
+def test_three_closed_rooms_need_two_cuts_and_no_more() -> None:
+    found = connected(before(three_rooms()))
+    assert kinds(found) == ["cut", "cut"]
+    assert len(standing_pieces(floor_of(found), CONFIG.robot_radius_m)) == 1
+    assert sorted(round(p.bridge.depth, 2) for p in found.passages) == [0.1, 0.2]
+
+
+def test_a_room_that_can_be_reached_is_not_cut_a_second_time() -> None:
+    found = connected(before(three_rooms([Hole(1, 1.9)])))
+    assert kinds(found) == ["cut", "door"]
+    cut = next(p for p in found.passages if p.kind == "cut")
+    assert cut.bridge.centre[0] == pytest.approx(6.2, abs=1e-3)
+
+
+def test_a_door_too_narrow_for_the_robot_is_no_way() -> None:
+    spaces = before(two_rooms(Hole(1, 1.5)))
+    assert kinds(connected(spaces)) == ["door"]
+    wide = ConnectivityConfig(robot_radius_m=0.3)
+    assert kinds(connected(spaces, wide)) == ["cut", "door"]
+
+
+def test_cuts_are_as_wide_as_asked_for() -> None:
+    found = connected(before(two_rooms()), ConnectivityConfig(cut_width_m=1.0))
+    assert found.passages[0].bridge.width == 1.0
+
+
+def test_buildings_a_metre_apart_are_joined_through_the_air() -> None:
+    found = connected(before([*shell((0, 0, 8, 5)), *shell((9, 0, 12, 3), 0.1)]))
+    assert kinds(found) == ["cut"]
+    assert found.passages[0].bridge.depth == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_pinch_inside_a_room_is_widened_and_makes_no_door() -> None:
+    room = shapely.box(0, 0, 8, 3).difference(united([shapely.box(3.9, 0, 4.1, 1.3), shapely.box(3.9, 1.6, 4.1, 3)]))
+    walls = shapely.box(-0.2, -0.2, 8.2, 3.2).difference(room)
+    found = connected(drawn(walls, room))
+    assert found.passages == ()
+    assert len(standing_pieces(floor_of(found), CONFIG.robot_radius_m)) == 1
+    assert found.rooms[0].area > room.area
+
+
+def test_a_pocket_that_nobody_gets_into_is_filled() -> None:
+    """A corner of 0.9 m x 0.9 m behind a slit of 0.3 m."""
+    shelf = united([shapely.box(0.9, 0, 1.0, 0.6), shapely.box(0, 0.9, 1.0, 1.0)])
+    room = shapely.box(0, 0, 5, 4).difference(shelf)
+    walls = shapely.box(-0.2, -0.2, 5.2, 4.2).difference(room)
+    found = connected(drawn(walls, room))
+    assert found.notes["filled_pockets"] == 1
+    assert "cuts" not in found.notes
+    assert found.rooms[0].area == pytest.approx(19.0, abs=0.25)
+    assert len(standing_pieces(floor_of(found), CONFIG.robot_radius_m)) == 1
+
+
+def test_a_wall_on_the_way_between_two_walls_is_cut_at_right_angles() -> None:
+    oblique = shapely.affinity.rotate(shapely.box(3.95, -2, 4.05, 6), 20)
+    room = shapely.box(0, 0, 8, 4)
+    left, right = sorted(room.difference(oblique).geoms, key=lambda p: p.bounds)
+    walls = united([shapely.box(-0.2, -0.2, 8.2, 4.2).difference(room), room.intersection(oblique)])
+    (cut,) = connected(drawn(walls, left, right)).passages
+    assert abs(cut.bridge.along @ [-np.sin(np.deg2rad(20)), np.cos(np.deg2rad(20))]) == pytest.approx(1, abs=1e-6)
+    assert cut.bridge.depth == pytest.approx(0.1, abs=1e-6)
+
+
+def test_rooms_too_small_for_a_robot_are_rejected() -> None:
+    with pytest.raises(Rejection) as caught:
+        connected(before(two_rooms()), ConnectivityConfig(robot_radius_m=1.6))
+    assert (caught.value.stage, caught.value.reason) == ("connectivity", Reason.NO_ROOM_FITS)
+
+
+def test_a_seed_gives_the_same_cuts() -> None:
+    first, second = (connected(before(three_rooms()), seed=9) for _ in range(2))
+    for one, other in zip(first.passages, second.passages, strict=True):
+        np.testing.assert_array_equal(one.bridge.segment, other.bridge.segment)
+
+
+def test_houses_that_need_no_path_do_not_load_numba() -> None:
+    import subprocess
+    import sys
+
+    code = (
+        "import sys; from tests.builders.houses import *; "
+        "plan_of(two_rooms(Hole(1, 1.9))); assert 'numba' not in sys.modules; "
+        "plan_of(two_rooms()); assert 'numba' in sys.modules"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_wing_of_several_rooms_is_cut_into_once() -> None:
+    wing = [*wall((5.0, 0, 5.1, 6)), *wall((5.1, 3.0, 9, 3.1), Hole(6, 6.9))]
+    found = connected(before([*shell((0, 0, 9, 6)), *wing]))
+    assert kinds(found) == ["cut", "door"]
