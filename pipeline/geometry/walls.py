@@ -26,11 +26,13 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.cutting import Segments
 from pipeline.geometry.overlay import EMPTY, areas, mitred, subtract, united
 from pipeline.geometry.regions import opened
+from pipeline.geometry.rings import closed_rings, united_rings
 
 GRID_M = 1e-4
 """Segment ends closer than this are one point (lost loops: trimesh #1944, #2224)."""
 _OFF_GRID = 0.137
 """Cells of the grid begin here, so that no edge of a cell lies on a round number, where models have their vertices."""
+SLIM = 0.9  # of a sheet's thickness: what is thinner gets a sheet's
 CRACK_M = 0.02
 """Walls that come closer than this touch."""
 
@@ -55,53 +57,29 @@ def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = Tru
     snapped, body = snapped[real], cut.body[real]
     if not len(snapped):
         return Section(EMPTY, EMPTY)
-    bodies = _separate_bodies(snapped, body)
-    if bodies is not None and not _any_thick(bodies, solid_m):
-        return Section(close_cracks(united(_not_too_slim(bodies, sheet_m))), EMPTY)
+    rings = closed_rings(snapped, body, GRID_M)
+    if rings is not None and rings.thickness.max() < solid_m / 2:
+        slim = np.array([Polygon(rings.rings[k]) for k in np.flatnonzero(rings.thickness < SLIM * sheet_m)])
+        strips = shapely.orient_polygons(_strips(slim, sheet_m))
+        return Section(united_rings(rings.rings + [shapely.get_coordinates(s)[:-1] for s in strips], CRACK_M), EMPTY)
     return _arranged(replace(cut, ends=snapped, body=body), sheet_m, solid_m, sheets=sheets)
-
-
-def _separate_bodies(ends: Floats, body: npt.NDArray[np.int64]) -> npt.NDArray[np.object_] | None:
-    """Every body cut in simple rings without holes, or None where the section is anything else.
-
-    This is SUNCG's case (every slab a box of its own), where uniting rings is much cheaper than noding them. The bodies
-    are traced all at once, each moved to a place of its own so that they do not touch.
-    """
-    row = np.unique(body, return_inverse=True)[1]
-    apart = 2.0 * float(np.ptp(ends[:, :, 0])) + 1.0
-    shift = np.stack([row * apart, np.zeros(len(row))], axis=1)[:, None, :]
-    keys = np.round((ends + shift).reshape(-1, 2) / GRID_M).astype(np.int64)
-    degree = np.unique(keys[:, 0] * (1 << 32) + keys[:, 1], return_counts=True)[1]
-    if (degree != 2).any():
-        return None
-    faces = shapely.get_parts(shapely.polygonize(shapely.linestrings(keys.reshape(-1, 2, 2) * GRID_M)))
-    if not len(faces) or shapely.get_num_interior_rings(faces).any() or not shapely.is_valid(faces).all():
-        return None
-    p, q = ends[:, 0], ends[:, 1]
-    signed = float((p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum()) / 2
-    covered = float(shapely.area(faces).sum())
-    if abs(covered - signed) > 1e-3 + 1e-3 * covered:
-        return None  # not every ring runs counter-clockwise: a hole, or a body turned inside out
-    home = np.floor((shapely.get_x(shapely.centroid(faces)) - ends[:, :, 0].min()) / apart) * apart
-    moved = shapely.get_coordinates(faces) - np.repeat(home, shapely.get_num_coordinates(faces))[:, None] * [1.0, 0.0]
-    return np.asarray(shapely.set_coordinates(faces, moved))
-
-
-def _any_thick(faces: npt.NDArray[np.object_], solid_m: float) -> bool:
-    return bool((~shapely.is_empty(mitred(faces, -solid_m / 2))).any())
 
 
 def _not_too_slim(faces: npt.NDArray[np.object_], sheet_m: float) -> npt.NDArray[np.object_]:
     """R4: the faces, and for each that is thinner than ``sheet_m`` a strip of that width along it."""
-    rough = 2 * shapely.area(faces) / shapely.length(faces)  # of a long strip: its thickness
-    slim = rough < 0.9 * sheet_m
-    if not slim.any():
-        return faces
-    boxes = shapely.minimum_rotated_rectangle(faces[slim])
-    straight = shapely.area(faces[slim]) > 0.9 * shapely.area(boxes)
+    slim = 2 * shapely.area(faces) / shapely.length(faces) < SLIM * sheet_m  # of a long strip: its thickness
+    return np.concatenate([faces, _strips(faces[slim], sheet_m)]) if slim.any() else faces
+
+
+def _strips(slim: npt.NDArray[np.object_], sheet_m: float) -> npt.NDArray[np.object_]:
+    """Strips ``sheet_m`` wide along those of the faces that are straight."""
+    if not len(slim):
+        return slim
+    boxes = shapely.minimum_rotated_rectangle(slim)
+    straight = shapely.area(slim) > 0.9 * shapely.area(boxes)
     spines = [_spine(box) for box in boxes[straight] if isinstance(box, Polygon)]
     strips = np.atleast_1d(shapely.buffer(spines, sheet_m / 2, cap_style="flat"))
-    return np.concatenate([faces, strips[~shapely.is_empty(strips)]])
+    return np.asarray(strips[~shapely.is_empty(strips)])
 
 
 def _spine(box: Polygon) -> BaseGeometry:

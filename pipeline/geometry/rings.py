@@ -1,0 +1,106 @@
+"""Bodies that are each cut in simple closed rings: SUNCG's case, every slab a box of its own.
+
+Tracing their rings and uniting these with Clipper (manifold3d) costs a tenth of noding all segments of the plane.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import manifold3d
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.overlay import EMPTY, united
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Rings:
+    """Rings (n, 2), unclosed; for each its signed area (m2, counter-clockwise positive) and its thickness (m).
+
+    The thickness of a long strip is just that; of any convex ring it is at least the radius of the largest disc in it.
+    """
+
+    rings: list[Floats]
+    area: Floats
+    thickness: Floats
+
+    @classmethod
+    def of(cls, rings: list[Floats]) -> Rings:
+        """Measure them all at once."""
+        length = np.array([len(ring) for ring in rings])
+        start = np.cumsum(length) - length
+        points = np.concatenate(rings)
+        after = np.arange(1, len(points) + 1)
+        after[start + length - 1] = start
+        (x, y), (x2, y2) = points.T, points[after].T
+        area = np.add.reduceat(x * y2 - x2 * y, start) / 2
+        around = np.add.reduceat(np.hypot(x2 - x, y2 - y), start)
+        return cls(rings, area, 2 * np.abs(area) / around)
+
+
+def closed_rings(ends: Floats, body: npt.NDArray[np.int64], grid_m: float) -> Rings | None:
+    """The counter-clockwise rings of oriented segments (n, 2, 2), body by body.
+
+    Ends are the same where they round to the same place of the grid. None where a segment does not go on in exactly one
+    other of its body, or a ring runs clockwise: a hole, or a body turned inside out.
+    """
+    places = np.round(ends / grid_m).astype(np.int64)
+    places -= places.min(axis=(0, 1))
+    if places.max() >= 1 << 24 or body.max() >= 1 << 14:
+        return None  # larger than their keys: 1.6 km, 16,384 bodies
+    keys = (body[:, None] << 48) + (places[:, :, 0] << 24) + places[:, :, 1]
+    order = np.argsort(keys[:, 0], kind="stable")
+    starts, stops = keys[order, 0], keys[:, 1]
+    if (starts[1:] == starts[:-1]).any() or not np.array_equal(np.sort(stops), starts):
+        return None
+    follows = order[np.searchsorted(starts, stops)].tolist()
+    cycles = [cycle for cycle in _cycles(follows) if len(cycle) > 2]
+    if not cycles:
+        return None
+    rings = Rings.of([ends[cycle, 0] for cycle in cycles])
+    return rings if (rings.area > 0).all() else None
+
+
+def _cycles(follows: list[int]) -> list[list[int]]:
+    seen = [False] * len(follows)
+    found = []
+    for first in range(len(follows)):
+        if seen[first]:
+            continue
+        cycle, at = [], first
+        while not seen[at]:
+            seen[at] = True
+            cycle.append(at)
+            at = follows[at]
+        found.append(cycle)
+    return found
+
+
+def united_rings(rings: list[Floats], crack_m: float) -> BaseGeometry:
+    """The area of all rings together, with cracks up to ``crack_m`` wide closed and corners kept."""
+    section = manifold3d.CrossSection(rings, manifold3d.FillRule.Positive)
+    mitre = manifold3d.JoinType.Miter
+    closed = section.offset(crack_m / 2, mitre, 3.0).offset(-crack_m / 2, mitre, 3.0)
+    if closed.is_empty():
+        return EMPTY
+    found = Rings.of(closed.to_polygons())
+    shells = [ring for ring, area in zip(found.rings, found.area, strict=True) if area > 0]
+    holes = [ring for ring, area in zip(found.rings, found.area, strict=True) if area <= 0]
+    return united(_with_holes(shells, holes))
+
+
+def _with_holes(shells: list[Floats], holes: list[Floats]) -> list[Polygon]:
+    """Each hole in the smallest shell around it."""
+    outlines = [Polygon(shell) for shell in shells]
+    inside: list[list[Floats]] = [[] for _ in shells]
+    for hole in holes:
+        point = shapely.points(hole[0])
+        around = [k for k, outline in enumerate(outlines) if len(outlines) == 1 or outline.intersects(point)]
+        inside[min(around, key=lambda k: outlines[k].area)].append(hole)
+    return [Polygon(shell, own) for shell, own in zip(shells, inside, strict=True)]
