@@ -13,7 +13,7 @@ import trimesh
 from houseexpo.plan import FloorPlan, Frame
 from pipeline.algorithm import Snapshot, plan_house, stages
 from pipeline.config import PipelineConfig
-from pipeline.values import Level, Spaces
+from pipeline.values import Level, Mesh, Spaces
 from tests.builders.meshes import Rectangle, box, joined, sheet
 
 CEILING = 2.5
@@ -89,9 +89,10 @@ def shell(inner: Rectangle, thickness: float = 0.2, front: Sequence[Hole] = ()) 
     ]
 
 
-def level(parts: Iterable[trimesh.Trimesh], **values: Any) -> Level:
+def level(walls: Mesh | Iterable[trimesh.Trimesh], **values: Any) -> Level:
     """Return walls as a level of 2.5 m; ``values`` are other fields of ``Level``."""
-    return Level(**{"id": "tiny", "walls": joined(list(parts)), "ceiling_m": CEILING, "frame": FRAME} | values)
+    mesh = walls if isinstance(walls, Mesh) else joined(list(walls))
+    return Level(**{"id": "tiny", "walls": mesh, "ceiling_m": CEILING, "frame": FRAME} | values)
 
 
 def two_rooms(*holes: Hole, thickness: float = 0.2) -> Parts:

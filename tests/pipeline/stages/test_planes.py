@@ -97,7 +97,7 @@ def test_sheets_have_lintels_too() -> None:
 def test_a_scene_of_objects_only_has_no_layout(n_objects: int) -> None:
     empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
     with pytest.raises(Rejection, match="nothing stands") as caught:
-        cut_planes(level([box((0, 0, 1, 1), 0, 1)], walls=empty, n_objects=n_objects), CONFIG)
+        cut_planes(level(empty, n_objects=n_objects), CONFIG)
     assert (caught.value.stage, caught.value.reason) == ("planes", Reason.NO_LAYOUT)
     assert (f"{n_objects} objects" in str(caught.value)) == bool(n_objects)
 

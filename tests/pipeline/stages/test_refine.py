@@ -1,0 +1,52 @@
+"""Stage refine: straight faces, passages that fit between them, rooms that do not lap."""
+
+import numpy as np
+import pytest
+import shapely
+from shapely.affinity import rotate
+
+from pipeline.config import RefineConfig
+from pipeline.geometry.bridges import Bridge
+from pipeline.stages.refine import refine
+from pipeline.values import Passage, Spaces
+
+CONFIG = RefineConfig()
+
+
+def house(left: shapely.Polygon, right: shapely.Polygon, depth: float = 0.2) -> Spaces:
+    bridge = Bridge(np.array([4.1, 1.5]), np.array([0.0, -1.0]), 0.9, depth, (0, 1))
+    return Spaces(shapely.Polygon(), (left, right), (Passage(bridge, "door"),))
+
+
+def test_a_wall_of_skewed_slabs_has_one_thickness() -> None:
+    left = shapely.Polygon([(0, 0), (4.0, 0), (4.01, 1.5), (3.99, 1.5), (4.0, 3), (0, 3)])
+    right = shapely.Polygon([(4.2, 0), (7, 0.01), (7, 3), (4.19, 3), (4.21, 1.5)])
+    found = refine(house(left, right), CONFIG)
+    thick = found.rooms[1].bounds[0] - found.rooms[0].bounds[2]
+    assert thick == pytest.approx(0.2, abs=0.01)
+    assert [len(r.exterior.coords) - 1 for r in found.rooms] == [4, 4]
+    assert found.passages[0].bridge.depth == pytest.approx(thick, abs=1e-9)
+
+
+def test_a_passage_is_fitted_between_the_new_faces() -> None:
+    found = refine(house(shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7, 3), depth=0.14), CONFIG)
+    bridge = found.passages[0].bridge
+    assert bridge.centre == pytest.approx([4.1, 1.5])
+    assert bridge.depth == pytest.approx(0.2)
+    assert bridge.width == 0.9
+
+
+def test_rooms_that_meet_under_a_beam_do_not_lap() -> None:
+    left = shapely.Polygon([(0, 0), (4.02, 0), (4.0, 3), (0, 3)])
+    right = shapely.Polygon([(4.02, 0), (7, 0), (7, 3), (4.0, 3)])
+    one, other = refine(Spaces(shapely.Polygon(), (left, right), (), joins=((0, 1),)), CONFIG).rooms
+    assert one.intersection(other).area < 1e-9
+    assert one.union(other).area == pytest.approx(21.0, abs=0.05)
+
+
+@pytest.mark.parametrize("degrees", [0, 17, 45])
+def test_straight_rooms_at_any_angle_stay(degrees: float) -> None:
+    rooms = [rotate(shapely.box(*b), degrees, origin=(0, 0)) for b in ((0, 0, 4, 3), (4.2, 0, 7, 3))]
+    found = refine(Spaces(shapely.Polygon(), tuple(rooms), ()), CONFIG)
+    for before, after in zip(rooms, found.rooms, strict=True):
+        assert after.hausdorff_distance(before) < 1e-6
