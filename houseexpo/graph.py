@@ -66,7 +66,7 @@ def navigability(space: FloorPlan | Polygon | MultiPolygon, radii: Sequence[floa
     splits = _Splits(shape)
     found = {}
     for radius in radii:
-        pieces = _eroded(shape, radius)
+        pieces = splits.eroded(radius)
         area = sum(piece.area for piece in pieces)
         found[f"{radius:.2f}"] = Navigability(
             components=len(pieces),
@@ -100,6 +100,7 @@ class _Splits:
 
     def __init__(self, shape: Polygon | MultiPolygon) -> None:
         self._shape = shape
+        self._eroded: dict[float, list[Polygon]] = {}
         self._known: list[tuple[float, float, Polygon]] = []  # (from radius, split at radius, the piece at from)
 
     def width(self, piece: Polygon, radius: float) -> float:
@@ -111,6 +112,13 @@ class _Splits:
         split = self._split(piece, radius)
         self._known.append((radius, split, piece))
         return 2.0 * split
+
+    def eroded(self, radius: float) -> list[Polygon]:
+        """Return the pieces at this radius, the biggest first; what one radius asks for, the next may need again."""
+        radius = round(radius, 6)
+        if radius not in self._eroded:
+            self._eroded[radius] = _eroded(self._shape, radius)
+        return self._eroded[radius]
 
     def _split(self, piece: Polygon, radius: float) -> float:
         import shapely
@@ -130,7 +138,7 @@ class _Splits:
         return (low + high) / 2.0
 
     def _count(self, piece: Polygon, radius: float) -> int:
-        return sum(piece.covers(part.representative_point()) for part in _eroded(self._shape, radius))
+        return sum(piece.covers(part.representative_point()) for part in self.eroded(radius))
 
 
 def _straightened(shape: Polygon | MultiPolygon) -> Polygon | MultiPolygon:
