@@ -16,26 +16,46 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from houseexpo.categories import LABELS, UNLABELLED, canonical
+    from houseexpo.dataset import Dataset, open_dataset
     from houseexpo.drawing import contact_sheet, draw_plan, svg
-    from houseexpo.errors import ConfigError, HouseExpoError, MissingDependencyError, PlanError
+    from houseexpo.errors import (
+        ConfigError,
+        DatasetError,
+        HouseExpoError,
+        MissingDependencyError,
+        PlanError,
+        UnknownPlanError,
+    )
     from houseexpo.files import load_plan, save_plan
     from houseexpo.frame import GridFrame
     from houseexpo.graph import navigability, rooms_graph
+    from houseexpo.inference import with_rooms
     from houseexpo.plan import Door, FloorPlan, Frame, Navigability, Room
     from houseexpo.plan_json import decode, encode
     from houseexpo.raster import door_mask, free_mask, room_mask
+    from houseexpo.repair import Repair
     from houseexpo.similarity import find_duplicates
 
 _HOME = {
     "categories": ("LABELS", "UNLABELLED", "canonical"),
+    "dataset": ("Dataset", "open_dataset"),
     "drawing": ("contact_sheet", "draw_plan", "svg"),
-    "errors": ("ConfigError", "HouseExpoError", "MissingDependencyError", "PlanError"),
+    "errors": (
+        "ConfigError",
+        "DatasetError",
+        "HouseExpoError",
+        "MissingDependencyError",
+        "PlanError",
+        "UnknownPlanError",
+    ),
     "files": ("load_plan", "save_plan"),
     "frame": ("GridFrame",),
     "graph": ("navigability", "rooms_graph"),
+    "inference": ("with_rooms",),
     "plan": ("Door", "FloorPlan", "Frame", "Navigability", "Room"),
     "plan_json": ("decode", "encode"),
     "raster": ("door_mask", "free_mask", "room_mask"),
+    "repair": ("Repair",),
     "similarity": ("find_duplicates",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
@@ -44,6 +64,8 @@ __all__ = [
     "LABELS",
     "UNLABELLED",
     "ConfigError",
+    "Dataset",
+    "DatasetError",
     "Door",
     "FloorPlan",
     "Frame",
@@ -52,7 +74,9 @@ __all__ = [
     "MissingDependencyError",
     "Navigability",
     "PlanError",
+    "Repair",
     "Room",
+    "UnknownPlanError",
     "canonical",
     "contact_sheet",
     "decode",
@@ -63,10 +87,12 @@ __all__ = [
     "free_mask",
     "load_plan",
     "navigability",
+    "open_dataset",
     "room_mask",
     "rooms_graph",
     "save_plan",
     "svg",
+    "with_rooms",
 ]
 
 

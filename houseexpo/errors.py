@@ -32,5 +32,15 @@ class ConfigError(HouseExpoError):
     """A configuration, manifest or command-line value cannot be used."""
 
 
+class DatasetError(HouseExpoError):
+    """A data set cannot be opened, fetched or split, or holds no such thing."""
+
+
+class UnknownPlanError(DatasetError, KeyError):
+    """A data set has no plan of that id."""
+
+    __str__ = Exception.__str__  # KeyError's would quote the whole sentence
+
+
 class MissingDependencyError(HouseExpoError):
     """An optional library is needed for what was asked and is not installed."""

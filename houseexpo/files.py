@@ -22,11 +22,15 @@ def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
 
 def save_plan(plan: FloorPlan, path: str | os.PathLike[str]) -> None:
     """Write a plan to a JSON file; a file of that name is replaced only by a whole one."""
-    file = Path(path)
-    descriptor, partial = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")
+    write_whole(Path(path), encode(plan) + b"\n")
+
+
+def write_whole(file: Path, data: bytes) -> None:
+    """Write a file whole or not at all."""
+    descriptor, partial = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name[:100]}.")
     try:
         with os.fdopen(descriptor, "wb") as stream:
-            stream.write(encode(plan) + b"\n")
+            stream.write(data)
         Path(partial).chmod(0o644)
         Path(partial).replace(file)
     except BaseException:

@@ -30,18 +30,22 @@ SCHEMA = pa.schema(
 )
 
 
-def row(plan: FloorPlan) -> dict[str, Any]:
-    """Return a plan's row; ``split`` is None until the data set is split."""
-    width, height = (plan.verts.max(axis=0) - plan.verts.min(axis=0)).tolist()
+def row(plan: FloorPlan, area: float | None = None) -> dict[str, Any]:
+    """Return a plan's row; ``split`` is None until the data set is split, what a published plan lacks is None too.
+
+    ``area`` is the free space's, m2, where it is known already.
+    """
+    known = bool(plan.rooms)
+    x1, y1, x2, y2 = plan.bbox
     return {
         "id": plan.id,
         "room_num": plan.room_num,
-        "area": round(float(plan.free_space.area), 2),
-        "width": round(width, 2),
-        "height": round(height, 2),
+        "area": round(plan.area if area is None else area, 2),
+        "width": round(x2 - x1, 2),
+        "height": round(y2 - y1, 2),
         "labels": sorted(plan.room_category),
-        "n_doors": len(plan.doors),
-        "n_cuts": sum(door.kind == "cut" for door in plan.doors),
+        "n_doors": len(plan.doors) if known else None,
+        "n_cuts": sum(door.kind == "cut" for door in plan.doors) if known else None,
         "navigability": {
             radius: {"components": r.components, "largest_share": r.largest_share, "narrowest": r.narrowest}
             for radius, r in plan.navigability.items()

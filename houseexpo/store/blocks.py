@@ -1,0 +1,61 @@
+"""A block-compressed Arrow file of plans: any of them is read by decompressing the block that holds it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final
+
+import pyarrow as pa
+
+BLOCK: Final = 32
+"""Plans a block: some 80 KB, decompressed in a tenth of a millisecond."""
+
+_SCHEMA: Final = pa.schema([("plan", pa.large_binary())])
+
+
+class BlockWriter:
+    """Writes plans in order; a context manager."""
+
+    def __init__(self, path: Path) -> None:
+        options = pa.ipc.IpcWriteOptions(compression=pa.Codec("zstd", compression_level=1))
+        self._writer = pa.ipc.new_file(str(path), _SCHEMA, options=options)
+        self._waiting: list[bytes] = []
+
+    def __enter__(self) -> BlockWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self._flush()
+        self._writer.close()
+
+    def add(self, data: bytes) -> None:
+        """Take one plan."""
+        self._waiting.append(data)
+        if len(self._waiting) == BLOCK:
+            self._flush()
+
+    def _flush(self) -> None:
+        if self._waiting:
+            self._writer.write_batch(pa.record_batch([pa.array(self._waiting, pa.large_binary())], schema=_SCHEMA))
+            self._waiting = []
+
+
+class BlockReader:
+    """Reads plans by their number; the last block is kept, so that reading in order decompresses each once."""
+
+    def __init__(self, path: Path) -> None:
+        self._reader = pa.ipc.open_file(pa.memory_map(str(path)))
+        self._last: tuple[int, Any] = (-1, None)
+
+    def __getitem__(self, number: int) -> bytes:
+        block, place = divmod(number, BLOCK)
+        at, batch = self._last
+        if at != block:
+            batch = self._reader.get_batch(block)
+            self._last = block, batch  # one assignment: threads may share a reader
+        data: bytes = batch.column(0)[place].as_py()
+        return data

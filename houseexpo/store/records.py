@@ -1,0 +1,232 @@
+"""Read the plans of a data set in one pass, whatever it is packed in: a folder, an archive, JSON lines.
+
+Nothing is decoded here and nothing is written. What is cut off, too large or broken raises DatasetError, which names
+the file and the place in it; a reader that ends without an error has seen everything.
+"""
+
+from __future__ import annotations
+
+import gzip
+import io
+import os
+import tarfile
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
+from typing import IO, Final, NamedTuple
+
+from houseexpo.errors import DatasetError
+
+MAX_PLAN_BYTES: Final = 64 * 2**20
+"""The largest plan that is read; the largest published one has 0.3 MB."""
+
+MAX_BYTES: Final = 64 * 2**30
+MAX_PLANS: Final = 5_000_000
+
+KINDS: Final = ("a folder", ".tar.gz", ".tgz", ".zip", ".jsonl", ".jsonl.gz")
+_BROKEN: Final = (EOFError, OSError, zlib.error, tarfile.TarError, zipfile.BadZipFile, UnicodeError)
+_CHUNK: Final = 1 << 20
+
+
+class Record(NamedTuple):
+    """One plan as it is packed: ``place`` is its file or member, or "line N"."""
+
+    place: str
+    data: bytes
+
+
+def records(path: Path) -> Iterator[Record]:
+    """Yield every plan of a data set: files of a folder sorted by name, others in the order in which they are packed.
+
+    Raises
+    ------
+    DatasetError
+        The path is no data set, or it is broken.
+    """
+    read = _reader(path)
+    size, count = 0, 0
+    with broken(path):
+        for count, record in enumerate(read(path), start=1):
+            size += len(record.data)
+            if size > MAX_BYTES or count > MAX_PLANS:
+                raise DatasetError(f"{path}: expected at most {MAX_PLANS} plans and {MAX_BYTES >> 30} GiB, found more")
+            yield record
+    if not count:
+        raise DatasetError(f"{path}: expected floor plans (JSON), found none; check the path")
+
+
+def lists(path: Path) -> dict[str, bytes]:
+    """Return the lists of ids that are packed in an archive, or lie in or beside anything else, by name.
+
+    ``splits/train.txt`` and the published ``map_id_train.txt`` are both the list "train"; the former comes first.
+    """
+    with broken(path):
+        if path.suffix == ".zip":
+            with zipfile.ZipFile(path) as archive:
+                inside = {info.filename: _member(path, archive, info) for info in archive.infolist() if _list(info)}
+        elif _is_tar(path):
+            with _tar(path) as tar:
+                inside = {m.name: _tar_member(path, tar, m) for m in tar if m.isfile() and list_name(m.name)}
+        else:
+            inside = {}
+    if not inside:
+        inside = {str(file): file.read_bytes() for file in _files_of_lists(path)}
+    found: dict[str, bytes] = {}
+    for name in sorted(inside, key=lambda name: PurePosixPath(name).name.startswith("map_id_")):
+        found.setdefault(list_name(name), inside[name])
+    return found
+
+
+def list_name(name: str) -> str:
+    """Return which list of ids a file name stands for, "" where it stands for none."""
+    path = PurePosixPath(name)
+    if path.suffix != ".txt":
+        return ""
+    if path.stem.startswith("map_id_"):
+        return path.stem.removeprefix("map_id_")
+    return path.stem if path.parent.name == "splits" else ""
+
+
+def plan_folder(path: Path) -> Path:
+    """Return where a folder keeps its plans: ``json/`` where it has one, else itself."""
+    return path / "json" if (path / "json").is_dir() else path
+
+
+def is_plan(name: str) -> bool:
+    """Whether an archive's member is a plan: JSON, not hidden, and none of the files that describe a data set."""
+    path = PurePosixPath(name)
+    hidden = any(part.startswith((".", "__MACOSX")) and part not in (".", "..") for part in path.parts)
+    beside = path.name in ("manifest.json", "stats.json", "splits.json") and path.parent.name != "json"
+    return path.suffix == ".json" and not hidden and not beside
+
+
+@contextmanager
+def broken(path: Path) -> Iterator[None]:
+    """Turn what readers say of a broken file into DatasetError."""
+    try:
+        yield
+    except _BROKEN as error:
+        what = str(error) or type(error).__name__
+        raise DatasetError(
+            f"{path}: expected a whole file, found one that is cut off, broken or cannot be read ({what}); get it again"
+        ) from None
+
+
+def _reader(path: Path) -> Callable[[Path], Iterator[Record]]:
+    if path.is_dir():
+        return _folder
+    if not path.exists():
+        raise DatasetError(f"{path}: expected a data set, found nothing there; check the path")
+    if _is_tar(path):
+        return _tarred
+    if path.suffix == ".zip":
+        return _zipped
+    if path.name.endswith((".jsonl", ".jsonl.gz")):
+        return _lines
+    raise DatasetError(f"{path}: expected {', '.join(KINDS)}; found {path.suffix or 'no suffix'}")
+
+
+def _folder(path: Path) -> Iterator[Record]:
+    folder = plan_folder(path)
+    for name in plan_files(folder):
+        file = folder / name
+        if file.stat().st_size > MAX_PLAN_BYTES:
+            raise _too_large(path, name, file.stat().st_size)
+        yield Record(name, file.read_bytes())
+
+
+def plan_files(folder: Path) -> list[str]:
+    """Return the names of the plans in a folder, sorted."""
+    with os.scandir(folder) as entries:
+        return sorted(entry.name for entry in entries if is_plan(f"{folder.name}/{entry.name}") and entry.is_file())
+
+
+def _lines(path: Path) -> Iterator[Record]:
+    with gzip.open(path) if path.suffix == ".gz" else path.open("rb") as stream:
+        for number in range(1, MAX_PLANS + 2):
+            line = stream.readline(MAX_PLAN_BYTES + 1)
+            if not line:
+                return
+            if len(line) > MAX_PLAN_BYTES:
+                raise _too_large(path, f"line {number}", len(line))
+            if line.strip():
+                yield Record(f"line {number}", line.rstrip(b"\r\n"))
+
+
+def _zipped(path: Path) -> Iterator[Record]:
+    with zipfile.ZipFile(path) as archive:
+        for info in archive.infolist():
+            if not info.is_dir() and is_plan(info.filename):
+                yield Record(info.filename, _member(path, archive, info))
+
+
+def _tarred(path: Path) -> Iterator[Record]:
+    with _tar(path) as tar:
+        for member in tar:
+            if member.isfile() and is_plan(member.name):
+                yield Record(member.name, _tar_member(path, tar, member))
+
+
+@contextmanager
+def _tar(path: Path) -> Iterator[tarfile.TarFile]:
+    """Open a compressed tar for one pass; the rest is read too, because the checksum stands at the end."""
+    with gzip.open(path) as stream, tarfile.open(fileobj=_Bounded(stream, path), mode="r|") as tar:
+        yield tar
+        while stream.read(_CHUNK):
+            pass
+
+
+class _Bounded(io.RawIOBase):
+    """A stream that refuses to give more than ``MAX_BYTES``: a small archive may unpack to anything."""
+
+    def __init__(self, stream: IO[bytes] | gzip.GzipFile, path: Path) -> None:
+        self._stream, self._path, self._seen = stream, path, 0
+
+    def read(self, size: int = -1) -> bytes:
+        data = self._stream.read(size)
+        self._seen += len(data)
+        if self._seen > MAX_BYTES:
+            raise DatasetError(f"{self._path}: expected at most {MAX_BYTES >> 30} GiB, found more")
+        return data
+
+
+def _tar_member(path: Path, tar: tarfile.TarFile, member: tarfile.TarInfo) -> bytes:
+    if member.size > MAX_PLAN_BYTES:
+        raise _too_large(path, member.name, member.size)
+    stream = tar.extractfile(member)
+    data = stream.read() if stream else b""
+    if len(data) != member.size:
+        raise EOFError(f"{member.name} ends early")
+    return data
+
+
+def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
+    if info.file_size > MAX_PLAN_BYTES:
+        raise _too_large(path, info.filename, info.file_size)
+    with archive.open(info) as stream:  # what the header says of the size may be untrue
+        data = stream.read(MAX_PLAN_BYTES + 1)
+    if len(data) > MAX_PLAN_BYTES:
+        raise _too_large(path, info.filename, len(data))
+    return data
+
+
+def _list(info: zipfile.ZipInfo) -> bool:
+    return not info.is_dir() and bool(list_name(info.filename))
+
+
+def _files_of_lists(path: Path) -> list[Path]:
+    homes = [path, path.parent] if path.is_dir() and path.name == "json" else [path if path.is_dir() else path.parent]
+    found = [file for home in homes for pattern in ("splits/*.txt", "map_id_*.txt") for file in home.glob(pattern)]
+    return sorted(found)
+
+
+def _is_tar(path: Path) -> bool:
+    return path.name.endswith((".tar.gz", ".tgz"))
+
+
+def _too_large(path: Path, place: str, size: int) -> DatasetError:
+    return DatasetError(
+        f"{path}: {place}: expected a plan of at most {MAX_PLAN_BYTES >> 20} MiB, found {size / 2**20:.0f} MiB or more"
+    )

@@ -1,0 +1,135 @@
+"""Opening data sets of every packing, and choosing plans from them."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from houseexpo import ConfigError, DatasetError, UnknownPlanError, encode, open_dataset
+from houseexpo.plan import Navigability
+from tests.builders.datasets import KINDS, hexed, house, houses, pack
+
+
+@pytest.fixture
+def plans(tmp_path):
+    return open_dataset(pack(tmp_path, "jsonl.gz", houses(40)))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_packing_gives_the_same(tmp_path, kind):
+    members = houses(5)
+    path = pack(tmp_path, kind, {**members, "splits/train.txt": f"{hexed(1)}\n{hexed(3)}\n".encode()})
+    if kind.startswith("jsonl"):
+        path = pack(tmp_path, kind, members)
+        (tmp_path / "splits").mkdir()
+        (tmp_path / "splits" / "train.txt").write_text(f"{hexed(1)}\n{hexed(3)}\n")
+    for _ in range(2):  # the second time from the cache
+        found = open_dataset(path)
+        assert found.ids == list(members)
+        assert [encode(plan) for plan in found] == list(members.values())
+        assert found.raw(hexed(2)) == members[hexed(2)]
+        assert found.split("train").ids == [hexed(1), hexed(3)]
+
+
+def test_plans_by_number_id_and_slice(plans):
+    assert len(plans) == 40
+    assert plans[-1].id == hexed(39)
+    assert plans[hexed(7)] == plans[7]
+    assert plans[5:8].ids == [hexed(i) for i in (5, 6, 7)]
+    assert plans[5:8][hexed(6)].id == hexed(6)
+    assert hexed(6) in plans[5:8]
+    assert hexed(9) not in plans[5:8]
+    assert plans[3] in plans
+    assert repr(plans[5:8]) == "Dataset('plans.jsonl.gz', 3 of 40 plans)"
+    with pytest.raises(IndexError):
+        plans[40]
+    with pytest.raises(UnknownPlanError, match="no 'nobody'"):
+        plans["nobody"]
+    with pytest.raises(KeyError):
+        plans[5:8][hexed(9)]
+
+
+def test_selecting(plans):
+    assert plans.select(rooms=(4, 9)).ids == [hexed(i) for i in range(3, 9)]
+    assert plans.select(rooms=4).ids == [hexed(3)]
+    assert plans.select(area=(None, 14)).ids == [hexed(0), hexed(1)]
+    assert plans.select(rooms=(38, None), labels={"kitchen"}).ids == [hexed(i) for i in (37, 38, 39)]
+    assert len(plans.select(labels={"Gym"})) == 0
+    assert plans.select(where=lambda plan: plan.room_num == 2).ids == [hexed(1)]
+    assert plans[10:].select(rooms=(None, 11)).ids == [hexed(10)]
+    with pytest.raises(ConfigError, match="nearest is 'Kitchen'"):
+        plans.select(labels={"Kitchn"})
+    with pytest.raises(ConfigError, match="from <= to"):
+        plans.select(rooms=(9, 4))
+    with pytest.raises(ConfigError, match="robot_radius"):
+        plans.select(min_connected=0.9)
+
+
+def test_what_is_not_recorded_is_computed_once_and_kept(tmp_path):
+    # two rooms of 2 x 4 m joined by a gap of 0.5 m
+    ring = [(0.1, 0.1), (0.1, 4.1), (2.1, 4.1), (2.1, 2.1), (2.2, 2.1), (2.2, 4.1)]
+    ring += [(4.2, 4.1), (4.2, 0.1), (2.2, 0.1), (2.2, 1.6), (2.1, 1.6), (2.1, 0.1)]
+    narrow = replace(house("narrow"), verts=ring)
+    recorded = replace(house("told"), navigability={"0.30": Navigability(2, 0.5, 0.4)})
+    plans = open_dataset(pack(tmp_path, "zip", {plan.id: encode(plan) for plan in (narrow, house("wide"), recorded)}))
+    assert plans.select(robot_radius=0.2).ids == ["narrow", "wide", "told"]
+    assert plans.select(robot_radius=0.3).ids == ["wide"]
+    assert plans.select(robot_radius=0.3, min_connected=0.45).ids == ["narrow", "wide", "told"]
+    calls = []
+    assert plans.derived("area, test", lambda plan: calls.append(plan.id) or plan.area) == [p.area for p in plans]
+    assert plans.derived("area, test", lambda plan: calls.append(plan.id)) == [p.area for p in plans]
+    assert calls == ["narrow", "wide", "told"]
+    assert plans.column("navigability")[1]["0.20"]["components"] == 1
+    assert plans.column("room_num") == [1, 1, 1]
+    with pytest.raises(ConfigError, match="no 'aera'; the nearest is 'area'"):
+        plans.column("aera")
+
+
+def test_sampling_repeats(plans):
+    assert plans.sample(7, 3).ids == plans.sample(7, 3).ids
+    assert len(set(plans.sample(40, np.random.default_rng(1)).ids)) == 40
+    with pytest.raises(ConfigError, match="0 to 40"):
+        plans.sample(41, 0)
+
+
+def test_lists_are_read_as_they_are(tmp_path):
+    path = pack(tmp_path, "jsonl", houses(3))
+    (tmp_path / "map_id_test.txt").write_text(f"{hexed(2)}.json\r\n\n{hexed(77)}\n{hexed(0)}\n")
+    plans = open_dataset(path)
+    assert plans.splits["test"] == (hexed(2), hexed(77), hexed(0))
+    assert plans.split("test").ids == [hexed(2), hexed(0)]
+    with pytest.raises(DatasetError, match="no list 'val'; known: test"):
+        plans.split("val")
+
+
+def test_pickles_are_small_and_open_again(plans):
+    data = pickle.dumps(plans[3:5])
+    assert len(data) < 1000
+    assert pickle.loads(data).ids == plans[3:5].ids  # noqa: S301 - our own bytes
+
+
+def test_a_changed_file_is_read_again(tmp_path):
+    path = pack(tmp_path, "folder", houses(2))
+    assert open_dataset(path)[0].room_num == 1
+    file = path / f"{hexed(0)}.json"
+    file.write_bytes(encode(house(hexed(0), 9, 5)))
+    os.utime(file, ns=(time.time_ns(), time.time_ns() + 10**9))
+    plans = open_dataset(path)
+    assert plans.column("room_num") == [5, 2]
+    file.write_bytes(encode(house("other")))
+    with pytest.raises(Exception, match=r"expected '0+', as the index"):
+        plans[0]
+
+
+def test_a_copy_is_not_read_again(tmp_path, monkeypatch):
+    path = pack(tmp_path, "zip", houses(3))
+    open_dataset(path)
+    copy = tmp_path / "copy.zip"
+    copy.write_bytes(path.read_bytes())
+    monkeypatch.setattr("houseexpo.store.catalogue._build", lambda *_: pytest.fail("built again"))
+    assert len(open_dataset(copy)) == 3
