@@ -9,7 +9,8 @@ R1  it is wall if it is thin: no disc of ``solid_m`` across fits into it. A thin
 R2  it is solid if it is thick and lies in a closed body: the section's segments wind around it, and a top and a bottom
     lie over and under it (a room of sheets that look outwards has neither). Only what of it is
     thick is massive (a chimney, a slab); the thin rest of the same body is wall, for walls and chimney may be one;
-R3  an edge between two faces that are not wall is a sheet, and gets ``sheet_m`` in all, with flat ends;
+R3  an edge between two faces that are not wall is a sheet, and gets ``sheet_m`` in all, with flat ends; a slit between
+    two sheets is no face;
 R4  a solid wall thinner than ``sheet_m`` gets as much too: on the 1 cm grid of a plan it would vanish.
 """
 
@@ -33,6 +34,9 @@ GRID_M = 1e-4
 _OFF_GRID = 0.137
 """Cells of the grid begin here, so that no edge of a cell lies on a round number, where models have their vertices."""
 SLIM = 0.9  # of a sheet's thickness: what is thinner gets a sheet's
+SLIT_M = 0.01
+"""Two sheets that leave a face slimmer than this between them are one: coincident ones do, once turned or rounded."""
+TIP_M = 1e-3
 CRACK_M = 0.02
 """Walls that come closer than this touch."""
 
@@ -99,10 +103,11 @@ def _arranged(cut: Segments, sheet_m: float, solid_m: float, *, sheets: bool) ->
     solid[thick] = _inside(shapely.point_on_surface(faces[thick]), cut)
     solids = united(faces[solid])
     massive = opened(solids, solid_m)
-    body = united([*_not_too_slim(faces[~thick], sheet_m), opened(subtract(solids, massive), CRACK_M)])
+    thin = ~thick & (2 * shapely.area(faces) / shapely.length(faces) > SLIT_M)
+    body = united([*_not_too_slim(faces[thin], sheet_m), opened(subtract(solids, massive), CRACK_M)])
     if not sheets:
         return Section(close_cracks(body), massive)
-    closed = united([*faces[~thick], solids])
+    closed = united([*faces[thin], solids])
     loose = shapely.difference(shapely.multilinestrings(lines), shapely.buffer(closed, 2 * GRID_M))
     return Section(close_cracks(united([body, thicken(loose, sheet_m)])), massive)
 
@@ -112,7 +117,25 @@ def thicken(lines: BaseGeometry, thickness_m: float) -> BaseGeometry:
     if lines.is_empty:
         return EMPTY
     merged = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(lines)))
+    tips = _tips(merged)
+    if len(tips):
+        apart = shapely.difference(merged, shapely.union_all(shapely.buffer(tips, TIP_M)))
+        merged = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(apart)))
     return shapely.buffer(merged, thickness_m / 2, cap_style="flat", join_style="mitre", mitre_limit=2.0)
+
+
+def _tips(lines: BaseGeometry) -> npt.NDArray[np.object_]:
+    """Points at which a line turns back on itself, as two sheets do that leave a slit between them."""
+    found: list[Floats] = []
+    for line in shapely.get_parts(lines):
+        points = shapely.get_coordinates(line)
+        if line.is_ring:
+            points = np.concatenate([points, points[1:2]])
+        along = np.diff(points, axis=0)
+        length = np.hypot(*along.T)
+        back = (along[:-1] * along[1:]).sum(axis=1) < -0.9 * length[:-1] * length[1:]
+        found.append(points[1:-1][back])
+    return np.atleast_1d(shapely.points(np.concatenate(found))) if found else np.zeros(0, np.object_)
 
 
 def close_cracks(walls: BaseGeometry, width_m: float = CRACK_M) -> BaseGeometry:
