@@ -63,7 +63,7 @@ def inspect_house(config: BuildConfig, number: int, out: Path) -> Inspection:
         save_png(image, out / name)
     if pictures:
         titles, images = zip(*pictures, strict=True)
-        save_png(contact_sheet(images, min(len(images), 4), titles), out / SHEET)
+        save_png(contact_sheet(images, min(len(images), 5), titles), out / SHEET)
         names.append(SHEET)
     return Inspection(level.id, tuple(names), rejection_)
 
