@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
 EMPTY = Polygon()
+FALLBACK_GRID_M = 1e-6
 _POLYGON, _MULTIPOLYGON = 3, 6
 
 
@@ -36,14 +37,22 @@ def mitred(shape: Any, distance_m: float, limit: float = 2.0) -> Any:
 
 def subtract(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
     """What of ``a`` is not in ``b``."""
-    return areas(shapely.difference(a, b))
+    return areas(_robust(shapely.difference, a, b))
 
 
 def overlap(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
     """What ``a`` and ``b`` share."""
-    return areas(shapely.intersection(a, b))
+    return areas(_robust(shapely.intersection, a, b))
 
 
 def united(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
     """All of them in one."""
-    return areas(shapely.union_all(list(shapes)))
+    return areas(_robust(shapely.union_all, list(shapes)))
+
+
+def _robust(operation: Callable[..., BaseGeometry], *shapes: Any) -> BaseGeometry:
+    """Overlay as exactly as it goes; where rounding defeats that, on a grid of a micrometre, which always works."""
+    try:
+        return operation(*shapes)
+    except shapely.errors.GEOSException:
+        return operation(*shapes, grid_size=FALLBACK_GRID_M)
