@@ -9,16 +9,20 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.overlay import polygons_of, united
+from pipeline.geometry.walls import close_cracks
 from pipeline.values import Spaces
 
 SPECK_M2 = 1e-3
 LAP_M = 0.01
+SEAM_M = 1e-3
+"""Rooms that meet without a wall may stand so far apart by rounding."""
 
 
 def floor_of(spaces: Spaces) -> BaseGeometry:
     """All rooms and the open passages between them, as one area."""
     strips = [p.bridge.strip(deeper_m=LAP_M) for p in spaces.passages if not p.leads_outside]
-    return united([*spaces.rooms, *strips])
+    floor = united([*spaces.rooms, *strips])
+    return close_cracks(floor, SEAM_M) if spaces.joins else floor
 
 
 def standing_pieces(floor: BaseGeometry, radius_m: float) -> list[Polygon]:

@@ -2,6 +2,7 @@
 
 R1  Stair-steps become straight edges, axis-parallel where the house is, oblique where it is (``geometry.straighten``).
 R2  Passages are fitted anew between the straightened faces.
+R3  Rooms that meet without a wall go on meeting: what opens between them goes to the first.
 """
 
 from __future__ import annotations
@@ -13,17 +14,29 @@ from shapely import Polygon
 
 from pipeline.config import RefineConfig
 from pipeline.geometry.fitting import fitted
-from pipeline.geometry.overlay import polygons_of, subtract
+from pipeline.geometry.overlay import polygons_of, subtract, united
 from pipeline.geometry.straighten import straighten
+from pipeline.geometry.walls import close_cracks
 from pipeline.values import Spaces
+
+SEAM_M = 0.04
+"""Straightening may open so wide a gap between two rooms; a wall is thicker."""
 
 
 def refine(spaces: Spaces, config: RefineConfig) -> Spaces:
     """Straighten the rooms and fit the passages."""
     straight = straighten(list(spaces.rooms), offset_m=config.offset_m, angle_deg=config.angle_deg)  # R1
     rooms = _disjoint(straight, list(spaces.rooms))
+    for a, b in spaces.joins:  # R3
+        rooms[a] = _meeting(rooms[a], rooms[b])
     passages = tuple(replace(p, bridge=fitted(p.bridge, rooms)) for p in spaces.passages)  # R2
     return replace(spaces, rooms=tuple(rooms), passages=passages)
+
+
+def _meeting(room: Polygon, other: Polygon) -> Polygon:
+    both = united([room, other])
+    between = subtract(close_cracks(both, SEAM_M), both)
+    return polygons_of(united([room, between]))[0]
 
 
 def _disjoint(straight: list[Polygon], before: list[Polygon]) -> list[Polygon]:
