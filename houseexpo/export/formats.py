@@ -1,0 +1,123 @@
+"""The formats by name, and the one function that writes them."""
+
+from __future__ import annotations
+
+import inspect
+import os
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from houseexpo.errors import ConfigError, PlanError
+from houseexpo.export.coco import coco
+from houseexpo.export.geojson import geojson
+from houseexpo.export.graphml import graphml
+from houseexpo.export.irsim import irsim
+from houseexpo.export.mesh import glb, obj
+from houseexpo.export.npz import npz
+from houseexpo.export.png import png
+from houseexpo.export.pol import pol
+from houseexpo.export.published import published
+from houseexpo.export.ros import ros
+from houseexpo.export.sdf import sdf
+from houseexpo.export.stage import stage
+from houseexpo.export.svg import svg
+from houseexpo.files import write_whole
+from houseexpo.plan import FloorPlan
+
+
+@dataclass(frozen=True)
+class Format:
+    """One format: what it is in a few words, and the function that makes its files.
+
+    The function takes a plan; or, where ``indexed``, all of them, for a format with one index over all.
+    """
+
+    what: str
+    function: Callable[..., Any]
+    indexed: bool = False
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """Names of the options that the format takes."""
+        found = inspect.signature(self.function).parameters.values()
+        return tuple(parameter.name for parameter in found if parameter.kind is parameter.KEYWORD_ONLY)
+
+    def files(self, plans: Iterable[FloorPlan], **options: Any) -> Iterator[tuple[str, bytes]]:
+        """Make the files of some plans, one after the other: (name inside the folder, content)."""
+        if self.indexed:
+            yield from self.function(plans, **options)
+            return
+        for plan in plans:
+            yield from self.function(plan, **options).items()
+
+
+FORMATS: Final = {
+    "coco": Format("COCO instances: rooms and doors", coco, indexed=True),
+    "geojson": Format("GeoJSON features in metres", geojson),
+    "glb": Format("glTF mesh, binary", glb),
+    "graphml": Format("GraphML: rooms and doors", graphml),
+    "irsim": Format("IR-SIM world", irsim),
+    "json": Format("HouseExpo JSON as published", published),
+    "npz": Format("NumPy grids", npz),
+    "obj": Format("OBJ mesh", obj),
+    "png": Format("picture of the free space", png),
+    "pol": Format("polygon with holes as fractions", pol),
+    "ros": Format("ROS map_server: pgm and yaml", ros),
+    "sdf": Format("Gazebo world", sdf),
+    "stage": Format("Stage world", stage),
+    "svg": Format("SVG to scale", svg),
+}
+ALIASES: Final = {"gazebo": "sdf", "gltf": "glb", "houseexpo": "json", "map_server": "ros"}
+
+
+def export(plans: FloorPlan | Iterable[FloorPlan], to: str, out: str | os.PathLike[str], **options: Any) -> list[Path]:
+    """Write plans in another format.
+
+    Parameters
+    ----------
+    plans
+        One or many; taken one at a time, so a generator over a data set stays small.
+    to
+        A key of ``FORMATS`` or of ``ALIASES``.
+    out
+        Folder, made where it is missing; files of the same name are replaced, each by a whole one.
+    **options
+        Those of the format's function, such as ``resolution``, ``wall_thickness``, ``door_height``, ``orientation``.
+
+    Returns
+    -------
+    The files written.
+
+    Raises
+    ------
+    ConfigError
+        No such format, or no such option of it.
+    PlanError
+        A plan that the format cannot hold, or two of one id; what was written before is whole.
+    """
+    chosen = FORMATS.get(ALIASES.get(to, to))
+    if chosen is None:
+        raise ConfigError(f"export: expected one of {', '.join([*FORMATS, *ALIASES])} to export to, found {to!r}")
+    unknown = sorted(set(options) - set(chosen.options))
+    if unknown:
+        raise ConfigError(f"export: {to} takes {', '.join(chosen.options)}; found {', '.join(unknown)}")
+    folder = Path(out)
+    written = []
+    for name, content in chosen.files(_distinct([plans] if isinstance(plans, FloorPlan) else plans), **options):
+        file = folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(file, content)
+        written.append(file)
+    return written
+
+
+def _distinct(plans: Iterable[FloorPlan]) -> Iterator[FloorPlan]:
+    """Refuse two plans of one id: the second would replace the first one's files."""
+    seen: set[str] = set()
+    for plan in plans:
+        if plan.id in seen:
+            raise PlanError("expected ids that differ, found this one twice; rename one", "id", plan.id)
+        seen.add(plan.id)
+        yield plan

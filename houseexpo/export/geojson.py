@@ -1,0 +1,66 @@
+"""GeoJSON: free space, walls, rooms, doors and label boxes as features."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import shapely
+
+from houseexpo.export.files import Files, as_json
+from houseexpo.export.orientation import Orientation, oriented, world_from_plan
+from houseexpo.export.solid import WALL_THICKNESS_M
+from houseexpo.plan import FloorPlan
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+
+def geojson(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientation: Orientation = "world") -> Files:
+    """Write ``<id>.geojson``: one FeatureCollection; ``properties.kind`` tells what a feature is.
+
+    ``free_space`` (one), ``wall``, ``room`` (``room``: its id, ``label``, ``source_labels``, ``area``), ``door``
+    (``door``: its id, ``door_kind``, ``width``, ``rooms``), ``label_box`` (as published: they reach into walls).
+
+    Coordinates are metres, the plan's x and y (mirrored back where the plan is mirrored), not degrees: ``crs`` is null.
+    The collection's ``properties`` hold the plan's id and the matrix ``world_from_plan``. Rings follow the right-hand
+    rule.
+    """
+    turned = oriented(plan, orientation)
+    collection = {
+        "type": "FeatureCollection",
+        "crs": None,
+        "properties": {
+            "id": plan.id,
+            "units": "m",
+            "room_num": plan.room_num,
+            "world_from_plan": world_from_plan(plan, orientation),
+        },
+        "features": list(_features(turned, wall_thickness)),
+    }
+    return {f"{plan.id}.geojson": as_json(collection)}
+
+
+def _features(plan: FloorPlan, wall_thickness: float) -> Iterator[dict[str, Any]]:
+    yield _feature(plan.free_space, "free_space", area=round(plan.area, 4))
+    for wall in plan.walls(wall_thickness):
+        yield _feature(wall, "wall")
+    for room in plan.rooms:
+        labels = list(room.source_labels)
+        area = round(room.area, 4)
+        yield _feature(room.shape, "room", room=room.id, label=room.label, source_labels=labels, area=area)
+    for door in plan.doors:
+        rooms = list(door.rooms)
+        yield _feature(door.shape, "door", door=door.id, door_kind=door.kind, width=door.width, rooms=rooms)
+    for label, boxes in plan.room_category.items():
+        for box in boxes:
+            yield _feature(shapely.box(*box), "label_box", label=label)
+
+
+def _feature(shape: BaseGeometry, kind: str, **properties: Any) -> dict[str, Any]:
+    rounded = shapely.transform(shapely.orient_polygons(shape), lambda points: points.round(4))
+    return {
+        "type": "Feature",
+        "properties": {"kind": kind, **properties},
+        "geometry": shapely.geometry.mapping(rounded),
+    }

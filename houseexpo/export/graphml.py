@@ -1,0 +1,43 @@
+"""GraphML: rooms as nodes, doors as edges."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+from houseexpo.export.files import Files
+from houseexpo.export.orientation import Orientation, oriented
+from houseexpo.plan import FloorPlan
+
+
+def graphml(plan: FloorPlan, *, orientation: Orientation = "world") -> Files:
+    """Write ``<id>.graphml``, the graph of ``FloorPlan.graph``.
+
+    A node is a room: ``label``, ``area`` (m2), ``x`` and ``y`` (metres, a point well inside, mirrored back where the
+    plan is mirrored). An edge is a door: ``kind``, ``width`` (m), ``distance`` (m, walked from room to room). Of the
+    graph: ``id``, ``area`` (m2, the free space).
+
+    A plan without rooms (a published one) gives its label boxes as nodes, with ``source`` "box", and no edges.
+    """
+    import networkx as nx
+
+    turned = oriented(plan, orientation)
+    graph = turned.graph() if turned.rooms else _boxes(turned)
+    graph.graph = {"id": turned.id, "area": round(turned.area, 4)}
+    for _, data in graph.nodes(data=True):
+        if "position" in data:
+            data["x"], data["y"] = (round(float(value), 4) for value in data.pop("position"))
+    stream = io.BytesIO()
+    nx.write_graphml_xml(graph, stream, named_key_ids=True)
+    return {f"{plan.id}.graphml": stream.getvalue() + b"\n"}
+
+
+def _boxes(plan: FloorPlan) -> Any:
+    import networkx as nx
+
+    graph: nx.MultiGraph[int] = nx.MultiGraph()
+    boxes = [(label, box) for label, found in plan.room_category.items() for box in found]
+    for i, (label, (x1, y1, x2, y2)) in enumerate(boxes):
+        area = round((x2 - x1) * (y2 - y1), 4)
+        graph.add_node(i, label=label, area=area, x=(x1 + x2) / 2, y=(y1 + y2) / 2, source="box")
+    return graph

@@ -1,0 +1,50 @@
+"""IR-SIM: a world in YAML, walls as convex polygons."""
+
+from __future__ import annotations
+
+import json
+
+from houseexpo.export.files import Files, number
+from houseexpo.export.orientation import Orientation
+from houseexpo.export.solid import ROBOT_RADIUS_M, WALL_THICKNESS_M, solid, start_and_goal
+from houseexpo.export.trapezoids import trapezoids
+from houseexpo.plan import FloorPlan, Ring
+
+
+def irsim(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientation: Orientation = "world") -> Files:
+    """Write ``<id>.irsim.yaml``: metres, the plan's x and y (mirrored back where the plan is mirrored).
+
+    Obstacles are convex, as IR-SIM's planners want them. One robot with a lidar stands at the widest place; its goal is
+    the farthest that it reaches.
+    """
+    built = solid(plan, wall_thickness=wall_thickness, orientation=orientation)
+    x1, y1, x2, y2 = built.bounds
+    start, goal = start_and_goal(built.space)
+    lines = [
+        f"# plan {json.dumps(plan.id)}; metres",
+        "world:",
+        f"  width: {number(x2 - x1)}",
+        f"  height: {number(y2 - y1)}",
+        f"  offset: {_list(x1, y1)}",
+        "  step_time: 0.1",
+        "  collision_mode: 'stop'",
+        "robot:",
+        "  - kinematics: {name: 'diff'}",
+        f"    shape: {{name: 'circle', radius: {number(ROBOT_RADIUS_M)}}}",
+        f"    state: {_list(*start, 0)}",
+        f"    goal: {_list(*goal, 0)}",
+        "    sensors:",
+        "      - {name: 'lidar2d', range_min: 0, range_max: 5, angle_range: 3.14159265, number: 180}",
+        "obstacle:",
+        *(_obstacle(ring) for wall in built.walls for ring in trapezoids(wall)),
+    ]
+    return {f"{plan.id}.irsim.yaml": ("\n".join(lines) + "\n").encode()}
+
+
+def _obstacle(ring: Ring) -> str:
+    vertices = ", ".join(_list(x, y) for x, y in ring.tolist())
+    return f"  - {{shape: {{name: 'polygon', vertices: [{vertices}]}}, state: [0, 0, 0]}}"
+
+
+def _list(*values: float) -> str:
+    return f"[{', '.join(map(number, values))}]"

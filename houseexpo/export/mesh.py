@@ -1,0 +1,104 @@
+"""A house to walk through: walls, lintels and floor as closed meshes, in glTF (GLB) and OBJ."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+import shapely
+
+from houseexpo.export.files import Files
+from houseexpo.export.orientation import Orientation
+from houseexpo.export.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
+from houseexpo.plan import FloorPlan
+from houseexpo.raster import rings_of
+
+if TYPE_CHECKING:
+    import trimesh
+    from manifold3d import Manifold
+
+FLOOR_M: Final = 0.05
+_COLOURS: Final = {"walls": (221, 218, 209, 255), "floor": (158, 142, 120, 255)}
+
+
+def glb(
+    plan: FloorPlan,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    wall_height: float = WALL_HEIGHT_M,
+    door_height: float = DOOR_HEIGHT_M,
+    orientation: Orientation = "world",
+) -> Files:
+    """Write ``<id>.glb`` (binary glTF 2.0): y up, metres, world (x, y, z) as (X, Y, Z) = (x, z, -y).
+
+    x and y are the plan's (mirrored back where the plan is mirrored), z the height above the floor. Two nodes,
+    ``walls`` (doors are gaps under lintels) and ``floor``, each a closed body. Options are those of
+    ``houseexpo.export.solid.solid``.
+    """
+    built = solid(
+        plan,
+        wall_thickness=wall_thickness,
+        wall_height=wall_height,
+        door_height=door_height,
+        orientation=orientation,
+    )
+    return {f"{plan.id}.glb": bytes(_scene(built).export(file_type="glb"))}
+
+
+def obj(
+    plan: FloorPlan,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    wall_height: float = WALL_HEIGHT_M,
+    door_height: float = DOOR_HEIGHT_M,
+    orientation: Orientation = "world",
+) -> Files:
+    """Write ``<id>.obj``; axes, bodies and options as in ``glb``, without colours."""
+    from trimesh.exchange.obj import export_obj
+
+    built = solid(
+        plan,
+        wall_thickness=wall_thickness,
+        wall_height=wall_height,
+        door_height=door_height,
+        orientation=orientation,
+    )
+    text = export_obj(_scene(built), include_normals=False, include_color=False, include_texture=False, digits=6)
+    return {f"{plan.id}.obj": text.encode() + b"\n"}
+
+
+def _scene(built: Solid) -> trimesh.Scene:
+    import trimesh
+
+    scene = trimesh.Scene()
+    for name, body in {"walls": _walls(built), "floor": _floor(built)}.items():
+        mesh = body.to_mesh64()
+        x, y, z = np.asarray(mesh.vert_properties)[:, :3].T
+        upright = np.column_stack([x, z, -y])
+        shown = trimesh.Trimesh(upright, np.asarray(mesh.tri_verts), process=False)
+        shown.visual = trimesh.visual.TextureVisuals(
+            material=trimesh.visual.material.PBRMaterial(name=name, baseColorFactor=_COLOURS[name], roughnessFactor=0.9)
+        )
+        scene.add_geometry(shown, node_name=name, geom_name=name)
+    return scene
+
+
+def _walls(built: Solid) -> Manifold:
+    """Two storeys: walls up to the doors' heads, walls and lintels above."""
+    above = shapely.union_all([*built.walls, *built.lintels])
+    if not built.lintels:
+        return _extruded(above, built.wall_height)
+    below = _extruded(shapely.union_all(built.walls), built.door_height)
+    return below + _extruded(above, built.wall_height - built.door_height).translate((0, 0, built.door_height))
+
+
+def _floor(built: Solid) -> Manifold:
+    """The slab under rooms and walls, its top at height 0."""
+    slab = shapely.union_all([built.space, *built.walls])
+    return _extruded(slab, FLOOR_M).translate((0, 0, -FLOOR_M))
+
+
+def _extruded(shape: Any, height: float) -> Manifold:
+    from manifold3d import CrossSection, FillRule
+
+    return CrossSection(rings_of(shape), FillRule.EvenOdd).extrude(height)

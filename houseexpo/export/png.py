@@ -1,0 +1,25 @@
+"""A picture of the free space: white where a robot may be, black elsewhere."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from houseexpo.errors import ConfigError
+from houseexpo.export.files import Files, image
+from houseexpo.export.orientation import Orientation, oriented
+from houseexpo.plan import FloorPlan
+from houseexpo.raster import free_mask
+
+RESOLUTION_M = 0.02
+
+
+def png(plan: FloorPlan, *, resolution: float = RESOLUTION_M, orientation: Orientation = "world") -> Files:
+    """Write ``<id>.png``: 8 bits grey, 255 free, 0 not; one pixel of margin, first row at the highest y.
+
+    The house is shown as seen from above (mirrored back where the plan is mirrored); ``resolution`` is metres a pixel.
+    Pictures for people, with rooms and labels, are made by ``houseexpo.draw_plan``.
+    """
+    if not resolution > 0:
+        raise ConfigError(f"export: expected a resolution of more than 0 m a pixel, found {resolution!r}")
+    mask, _ = free_mask(oriented(plan, orientation), 1.0 / resolution, y_up=True)
+    return {f"{plan.id}.png": image(mask.astype(np.uint8) * 255, "PNG")}

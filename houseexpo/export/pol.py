@@ -1,0 +1,46 @@
+"""``.pol``: the free space as one polygon with holes, in the text format of the art gallery problem's instances."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import shapely
+
+from houseexpo.errors import PlanError
+from houseexpo.export.files import Files
+from houseexpo.export.orientation import Orientation, oriented
+from houseexpo.plan import FloorPlan
+
+_DENOMINATOR = 10_000  # a tenth of a millimetre; the published centimetres come out exact
+
+
+def pol(plan: FloorPlan, *, orientation: Orientation = "world") -> Files:
+    """Write ``<id>.pol``: one line, every number a fraction, metres.
+
+    ``n x1 y1 ... xn yn`` is the outline, counter-clockwise; where there are holes their number follows, and each of
+    them in the same way, clockwise. x and y are the plan's (mirrored back where the plan is mirrored).
+
+    Raises
+    ------
+    PlanError
+        The free space is in several pieces: the format holds one.
+    """
+    space = oriented(plan, orientation).free_space
+    if space.geom_type != "Polygon":
+        pieces = len(shapely.get_parts(space))
+        raise PlanError(f"expected a free space in one piece, as .pol holds, found {pieces} pieces", "verts", plan.id)
+    polygon = shapely.orient_polygons(space)
+    words = _ring(polygon.exterior)
+    if polygon.interiors:
+        words += [str(len(polygon.interiors)), *(word for hole in polygon.interiors for word in _ring(hole))]
+    return {f"{plan.id}.pol": (" ".join(words) + "\n").encode()}
+
+
+def _ring(ring: shapely.LinearRing) -> list[str]:
+    points = shapely.get_coordinates(ring)[:-1].tolist()
+    return [str(len(points)), *(_fraction(value) for point in points for value in point)]
+
+
+def _fraction(value: float) -> str:
+    exact = Fraction(round(value * _DENOMINATOR), _DENOMINATOR)
+    return f"{exact.numerator}/{exact.denominator}"

@@ -1,0 +1,50 @@
+"""The published HouseExpo format: five keys, one ring."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import shapely
+
+from houseexpo.errors import ConfigError, PlanError
+from houseexpo.export.files import Files
+from houseexpo.export.orientation import Orientation, oriented
+from houseexpo.export.slits import without_holes
+from houseexpo.plan import FloorPlan, Ring
+from houseexpo.plan_json import encode
+
+
+def published(plan: FloorPlan, *, holes: Literal["slit", "drop"] = "slit", orientation: Orientation = "plan") -> Files:
+    """Write ``<id>.json`` with the published keys alone, in the plan's own axes unless ``orientation`` is "world".
+
+    A plan without holes keeps every value of ``verts``. The format knows no holes, and a reader would drive through
+    what stands free:
+
+    - "slit": each hole is joined to the outline by a wall of 1 cm (``houseexpo.export.slits``);
+    - "drop": pillars and free-standing walls are left out.
+
+    Raises
+    ------
+    PlanError
+        Holes cannot be joined to one ring.
+    """
+    if holes not in {"slit", "drop"}:
+        raise ConfigError(f"holes: expected 'slit' or 'drop', found {holes!r}")
+    turned = oriented(plan, orientation)
+    verts = _one_ring(turned) if turned.holes and holes == "slit" else turned.verts
+    bare = FloorPlan(turned.id, verts, turned.room_num, turned.room_category)
+    return {f"{plan.id}.json": encode(bare) + b"\n"}
+
+
+def _one_ring(plan: FloorPlan) -> Ring:
+    """Return the free space's outline with its holes slit open, clockwise, (n, 2), unclosed."""
+    space = plan.free_space
+    if space.geom_type != "Polygon":
+        pieces = len(shapely.get_parts(space))
+        raise PlanError(f"expected one piece of free space, found {pieces}; drop the holes instead", "holes", plan.id)
+    try:
+        joined = without_holes(space, [door.shape for door in plan.doors])
+    except PlanError as error:
+        raise error.within(plan=plan.id) from None
+    ring: Ring = shapely.get_coordinates(shapely.orient_polygons(joined, exterior_cw=True))[:-1]
+    return ring

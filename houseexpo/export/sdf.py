@@ -1,0 +1,129 @@
+"""Gazebo: a world in SDF, walls as boxes and prisms, doors as gaps under lintels."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import shapely
+
+from houseexpo.export.files import Files, number
+from houseexpo.export.orientation import Orientation
+from houseexpo.export.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
+from houseexpo.export.trapezoids import trapezoids
+from houseexpo.plan import FloorPlan, Ring
+
+_VERSION = "1.6"  # read by Gazebo classic and by today's Gazebo
+_WALL, _LINTEL, _GROUND = "0.86 0.85 0.82 1", "0.78 0.72 0.62 1", "0.62 0.6 0.57 1"
+
+
+def sdf(
+    plan: FloorPlan,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    wall_height: float = WALL_HEIGHT_M,
+    door_height: float = DOOR_HEIGHT_M,
+    orientation: Orientation = "world",
+) -> Files:
+    """Write ``<id>.sdf``: z up, metres, the plan's x and y (mirrored back where the plan is mirrored).
+
+    Everything is in the one file. The walls are one static model; each convex piece of a wall is a collision and a
+    visual: a box where it is a rectangle along the axes, else an extruded polyline. Options are those of ``solid``.
+    """
+    built = solid(
+        plan,
+        wall_thickness=wall_thickness,
+        wall_height=wall_height,
+        door_height=door_height,
+        orientation=orientation,
+    )
+    root = ET.Element("sdf", version=_VERSION)
+    world = ET.SubElement(root, "world", name=plan.id)
+    _sun(world)
+    _ground(world, built)
+    model = _child(world, "model", name="walls")
+    _child(model, "static", "true")
+    link = _child(model, "link", name="walls")
+    for piece in _pieces(built):
+        for kind in ("collision", "visual"):
+            _stand(link, kind, piece)
+    ET.indent(root)
+    return {f"{plan.id}.sdf": b'<?xml version="1.0"?>\n' + ET.tostring(root) + b"\n"}
+
+
+class _Piece(NamedTuple):
+    """A convex ring from its foot to its top, metres."""
+
+    name: str
+    colour: str
+    ring: Ring
+    low: float
+    high: float
+
+
+def _pieces(built: Solid) -> Iterator[_Piece]:
+    walls = [ring for wall in built.walls for ring in trapezoids(wall)]
+    lintels = [ring for lintel in built.lintels for ring in trapezoids(lintel)]
+    for i, ring in enumerate(walls):
+        yield _Piece(f"wall_{i}", _WALL, ring, 0.0, built.wall_height)
+    for i, ring in enumerate(lintels):
+        yield _Piece(f"lintel_{i}", _LINTEL, ring, built.door_height, built.wall_height)
+
+
+def _stand(link: ET.Element, kind: str, piece: _Piece) -> None:
+    """Put a piece up as a collision or a visual."""
+    x1, y1, x2, y2 = shapely.Polygon(piece.ring).bounds
+    square = {tuple(corner) for corner in piece.ring.tolist()} == {(x1, y1), (x2, y1), (x2, y2), (x1, y2)}
+    part = _child(link, kind, name=f"{piece.name}_{kind}")
+    if square:
+        _child(part, "pose", _numbers((x1 + x2) / 2, (y1 + y2) / 2, (piece.low + piece.high) / 2, 0, 0, 0))
+        size = _numbers(x2 - x1, y2 - y1, piece.high - piece.low)
+        _child(_child(_child(part, "geometry"), "box"), "size", size)
+    else:
+        _child(part, "pose", _numbers(0, 0, piece.low, 0, 0, 0))
+        polyline = _child(_child(part, "geometry"), "polyline")
+        for x, y in piece.ring.tolist():
+            _child(polyline, "point", _numbers(x, y))
+        _child(polyline, "height", _numbers(piece.high - piece.low))
+    if kind == "visual":
+        _coloured(part, piece.colour)
+
+
+def _ground(world: ET.Element, built: Solid) -> None:
+    x1, y1, x2, y2 = built.bounds
+    model = _child(world, "model", name="ground")
+    _child(model, "static", "true")
+    _child(model, "pose", _numbers((x1 + x2) / 2, (y1 + y2) / 2, 0, 0, 0, 0))
+    link = _child(model, "link", name="ground")
+    for kind in ("collision", "visual"):
+        part = _child(link, kind, name=f"ground_{kind}")
+        plane = _child(_child(part, "geometry"), "plane")
+        _child(plane, "normal", "0 0 1")
+        _child(plane, "size", _numbers(x2 - x1 + 10, y2 - y1 + 10))
+        if kind == "visual":
+            _coloured(part, _GROUND)
+
+
+def _sun(world: ET.Element) -> None:
+    light = _child(world, "light", name="sun", type="directional")
+    _child(light, "cast_shadows", "false")
+    _child(light, "pose", "0 0 10 0 0 0")
+    _child(light, "diffuse", "0.9 0.9 0.9 1")
+    _child(light, "direction", "-0.4 0.3 -0.9")
+
+
+def _coloured(visual: ET.Element, colour: str) -> None:
+    material = _child(visual, "material")
+    for light in ("ambient", "diffuse"):
+        _child(material, light, colour)
+
+
+def _child(parent: ET.Element, tag: str, text: str | None = None, **attributes: str) -> ET.Element:
+    child = ET.SubElement(parent, tag, attributes)
+    child.text = text
+    return child
+
+
+def _numbers(*values: float) -> str:
+    return " ".join(map(number, values))

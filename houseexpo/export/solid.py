@@ -1,0 +1,120 @@
+"""What stands in a plan, for the formats that build it: walls, lintels, and where a robot may start."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from houseexpo.errors import ConfigError
+from houseexpo.export.orientation import Orientation, oriented
+from houseexpo.graph import standing_pieces
+from houseexpo.plan import FloorPlan
+from houseexpo.walls import walls_around
+
+if TYPE_CHECKING:
+    from shapely import MultiPolygon, Polygon
+
+WALL_HEIGHT_M: Final = 2.5
+DOOR_HEIGHT_M: Final = 2.1
+WALL_THICKNESS_M: Final = 0.1
+ROBOT_RADIUS_M: Final = 0.2
+
+_UNDER_LINTELS: Final = frozenset({"door", "cut"})  # openings are gaps of full height, entrances are closed
+_JAG_M: Final = (
+    0.01  # published oblique walls are stairs of 1 cm; straight again, one is one piece and not five hundred
+)
+_GRID_M: Final = 1e-4
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A plan to be built: polygons in metres, x right and y up in the export's world, heights above the floor.
+
+    ``space`` is the free space with walls straightened by at most 0.01 m; ``walls`` stand around and in it and leave
+    doors open; ``lintels`` are the doors' areas, from ``door_height`` to ``wall_height``.
+    """
+
+    plan: FloorPlan
+    space: Polygon | MultiPolygon
+    walls: tuple[Polygon, ...]
+    lintels: tuple[Polygon, ...]
+    wall_height: float
+    door_height: float
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """(x_min, y_min, x_max, y_max) of the walls, metres."""
+        import shapely
+
+        x1, y1, x2, y2 = shapely.total_bounds(self.walls).tolist()
+        return x1, y1, x2, y2
+
+
+def solid(
+    plan: FloorPlan,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    wall_height: float = WALL_HEIGHT_M,
+    door_height: float = DOOR_HEIGHT_M,
+    orientation: Orientation = "world",
+) -> Solid:
+    """Build a plan; ConfigError where a size makes no house.
+
+    Parameters
+    ----------
+    plan
+        Without doors (a published one) it gets no lintels; its walls are the same.
+    wall_thickness
+        Of outer walls; walls between rooms are as thick as they are.
+    wall_height, door_height
+        Metres above the floor; equal heights leave doors without lintels.
+    orientation
+        See ``houseexpo.export.orientation``.
+    """
+    import shapely
+
+    if not (math.isfinite(wall_height) and 0 < door_height <= wall_height):
+        found = f"wall_height {wall_height!r} and door_height {door_height!r}"
+        raise ConfigError(f"export: expected heights 0 < door_height <= wall_height in metres, found {found}")
+    turned = oriented(plan, orientation)
+    space = shapely.set_precision(turned.free_space.simplify(_JAG_M), _GRID_M)
+    walls = [shapely.set_precision(wall, _GRID_M) for wall in walls_around(space, wall_thickness)]
+    doors = [door.shape for door in turned.doors if door.kind in _UNDER_LINTELS] if door_height < wall_height else []
+    lintels = (_polygons(shapely.intersection(door, space)) for door in doors)
+    return Solid(
+        plan=turned,
+        space=space,
+        walls=tuple(part for wall in walls for part in _polygons(wall)),
+        lintels=tuple(part for parts in lintels for part in parts),
+        wall_height=wall_height,
+        door_height=door_height,
+    )
+
+
+def start_and_goal(space: Polygon | MultiPolygon, radius_m: float = ROBOT_RADIUS_M) -> tuple[Point, Point]:
+    """Return the widest place of a free space and a far one that a disc of this radius reaches from there, metres.
+
+    In a space too narrow for the disc both are a point inside.
+    """
+    import shapely
+
+    pieces = standing_pieces(space, radius_m)
+    if not pieces:
+        point = space.representative_point()
+        return (point.x, point.y), (point.x, point.y)
+    start = np.asarray(shapely.maximum_inscribed_circle(pieces[0], tolerance=0.01).coords[0])
+    corners = np.asarray(pieces[0].exterior.coords)
+    goal = corners[np.argmax(np.hypot(*(corners - start).T))]
+    (x1, y1), (x2, y2) = start.round(3).tolist(), goal.round(3).tolist()
+    return (x1, y1), (x2, y2)
+
+
+def _polygons(shape: Polygon | MultiPolygon) -> list[Polygon]:
+    import shapely
+
+    return [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon" and not part.is_empty]

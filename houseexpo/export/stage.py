@@ -1,0 +1,84 @@
+"""Stage: a world file, walls as convex blocks."""
+
+from __future__ import annotations
+
+import math
+
+from houseexpo.export.files import Files, number
+from houseexpo.export.orientation import Orientation
+from houseexpo.export.solid import (
+    ROBOT_RADIUS_M,
+    WALL_HEIGHT_M,
+    WALL_THICKNESS_M,
+    solid,
+    start_and_goal,
+)
+from houseexpo.export.trapezoids import trapezoids
+from houseexpo.plan import FloorPlan, Ring
+
+_ROBOT = """define robot position
+(
+  size [{side} {side} 0.3]
+  drive "diff"
+  ranger ( sensor ( range [0.0 5.0] fov 180 samples 258 ) )
+)
+"""
+
+
+def stage(
+    plan: FloorPlan,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    wall_height: float = WALL_HEIGHT_M,
+    orientation: Orientation = "world",
+) -> Files:
+    """Write ``<id>.world``: metres, the plan's x and y (mirrored back where the plan is mirrored).
+
+    Stage scales a model's blocks to the model's size and centres them on its pose; both are set so that blocks stand
+    where their points say. It draws blocks as convex polygons, so walls come in convex pieces. One robot with a laser
+    stands at the widest place. Options are those of ``houseexpo.export.solid.solid``.
+    """
+    built = solid(
+        plan,
+        wall_thickness=wall_thickness,
+        wall_height=wall_height,
+        door_height=wall_height,  # no lintels: a robot in the plane would never meet one
+        orientation=orientation,
+    )
+    x1, y1, x2, y2 = built.bounds
+    (x, y), _ = start_and_goal(built.space)
+    side = ROBOT_RADIUS_M * math.sqrt(2)  # the square inside the disc
+    middle = _numbers((x1 + x2) / 2, (y1 + y2) / 2)
+    lines = [
+        f"name {_quoted(plan.id)}",
+        "resolution 0.02",
+        "interval_sim 100",
+        f"window ( size [800 800] center [{middle}] scale {number(round(700 / max(x2 - x1, y2 - y1), 2))} )",
+        _ROBOT.format(side=number(round(side, 3))),
+        "model",
+        "(",
+        '  name "walls"',
+        '  color "gray30"',
+        f"  size [{_numbers(x2 - x1, y2 - y1, built.wall_height)}]",
+        f"  pose [{middle} 0 0]",
+        "  gui_nose 0",
+        "  gui_move 0",
+        "  obstacle_return 1",
+        *(_block(ring, built.wall_height) for wall in built.walls for ring in trapezoids(wall)),
+        ")",
+        f'robot ( name "robot" pose [{_numbers(x, y, 0, 0)}] )',
+    ]
+    return {f"{plan.id}.world": ("\n".join(lines) + "\n").encode()}
+
+
+def _block(ring: Ring, height: float) -> str:
+    points = " ".join(f"point[{i}] [{_numbers(x, y)}]" for i, (x, y) in enumerate(ring.tolist()))
+    return f"  block ( points {len(ring)} {points} z [{_numbers(0, height)}] )"
+
+
+def _quoted(name: str) -> str:
+    return '"' + name.replace('"', "'") + '"'  # the world file's strings know no escape
+
+
+def _numbers(*values: float) -> str:
+    return " ".join(map(number, values))

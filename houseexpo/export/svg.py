@@ -1,0 +1,60 @@
+"""SVG to scale: one layer each for free space, walls, rooms and doors, metres as its units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from html import escape
+from typing import TYPE_CHECKING
+
+import shapely
+
+from houseexpo.categories import colour
+from houseexpo.export.files import Files, number
+from houseexpo.export.orientation import Orientation, oriented
+from houseexpo.export.solid import WALL_THICKNESS_M
+from houseexpo.plan import FloorPlan
+from houseexpo.raster import rings_of
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+_FREE, _WALL, _DOOR = "#ffffff", "#4a4a4a", "#e8e2d4"
+_PIXELS_A_METRE = 50
+
+
+def svg(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientation: Orientation = "world") -> Files:
+    """Write ``<id>.svg``: the view box is in metres, x right, y turned to run down as SVG has it.
+
+    The house is shown as seen from above (mirrored back where the plan is mirrored), 50 pixels a metre. Layers are
+    groups: ``walls``, ``free-space``, ``rooms`` and ``doors``; rooms carry their label as a title. Pictures with a
+    scale bar and a legend are made by ``houseexpo.svg``.
+    """
+    turned = oriented(plan, orientation)
+    walls = turned.walls(wall_thickness)
+    x1, y1, x2, y2 = shapely.total_bounds(walls).tolist()
+    box = f"{number(x1)} {number(-y2)} {number(x2 - x1)} {number(y2 - y1)}"
+    wide, high = number((x2 - x1) * _PIXELS_A_METRE), number((y2 - y1) * _PIXELS_A_METRE)
+    lines = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}" viewBox="{box}">',
+        f"<title>{escape(plan.id)}</title>",
+        *_layer("walls", [(wall, _WALL, "wall") for wall in walls]),
+        *_layer("free-space", [(turned.free_space, _FREE, "free space")]),
+        *_layer("rooms", [(room.shape, colour(room.label), room.label) for room in turned.rooms]),
+        *_layer("doors", [(door.shape, _DOOR, door.kind) for door in turned.doors if door.kind != "entrance"]),
+        "</svg>\n",
+    ]
+    return {f"{plan.id}.svg": "\n".join(lines).encode()}
+
+
+def _layer(name: str, parts: Iterable[tuple[BaseGeometry, str, str]]) -> list[str]:
+    paths = [
+        f'<path fill="{fill}" fill-rule="evenodd" d="{_path(shape)}"><title>{escape(title)}</title></path>'
+        for shape, fill, title in parts
+    ]
+    return [f'<g id="{name}">', *paths, "</g>"] if paths else []
+
+
+def _path(shape: BaseGeometry) -> str:
+    """Return the rings as closed subpaths; y runs down."""
+    rings = (" ".join(f"{number(x)},{number(-y)}" for x, y in ring.tolist()) for ring in rings_of(shape))
+    return " ".join(f"M{ring}Z" for ring in rings)
