@@ -87,10 +87,12 @@ def _override(name: str, kept: Kept, overrides: Mapping[str, Override]) -> Overr
 def _write_plans(store: Store, plans: Mapping[str, Kept], outcomes: dict[str, Any]) -> dict[str, Any]:
     """Write json/ and the index in one pass; return the statistics."""
     summaries = new_summaries()
+    rules: Counter[str] = Counter()
     rows = []
     for name, kept in plans.items():
         plan = _load(store, kept)
         rows.append(row(plan))
+        rules.update(_rules(plan))
         for summary in summaries.values():
             summary.add(plan)
         store.publish(name, kept)
@@ -98,6 +100,7 @@ def _write_plans(store: Store, plans: Mapping[str, Kept], outcomes: dict[str, An
         if file.stem not in plans or file.suffix != ".json":
             file.unlink()
     write(store.root / "index.parquet", index_table(rows))
+    outcomes = {**outcomes, "rules": dict(sorted(rules.items()))}
     return {"outcomes": outcomes, **{name: summary.report() for name, summary in summaries.items()}}
 
 
@@ -110,6 +113,12 @@ def _outcomes(inputs: int, plans: int, dropped: list[Duplicate], refused: list[R
         "rejected": len(refused),
         "reasons": dict(sorted(reasons.items(), key=lambda pair: (-pair[1], pair[0]))),
     }
+
+
+def _rules(plan: FloorPlan) -> list[str]:
+    """Name the rules that had something to do in a plan: those that stand for what the paper left to people."""
+    notes = (plan.provenance or {}).get("notes", {})
+    return [f"{name}:{value}" if isinstance(value, str) else name for name, value in notes.items()]
 
 
 def _duplicate(duplicate: Duplicate) -> dict[str, Any]:

@@ -18,6 +18,14 @@ from pipeline.store import write
 PICTURES = 60
 """How many plans a build draws: enough to look at, quick to make."""
 
+RULES = {
+    "boundary:floor_edge": "closed an open front by its floor",
+    "boundary:wall_ends": "closed an open front by its walls' ends",
+    "cuts": "cut a wall",
+    "erased_parts": "erased a part standing apart",
+    "filled_cells": "filled a closed cell",
+    "filled_pockets": "filled a corner out of reach",
+}
 _TILE_PX = 320
 _BAR = 24
 
@@ -34,6 +42,11 @@ def outcome_table(stats: Mapping[str, Any]) -> Table:
     table.add_row("[red]rejected[/]", str(outcomes["rejected"]))
     for reason, count in outcomes["reasons"].items():
         table.add_row(f"  {reason}", str(count), style="dim")
+    if outcomes["rules"]:
+        table.add_section()
+        table.add_row("plans in which a rule", "")
+        for rule, count in outcomes["rules"].items():
+            table.add_row(f"  {RULES.get(rule, rule)}", str(count), style="dim")
     return table
 
 
@@ -118,6 +131,7 @@ def _page(data_set: DataSet, chosen: Sequence[str]) -> str:
     outcomes = data_set.stats["outcomes"]
     rows = [(key, outcomes[key]) for key in ("inputs", "plans", "duplicates", "rejected")]
     rows += [(f"rejected: {reason}", count) for reason, count in outcomes["reasons"].items()]
+    rows += [(f"plans in which a rule {RULES.get(rule, rule)}", count) for rule, count in outcomes["rules"].items()]
     cells = "\n".join(f"<tr><td>{escape(name)}<td>{count}" for name, count in rows)
     figures = "\n".join(_FIGURE.format(name=escape(name)) for name in chosen)
     return _HTML.format(title=escape(data_set.root.name), cells=cells, figures=figures)

@@ -8,6 +8,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from houseexpo.files import load_plan
+from houseexpo.plan_json import decode
+from pipeline.algorithm import plan_house
 from pipeline.overrides import Override
 from tests.builders.batch import contents, lines, one_room, run_build
 
@@ -48,7 +50,16 @@ def test_every_input_ends_as_a_plan_a_rejection_or_a_duplicate(street: Path, tmp
         "duplicates": 1,
         "rejected": 4,
         "reasons": {"empty": 1, "internal": 1, "not_enclosed": 1, "unreadable": 1},
+        "rules": {},
     }
+
+
+def test_a_build_counts_the_plans_in_which_a_rule_had_something_to_do(tmp_path: Path) -> None:
+    outcomes = run_build([Path("procedural:40")], tmp_path / "out", seed=7, plan=plan_house).stats["outcomes"]
+    plans = [decode(file.read_bytes()) for file in (tmp_path / "out" / "json").iterdir()]
+    notes = [(plan.provenance or {})["notes"] for plan in plans]
+    assert outcomes["rules"]["boundary:floor_edge"] == sum("boundary" in note for note in notes) > 0
+    assert outcomes["rules"]["filled_cells"] == sum("filled_cells" in note for note in notes) > 0
 
 
 def test_workers_change_no_byte_and_no_path_of_the_machine_is_told(street: Path, tmp_path: Path) -> None:
