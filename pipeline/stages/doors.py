@@ -75,11 +75,14 @@ def _kind(closer: Closer, bridge: Bridge, openings: tuple[SourceOpening, ...]) -
 
 
 def _shared(bridge: Bridge, rooms: list[Polygon]) -> tuple[Polygon, Polygon]:
-    """The two rooms of a wide bridge, each with its half of the strip."""
+    """The two rooms of a wide bridge, each with its half of the strip.
+
+    A closer laps over its strip, so that the rooms begin behind that; the halves go on into them.
+    """
     half = replace(bridge, depth=bridge.depth / 2)
     to_second = bridge.across * bridge.depth / 4
-    near = replace(half, centre=bridge.centre - to_second).strip(deeper_m=LAP_M)
-    far = replace(half, centre=bridge.centre + to_second).strip(deeper_m=LAP_M)
+    near = replace(half, centre=bridge.centre - to_second).strip(deeper_m=2 * LAP_M)
+    far = replace(half, centre=bridge.centre + to_second).strip(deeper_m=2 * LAP_M)
     first = polygons_of(united([rooms[bridge.sides[0]], near]))[0]
     second = polygons_of(subtract(united([rooms[bridge.sides[1]], far]), first))[0]
     return first, second
