@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         PlanError,
         UnknownPlanError,
     )
+    from houseexpo.fetch import fetch
     from houseexpo.files import load_plan, save_plan
     from houseexpo.frame import GridFrame
     from houseexpo.graph import navigability, rooms_graph
@@ -48,6 +49,7 @@ _HOME = {
         "PlanError",
         "UnknownPlanError",
     ),
+    "fetch": ("fetch",),
     "files": ("load_plan", "save_plan"),
     "frame": ("GridFrame",),
     "graph": ("navigability", "rooms_graph"),
@@ -83,6 +85,7 @@ __all__ = [
     "door_mask",
     "draw_plan",
     "encode",
+    "fetch",
     "find_duplicates",
     "free_mask",
     "load_plan",

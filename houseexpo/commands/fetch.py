@@ -1,0 +1,49 @@
+"""``houseexpo fetch``: download the published data set."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+class Size(StrEnum):
+    """How many plans."""
+
+    TEN = "10"
+    HUNDRED = "100"
+    THOUSAND = "1000"
+    ALL = "all"
+
+
+def fetch(
+    subset: Annotated[Size, typer.Option(help="How many plans; smaller subsets lie in larger ones.")] = Size.ALL,
+    manifest: Annotated[Path | None, typer.Option(help="Manifest of another data set.", dir_okay=False)] = None,
+) -> None:
+    """Download the published data set into the cache, verified, and say where it is.
+
+    A download that was interrupted goes on where it stopped. The variable HOUSEEXPO_CACHE moves the cache.
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
+
+    from houseexpo.dataset import open_dataset
+    from houseexpo.fetch import fetch as run_fetch
+    from houseexpo.manifest import load_manifest
+
+    published = load_manifest(manifest)
+    columns = (TextColumn("{task.description}"), BarColumn(), DownloadColumn(), TransferSpeedColumn())
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        tasks: dict[str, Any] = {}
+
+        def show(what: str, done: int, total: int) -> None:
+            if what not in tasks:
+                tasks[what] = bar.add_task(what)
+            bar.update(tasks[what], completed=done, total=total or None)
+
+        folder = run_fetch(subset.value, manifest=published, progress=show)
+    console = Console()
+    console.print(f"{len(open_dataset(folder))} plans of {published.name} ({published.licence})", highlight=False)
+    console.print(str(folder), highlight=False, soft_wrap=True)
