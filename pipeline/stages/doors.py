@@ -79,10 +79,10 @@ def _shared(bridge: Bridge, rooms: list[Polygon]) -> tuple[Polygon, Polygon]:
 
     A closer laps over its strip, so that the rooms begin behind that; the halves go on into them.
     """
-    half = replace(bridge, depth=bridge.depth / 2)
-    to_second = bridge.across * bridge.depth / 4
-    near = replace(half, centre=bridge.centre - to_second).strip(deeper_m=2 * LAP_M)
-    far = replace(half, centre=bridge.centre + to_second).strip(deeper_m=2 * LAP_M)
+    half = replace(bridge, depth=bridge.depth / 2 + 2 * LAP_M)
+    aside = bridge.across * (bridge.depth / 4 + LAP_M)
+    near = replace(half, centre=bridge.centre - aside).strip()
+    far = replace(half, centre=bridge.centre + aside).strip()
     first = polygons_of(united([rooms[bridge.sides[0]], near]))[0]
     second = polygons_of(subtract(united([rooms[bridge.sides[1]], far]), first))[0]
     return first, second

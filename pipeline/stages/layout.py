@@ -96,6 +96,7 @@ def _settled(
 
     Returns what is left, and the closed plane with its spaces.
     """
+    pruned = not rest
     while True:
         plane, rooms = enclosed(_plane(door, strips + rest))
         strips = with_sides(strips, rooms, plane)
@@ -104,13 +105,12 @@ def _settled(
             useless = _around_no_room(strips, rooms, config.walled)  # R6
         if not useless:
             useless = _widest_gap_of_a_niche(strips, rooms, config.area_m2)
-        if not useless:
-            break
-        strips = [strip for k, strip in enumerate(strips) if k not in useless]
-    if rest:
-        strips = strips + needed(door, strips, rest)
-        plane, rooms = enclosed(_plane(door, strips))
-    return strips, plane, rooms
+        if useless:
+            strips, pruned = [strip for k, strip in enumerate(strips) if k not in useless], not rest
+        elif pruned:
+            return strips + rest, plane, rooms
+        else:  # strips that stood against what is dropped here may part nothing now
+            rest, pruned = needed(door, strips, rest), True
 
 
 def _parts_nothing(closer: Closer, door: BaseGeometry, config: LayoutConfig) -> bool:
