@@ -24,6 +24,7 @@ _APART_M: Final = 0.02
 _BESIDE_M: Final = 0.03
 _COMMON_M: Final = 1.2
 _SPECK_M2: Final = 0.01
+_JAGS_M2: Final = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,11 +108,21 @@ def _links(faces: npt.NDArray[np.object_], necks: list[Neck]) -> list[_Link]:
     place.flat[point] = face
     found = []
     own: set[int] = set()
-    for neck, (middle, one, other) in zip(necks, place.tolist(), strict=True):
-        if min(middle, one, other) >= 0 and middle not in (one, other) and middle not in own:
+    fills = _fills(faces[place[:, 0]], necks)
+    for neck, (middle, one, other), fits in zip(necks, place.tolist(), fills.tolist(), strict=True):
+        if fits and min(middle, one, other) >= 0 and middle not in (one, other) and middle not in own:
             found.append(_Link(neck, middle, (one, other)))
             own.add(middle)
     return [link for link in found if own.isdisjoint(link.sides)]
+
+
+def _fills(faces: npt.NDArray[np.object_], necks: list[Neck]) -> npt.NDArray[np.bool_]:
+    """Whether each face is about as large as its neck: something else may run through it."""
+    import shapely
+
+    area = shapely.area(shapely.convex_hull(shapely.multipoints([neck.fronts.reshape(4, 2) for neck in necks])))
+    found = shapely.area(faces)
+    return np.asarray((found > 0.5 * area - _JAGS_M2) & (found < 2.0 * area + _JAGS_M2))
 
 
 def _looks(neck: Neck) -> Floats:

@@ -13,20 +13,17 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely import Polygon
-from shapely.geometry.base import BaseGeometry
 
 from houseexpo.categories import UNLABELLED
 from houseexpo.plan import Box, Door, FloorPlan, Frame, Room
+from houseexpo.tiling import GRID_M, Points, faces_between, rings_of
 from pipeline.geometry.fitting import opening_polygon
 from pipeline.geometry.overlay import polygons_of, united
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Level, NamedRoom, Passage, Spaces
 
-GRID_M = 0.01
 MARGIN_M = 0.1
 """``min(verts)`` of every plan, as published."""
-
-Points = npt.NDArray[np.float64]
 
 
 def vectorise(level: Level, spaces: Spaces, named: tuple[NamedRoom, ...], provenance: Mapping[str, Any]) -> FloorPlan:
@@ -43,6 +40,7 @@ def vectorise(level: Level, spaces: Spaces, named: tuple[NamedRoom, ...], proven
             "look at it with inspect",
         )
     shift = MARGIN_M - np.array(outline[0].bounds[:2])
+    verts, holes = rings_of(outline[0], shift)
     rooms = [_room(k, shape, name, shift) for k, (shape, name) in enumerate(zip(room_shapes, named, strict=True))]
     doors = [
         _door(k, p, shape, _beside(p, room_shapes), shift)
@@ -54,8 +52,8 @@ def vectorise(level: Level, spaces: Spaces, named: tuple[NamedRoom, ...], proven
             doors.append(_door(len(doors), p, strip, _beside(p, room_shapes), shift))
     return FloorPlan(
         id=level.id,
-        verts=_ring(outline[0].exterior, shift, clockwise=True),
-        holes=tuple(_ring(h, shift, clockwise=False) for h in outline[0].interiors),
+        verts=verts,
+        holes=holes,
         room_num=level.room_count if level.room_count is not None else len(rooms),
         room_category=_boxes(level, named, room_shapes, shift),
         rooms=tuple(rooms),
@@ -68,8 +66,7 @@ def vectorise(level: Level, spaces: Spaces, named: tuple[NamedRoom, ...], proven
 def _tiled(rooms: list[Polygon], doors: list[Polygon]) -> tuple[list[Polygon], list[Polygon]]:
     """Rooms and doors on the grid, with shared vertices."""
     shapes = [*doors, *rooms]
-    lines = shapely.union_all(shapely.boundary(shapes), grid_size=GRID_M)
-    faces = shapely.get_parts(shapely.polygonize(shapely.get_parts(lines)))
+    faces = faces_between(shapely.boundary(shapes))
     inside = shapely.point_on_surface(faces)
     tree = shapely.STRtree(shapes)
     face, shape = tree.query(inside, predicate="within")
@@ -85,29 +82,13 @@ def _whole(faces: npt.NDArray[np.object_], shape: Polygon) -> Polygon:
     return found[0] if found else shape
 
 
-def _ring(ring: BaseGeometry, shift: Points, *, clockwise: bool) -> Points:
-    """Vertices (n, 2) on the grid, unclosed, none repeated, none between two in line."""
-    points = np.round((shapely.get_coordinates(ring)[:-1] + shift) / GRID_M).astype(np.int64)
-    points = points[np.any(points != np.roll(points, 1, axis=0), axis=1)]
-    while True:
-        before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
-        bend = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] != 0
-        if bend.all() or len(points) <= 3:
-            break
-        points = points[bend]
-    x, y = points.T
-    area2 = int((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
-    if (area2 < 0) != clockwise:
-        points = points[::-1]
-    return np.asarray(np.round(points * GRID_M, 2))
-
-
 def _room(k: int, shape: Polygon, name: NamedRoom, shift: Points) -> Room:
+    polygon, holes = rings_of(shape, shift)
     return Room(
         id=k,
         label=name.labels[0] if name.labels else UNLABELLED,
-        polygon=_ring(shape.exterior, shift, clockwise=True),
-        holes=tuple(_ring(h, shift, clockwise=False) for h in shape.interiors),
+        polygon=polygon,
+        holes=holes,
         source_labels=name.words,
     )
 
@@ -131,7 +112,7 @@ def _door(k: int, passage: Passage, shape: Polygon, rooms: tuple[int, int | None
         kind=passage.kind,
         segment=((float(a[0]), float(a[1])), (float(b[0]), float(b[1]))),
         width=round(float(np.hypot(*(b - a))), 2),
-        polygon=_ring(shape.exterior, shift, clockwise=True),
+        polygon=rings_of(shape, shift)[0],
         rooms=rooms,
     )
 
