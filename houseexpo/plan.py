@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ import numpy.typing as npt
 from houseexpo import checks
 from houseexpo.errors import PlanError
 from houseexpo.parts import DOOR_KINDS, Box, Door, DoorKind, Frame, Navigability, Reach, Ring, Room
-from houseexpo.repair import even_odd
+from houseexpo.repair import Repair, even_odd, repair_of
 from houseexpo.value import Value
 
 if TYPE_CHECKING:
@@ -24,13 +24,16 @@ if TYPE_CHECKING:
 
 __all__ = ["DOOR_KINDS", "Box", "Door", "DoorKind", "FloorPlan", "Frame", "Navigability", "Reach", "Ring", "Room"]
 
+_T = TypeVar("_T")
+
 
 @dataclass(frozen=True, eq=False)
 class FloorPlan(Value):
     """One floor plan of the data set (FORMAT.md), published or ours.
 
     ``verts`` stays as published; shapes and finiteness are checked when a plan is made (PlanError), simple geometry is
-    not: 1,285 published rings touch or cross themselves. ``outline`` and ``free_space`` are valid in any case.
+    not: 1,285 published rings touch or cross themselves. ``outline`` and ``free_space`` are valid in any case, and
+    ``repair`` says what it took.
 
     Examples
     --------
@@ -75,21 +78,35 @@ class FloorPlan(Value):
             if not known.issuperset(room for room in door.rooms if room is not None):
                 raise PlanError(f"expected ids of rooms {sorted(known)}, found {list(door.rooms)}", f"doors[{i}].rooms")
 
-    @property
+    @cached_property
     def bbox(self) -> Box:
         """(x_min, y_min, x_max, y_max) of ``verts``, metres."""
-        low, high = self.verts.min(axis=0), self.verts.max(axis=0)
-        return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+        (x1, y1), (x2, y2) = self.verts.min(axis=0).tolist(), self.verts.max(axis=0).tolist()
+        return x1, y1, x2, y2
 
     @cached_property
     def outline(self) -> Polygon | MultiPolygon:
-        """What ``verts`` encloses, metres; a ring that touches or crosses itself is repaired by the even-odd rule."""
-        return even_odd(self.verts, ())
+        """What ``verts`` encloses, metres; a ring that touches or crosses itself is repaired by the even-odd rule.
+
+        PlanError where it encloses nothing; ``houseexpo.repair`` states the rule, ``repair`` what it changed.
+        """
+        return self._mended(even_odd, ())
 
     @cached_property
     def free_space(self) -> Polygon | MultiPolygon:
         """The outline less the holes, metres, repaired as ``outline`` is."""
-        return even_odd(self.verts, self.holes) if self.holes else self.outline
+        return self._mended(even_odd, self.holes) if self.holes else self.outline
+
+    @cached_property
+    def repair(self) -> Repair | None:
+        """What was wrong with the rings and what mending them changed; None where they are valid."""
+        return self._mended(repair_of, self.holes)
+
+    def _mended(self, how: Callable[[Ring, Sequence[Ring]], _T], holes: tuple[Ring, ...]) -> _T:
+        try:
+            return how(self.verts, holes)
+        except PlanError as error:
+            raise error.within(plan=self.id) from None
 
     @property
     def area(self) -> float:
