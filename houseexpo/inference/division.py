@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -23,6 +24,7 @@ _OVER_M: Final = 0.02  # lines go on into the walls, past what straightening too
 _APART_M: Final = 0.02
 _BESIDE_M: Final = 0.03
 _COMMON_M: Final = 1.2
+_IN_LINE_M: Final = 0.3
 _SPECK_M2: Final = 0.01
 _JAGS_M2: Final = 0.02
 
@@ -163,21 +165,31 @@ def _rooms(faces: int, links: list[_Link], kept: list[_Link]) -> list[list[int]]
 
 def _open(links: list[_Link], sides: list[tuple[int, int]]) -> set[int]:
     """R3."""
-    between: dict[tuple[int, int], list[int]] = {}
-    for k, (one, other) in enumerate(sides):
-        between.setdefault((min(one, other), max(one, other)), []).append(k)
-    wide = set()
-    for row in between.values():
-        width = sum(links[k].neck.width for k in row)
-        share = width / min(links[k].neck.room for k in row)
-        alone = len(row) == 1
-        if (
-            width > _COMMON_M
-            and share > (OPEN_ALONE if alone else OPEN_ROW)
-            and not (alone and links[row[0]].neck.whole == 2)
-        ):
+    wide: set[int] = set()
+    for row in _in_rows([link.neck for link in links], sides):
+        necks = [links[k].neck for k in row]
+        width = sum(neck.width for neck in necks)
+        share = width / min(neck.room for neck in necks)
+        alone = len(necks) == 1
+        most = OPEN_ALONE if alone else OPEN_ROW
+        if width > _COMMON_M and share > most and not (alone and necks[0].whole == 2):
             wide.update(row)
     return wide
+
+
+def _in_rows(necks: list[Neck], sides: list[tuple[int, int]]) -> list[list[int]]:
+    """Necks (indices) between the same two rooms that stand side by side in one wall."""
+    import networkx as nx
+
+    rows = nx.Graph()
+    rows.add_nodes_from(range(len(necks)))
+    for i, k in combinations(range(len(necks)), 2):
+        if set(sides[i]) == set(sides[k]):
+            to = necks[k].middle - necks[i].middle
+            aside = abs(float(to @ necks[i].into[0]))
+            if aside <= _IN_LINE_M and float(np.hypot(*to)) <= (necks[i].room + necks[k].room) / 2:
+                rows.add_edge(i, k)
+    return [sorted(row) for row in nx.connected_components(rows)]
 
 
 def _whole(faces: npt.NDArray[np.object_]) -> Polygon:
