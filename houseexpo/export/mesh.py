@@ -74,7 +74,7 @@ def _scene(built: Solid) -> trimesh.Scene:
     for name, body in {"walls": _walls(built), "floor": _floor(built)}.items():
         mesh = body.to_mesh64()
         x, y, z = np.asarray(mesh.vert_properties)[:, :3].T
-        upright = np.column_stack([x, z, -y])
+        upright = np.column_stack([x, z, 0.0 - y])  # not -y: no negative zeros in the text
         shown = trimesh.Trimesh(upright, np.asarray(mesh.tri_verts), process=False)
         shown.visual = trimesh.visual.TextureVisuals(
             material=trimesh.visual.material.PBRMaterial(name=name, baseColorFactor=_COLOURS[name], roughnessFactor=0.9)

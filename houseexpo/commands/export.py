@@ -1,0 +1,105 @@
+"""``houseexpo export``: plans in the formats of other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+if TYPE_CHECKING:
+    from houseexpo.plan import FloorPlan
+
+
+# the table of formats brings shapely, which `houseexpo --help` does without; a test keeps the two alike
+_NAMES = "coco, geojson, glb, graphml, irsim, json, npz, obj, png, pol, ros, sdf, stage, svg"
+_OWN = "the format's own"
+
+
+def export(
+    dataset: Annotated[Path, typer.Argument(help="Data set folder, archive, JSON lines, or one plan's JSON file.")],
+    to: Annotated[str, typer.Option(metavar="FORMAT", help=f"One of {_NAMES}.")],
+    out: Annotated[Path, typer.Option(help="Folder for the files.", show_default=False)],
+    ids: Annotated[
+        list[str] | None,
+        typer.Option(help="Ids, by commas, or @FILE with one a line; may be repeated.", show_default="all"),
+    ] = None,
+    resolution: Annotated[
+        float | None, typer.Option(help="Side of a pixel or cell.", metavar="METRES", show_default=_OWN)
+    ] = None,
+    wall_thickness: Annotated[
+        float | None, typer.Option(help="Of outer walls.", metavar="METRES", show_default=_OWN)
+    ] = None,
+    wall_height: Annotated[float | None, typer.Option(help="Of walls.", metavar="METRES", show_default=_OWN)] = None,
+    door_height: Annotated[
+        float | None, typer.Option(help="Of the gap under a lintel.", metavar="METRES", show_default=_OWN)
+    ] = None,
+    holes: Annotated[
+        Literal["slit", "drop"] | None,
+        typer.Option(help="Published JSON: join holes to the outline, or leave them out.", show_default="slit"),
+    ] = None,
+    orientation: Annotated[
+        Literal["world", "plan"] | None,
+        typer.Option(help="As seen from above, or the plan's own axes.", show_default=_OWN),
+    ] = None,
+    find_rooms: Annotated[bool, typer.Option("--find-rooms", help="Find rooms and doors of plans without.")] = False,
+) -> None:
+    """Write plans for other programs: maps, worlds, meshes, features, graphs, pictures, grids."""
+    from rich.console import Console
+
+    from houseexpo.export.formats import export as write
+
+    given = {
+        "resolution": resolution,
+        "wall_thickness": wall_thickness,
+        "wall_height": wall_height,
+        "door_height": door_height,
+        "holes": holes,
+        "orientation": orientation,
+    }
+    options = {name: value for name, value in given.items() if value is not None}
+    count, plans = _plans(dataset, _wanted(ids))
+    if find_rooms:
+        plans = _with_rooms(plans)
+    files = write(plans, to, out, **options)
+    Console().print(f"{count} plans, {len(files)} files in {out}", highlight=False, soft_wrap=True)
+
+
+def _plans(path: Path, wanted: Sequence[str] | None) -> tuple[int, Iterator[FloorPlan]]:
+    """Return how many plans there will be, and the plans; all ids are known before the first plan is read."""
+    from houseexpo.dataset import Dataset, open_dataset
+    from houseexpo.errors import UnknownPlanError
+    from houseexpo.files import load_plan
+    from houseexpo.progress import watched
+    from houseexpo.store.catalogue import nearest
+
+    data: Dataset | dict[str, FloorPlan]
+    if path.suffix == ".json" and path.is_file():
+        plan = load_plan(path)
+        data = {plan.id: plan}
+    else:
+        data = open_dataset(path)
+    known = list(data) if isinstance(data, dict) else data.ids
+    unknown = sorted(set(wanted or ()) - set(known))
+    if unknown:
+        raise UnknownPlanError(f"{path}: {'; '.join(nearest(name, known) for name in unknown[:5])}")
+    chosen = known if wanted is None else wanted
+    return len(chosen), watched((data[name] for name in chosen), "exporting", len(chosen))
+
+
+def _wanted(ids: Sequence[str] | None) -> list[str] | None:
+    """Return the ids that the command line names, each once, in order."""
+    if not ids:
+        return None
+    found: list[str] = []
+    for word in ids:
+        found += Path(word[1:]).read_text().split() if word.startswith("@") else word.split(",")
+    return list(dict.fromkeys(name for name in found if name))
+
+
+def _with_rooms(plans: Iterator[FloorPlan]) -> Iterator[FloorPlan]:
+    from houseexpo.inference import with_rooms
+
+    for plan in plans:
+        yield plan if plan.rooms else with_rooms(plan)
