@@ -35,8 +35,9 @@ Point = tuple[float, float]
 class Solid:
     """A plan to be built: polygons in metres, x right and y up in the export's world, heights above the floor.
 
-    ``space`` is the free space with walls straightened by at most 0.01 m; ``walls`` stand around and in it and leave
-    doors open; ``lintels`` are the doors' areas, from ``door_height`` to ``wall_height``.
+    ``space`` is the free space with walls straightened by at most 0.01 m. ``walls`` stand around and in it, leave doors
+    open and have no hollows (a courtyard that no door leads to is filled: it is not free). ``lintels`` are the doors'
+    areas, from ``door_height`` to ``wall_height``.
     """
 
     plan: FloorPlan
@@ -83,13 +84,13 @@ def solid(
         raise ConfigError(f"export: expected heights 0 < door_height <= wall_height in metres, found {found}")
     turned = oriented(plan, orientation)
     space = shapely.set_precision(turned.free_space.simplify(_JAG_M), _GRID_M)
-    walls = [shapely.set_precision(wall, _GRID_M) for wall in walls_around(space, wall_thickness)]
+    walls = shapely.set_precision(_without_hollows(space, walls_around(space, wall_thickness)), _GRID_M)
     doors = [door.shape for door in turned.doors if door.kind in _UNDER_LINTELS] if door_height < wall_height else []
     lintels = (_polygons(shapely.intersection(door, space)) for door in doors)
     return Solid(
         plan=turned,
         space=space,
-        walls=tuple(part for wall in walls for part in _polygons(wall)),
+        walls=tuple(_polygons(walls)),
         lintels=tuple(part for parts in lintels for part in parts),
         wall_height=wall_height,
         door_height=door_height,
@@ -112,6 +113,15 @@ def start_and_goal(space: Polygon | MultiPolygon, radius_m: float = ROBOT_RADIUS
     goal = corners[np.argmax(np.hypot(*(corners - start).T))]
     (x1, y1), (x2, y2) = start.round(3).tolist(), goal.round(3).tolist()
     return (x1, y1), (x2, y2)
+
+
+def _without_hollows(space: Polygon | MultiPolygon, walls: tuple[Polygon, ...]) -> Polygon | MultiPolygon:
+    """Return the walls as one shape, and with them what house and walls enclose."""
+    import shapely
+
+    house = shapely.union_all([space, *walls])
+    whole = shapely.union_all([shapely.Polygon(part.exterior) for part in shapely.get_parts(house)])
+    return shapely.difference(whole, space)
 
 
 def _polygons(shape: Polygon | MultiPolygon) -> list[Polygon]:

@@ -17,6 +17,7 @@ from houseexpo.export import published, sdf
 from houseexpo.export.slits import without_holes
 from houseexpo.export.solid import solid, start_and_goal
 from houseexpo.export.trapezoids import trapezoids
+from tests.houseexpo.export.readers import enclosed
 
 
 def test_a_frame_of_walls_is_four_boxes():
@@ -86,6 +87,12 @@ def test_lintels_stand_over_doors_alone(flat):
     assert solid(flat, door_height=2.5).lintels == ()
     cut = replace(flat, doors=(replace(flat.doors[0], kind="cut"), *flat.doors[1:]))
     assert len(solid(cut).lintels) == 1
+
+
+def test_a_courtyard_without_a_door_is_not_free(flat):
+    ring = shapely.box(0, 0, 9, 9).difference(shapely.box(3, 3, 6, 6)).difference(shapely.box(0, 4, 3, 4.1))
+    plan = replace(flat, verts=shapely.get_coordinates(ring)[:-1], holes=(), rooms=(), doors=())
+    assert enclosed(solid(plan).walls).area == pytest.approx(plan.area, rel=1e-3)
 
 
 @pytest.mark.parametrize("heights", [(2.0, 2.1), (2.5, 0.0), (float("nan"), 2.0), (2.5, float("nan"))])
