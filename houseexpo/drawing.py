@@ -6,6 +6,7 @@ from below its floor; exports to right-handed worlds undo that.)
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from html import escape
 
@@ -22,6 +23,7 @@ Image = npt.NDArray[np.uint8]
 
 _OVERSAMPLING = 3
 _GAP_PX = 16
+_SVG_SIZE = re.compile(r'width="(\d+)" height="(\d+)"')
 
 
 def draw_plan(plan: FloorPlan, pixels_per_metre: float | None = None, *, size: int = 800) -> Image:
@@ -90,6 +92,28 @@ def contact_sheet(images: Sequence[Image], columns: int, captions: Sequence[str]
         if i < len(captions):
             draw.text((left + wide / 2, top + tall + line / 2), captions[i], INK, font(size), anchor="mm")
     return np.asarray(sheet).copy()
+
+
+def svg_sheet(pictures: Sequence[str], columns: int, captions: Sequence[str] = ()) -> str:
+    """Lay SVG documents that ``svg`` made out in rows of ``columns``, captions below them, as one document."""
+    if not pictures or columns < 1:
+        raise ConfigError(f"contact sheet: expected pictures and columns, found {len(pictures)}, {columns} columns")
+    sizes = [tuple(map(int, _SVG_SIZE.search(picture).groups())) for picture in pictures]  # type: ignore[union-attr]
+    wide = max(size[0] for size in sizes) + _GAP_PX
+    parts, top = [], _GAP_PX
+    for start in range(0, len(pictures), columns):
+        tall = max(size[1] for size in sizes[start : start + columns])
+        for i in range(start, min(start + columns, len(pictures))):
+            left = _GAP_PX + (i - start) * wide
+            x, y = left + (wide - _GAP_PX - sizes[i][0]) // 2, top + (tall - sizes[i][1]) // 2
+            parts.append(pictures[i].replace("<svg ", f'<svg x="{x}" y="{y}" ', 1))
+            if i < len(captions):
+                at = f'x="{left + (wide - _GAP_PX) / 2:g}" y="{top + tall + 17}"'
+                parts.append(f'<text {at} font-size="13" text-anchor="middle">{escape(captions[i])}</text>')
+        top += tall + (2 * 13 if captions else 0) + _GAP_PX
+    width = _GAP_PX + min(columns, len(pictures)) * wide
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{top}" viewBox="0 0 {width} {top}">'
+    return "\n".join([head, f'<rect width="{width}" height="{top}" fill="{PAPER}"/>', *parts, "</svg>\n"])
 
 
 def _frame(layout: Scene, pixels_per_metre: float) -> GridFrame:

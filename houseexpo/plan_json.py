@@ -89,6 +89,9 @@ class _Head(Struct):
     format: Any = None
 
 
+RECORDS: tuple[type[Struct], type[Struct]] = (_Published, _Plan)
+"""What a published file holds and what one of ours does; ``houseexpo.schema`` makes the JSON Schema of them."""
+
 _HEAD = msgspec.json.Decoder(_Head)
 _PUBLISHED = msgspec.json.Decoder(_Published)
 _PLAN = msgspec.json.Decoder(_Plan)

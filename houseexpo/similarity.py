@@ -173,7 +173,7 @@ def find_duplicates(
 
     prints = [fingerprint(mask_of(i)) for i in range(len(ids))]
     kept_by: dict[int, tuple[int, Match]] = {}
-    for i, earlier in _candidates(prints, threshold):
+    for i, earlier in candidates(prints, threshold):
         for j in earlier:
             match = None if j in kept_by else compare(mask_of(j), mask_of(i), threshold)
             if match is not None:
@@ -182,8 +182,8 @@ def find_duplicates(
     return [Duplicate(ids[i], ids[j], round(m.difference, 6), m.symmetry) for i, (j, m) in sorted(kept_by.items())]
 
 
-def _candidates(prints: list[npt.NDArray[np.int32]], threshold: float) -> Iterator[tuple[int, list[int]]]:
-    """Yield each index with the earlier ones that the fingerprints cannot rule out, in order."""
+def candidates(prints: list[npt.NDArray[np.int32]], threshold: float) -> Iterator[tuple[int, list[int]]]:
+    """Yield each index with the earlier ones that their fingerprints cannot rule out, in order."""
     if not prints:
         return
     table = np.stack(prints)

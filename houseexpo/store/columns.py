@@ -71,7 +71,14 @@ def _navigability(plan: FloorPlan) -> dict[str, dict[str, float]]:
     return {radius: asdict(found) for radius, found in navigability(plan).items()}
 
 
+def _doors(plan: FloorPlan) -> int:
+    from houseexpo.inference import with_rooms
+
+    return len(with_rooms(plan).doors)
+
+
 _MEASURES: Final[dict[str, tuple[str, Callable[[FloorPlan], Any]]]] = {
     "navigability": ("navigability, 1", _navigability),
+    "n_doors": ("doors found, 1", _doors),
 }
 """Under which name the values are kept (another way of computing needs another name), and how they are computed."""

@@ -1,0 +1,41 @@
+"""``houseexpo validate``: every plan against the schema and the rules of the format."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def validate(
+    dataset: Annotated[Path, typer.Argument(help="Folder, archive or JSON lines.", show_default=False)],
+    list_: Annotated[bool, typer.Option("--list", help="One line a finding.")] = False,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes; all cores by default.")] = None,
+) -> None:
+    """Check every plan of a data set, and a folder against its manifest.
+
+    Exit code 0: nothing found; 1: findings; 2: the data set cannot be read.
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    from houseexpo.commands.given import cores
+    from houseexpo.validation import RULES
+    from houseexpo.validation import validate as run_validate
+
+    report = run_validate(dataset, workers or cores())
+    console = Console()
+    if list_:
+        for finding in report.findings:
+            console.print(str(finding), markup=False, highlight=False, soft_wrap=True)
+    table = Table(title=f"{dataset.name}: {report.plans} plans, {len(report.findings)} findings")
+    table.add_column("rule")
+    table.add_column("findings", justify="right")
+    table.add_column("plans", justify="right")
+    table.add_column("what it asks")
+    for rule, (found, plans) in report.by_rule().items():
+        table.add_row(rule, str(found), str(plans), RULES[rule], style="red" if found else "")
+    console.print(table)
+    if report.findings:
+        raise typer.Exit(1)
