@@ -30,7 +30,7 @@ def faces_between(lines: Sequence[BaseGeometry]) -> npt.NDArray[np.object_]:
 
 
 def grid_ring(ring: BaseGeometry, shift: Points | None = None, *, clockwise: bool) -> Points:
-    """Vertices (n, 2) of a ring moved by ``shift`` (2,), on the grid: unclosed, none repeated or between two in line."""
+    """Vertices (n, 2) of a ring moved by ``shift`` (2,), on the grid: unclosed, none repeated, none in line."""
     import shapely
 
     points = shapely.get_coordinates(ring)[:-1] + (0.0 if shift is None else shift)

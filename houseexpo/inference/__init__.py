@@ -33,6 +33,12 @@ def with_rooms(plan: FloorPlan) -> FloorPlan:
     gap wider than 2.2 m is no boundary. Rooms and doors tile the free space on the 1 cm grid and share vertices; pieces
     of a repaired outline that only touch are rooms apart.
 
+    Measured (``tests/benchmarks/test_bench_inference.py``): on 207 plans of the pipeline with all but ``verts`` and
+    ``holes`` hidden, recall and precision of rooms and of doors are 0.99 or more; with ``holes`` hidden too, 0.93 and
+    0.99 for rooms, 0.93 and 1.00 for doors. On eight real houses they are 0.93 and 0.99, 1.00 and 0.96. On 2,000
+    published plans the number of rooms differs from ``room_num`` by 1 in the median: an outline shows neither the
+    walls that stood free in it nor what parts rooms at a gap wider than a door.
+
     Raises
     ------
     PlanError

@@ -26,10 +26,10 @@ NARROWEST_M: Final = 0.4
 WIDEST_M: Final = 2.2
 
 _CORNER: Final = np.sin(np.deg2rad(35.0))
-_STEP_M: Final = 0.02  # an edge that leaves an axis by less is parallel to it: published walls have steps of 1 cm
+_STEP_M: Final = 0.025  # an edge that leaves an axis by less runs along it: published walls have steps of 1 cm
 _INWARD_M: Final = 0.012  # into the neck: along the face itself a ray would graze the wall on the other side
 _ONWARD_M: Final = 0.02  # past the end, clear of its jags
-_SNAP_M: Final = 0.06
+_SNAP_M: Final = 0.08
 _LOOKS_M: Final = (0.15, 0.3)
 _STAND_M: Final = 0.4
 _FARTHEST_M: Final = 10.0

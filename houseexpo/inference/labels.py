@@ -13,6 +13,8 @@ from houseexpo.plan import Box
 if TYPE_CHECKING:
     from shapely import Polygon
 
+Matrix = npt.NDArray[np.float64]
+
 _FITS: Final = 0.3
 _COVERS: Final = 0.8
 _INSIDE: Final = 0.5
@@ -44,9 +46,6 @@ def labels_of(rooms: list[Polygon], category: Mapping[str, tuple[Box, ...]]) -> 
                 found[room] += [(i in paired, float(fit[i, room]), label) for label in labels]
     ordered = [sorted(names, key=lambda name: (not name[0], -name[1])) for names in found]
     return [tuple(dict.fromkeys(label for *_, label in names)) for names in ordered]
-
-
-Matrix = npt.NDArray[np.float64]
 
 
 def _overlaps(rooms: list[Polygon], boxes: Matrix) -> tuple[Matrix, Matrix, tuple[Matrix, Matrix]]:
