@@ -19,6 +19,7 @@ IN_LINE_M = 0.8
 LAP_M = 0.002
 """A piece laps so far over what it joins, so that no crack of rounding stays open between them."""
 ROUNDING_M2 = 1e-9
+HAIR_M = 1e-5
 
 
 def lapped(piece: Polygon) -> Polygon:
@@ -51,7 +52,8 @@ def _less(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
     left: BaseGeometry = piece
     for strip in strips:
         left = subtract(left, strip)
-    return [p for p in polygons_of(left) if p.area > ROUNDING_M2]
+    # a hair wider: along an oblique cut, rounding would leave a crack between strip and rest
+    return [polygons_of(mitred(p, HAIR_M))[0] for p in polygons_of(left) if p.area > ROUNDING_M2]
 
 
 def _divided(piece: Closer, in_line: BaseGeometry) -> list[Closer]:

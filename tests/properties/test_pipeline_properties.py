@@ -17,7 +17,7 @@ from houseexpo.plan import FloorPlan
 from houseexpo.plan_json import decode, encode
 from pipeline.values import Mesh
 from tests.builders.houses import HEAD, Hole, Parts, difference, level, plan_of, shell, wall
-from tests.builders.meshes import joined, turned
+from tests.builders.meshes import box, joined, turned
 
 
 @dataclass(frozen=True)
@@ -195,3 +195,18 @@ def test_a_house_askew_keeps_its_areas_and_doors(house: House, degrees: float) -
     sound(askew)
     assert sorted(r.area for r in askew.rooms) == pytest.approx(sorted(r.area for r in plan.rooms), rel=0.01)
     assert sorted(d.kind for d in askew.doors) == sorted(d.kind for d in plan.doors)
+
+
+@given(houses, st.integers(0, 2**32 - 1), st.sampled_from([0.001, 0.005]))
+@settings(deadline=None, max_examples=20, derandomize=True)
+def test_boxes_that_do_not_quite_meet_make_the_same_rooms_and_doors(house: House, seed: int, amount: float) -> None:
+    rng = np.random.default_rng(seed)
+    shaken = []
+    for part in house.parts():
+        (x1, y1, low), (x2, y2, high) = part.bounds
+        dx1, dy1, dx2, dy2 = rng.uniform(-amount, amount, 4)
+        shaken.append(box((x1 + dx1, y1 + dy1, x2 + dx2, y2 + dy2), low, high))
+    plan, clean = plan_of(shaken), plan_of(house.parts())
+    sound(plan)
+    assert sorted(room.area for room in plan.rooms) == pytest.approx(house.areas(), abs=0.2)
+    assert sorted(d.kind for d in plan.doors) == sorted(d.kind for d in clean.doors)
