@@ -26,6 +26,7 @@ LONGER = 2.0
 DOOR_M = 1.1
 """The widest gap between the end of a wall and one that crosses."""
 ALIKE = 0.5
+BEFORE_M = 0.01  # so close before an end nothing stands, for a crack of twice this is closed already
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +89,7 @@ def gaps(tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float) -
     ends = list(wall_ends(tall))
     if not ends:
         return []
-    before = shapely.points([(end.a + end.b) / 2 + 0.03 * end.out for end in ends])
+    before = shapely.points([(end.a + end.b) / 2 + BEFORE_M * end.out for end in ends])
     taken = set(shapely.STRtree(standing).query(before, predicate="intersects")[0].tolist())
     found: list[Polygon] = []
     for k, end in enumerate(ends):

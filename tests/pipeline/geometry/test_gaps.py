@@ -31,7 +31,7 @@ def test_the_gap_reaches_into_the_wall_it_points_at() -> None:
     assert gap_at(end, two, 0.9) is None
 
 
-@pytest.mark.parametrize(("width", "found"), [(0.9, 1), (1.2, 1), (1.6, 0)])
+@pytest.mark.parametrize(("width", "found"), [(0.025, 1), (0.9, 1), (1.2, 1), (1.6, 0)])
 def test_a_gap_in_a_wall_is_one_up_to_its_widest(width: float, found: int) -> None:
     two = walls((0, 0, 2, 0.2), (2 + width, 0, 6, 0.2))
     assert len(gaps(two, [two], 1.5)) == found
