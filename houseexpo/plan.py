@@ -149,6 +149,15 @@ class FloorPlan(Value):
         centre = self.free_space.centroid
         return self.moved(-centre.x, -centre.y)
 
+    @cached_property
+    def divided(self) -> FloorPlan:
+        """The plan with rooms and doors: itself, or where it records none, as published, what ``with_rooms`` finds."""
+        if self.rooms:
+            return self
+        from houseexpo.inference import with_rooms
+
+        return with_rooms(self)
+
     def walls(self, thickness: float = 0.1) -> tuple[Polygon, ...]:
         """Walls as polygons, metres: what lies within ``thickness`` of the free space and is not free, holes whole.
 
@@ -179,16 +188,16 @@ class FloorPlan(Value):
         return (~mask).view(np.uint8)
 
     def room_grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int32]:
-        """Ids of rooms (rows, cols), -1 where there is none; the grid is that of ``grid``."""
+        """Ids of rooms of ``divided`` (rows, cols), -1 where there is none; the grid is that of ``grid``."""
         from houseexpo.raster import room_mask
 
-        return room_mask(self, self.grid_frame(pixels_per_metre))
+        return room_mask(self.divided, self.grid_frame(pixels_per_metre))
 
     def door_grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int32]:
-        """Ids of doors (rows, cols), -1 where there is none; the grid is that of ``grid``."""
+        """Ids of doors of ``divided`` (rows, cols), -1 where there is none; the grid is that of ``grid``."""
         from houseexpo.raster import door_mask
 
-        return door_mask(self, self.grid_frame(pixels_per_metre))
+        return door_mask(self.divided, self.grid_frame(pixels_per_metre))
 
     def distance_field(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.float32]:
         """Metres (rows, cols) from each free cell's centre to the nearest wall, 0 in walls; the grid is ``grid``'s."""
@@ -197,10 +206,10 @@ class FloorPlan(Value):
         return clearance(self.grid(pixels_per_metre) == 0, pixels_per_metre)
 
     def graph(self, *, outside: bool = False) -> nx.MultiGraph[int | str]:
-        """Rooms as nodes, doors as edges, walking distances in metres; ``houseexpo.geodesic`` says which."""
+        """Rooms of ``divided`` as nodes, doors as edges, with walking distances; ``houseexpo.geodesic`` says which."""
         from houseexpo.geodesic import walking_graph
 
-        return walking_graph(self, outside=outside)
+        return walking_graph(self.divided, outside=outside)
 
     def to_cell(self, points: npt.ArrayLike, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int64]:
         """Plan metres (..., 2) as (x, y) to cells (..., 2) of ``grid`` as (row, col); they may lie outside it."""

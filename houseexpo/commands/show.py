@@ -22,11 +22,10 @@ def show(
     """Draw plans: rooms coloured by label, doors by kind, scale bar, legend. Several make a contact sheet."""
     from houseexpo.commands.given import plans
     from houseexpo.drawing import contact_sheet, draw_plan, svg, svg_sheet
-    from houseexpo.inference import with_rooms
 
     if out.suffix not in (".png", ".svg"):
         raise ConfigError(f"--out: expected a file that ends in .png or .svg, found {out.name!r}")
-    found = [plan if plan.rooms or not find_rooms else with_rooms(plan) for plan in plans(what, data)]
+    found = [plan.divided if find_rooms else plan for plan in plans(what, data)]
     across = columns or math.ceil(math.sqrt(len(found)))
     names = [plan.id for plan in found]
     out.parent.mkdir(parents=True, exist_ok=True)

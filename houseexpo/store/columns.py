@@ -72,9 +72,7 @@ def _navigability(plan: FloorPlan) -> dict[str, dict[str, float]]:
 
 
 def _doors(plan: FloorPlan) -> int:
-    from houseexpo.inference import with_rooms
-
-    return len(with_rooms(plan).doors)
+    return len(plan.divided.doors)
 
 
 _MEASURES: Final[dict[str, tuple[str, Callable[[FloorPlan], Any]]]] = {

@@ -86,6 +86,7 @@ def test_what_is_not_recorded_is_computed_once_and_kept(tmp_path):
     assert calls == ["narrow", "wide", "told"]
     assert plans.column("navigability")[1]["0.20"]["components"] == 1
     assert plans.column("room_num") == [1, 1, 1]
+    assert plans.select(doors=0).ids == ["wide", "told"]
     with pytest.raises(ConfigError, match="no 'aera'; the nearest is 'area'"):
         plans.column("aera")
 
