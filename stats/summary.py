@@ -6,59 +6,63 @@ from collections import Counter, defaultdict
 from typing import Any
 
 from houseexpo.plan import FloorPlan
-from stats import measures
+from stats.catalogue import MEASURES
+from stats.reach import Reach
+from stats.record import Record, record
+from stats.rings import Rings
 from stats.tally import Tally
 
 
 class PlanSummary:
-    """Rooms, areas, labels, doors and navigability of many plans; two summaries add up (``houseexpo.summaries``)."""
+    """Every measure of many plans; two summaries add up (``houseexpo.summaries``), in any order."""
 
     def __init__(self) -> None:
-        self._rooms = Tally()
-        self._area = Tally(step=0.01, bin_width=20.0)
-        self._doors = Tally()
-        self._labels: Counter[str] = Counter()
-        self._kinds: Counter[str] = Counter()
-        self._cut = 0
-        self._connected: Counter[str] = Counter()
-        self._largest_share: defaultdict[str, Tally] = defaultdict(lambda: Tally(step=0.0001, bin_width=0.05))
+        self.plans = 0
+        self.tallies = {measure.name: Tally(measure.step, measure.bin_width) for measure in MEASURES}
+        self.labels: Counter[str] = Counter()
+        self.door_kinds: Counter[str] = Counter()
+        self.with_cuts = 0
+        self.reach: defaultdict[str, Reach] = defaultdict(Reach)
+        self.rings = Rings()
 
     def add(self, plan: FloorPlan) -> None:
-        """Take one plan in."""
-        kinds = measures.doors(plan)
-        self._rooms.add(measures.rooms(plan))
-        self._area.add(measures.area_m2(plan))
-        self._doors.add(kinds.total())
-        self._labels.update(measures.labels(plan))
-        self._kinds.update(kinds)
-        self._cut += bool(kinds["cut"])
-        for radius, found in (plan.navigability or {}).items():
-            self._connected[radius] += found.components == 1
-            self._largest_share[radius].add(found.largest_share)
+        """Measure one plan and take it in."""
+        self.take(record(plan))
+
+    def take(self, found: Record) -> None:
+        """Take in what was measured of one plan."""
+        self.plans += 1
+        for name, numbers in found.numbers.items():
+            tally = self.tallies[name]
+            for number in numbers:
+                tally.add(number)
+        self.labels.update(found.labels)
+        self.door_kinds.update(found.door_kinds)
+        self.with_cuts += "cut" in found.door_kinds
+        for radius, values in found.reach.items():
+            self.reach[radius].take(*values)
+        self.rings.take(found)
 
     def merge(self, other: PlanSummary) -> None:
         """Take in the plans of another summary."""
-        self._rooms.merge(other._rooms)
-        self._area.merge(other._area)
-        self._doors.merge(other._doors)
-        self._labels.update(other._labels)
-        self._kinds.update(other._kinds)
-        self._cut += other._cut
-        self._connected.update(other._connected)
-        for radius, tally in other._largest_share.items():
-            self._largest_share[radius].merge(tally)
+        self.plans += other.plans
+        for name, tally in other.tallies.items():
+            self.tallies[name].merge(tally)
+        self.labels.update(other.labels)
+        self.door_kinds.update(other.door_kinds)
+        self.with_cuts += other.with_cuts
+        for radius, reach in other.reach.items():
+            self.reach[radius].merge(reach)
+        self.rings.merge(other.rings)
 
     def report(self) -> dict[str, Any]:
         """Return plain values; ``connected`` counts the plans in which a robot reaches all places that it fits into."""
         return {
-            "rooms": self._rooms.report(),
-            "area_m2": self._area.report(),
-            "labels": dict(sorted(self._labels.items(), key=lambda pair: (-pair[1], pair[0]))),
-            "doors": self._doors.report(),
-            "door_kinds": dict(sorted(self._kinds.items())),
-            "plans_with_cuts": self._cut,
-            "navigability": {
-                radius: {"connected": self._connected[radius], "largest_share": tally.report()}
-                for radius, tally in sorted(self._largest_share.items())
-            },
+            "count": self.plans,
+            **{name: tally.report() for name, tally in self.tallies.items()},
+            "labels": dict(sorted(self.labels.items(), key=lambda pair: (-pair[1], pair[0]))),
+            "door_kinds": dict(sorted(self.door_kinds.items())),
+            "plans_with_cuts": self.with_cuts,
+            "navigability": {radius: reach.report() for radius, reach in sorted(self.reach.items())},
+            "rings": self.rings.report(),
         }

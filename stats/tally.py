@@ -6,49 +6,86 @@ import math
 from collections import Counter
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
+Numbers = npt.NDArray[np.float64]
+
 
 class Tally:
     """Counts how often a number falls on each multiple of ``step``; ``bin_width`` is a whole number of steps."""
 
     def __init__(self, step: float = 1.0, bin_width: float = 1.0) -> None:
-        self._step = step
-        self._per_bin = max(round(bin_width / step), 1)
+        self.step = step
+        self.bin_width = bin_width
         self._counts: Counter[int] = Counter()
 
     def add(self, value: float) -> None:
         """Take in one number, rounded to the nearest step."""
-        self._counts[round(value / self._step)] += 1
+        self._counts[round(value / self.step)] += 1
 
     def merge(self, other: Tally) -> None:
         """Take in the numbers of another tally with the same step."""
         self._counts.update(other._counts)
 
+    @property
+    def count(self) -> int:
+        """How many numbers were taken in."""
+        return self._counts.total()
+
+    def values(self) -> tuple[Numbers, Numbers]:
+        """Return the distinct numbers in rising order, and how often each occurs; both (n,)."""
+        steps = np.array(sorted(self._counts), dtype=np.int64)
+        numbers = np.asarray(steps * self.step, dtype=np.float64)
+        return numbers, np.array([self._counts[at] for at in steps.tolist()], dtype=np.float64)
+
+    def moments(self) -> tuple[float, float]:
+        """Return mean and standard deviation of numbers of which there are some."""
+        count, total = self.count, self._total()
+        squares = sum(at * at * n for at, n in self._counts.items())
+        return total * self.step / count, math.sqrt(squares * count - total * total) * self.step / count
+
+    def quantile(self, share: float) -> float:
+        """Return the least number that this share of the numbers does not exceed; at one half, the median."""
+        steps = sorted(self._counts)
+        ends = np.cumsum([self._counts[at] for at in steps])
+        rank = share * (int(ends[-1]) - 1)
+        low, high = (steps[int(np.searchsorted(ends, at, side="right"))] for at in (math.floor(rank), math.ceil(rank)))
+        return self._in_units((low + high) / 2)
+
     def report(self) -> dict[str, Any]:
-        """Return count, mean, median, min, max and a histogram: lower end of a bin -> how many, empty bins left out."""
-        count = self._counts.total()
+        """Return plain values.
+
+        Count, sum, mean, deviation, 5%, median, 95%, extremes, and a histogram: lower end of a bin -> how many, empty
+        bins left out. Sums are of whole steps, so that they come out the same in any order.
+        """
+        count = self.count
         if not count:
             return {"count": 0}
-        steps = sorted(self._counts)
-        total = sum(value * n for value, n in self._counts.items())
-        bins: Counter[int] = Counter()
-        for value, n in self._counts.items():
-            bins[math.floor(value / self._per_bin)] += n
+        mean, std = self.moments()
         return {
             "count": count,
-            "mean": round(total * self._step / count, 4),
-            "median": self._in_units((self._at((count - 1) // 2) + self._at(count // 2)) / 2),
-            "min": self._in_units(steps[0]),
-            "max": self._in_units(steps[-1]),
-            "histogram": {f"{self._in_units(b * self._per_bin):g}": bins[b] for b in sorted(bins)},
+            "sum": self._in_units(self._total()),
+            "mean": round(mean, 4),
+            "std": round(std, 4),
+            "p05": self.quantile(0.05),
+            "median": self.quantile(0.5),
+            "p95": self.quantile(0.95),
+            "min": self._in_units(min(self._counts)),
+            "max": self._in_units(max(self._counts)),
+            "histogram": {f"{self._in_units(at):g}": n for at, n in self.bins()},
         }
 
-    def _at(self, rank: int) -> int:
-        """Return the number of that rank (0 is the least)."""
-        for value in sorted(self._counts):
-            rank -= self._counts[value]
-            if rank < 0:
-                return value
-        raise IndexError(rank)
+    def bins(self) -> list[tuple[float, int]]:
+        """Return the lower ends of the bins that are not empty, in steps, and what they hold."""
+        per_bin = max(round(self.bin_width / self.step), 1)
+        found: Counter[int] = Counter()
+        for at, n in self._counts.items():
+            found[at // per_bin] += n
+        return [(place * per_bin, found[place]) for place in sorted(found)]
+
+    def _total(self) -> int:
+        return sum(at * n for at, n in self._counts.items())
 
     def _in_units(self, steps: float) -> float:
-        return round(steps * self._step, 6)
+        return round(steps * self.step, 6)

@@ -1,0 +1,5 @@
+"""``python -m stats`` is ``houseexpo stats``."""
+
+from houseexpo.cli import main
+
+main("stats")

@@ -1,0 +1,170 @@
+"""Plots as SVG that take their colours and letters from the page around them, light or dark."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from stats.catalogue import Measure
+from stats.reach import Reach
+from stats.tally import Tally
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+INK, MUTED, GRID, ONE, OTHER = "#010101", "#020202", "#030303", "#040404", "#050505"
+_VARIABLES: Final = {INK: "--ink", MUTED: "--muted", GRID: "--line", ONE: "--one", OTHER: "--other"}
+"""Colours that matplotlib draws with, and the page's variables that take their places."""
+
+_STYLE: Final[Any] = {
+    "svg.fonttype": "none",  # letters stay letters: they scale, can be searched and take the page's font
+    "svg.hashsalt": "houseexpo",
+    "font.size": 10.5,
+    "text.color": INK,
+    "axes.edgecolor": GRID,
+    "axes.labelcolor": MUTED,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.spines.left": False,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "axes.grid.axis": "y",
+    "grid.color": GRID,
+    "grid.linewidth": 0.8,
+    "xtick.color": GRID,
+    "ytick.color": GRID,
+    "xtick.labelcolor": MUTED,
+    "ytick.labelcolor": MUTED,
+    "ytick.major.size": 0,
+    "xtick.major.size": 3,
+}
+_TAIL = 0.98  # the histogram's last bar holds what lies beyond this share
+
+
+def histogram(measure: Measure, tally: Tally, other: Tally | None = None, *, size: tuple[float, float]) -> str:
+    """Draw a distribution with its median; beside another one, both as shares. ``size`` is in inches."""
+    tallies = [tally] if other is None or not other.count else [tally, other]
+    low = min(t.values()[0][0] for t in tallies) // measure.bin_width
+    high = max(max(t.quantile(_TAIL) for t in tallies) // measure.bin_width, low)
+    cut = any(t.values()[0][-1] // measure.bin_width > high for t in tallies)
+    edges = np.arange(low, high + 2) * measure.bin_width
+    centred = measure.bin_width == measure.step  # whole numbers: a bar stands over its number
+    edges = edges - measure.bin_width / 2 if centred else edges
+    with _axes(size) as (axes, out):
+        for shown, colour in zip(tallies, (ONE, OTHER), strict=False):
+            heights = _heights(shown, edges, measure.step) * (100 / shown.count if len(tallies) > 1 else 1)
+            _bars(axes, edges, heights, colour, outline=shown is other)
+        median = tally.quantile(0.5)
+        axes.axvline(median, color=INK, linewidth=1, linestyle=(0, (3, 2)))
+        axes.annotate(
+            f"median {median:,.4g}", (median, 1.0), xycoords=("data", "axes fraction"), xytext=(5, -3),
+            textcoords="offset points", va="top", fontsize=10.5,
+        )  # fmt: skip
+        _count_axis(axes, percent=len(tallies) > 1)
+        axes.set_xlim(edges[0], edges[-1])
+        if cut:
+            last = edges[-2] if not centred else edges[-2] + measure.bin_width / 2
+            axes.annotate(f"≥ {last:,.4g}", (1, 0.0), xycoords="axes fraction", xytext=(0, 14), ha="right",
+                          textcoords="offset points", color=MUTED, fontsize=9)  # fmt: skip
+        axes.set_xlabel(measure.unit)
+    return _svg(out)
+
+
+def shares(counts: Mapping[str, int], other: Mapping[str, int] | None = None, *, width: float) -> str:
+    """Draw counts by word as bars, the most frequent on top; beside others, both as shares. ``width`` is in inches."""
+    words = sorted({*counts, *(other or {})}, key=lambda word: (-counts.get(word, 0), word))
+    places = np.arange(len(words))
+    groups = [counts] if not other else [counts, other]
+    tall = 0.8 / len(groups)
+    with _axes((width, 0.5 + 0.225 * len(words) * (1 if len(groups) == 1 else 1.4))) as (axes, out):
+        for i, (group, colour) in enumerate(zip(groups, (ONE, OTHER), strict=False)):
+            total = sum(group.values())
+            values = np.array([group.get(word, 0) for word in words]) * (100 / total if len(groups) > 1 else 1)
+            bars = axes.barh(places + (i - (len(groups) - 1) / 2) * tall, values, tall * 0.92, color=colour)
+            text = [f"{v:,.0f}" if len(groups) == 1 else f"{v:.1f}%" for v in values]
+            axes.bar_label(bars, text, padding=4, color=MUTED, fontsize=9 if len(groups) == 1 else 8)
+        axes.set_yticks(places, [word.replace("_", " ") for word in words])
+        axes.tick_params(axis="y", labelcolor=INK)
+        axes.invert_yaxis()
+        axes.set_ylim(len(words) - 0.4, -0.6)
+        axes.set_xlim(0, axes.get_xlim()[1] * 1.12)
+        axes.set_xticks([])
+        axes.grid(visible=False)
+        axes.spines["bottom"].set_visible(False)
+    return _svg(out)
+
+
+def reached(reach: Mapping[str, Reach], other: Mapping[str, Reach] | None, *, size: tuple[float, float]) -> str:
+    """Draw the share of plans in which a robot gets everywhere, over its radius."""
+    with _axes(size) as (axes, out):
+        for found, colour in zip((reach, other or {}), (ONE, OTHER), strict=True):
+            radii = sorted(found)
+            values = [100 * found[radius].connected_share for radius in radii]
+            axes.plot([float(r) for r in radii], values, color=colour, linewidth=2, marker="o", markersize=5)
+            below = colour == OTHER
+            for radius, value in zip(radii, values, strict=True):
+                axes.annotate(f"{value:.1f}", (float(radius), value), xytext=(0, -14 if below else 8), ha="center",
+                              textcoords="offset points", fontsize=10)  # fmt: skip
+        low = min(axes.get_ylim()[0], 90)
+        axes.set_ylim(max(low - 6, 0), 104)
+        axes.margins(x=0.08)
+        axes.set_xticks([float(radius) for radius in sorted(reach)])
+        axes.yaxis.set_major_formatter("{x:.0f}%")
+        axes.set_xlabel("radius of the robot, m")
+    return _svg(out)
+
+
+def _heights(tally: Tally, edges: npt.NDArray[np.float64], step: float) -> npt.NDArray[np.float64]:
+    """Return what each bin holds; the last one takes all beyond it."""
+    values, counts = tally.values()
+    inside = np.minimum(values + step / 1e3, (edges[-2] + edges[-1]) / 2)  # a number on an edge starts its bin
+    return np.histogram(inside, edges, weights=counts)[0].astype(np.float64)
+
+
+def _bars(axes: Axes, edges: Sequence[float] | Any, heights: Any, colour: str, *, outline: bool) -> None:
+    if outline:
+        axes.stairs(heights, edges, color=colour, linewidth=1.8)
+    else:
+        axes.bar(edges[:-1], heights, np.diff(edges) * 0.9, align="edge", color=colour)
+
+
+def _count_axis(axes: Axes, *, percent: bool) -> None:
+    from matplotlib.ticker import MaxNLocator
+
+    axes.yaxis.set_major_locator(MaxNLocator(4, integer=not percent))
+    axes.yaxis.set_major_formatter("{x:g}%" if percent else "{x:,.0f}")
+    axes.margins(y=0.14)
+
+
+@contextmanager
+def _axes(size: tuple[float, float]) -> Iterator[tuple[Axes, io.StringIO]]:
+    """Yield axes of this size in inches, and where their SVG stands at the end."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    out = io.StringIO()
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=size, layout="constrained")
+        yield figure.subplots(), out
+        figure.savefig(out, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
+
+
+def _svg(out: io.StringIO) -> str:
+    """Return what the page takes in: no prologue, no size of its own, no names that another plot has too."""
+    text = out.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
+    text = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", text, count=1)
+    text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1)
+    text = re.sub(r'<g id="[^"]*"', "<g", text)
+    text = re.sub(r" font-family: [^;\"]*;", "", text)
+    text = re.sub(r"<defs>\s*<style.*?</defs>\s*", "", text, count=1, flags=re.DOTALL)
+    for colour, variable in _VARIABLES.items():
+        text = text.replace(colour, f"var({variable})")
+    return text.replace("<svg", '<svg role="img"', 1)

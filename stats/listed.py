@@ -1,0 +1,88 @@
+"""A list of plans that someone found unusable, against what is measured: who sees what the other does not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from houseexpo.errors import ConfigError
+from stats.record import Record
+
+RADIUS = "0.20"
+DRAWN = 20
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Plans by what the list and the measure say of them; a plan is measured as bad where a robot is shut out.
+
+    ``both``, ``measured_only`` and ``listed_only`` are ids, sorted.
+    """
+
+    name: str
+    both: tuple[str, ...]
+    measured_only: tuple[str, ...]
+    listed_only: tuple[str, ...]
+    unknown: int
+
+    @property
+    def precision(self) -> float:
+        """Share of the plans measured as bad that the list names."""
+        return len(self.both) / max(len(self.both) + len(self.measured_only), 1)
+
+    @property
+    def recall(self) -> float:
+        """Share of the list's plans that are measured as bad."""
+        return len(self.both) / max(len(self.both) + len(self.listed_only), 1)
+
+    def drawn(self, seed: int = 0) -> tuple[list[str], list[str]]:
+        """Return ten plans that only the measure calls bad and ten that only the list does, drawn at random."""
+        rng = np.random.default_rng(seed)
+        some, other = (
+            sorted(rng.choice(ids, min(DRAWN // 2, len(ids)), replace=False).tolist())
+            for ids in (self.measured_only, self.listed_only)
+        )
+        return some, other
+
+    def report(self) -> dict[str, Any]:
+        """Return plain values."""
+        measured_only, listed_only = self.drawn()
+        return {
+            "list": self.name,
+            "radius_m": float(RADIUS),
+            "listed": len(self.both) + len(self.listed_only),
+            "listed_without_plan": self.unknown,
+            "measured": len(self.both) + len(self.measured_only),
+            "both": len(self.both),
+            "precision": round(self.precision, 4),
+            "recall": round(self.recall, 4),
+            "drawn_measured_only": measured_only,
+            "drawn_listed_only": listed_only,
+        }
+
+
+def read_list(path: Path) -> frozenset[str]:
+    """Read ids, one a line, with or without ``.json``; a line that comes twice counts once."""
+    try:
+        lines = path.read_text(encoding="utf-8").split()
+    except (OSError, UnicodeError) as error:
+        raise ConfigError(f"{path}: expected a text file of plans' ids, one a line ({error})") from None
+    if not lines:
+        raise ConfigError(f"{path}: expected plans' ids, one a line, found none")
+    return frozenset(line.removesuffix(".json") for line in lines)
+
+
+def judge(records: Iterable[Record], listed: frozenset[str], name: str) -> Verdict:
+    """Compare a list with what a robot of 0.20 m radius can reach: bad is where it does not reach all that it fits."""
+    ids, bad = set(), set()
+    for record in records:
+        ids.add(record.id)
+        if record.reach[RADIUS][0] != 1:
+            bad.add(record.id)
+    known = listed & ids
+    both, measured_only, listed_only = (tuple(sorted(part)) for part in (bad & known, bad - known, known - bad))
+    return Verdict(name, both, measured_only, listed_only, len(listed) - len(known))

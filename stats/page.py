@@ -1,0 +1,112 @@
+"""A report as one HTML page that needs nothing beside it: plots as vectors, numbers as tables, light and dark."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from houseexpo.plan import FloorPlan
+from stats import figures
+from stats.catalogue import BY_NAME, Measure
+from stats.drawn import reach_svg
+from stats.listed import RADIUS
+from stats.report import Report, leaks
+from stats.table import number
+
+_CARD = (4.3, 2.7)
+_WIDE = (6.4, 3.0)
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A drawn measure with its words; ``rows`` are the numbers under it."""
+
+    title: str
+    about: str
+    svg: str
+    rows: Sequence[tuple[str, str]] = ()
+
+
+def page(report: Report, plans: dict[str, FloorPlan] | None = None) -> str:
+    """Return the page; ``plans`` holds those that are drawn because a list and the measure disagree on them."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("stats"), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters["number"] = number
+    return environment.get_template("report.html.j2").render(
+        report=report,
+        one=report.one,
+        other=report.other,
+        whole=report.one.whole,
+        rings=report.one.whole.rings.report(),
+        rooms=_histogram(report, "rooms", _WIDE),
+        area=_histogram(report, "area_m2", _WIDE),
+        labels=_labels(report),
+        groups=[(title, plots) for title, names in _GROUPS if (plots := list(_plots(report, names)))],
+        reach=list(_reach(report)),
+        leaks=leaks(report.one),
+        distances=report.distances,
+        verdict=report.verdict,
+        drawn=_drawn(report, plans or {}),
+    )
+
+
+_GROUPS = (
+    ("Size", ("long_side_m", "short_side_m", "vertices", "holes", "label_boxes")),
+    (
+        "Rooms and doors",
+        ("rooms_found", "room_area_m2", "doors", "door_width_m", "doors_per_room", "degree", "loops", "depth"),
+    ),
+)
+
+
+def _histogram(report: Report, name: str, size: tuple[float, float] = _CARD) -> Plot:
+    measure, tally = BY_NAME[name], report.one.whole.tallies[name]
+    other = None if report.other is None else report.other.whole.tallies[name]
+    found = tally.report()
+    keys = {"mean": "mean", "median": "median", "5%": "p05", "95%": "p95", "min": "min", "max": "max"}
+    rows = [(title, number(found[key], measure.unit)) for title, key in keys.items()]
+    return Plot(measure.title, measure.about, figures.histogram(measure, tally, other, size=size), rows)
+
+
+def _plots(report: Report, names: Sequence[str]) -> Iterator[Plot]:
+    """Yield a plot for each measure that the plans have and that is not the same for all of them."""
+    for name in names:
+        tally = report.one.whole.tallies[name]
+        if len(tally.values()[0]) > 1:
+            yield _histogram(report, name)
+
+
+def _labels(report: Report) -> Plot:
+    counts = report.one.whole.labels
+    other = None if report.other is None else report.other.whole.labels
+    about = "Rooms by label; where a plan has no rooms as geometry, its label boxes."
+    return Plot("Labels", about, figures.shares(counts, other, width=_WIDE[0]))
+
+
+def _reach(report: Report) -> Iterator[Plot]:
+    one, other = report.one.whole, None if report.other is None else report.other.whole
+    rows = [(f"{radius} m", f"{reach.connected:,}") for radius, reach in sorted(one.reach.items())]
+    about = "Share of the plans in which a round robot gets to every place that it fits into."
+    drawing = figures.reached(one.reach, None if other is None else other.reach, size=_CARD)
+    yield Plot("Navigable plans", about, drawing, rows)
+    here, there = (None if s is None else s.reach[RADIUS].narrowest for s in (one, other))
+    if here is not None and here.count:
+        measure = Measure("narrowest", "Narrowest passage", lambda _: None, "m", here.step, here.bin_width)
+        found = here.report()
+        rows = [(key, number(found[key], "m")) for key in ("mean", "median", "min", "max")]
+        about = f"That a robot of {RADIUS} m radius has to take to get about; the width of a house of one space."
+        yield Plot(measure.title, about, figures.histogram(measure, here, there, size=_CARD), rows)
+
+
+def _drawn(report: Report, plans: dict[str, FloorPlan]) -> list[tuple[str, list[tuple[str, str]]]]:
+    if report.verdict is None:
+        return []
+    titles = ("Only the measure calls these bad", "Only the list calls these bad")
+    groups: list[Any] = []
+    for title, ids in zip(titles, report.verdict.drawn(), strict=True):
+        groups.append((title, [(name, reach_svg(plans[name], float(RADIUS))) for name in ids if name in plans]))
+    return [group for group in groups if group[1]]

@@ -1,0 +1,52 @@
+"""What every measure says of one plan: plain values, so that they can be kept and need not be measured again."""
+
+from __future__ import annotations
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from houseexpo.plan import FloorPlan
+from stats import measures
+from stats.catalogue import MEASURES
+
+VERSION = 1
+"""Part of the name under which records are kept: another measure, or another way of measuring, needs another one."""
+
+
+class Record(Struct, array_like=True, frozen=True):
+    """One plan; ``reach`` holds components, largest share and narrowest passage by radius."""
+
+    id: str
+    numbers: dict[str, list[float]]
+    labels: dict[str, int]
+    door_kinds: dict[str, int]
+    reach: dict[str, tuple[int, float, float]]
+    fault: str | None
+    ring: str
+    shape: str
+
+
+def record(plan: FloorPlan) -> Record:
+    """Measure a plan as it is; what it does not state of a robot's reach is measured too."""
+    return Record(
+        id=plan.id,
+        numbers={measure.name: numbers for measure in MEASURES if (numbers := list(measure.numbers(plan)))},
+        labels=dict(measures.labels(plan)),
+        door_kinds=dict(measures.door_kinds(plan)),
+        reach={
+            radius: (found.components, found.largest_share, found.narrowest)
+            for radius, found in measures.reach(plan).items()
+        },
+        fault=measures.ring_fault(plan),
+        ring=measures.ring_digest(plan),
+        shape=measures.shape_digest(plan),
+    )
+
+
+def record_with_rooms(plan: FloorPlan) -> Record:
+    """Measure a plan; its rooms and doors are found first where it has none. Labels stay those of its boxes."""
+    if plan.rooms:
+        return record(plan)
+    from houseexpo.inference import with_rooms
+
+    return replace(record(with_rooms(plan)), labels=dict(measures.labels(plan)))

@@ -1,0 +1,60 @@
+"""Everything a report says, as plain values: what the page, the terminal and the JSON file show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import permutations
+from typing import Any
+
+from stats import compare
+from stats.gather import Gathered
+from stats.listed import Verdict
+
+
+@dataclass(frozen=True)
+class Report:
+    """One data set, perhaps beside another one and beside a list of plans that someone found unusable."""
+
+    one: Gathered
+    other: Gathered | None = None
+    verdict: Verdict | None = None
+
+    @property
+    def distances(self) -> list[compare.Distance]:
+        """Distances between the two data sets; none where there is one."""
+        return [] if self.other is None else compare.compare(self.one.whole, self.other.whole)
+
+    def values(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON."""
+        found: dict[str, Any] = _values(self.one)
+        if self.other is not None:
+            found["compared_with"] = _values(self.other)
+            found["distances"] = compare.report(self.distances)
+        if self.verdict is not None:
+            found["list"] = self.verdict.report()
+        return found
+
+
+def leaks(gathered: Gathered) -> dict[str, dict[str, int]]:
+    """Return, for each split, how many of its plans occur in each other one too, turned or mirrored perhaps."""
+    found: dict[str, dict[str, int]] = {}
+    for name, other in permutations(sorted(gathered.splits), 2):
+        found.setdefault(name, {})[other] = gathered.splits[name].rings.shared_with(gathered.splits[other].rings)
+    return found
+
+
+def _values(gathered: Gathered) -> dict[str, Any]:
+    repeated = leaks(gathered)
+    return {
+        "data_set": gathered.name,
+        "rooms_and_doors_found": gathered.geometry,
+        "plans": gathered.whole.report(),
+        "splits": {
+            name: {
+                "listed": gathered.listed.get(name, summary.plans),
+                "also_in": repeated.get(name, {}),
+                **summary.report(),
+            }
+            for name, summary in sorted(gathered.splits.items())
+        },
+    }

@@ -1,0 +1,124 @@
+"""A report in the terminal: the numbers that the page shows too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rich import box
+from rich.table import Table
+
+from stats.catalogue import MEASURES
+from stats.gather import Gathered
+from stats.listed import Verdict
+from stats.report import Report, leaks
+from stats.summary import PlanSummary
+
+_BAR = 24
+
+
+def tables(report: Report) -> Iterator[Table]:
+    """Yield the tables of a report, the most important first."""
+    yield numbers_table(report.one)
+    yield bars_table("Labels", report.one.whole)
+    yield reach_table(report.one.whole)
+    yield rings_table(report.one.whole)
+    if report.one.splits:
+        yield splits_table(report.one)
+    if report.other is not None:
+        yield distances_table(report)
+    if report.verdict is not None:
+        yield verdict_table(report.verdict)
+
+
+def number(value: float, unit: str = "") -> str:
+    """Write a number for people: thousands apart, two decimals at most and no idle ones."""
+    text = f"{value:,.2f}".rstrip("0").rstrip(".") if value != int(value) else f"{int(value):,}"
+    return f"{text} {unit}".rstrip()
+
+
+def numbers_table(gathered: Gathered) -> Table:
+    """Show mean, median and extremes of each measure that the plans have."""
+    columns = ("total", "mean", "median", "5%", "95%", "min", "max")
+    table = _table(f"{gathered.name}: {gathered.whole.plans:,} plans", "", *columns)
+    for measure in MEASURES:
+        found = gathered.whole.tallies[measure.name].report()
+        if found["count"]:
+            keys = ("mean", "median", "p05", "p95", "min", "max")
+            name = f"{measure.title}, {measure.unit}" if measure.unit else measure.title
+            table.add_row(name, number(found["sum"]), *(number(found[key]) for key in keys))
+    return table
+
+
+def bars_table(title: str, summary: PlanSummary) -> Table:
+    """Show labels as bars."""
+    table = Table(title=title, title_justify="left", title_style="bold", show_header=False, box=None, padding=(0, 1))
+    table.add_column(justify="right")
+    table.add_column(justify="right")
+    table.add_column()
+    most = max(summary.labels.values(), default=1)
+    for label, count in sorted(summary.labels.items(), key=lambda pair: (-pair[1], pair[0])):
+        table.add_row(label, f"{count:,}", f"[cyan]{'█' * round(_BAR * count / most) or '▏'}[/]")
+    return table
+
+
+def reach_table(summary: PlanSummary) -> Table:
+    """Show what robots of some radii reach."""
+    table = _table("What a robot reaches", "radius, m", "connected", "share", "narrowest, median")
+    for radius, reach in sorted(summary.reach.items()):
+        narrowest = number(reach.narrowest.quantile(0.5), "m") if reach.narrowest.count else "-"
+        table.add_row(radius, f"{reach.connected:,}", f"{reach.connected_share:.2%}", narrowest)
+    return table
+
+
+def rings_table(summary: PlanSummary) -> Table:
+    """Show what is wrong with rings, and how often plans repeat."""
+    found = summary.rings.report()
+    table = _table("Rings", "", "plans")
+    table.add_row(
+        "invalid", f"{found['invalid']:,} ({found['touching']:,} touch, {found['crossing']:,} cross themselves)"
+    )
+    table.add_row("exact repeats", f"{found['repeats']:,} (largest group {found['largest_group']:,})")
+    table.add_row("repeats, turned or mirrored ones too", f"{found['repeats_turned_or_mirrored']:,}")
+    return table
+
+
+def splits_table(gathered: Gathered) -> Table:
+    """Show each split beside the others."""
+    table = _table("Splits", "", "ids", "plans", "rooms, mean", "area, median", "connected at 0.20 m", "also elsewhere")
+    repeated = leaks(gathered)
+    for name, summary in sorted(gathered.splits.items()):
+        area, reach = summary.tallies["area_m2"], summary.reach["0.20"]
+        also = ", ".join(f"{n} in {other}" for other, n in repeated.get(name, {}).items() if n) or "-"
+        table.add_row(
+            name, f"{gathered.listed.get(name, summary.plans):,}", f"{summary.plans:,}",
+            number(summary.tallies["rooms"].moments()[0]), number(area.quantile(0.5), "m²"),
+            f"{reach.connected_share:.2%}", also,
+        )  # fmt: skip
+    return table
+
+
+def distances_table(report: Report) -> Table:
+    """Show two data sets side by side."""
+    other = report.other.name if report.other is not None else ""
+    table = _table("Compared", "", report.one.name, other, "distance", "", "deviations")
+    for d in report.distances:
+        means = ("-" if mean is None else number(mean) for mean in (d.one, d.other))
+        relative = "" if d.deviations is None else number(d.deviations)
+        table.add_row(d.title, *means, number(round(d.value, 3), d.unit), d.kind, relative)
+    return table
+
+
+def verdict_table(verdict: Verdict) -> Table:
+    """Show a list of plans against what is measured."""
+    found = verdict.report()
+    table = _table(f"Not connected at 0.20 m, against {verdict.name}", "", "")
+    for key in ("listed", "measured", "both", "precision", "recall"):
+        table.add_row(key, number(found[key]))
+    return table
+
+
+def _table(title: str, *headings: str) -> Table:
+    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
+    for i, heading in enumerate(headings):
+        table.add_column(heading, justify="right" if i else "left", style="" if i else "bold")
+    return table
