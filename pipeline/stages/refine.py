@@ -1,6 +1,7 @@
 """Straight walls of one thickness (Algorithm 1, line 18).
 
-R1  Stair-steps become straight edges, axis-parallel where the house is, oblique where it is (``geometry.straighten``).
+R1  Spurs of millimetres go, and stair-steps become straight edges, axis-parallel where the house is, oblique where it
+    is (``geometry.straighten``).
 R2  Passages are fitted anew between the straightened faces.
 R3  Rooms that meet without a wall go on meeting: what opens between them goes to the first.
 """
@@ -15,22 +16,31 @@ from shapely import Polygon
 from pipeline.config import RefineConfig
 from pipeline.geometry.fitting import fitted
 from pipeline.geometry.overlay import polygons_of, subtract, united
+from pipeline.geometry.regions import opened
 from pipeline.geometry.straighten import straighten
 from pipeline.geometry.walls import close_cracks
 from pipeline.values import Spaces
 
+SPUR_M = 0.02
+"""A room has no part as thin as this: between a jamb of two slabs and a straight door stays a spur of millimetres."""
 SEAM_M = 0.04
 """Straightening may open so wide a gap between two rooms; a wall is thicker."""
 
 
 def refine(spaces: Spaces, config: RefineConfig) -> Spaces:
     """Straighten the rooms and fit the passages."""
-    straight = straighten(list(spaces.rooms), offset_m=config.offset_m, angle_deg=config.angle_deg)  # R1
+    whole = [_without_spurs(room) for room in spaces.rooms]
+    straight = straighten(whole, offset_m=config.offset_m, angle_deg=config.angle_deg)  # R1
     rooms = _disjoint(straight, list(spaces.rooms))
     for a, b in spaces.joins:  # R3
         rooms[a] = _meeting(rooms[a], rooms[b])
     passages = tuple(replace(p, bridge=fitted(p.bridge, rooms)) for p in spaces.passages)  # R2
     return replace(spaces, rooms=tuple(rooms), passages=passages)
+
+
+def _without_spurs(room: Polygon) -> Polygon:
+    parts = polygons_of(opened(room, SPUR_M))
+    return parts[0] if parts else room
 
 
 def _meeting(room: Polygon, other: Polygon) -> Polygon:

@@ -50,3 +50,10 @@ def test_straight_rooms_at_any_angle_stay(degrees: float) -> None:
     found = refine(Spaces(shapely.Polygon(), tuple(rooms), ()), CONFIG)
     for before, after in zip(rooms, found.rooms, strict=True):
         assert after.hausdorff_distance(before) < 1e-6
+
+
+def test_a_spur_of_millimetres_beside_a_jamb_is_gone() -> None:
+    left = shapely.box(0, 0, 4, 3).union(shapely.box(4, 1.95, 4.1, 1.954))
+    found = refine(house(left, shapely.box(4.2, 0, 7, 3)), CONFIG)
+    assert found.rooms[0].symmetric_difference(shapely.box(0, 0, 4, 3)).area < 1e-3
+    assert len(found.rooms[0].exterior.coords) - 1 == 4
