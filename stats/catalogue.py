@@ -64,8 +64,6 @@ MEASURES: tuple[Measure, ...] = (
     ),
     Measure("degree", "Neighbours of a room", measures.neighbours, about="Other rooms that a door leads to: degree."),
     Measure("loops", "Loops", measures.loops, about="Independent ways round the house; 0 where it is a tree."),
-    Measure(
-        "depth", "Depth from the entrance", measures.depth, "doors", about="Doors to pass on the way to the last room."
-    ),
+    Measure("depth", "Depth from the entrance", measures.depth, about="Doors to pass on the way to the last room."),
 )
 BY_NAME = {measure.name: measure for measure in MEASURES}

@@ -49,6 +49,8 @@ _TAIL = 0.98  # the histogram's last bar holds what lies beyond this share
 
 def histogram(measure: Measure, tally: Tally, other: Tally | None = None, *, size: tuple[float, float]) -> str:
     """Draw a distribution with its median; beside another one, both as shares. ``size`` is in inches."""
+    from matplotlib.ticker import MaxNLocator
+
     tallies = [tally] if other is None or not other.count else [tally, other]
     low = min(t.values()[0][0] for t in tallies) // measure.bin_width
     high = max(max(t.quantile(_TAIL) for t in tallies) // measure.bin_width, low)
@@ -56,21 +58,20 @@ def histogram(measure: Measure, tally: Tally, other: Tally | None = None, *, siz
     edges = np.arange(low, high + 2) * measure.bin_width
     centred = measure.bin_width == measure.step  # whole numbers: a bar stands over its number
     edges = edges - measure.bin_width / 2 if centred else edges
+    highest = 0.0
     with _axes(size) as (axes, out):
         for shown, colour in zip(tallies, (ONE, OTHER), strict=False):
             heights = _heights(shown, edges, measure.step) * (100 / shown.count if len(tallies) > 1 else 1)
             _bars(axes, edges, heights, colour, outline=shown is other)
-        median = tally.quantile(0.5)
-        axes.axvline(median, color=INK, linewidth=1, linestyle=(0, (3, 2)))
-        axes.annotate(
-            f"median {median:,.4g}", (median, 1.0), xycoords=("data", "axes fraction"), xytext=(5, -3),
-            textcoords="offset points", va="top", fontsize=10.5,
-        )  # fmt: skip
+            highest = max(highest, heights[-1])
+        _mark(axes, "median", tally.quantile(0.5))
         _count_axis(axes, percent=len(tallies) > 1)
         axes.set_xlim(edges[0], edges[-1])
+        if centred:
+            axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
         if cut:
-            last = edges[-2] if not centred else edges[-2] + measure.bin_width / 2
-            axes.annotate(f"≥ {last:,.4g}", (1, 0.0), xycoords="axes fraction", xytext=(0, 14), ha="right",
+            first = edges[-2] + (measure.bin_width / 2 if centred else 0)
+            axes.annotate(f"{first:,.4g} and more", (edges[-1], highest), xytext=(0, 3), ha="right",
                           textcoords="offset points", color=MUTED, fontsize=9)  # fmt: skip
         axes.set_xlabel(measure.unit)
     return _svg(out)
@@ -132,6 +133,17 @@ def _bars(axes: Axes, edges: Sequence[float] | Any, heights: Any, colour: str, *
         axes.stairs(heights, edges, color=colour, linewidth=1.8)
     else:
         axes.bar(edges[:-1], heights, np.diff(edges) * 0.9, align="edge", color=colour)
+
+
+def _mark(axes: Axes, name: str, value: float) -> None:
+    """Draw a line across, with its name on the side where there is more room."""
+    axes.axvline(value, color=INK, linewidth=1, linestyle=(0, (3, 2)))
+    left, right = axes.get_xlim()
+    after = value < (left + right) / 2
+    axes.annotate(
+        f"{name} {value:,.4g}", (value, 1.0), xycoords=("data", "axes fraction"), xytext=(5 if after else -5, -3),
+        textcoords="offset points", va="top", ha="left" if after else "right",
+    )  # fmt: skip
 
 
 def _count_axis(axes: Axes, *, percent: bool) -> None:

@@ -12,10 +12,10 @@ from stats.catalogue import BY_NAME, Measure
 from stats.drawn import reach_svg
 from stats.listed import RADIUS
 from stats.report import Report, leaks
-from stats.table import number
+from stats.table import mean, number
 
 _CARD = (4.3, 2.7)
-_WIDE = (6.4, 3.0)
+_WIDE = (5.0, 2.7)
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ def page(report: Report, plans: dict[str, FloorPlan] | None = None) -> str:
     environment = Environment(
         loader=PackageLoader("stats"), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters["number"] = number
+    environment.filters.update(number=number, mean=mean)
     return environment.get_template("report.html.j2").render(
         report=report,
         one=report.one,

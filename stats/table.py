@@ -8,6 +8,7 @@ from rich import box
 from rich.table import Table
 
 from stats.catalogue import MEASURES
+from stats.compare import DIFFERENCE, Distance
 from stats.gather import Gathered
 from stats.listed import Verdict
 from stats.report import Report, leaks
@@ -34,6 +35,13 @@ def number(value: float, unit: str = "") -> str:
     """Write a number for people: thousands apart, two decimals at most and no idle ones."""
     text = f"{value:,.2f}".rstrip("0").rstrip(".") if value != int(value) else f"{int(value):,}"
     return f"{text} {unit}".rstrip()
+
+
+def mean(value: float | None, distance: Distance) -> str:
+    """Write what a distance lies between: a mean, a share, or nothing."""
+    if value is None:
+        return ""
+    return f"{value:.2%}" if distance.kind == DIFFERENCE else number(value)
 
 
 def numbers_table(gathered: Gathered) -> Table:
@@ -102,7 +110,7 @@ def distances_table(report: Report) -> Table:
     other = report.other.name if report.other is not None else ""
     table = _table("Compared", "", report.one.name, other, "distance", "", "deviations")
     for d in report.distances:
-        means = ("-" if mean is None else number(mean) for mean in (d.one, d.other))
+        means = (mean(value, d) for value in (d.one, d.other))
         relative = "" if d.deviations is None else number(d.deviations)
         table.add_row(d.title, *means, number(round(d.value, 3), d.unit), d.kind, relative)
     return table

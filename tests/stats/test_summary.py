@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import pytest
+
 from houseexpo.graph import navigability
 from houseexpo.plan import Door, FloorPlan, Navigability, Room
 from houseexpo.summaries import new_summaries
@@ -35,8 +37,14 @@ def test_measures_are_added_up() -> None:
     assert report["labels"] == {"Bedroom": 2, "Kitchen": 2, "Unlabelled": 2}
     assert report["door_kinds"] == {"cut": 2}
     assert report["plans_with_cuts"] == 2
-    assert report["navigability"]["0.20"]["connected"] == 1
-    assert report["navigability"]["0.20"]["largest_share"]["mean"] == 0.8
+    assert report["count"] == 3
+    assert report["rings"]["repeats"] == 1
+    reach = report["navigability"]["0.20"]
+    assert (reach["plans"], reach["connected"]) == (3, 2), "one plan states that it falls into two pieces"
+    assert reach["largest_share"]["mean"] == pytest.approx((1.0 + 0.6 + 1.0) / 3, abs=1e-4)
+    assert report["navigability"]["0.35"]["plans"] == 1, (
+        "what a plan does not state is measured only where it states nothing"
+    )
 
 
 def test_two_summaries_add_up() -> None:

@@ -1,0 +1,153 @@
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from houseexpo.cli import make_app
+from houseexpo.dataset import open_dataset
+from houseexpo.plan import FloorPlan
+from stats.gather import Gathered, add_up, gather, records
+from stats.listed import judge
+from stats.page import page
+from stats.report import Report, leaks
+from stats.write import write_json
+
+
+def run(*arguments: object) -> None:
+    with pytest.raises(SystemExit) as ended:
+        make_app()(args=["stats", *map(str, arguments)])
+    assert ended.value.code == 0
+
+
+class Tags(HTMLParser):
+    """Counts what opens, and fails where something else closes."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.seen: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: object) -> None:  # noqa: ARG002 - HTMLParser's
+        self.seen.append(tag)
+        if tag not in ("meta", "br"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def test_a_data_set_in_splits(folder: Path) -> None:
+    found = gather(open_dataset(folder), workers=1)
+    assert found.whole.plans == 5
+    assert {name: part.plans for name, part in found.splits.items()} == {"train": 3, "test": 2}
+    assert found.listed == {"train": 4, "test": 2}
+    assert leaks(found) == {"train": {"test": 1}, "test": {"train": 1}}, "h3 and h4 are one house"
+    assert found.whole.report()["rings"]["repeats"] == 1
+
+
+def test_the_report_of_the_whole_is_the_sum_of_its_parts(folder: Path) -> None:
+    data_set = open_dataset(folder)
+    measured = records(data_set, workers=1)
+    one, other = add_up(data_set, measured[:2]), add_up(data_set, measured[2:])
+    other.merge(one)
+    assert Report(other).values() == Report(add_up(data_set, measured)).values()
+
+
+def test_records_are_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = records(open_dataset(folder), workers=1)
+    monkeypatch.setattr("stats.gather.record", None)
+    assert records(open_dataset(folder), workers=1) == first
+
+
+def test_the_page_stands_alone(folder: Path) -> None:
+    data_set = open_dataset(folder)
+    measured = records(data_set, workers=1)
+    verdict = judge(measured, frozenset({"h1"}), "bad.txt")
+    one = add_up(data_set, measured)
+    html = page(Report(one, gather(data_set, workers=1), verdict), {"h1": data_set["h1"]})
+    tags = Tags()
+    tags.feed(html)
+    assert not tags.open
+    assert not {"script", "link", "img", "iframe"} & set(tags.seen)
+    assert not re.search(r"(?:src|href)=\"(?!#)|url\((?!#)|@import", html)
+    assert "#010101" not in html, "every colour of a plot is the page's"
+    assert "prefers-color-scheme: dark" in html
+    assert "width=device-width" in html
+    for words in ("Rooms in a house", "Wasserstein-1", "total variation", "bad.txt", "Only the list calls these bad"):
+        assert words in html
+
+
+def test_the_same_plans_give_the_same_page(folder: Path) -> None:
+    data_set = open_dataset(folder)
+    assert page(Report(gather(data_set, workers=1))) == page(Report(gather(data_set, workers=1)))
+
+
+def test_a_house_with_rooms_fills_its_plots(ring_of_rooms: FloorPlan) -> None:
+    found = Gathered("<one> & only")
+    found.whole.add(ring_of_rooms)
+    html = page(Report(found))
+    assert "&lt;one&gt; &amp; only" in html
+    assert "Doors of a room" in html
+    assert "Vertices" not in html, "a single number is no distribution"
+
+
+def test_the_command_writes_page_and_numbers(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out, numbers = tmp_path / "report.html", tmp_path / "report.json"
+    run(folder, "--out", out, "--json", numbers, "--compare", folder, "--workers", 1)
+    assert out.read_text().startswith("<!doctype html>")
+    found = json.loads(numbers.read_text())
+    assert found["plans"]["rooms"]["sum"] == 15
+    assert found["splits"]["train"]["also_in"] == {"test": 1}
+    assert found["distances"]["rooms"]["value"] == 0.0
+    shown = capsys.readouterr().out
+    assert "5 plans" in shown
+    assert "Wasserstein-1" in shown
+
+
+def test_the_numbers_are_the_same_bytes(folder: Path, tmp_path: Path) -> None:
+    data_set = open_dataset(folder)
+    for name in ("one.json", "other.json"):
+        write_json(Report(gather(data_set, workers=1)), data_set, tmp_path / name)
+    assert (tmp_path / "one.json").read_bytes() == (tmp_path / "other.json").read_bytes()
+
+
+def test_what_is_no_data_set_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        make_app()(args=["stats", str(tmp_path / "absent.jsonl")])
+    assert ended.value.code == 2
+    assert "found nothing there" in " ".join(capsys.readouterr().err.split())
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("width", [1280, 390])
+def test_nothing_is_wider_than_the_screen(folder: Path, tmp_path: Path, width: int) -> None:
+    browser = shutil.which("chromium")
+    if browser is None:
+        pytest.skip("Chromium is not installed")
+    run(folder, "--out", tmp_path / "report.html", "--compare", folder, "--workers", 1)
+    (tmp_path / "frame.html").write_text(
+        f'<iframe id="page" src="report.html" style="width:{width}px;height:900px;border:0"></iframe><script>'
+        "onload = () => { const d = document.getElementById('page').contentDocument;"
+        "document.title = [d.documentElement.scrollWidth, d.querySelectorAll('.plot svg').length,"
+        "Math.min(...[...d.querySelectorAll('.plot svg')].map(s => s.getBoundingClientRect().width))]"
+        ".join(' ') }</script>"
+    )
+    flags = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]
+    flags += ["--disable-background-networking", "--disable-component-update", "--disable-sync"]
+    flags += ["--allow-file-access-from-files", f"--user-data-dir={tmp_path / 'profile'}", "--virtual-time-budget=5000"]
+    address = (tmp_path / "frame.html").as_uri()
+    done = subprocess.run(
+        [browser, *flags, "--dump-dom", address], capture_output=True, text=True, check=True, timeout=60
+    )
+    title = re.search(r"<title>(.*?)</title>", done.stdout)
+    assert title is not None, done.stdout[-500:]
+    scrolled, plots, narrowest = map(float, title.group(1).split())
+    assert scrolled <= width
+    assert plots >= 5
+    assert narrowest > 250
