@@ -24,6 +24,7 @@ SPECK_M2: Final = 0.1
 
 _JAG_M: Final = 0.01  # stair-steps of published rings; without them a buffer costs a twentieth
 _STEP_M: Final = 0.05  # radii between which a split is looked for
+_CONVEX_M2: Final = 1e-6  # rounding of a convex shape's area
 _EXACT_M: Final = 0.0025  # and to which it is narrowed down: half a centimetre of width
 
 
@@ -129,13 +130,18 @@ class _Splits:
             count = self._count(piece, high)
             if count > 1:
                 break
-            if count == 0:
+            if count == 0 or self._convex(piece, high):
                 return radius + float(shapely.maximum_inscribed_circle(piece, tolerance=_EXACT_M).length)
             low = high
         while high - low > _EXACT_M:
             middle = (low + high) / 2.0
             low, high = (low, middle) if self._count(piece, middle) > 1 else (middle, high)
         return (low + high) / 2.0
+
+    def _convex(self, piece: Polygon, radius: float) -> bool:
+        """Whether what is left of the piece is convex: eroded further it stays so, and in one piece."""
+        (part,) = (part for part in self.eroded(radius) if piece.covers(part.representative_point()))
+        return bool(part.convex_hull.area - part.area < _CONVEX_M2)
 
     def _count(self, piece: Polygon, radius: float) -> int:
         return sum(piece.covers(part.representative_point()) for part in self.eroded(radius))
@@ -148,6 +154,9 @@ def _straightened(shape: Polygon | MultiPolygon) -> Polygon | MultiPolygon:
 def _eroded(shape: Polygon | MultiPolygon, radius: float) -> list[Polygon]:
     import shapely
 
-    parts = shapely.get_parts(shapely.buffer(shape, -radius, quad_segs=8))
+    eroded = shapely.buffer(shape, -radius, quad_segs=8)
+    if eroded.geom_type == "Polygon":  # mostly; quicker than what follows
+        return [eroded] if eroded.area >= SPECK_M2 else []
+    parts = shapely.get_parts(eroded)
     areas = shapely.area(parts)
     return [parts[i] for i in np.argsort(-areas, kind="stable") if areas[i] >= SPECK_M2]
