@@ -30,6 +30,7 @@ $(VENV)/installed: pyproject.toml constraints.txt
 
 dataset: setup ## build the demo data set: 300 houses made by the project, into datasets/demo
 	@$(BIN)/houseexpo build --config data_manifests/demo.toml --out $(DATASET)
+	@$(BIN)/houseexpo stats $(DATASET) --out $(DATASET)/.build/statistics.html
 
 test: setup ## run the tests (under 5 minutes on two cores)
 	@$(BIN)/python -m pytest -q -m 'not slow'

@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 import subprocess
+import sys
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -151,3 +152,14 @@ def test_nothing_is_wider_than_the_screen(folder: Path, tmp_path: Path, width: i
     assert scrolled <= width
     assert plots >= 5
     assert narrowest > 250
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = "import sys; from houseexpo.cli import make_app; make_app(); print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert not {"matplotlib", "jinja2", "shapely", "scipy", "networkx", "pyarrow"} & set(done.stdout.split())
+
+
+def test_python_dash_m_is_the_command(folder: Path) -> None:
+    done = subprocess.run([sys.executable, "-m", "stats", folder], check=True, capture_output=True, text=True)
+    assert "5 plans" in done.stdout
