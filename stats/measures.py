@@ -91,12 +91,16 @@ def room_areas_m2(plan: FloorPlan) -> list[float]:
 
 def doors_per_room(plan: FloorPlan) -> list[int]:
     """Doors of each room, entrances included; a door between two rooms counts for both."""
+    if not plan.rooms:
+        return []
     graph = rooms_graph(plan, outside=True)
     return [graph.degree(room.id) for room in plan.rooms]
 
 
 def neighbours(plan: FloorPlan) -> list[int]:
     """Degree of each room: how many other rooms a door leads to from it."""
+    if not plan.rooms:
+        return []
     graph = rooms_graph(plan)
     return [len(set(graph[room.id]) - {room.id}) for room in plan.rooms]
 
@@ -118,6 +122,8 @@ def depth(plan: FloorPlan) -> int | None:
     One enters where a door of kind "entrance" is; else, as a published outline hides those, in a room labelled
     Entryway. Rooms that cannot be reached do not count.
     """
+    if not plan.rooms:
+        return None
     import networkx as nx
 
     graph = rooms_graph(plan, outside=True)
