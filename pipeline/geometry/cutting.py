@@ -2,6 +2,8 @@
 
 R1  Segments know their body: faces that share vertices (by index) are one. SUNCG writes every slab of a wall as a body
     of its own, and so do most modellers.
+R2  A small face that is not upright takes the direction of what is around it: in a scan, a speck of a wall may look
+    anywhere, and a wall with a hole at each of these is closed at no height.
 """
 
 from __future__ import annotations
@@ -21,6 +23,8 @@ from pipeline.values import Mesh
 STEEP = 0.5
 """A face whose unit normal has |z| below this is upright: a wall, not a floor, a roof or a slope."""
 
+SMALL_M = 0.2
+"""A face with shorter edges is judged together with its neighbours."""
 LYING = 1e-3
 """A face whose unit normal has |z| above this may be a body's top or bottom."""
 
@@ -62,7 +66,24 @@ class Cutter:
 
     @cached_property
     def _upright(self) -> npt.NDArray[np.bool_]:
-        return np.abs(self._normals[:, 2]) < STEEP
+        upright = np.abs(self._normals[:, 2]) < STEEP
+        low, high = self._span
+        stray = np.flatnonzero(~upright & (high - low > 0))
+        edges = np.roll(corners := self.mesh.vertices[self.mesh.faces[stray]], -1, axis=1) - corners
+        stray = stray[np.linalg.norm(edges, axis=2).max(axis=1) < SMALL_M]
+        if len(stray):  # R2
+            around = self._around(stray)
+            upright[stray] = np.abs(around[:, 2]) < STEEP * np.linalg.norm(around, axis=1)
+        return upright
+
+    def _around(self, faces: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+        """Sums (n, 3) of the normals of all faces that share a vertex with each of these, by their area."""
+        corners = self.mesh.faces
+        a, b, c = (self.mesh.vertices[corners[:, k]] for k in range(3))
+        area = np.repeat(np.cross(b - a, c - a), 3, axis=0)
+        n = len(self.mesh.vertices)
+        at = np.stack([np.bincount(corners.ravel(), area[:, k], n) for k in range(3)], axis=1)
+        return np.asarray(at[corners[faces]].sum(axis=1))
 
     @cached_property
     def _body(self) -> npt.NDArray[np.int64]:

@@ -12,6 +12,9 @@ R2  it is solid if it is thick and lies in a closed body: the section's segments
 R3  an edge between two faces that are not wall is a sheet, and gets ``sheet_m`` in all, with flat ends; a slit between
     two sheets is no face;
 R4  a solid wall thinner than ``sheet_m`` gets as much too: on the 1 cm grid of a plan it would vanish.
+
+R5  Before all that, a mesh of many small faces (a scan) has its noise taken off: a corner every few centimetres would
+    make strips too short to be doors of every lintel.
 """
 
 from __future__ import annotations
@@ -37,6 +40,10 @@ SLIM = 0.9  # of a sheet's thickness: what is thinner gets a sheet's
 SLIT_M = 0.01
 """Two sheets that leave a face slimmer than this between them are one: coincident ones do, once turned or rounded."""
 TIP_M = 1e-3
+DENSE_M = 0.15
+"""Shorter segments follow the mesh and not the house, where they are the rule."""
+DETAIL_M = 0.01
+"""No finer than the grid of a plan."""
 CRACK_M = 0.02
 """Walls that come closer than this touch."""
 
@@ -61,12 +68,29 @@ def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = Tru
     snapped, body = snapped[real], cut.body[real]
     if not len(snapped):
         return Section(EMPTY, EMPTY)
+    if _is_dense(snapped):
+        return _arranged(replace(cut, ends=snapped, body=body), _drawn(snapped), sheet_m, solid_m, sheets=sheets)
     rings = closed_rings(snapped, body, GRID_M)
     if rings is not None and rings.thickness.max() < solid_m / 2:
         slim = np.array([Polygon(rings.rings[k]) for k in np.flatnonzero(rings.thickness < SLIM * sheet_m)])
         strips = shapely.orient_polygons(_strips(slim, sheet_m))
         return Section(united_rings(rings.rings + [shapely.get_coordinates(s)[:-1] for s in strips], CRACK_M), EMPTY)
-    return _arranged(replace(cut, ends=snapped, body=body), sheet_m, solid_m, sheets=sheets)
+    lines = shapely.linestrings(snapped)
+    return _arranged(replace(cut, ends=snapped, body=body), lines, sheet_m, solid_m, sheets=sheets)
+
+
+def _is_dense(segments: Floats) -> bool:
+    """Whether the section follows a mesh of small faces: half of all its length lies in short segments."""
+    length = np.hypot(*(segments[:, 1] - segments[:, 0]).T)
+    return bool(length[length < DENSE_M].sum() > length.sum() / 2)
+
+
+def _drawn(segments: Floats) -> npt.NDArray[np.object_]:
+    """R5: the segments as lines with as few corners as ``DETAIL_M`` allows."""
+    order = np.lexsort((segments[:, :, 1], segments[:, :, 0]), axis=1)
+    once = np.unique(np.take_along_axis(segments, order[:, :, None], axis=1), axis=0)  # two sheets may coincide
+    merged = shapely.line_merge(shapely.multilinestrings(shapely.linestrings(once)))
+    return np.asarray(shapely.simplify(shapely.get_parts(merged), DETAIL_M))
 
 
 def _not_too_slim(faces: npt.NDArray[np.object_], sheet_m: float) -> npt.NDArray[np.object_]:
@@ -94,8 +118,10 @@ def _spine(box: Polygon) -> BaseGeometry:
     return shapely.linestrings([(a + b) / 2, (c + d) / 2])
 
 
-def _arranged(cut: Segments, sheet_m: float, solid_m: float, *, sheets: bool) -> Section:
-    lines = shapely.get_parts(shapely.union_all(shapely.linestrings(cut.ends), grid_size=GRID_M))
+def _arranged(
+    cut: Segments, drawn: npt.NDArray[np.object_], sheet_m: float, solid_m: float, *, sheets: bool
+) -> Section:
+    lines = shapely.get_parts(shapely.union_all(drawn, grid_size=GRID_M))
     lines = lines[shapely.get_type_id(lines) == 1]
     faces = shapely.get_parts(shapely.polygonize(lines))
     thick = ~shapely.is_empty(mitred(faces, -solid_m / 2))
