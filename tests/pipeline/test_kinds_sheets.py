@@ -57,7 +57,7 @@ def test_sheets_make_rooms_and_doors_whichever_way_they_look(double: bool, look:
 
 def test_two_sheets_with_a_slit_between_them_are_one_wall() -> None:
     house = joined(three_rooms(double=False, look="out"))
-    moved = house.vertices + (0.003, 0.002, 0.0)
+    moved = house.vertices + np.array([0.003, 0.002, 0.0])
     mesh = Mesh(np.concatenate([house.vertices, moved]), np.concatenate([house.faces, house.faces + len(moved)]))
     plan = plan_of(level(mesh))
     assert len(plan.rooms) == 3
