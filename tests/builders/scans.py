@@ -1,0 +1,94 @@
+"""Slow, obvious twins of the simulator's kernels; positions are pixels, cell (row, col) spans [col, col + 1) across."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+Cells = set[tuple[int, int]]
+Floats = npt.NDArray[np.float64]
+
+
+def slow_rays(
+    solid: np.ndarray, x: float, y: float, heading: float, fov: float, resolution: float, range_px: float
+) -> tuple[Cells, Cells]:
+    """The published simulator's scan: free cells and obstacles, angles in radians."""
+    k = np.arange(round(range_px) + 1)
+    free, hit = set(), set()
+    for angle in heading + np.arange(-fov * 0.5, fov * 0.5, step=resolution):
+        row = np.round(y - 0.5 - np.sin(angle) * k).astype(int)
+        col = np.round(x - 0.5 + np.cos(angle) * k).astype(int)
+        on_grid = (row >= 0) & (row < solid.shape[0]) & (col >= 0) & (col < solid.shape[1])
+        row, col = row[on_grid], col[on_grid]  # a ray that leaves the grid does not come back
+        ends = np.flatnonzero(solid[row, col])
+        seen = int(ends[0]) if len(ends) else len(row)
+        free |= set(zip(row[:seen].tolist(), col[:seen].tolist(), strict=True))
+        if 0 < seen < len(row):
+            hit.add((int(row[seen]), int(col[seen])))
+    return free, hit
+
+
+def slow_sector(
+    solid: np.ndarray, x: float, y: float, heading: float, half_fov: float, range_px: float
+) -> tuple[Cells, Cells]:
+    """Free cells whose centre is in sight, and the obstacles that some line of sight meets first."""
+    if solid[int(y), int(x)]:
+        return set(), set()
+    rows, cols = np.nonzero(solid)
+    near = np.hypot(cols + 0.5 - x, rows + 0.5 - y) <= range_px + 2
+    rows, cols = rows[near], cols[near]
+    boxes = np.stack([cols - x, rows - y, cols + 1 - x, rows + 1 - y], axis=1)
+    free = {(int(y), int(x))}
+    for row, col in np.argwhere(solid == 0).tolist():
+        across, down = col + 0.5 - x, row + 0.5 - y
+        distance = math.hypot(across, down)
+        if not 0 < distance <= range_px:
+            continue
+        in_fan = abs(_turned(math.atan2(-down, across) - heading)) <= half_fov + 1e-9
+        if in_fan and first_hit(boxes, across / distance, down / distance)[1] >= distance:
+            free.add((row, col))
+    corners = [math.atan2(-down, across) for a, b, c, d in boxes for across in (a, c) for down in (b, d)]
+    inside = {turned for angle in corners if abs(turned := _turned(angle - heading)) < half_fov}
+    bounds = np.array(sorted({-half_fov, half_fov} | inside))
+    hit = set()
+    for low, high in itertools.pairwise(bounds):
+        if high - low > 1e-7:
+            angle = heading + (low + high) / 2
+            k, _ = first_hit(boxes, math.cos(angle), -math.sin(angle))
+            if k >= 0 and math.hypot(cols[k] + 0.5 - x, rows[k] + 0.5 - y) <= range_px:
+                hit.add((int(rows[k]), int(cols[k])))
+    return free, hit
+
+
+def first_hit(boxes: Floats, right: float, down: float) -> tuple[int, float]:
+    """Which of the boxes (n, 4) a ray from the origin enters first, and where; -1 and infinity where none."""
+    with np.errstate(divide="ignore"):
+        by = 1.0 / np.array([right, down])
+    with np.errstate(invalid="ignore"):
+        ends = np.sort(np.stack([boxes[:, :2] * by, boxes[:, 2:] * by]), axis=0)
+    enter, leave = ends[0].max(axis=1), ends[1].min(axis=1)
+    enter = np.where((enter < leave) & (leave > 0), enter, np.inf)
+    if not len(enter) or not np.isfinite(enter).any():
+        return -1, math.inf
+    k = int(enter.argmin())
+    return k, float(enter[k])
+
+
+def slow_crop(known: np.ndarray, x: float, y: float, heading: float, side: int) -> np.ndarray:
+    """The square of the map round a position, heading up."""
+    out = np.zeros((side, side), np.uint8)
+    for i in range(side):
+        for j in range(side):
+            ahead, right = (side - 1) / 2 - i, j - (side - 1) / 2
+            row = math.floor(y - ahead * math.sin(heading) + right * math.cos(heading))
+            col = math.floor(x + ahead * math.cos(heading) + right * math.sin(heading))
+            if 0 <= row < known.shape[0] and 0 <= col < known.shape[1]:
+                out[i, j] = known[row, col]
+    return out
+
+
+def _turned(angle: float) -> float:
+    return math.atan2(math.sin(angle), math.cos(angle))
