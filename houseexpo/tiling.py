@@ -50,6 +50,9 @@ def grid_ring(ring: BaseGeometry, shift: Points | None = None, *, clockwise: boo
 
 
 def rings_of(shape: Polygon, shift: Points | None = None) -> tuple[Points, tuple[Points, ...]]:
-    """The outline (clockwise) and the holes (counter-clockwise) of a polygon as ``grid_ring`` gives them."""
-    holes = tuple(grid_ring(hole, shift, clockwise=False) for hole in shape.interiors)
-    return grid_ring(shape.exterior, shift, clockwise=True), holes
+    """The outline (clockwise) and the holes (counter-clockwise) of a polygon as ``grid_ring`` gives them.
+
+    A hole that has no area on the grid is left out.
+    """
+    holes = (grid_ring(hole, shift, clockwise=False) for hole in shape.interiors)
+    return grid_ring(shape.exterior, shift, clockwise=True), tuple(hole for hole in holes if len(hole) > 2)

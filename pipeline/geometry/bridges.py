@@ -17,7 +17,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.overlay import overlap
+from pipeline.geometry.overlay import clipped, overlap
 from pipeline.geometry.regions import WALL, locate
 
 STEP_M = 0.08
@@ -102,7 +102,7 @@ def bridges(piece: Polygon, rooms: list[Polygon], walls: BaseGeometry, door_plan
     stretches = [s for s in _stretches(piece, rooms, walls) if s.faces != WALL]
     found: list[Bridge] = []
     x1, y1, x2, y2 = piece.bounds
-    near = shapely.clip_by_rect(door_plane, x1 - NEAR_M, y1 - NEAR_M, x2 + NEAR_M, y2 + NEAR_M)
+    near = clipped(door_plane, x1 - NEAR_M, y1 - NEAR_M, x2 + NEAR_M, y2 + NEAR_M)
     for k, first in enumerate(stretches):
         for second in stretches[k + 1 :]:
             if first.faces != second.faces:

@@ -35,6 +35,14 @@ def mitred(shape: Any, distance_m: float, limit: float = 2.0) -> Any:
         return shapely.buffer(shape, distance_m, join_style="mitre", mitre_limit=limit)
 
 
+def clipped(shape: BaseGeometry, x1: float, y1: float, x2: float, y2: float) -> BaseGeometry:
+    """What of an area lies in a rectangle; lines may be left on its edge."""
+    try:
+        return shapely.clip_by_rect(shape, x1, y1, x2, y2)
+    except shapely.errors.GEOSException:  # quick, and defeated by rings that touch the edge in a point
+        return overlap(shape, shapely.box(x1, y1, x2, y2))
+
+
 def subtract(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
     """What of ``a`` is not in ``b``."""
     return areas(_robust(shapely.difference, a, b))
@@ -51,8 +59,11 @@ def united(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
 
 
 def _robust(operation: Callable[..., BaseGeometry], *shapes: Any) -> BaseGeometry:
-    """Overlay as exactly as it goes; where rounding defeats that, on a grid of a micrometre, which always works."""
+    """Overlay as exactly as it goes; where rounding defeats that, the shapes mended and on a grid of a micrometre.
+
+    Buffers with square corners come out invalid now and then, which no grid can put right.
+    """
     try:
         return operation(*shapes)
     except shapely.errors.GEOSException:
-        return operation(*shapes, grid_size=FALLBACK_GRID_M)
+        return operation(*(shapely.make_valid(shape) for shape in shapes), grid_size=FALLBACK_GRID_M)

@@ -107,8 +107,8 @@ def _quadrant(
     hit: Cells,
     n_hit: int,
 ) -> tuple[int, int]:
-    """Go out line by line in one quadrant; steps of ``along`` and ``across`` are flat, the borders so many cells off."""
-    lo, hi, new_lo, new_hi = slopes[0], slopes[1], slopes[2], slopes[3]
+    """Go out line by line in one quadrant; steps ``along`` and ``across`` are flat, the borders so many off."""
+    lo, hi, new_lo, new_hi = slopes
     for k in range(min(ahead, math.floor(range_px + off_u)) + 1):
         u = k - off_u
         near, far = u - 0.5, u + 0.5
