@@ -29,7 +29,7 @@ def merge(known: Grid, countable: Grid, cells: Cells, n_cells: int, value: int) 
         cell = cells[i]
         if flat[cell] == UNKNOWN:
             new += 1
-            covered += counts[cell]
+            covered += int(counts[cell])
         flat[cell] = value
     return new, covered
 

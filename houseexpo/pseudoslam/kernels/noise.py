@@ -79,7 +79,7 @@ def merge_patch(
                 continue
             if known[row, col] == UNKNOWN:
                 new += 1
-                covered += countable[row, col]
+                covered += int(countable[row, col])
             known[row, col] = patch[from_row, from_col]
     patch[:] = UNKNOWN
     return new, covered

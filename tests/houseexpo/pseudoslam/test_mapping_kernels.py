@@ -20,6 +20,13 @@ def test_merging_counts_what_was_unknown() -> None:
     assert known.tolist() == [[FREE, OBSTACLE, OBSTACLE, 0], [0, FREE, 0, 0], [0, 0, 0, 0]]
 
 
+def test_more_than_a_byte_can_count_counts() -> None:
+    known, ones = np.zeros((30, 30), np.uint8), np.ones((30, 30), np.uint8)
+    assert merge(known, ones, np.arange(900, dtype=np.int32), 900, FREE) == (900, 900)
+    known[:] = UNKNOWN
+    assert merge_patch(known, ones, np.full((31, 31), FREE, np.uint8), 15.0, 15.0, 0.0, 0.0, 0.0) == (900, 900)
+
+
 def test_the_crop_is_what_its_twin_says() -> None:
     rng = np.random.default_rng(0)
     known = rng.choice(np.array([UNKNOWN, FREE, OBSTACLE], np.uint8), (23, 31))
