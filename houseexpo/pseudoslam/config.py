@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, fields
 from typing import Literal, get_args
 
 from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.checks import above_zero, number
 
 ScanRule = Literal["sector", "rays"]
 Origin = Literal["plan", "centre"]
@@ -21,7 +21,7 @@ class RobotConfig:
     turn_deg: float = 10.0
 
     def __post_init__(self) -> None:
-        _above_zero(self, "robot", "radius_m", "step_m", "turn_deg")
+        above_zero(self, "robot", "radius_m", "step_m", "turn_deg")
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class LaserConfig:
     rule: ScanRule = "sector"
 
     def __post_init__(self) -> None:
-        _above_zero(self, "laser", "range_m", "fov_deg", "resolution_deg")
+        above_zero(self, "laser", "range_m", "fov_deg", "resolution_deg")
         if self.fov_deg > 360:
             raise ConfigError(f"laser.fov_deg: expected at most 360, found {self.fov_deg!r}")
         if self.resolution_deg > self.fov_deg:
@@ -64,7 +64,7 @@ class NoiseConfig:
 
     def __post_init__(self) -> None:
         for f in fields(self):
-            _number(getattr(self, f.name), f"noise.{f.name}", at_least=0.0)
+            number(getattr(self, f.name), f"noise.{f.name}", at_least=0.0)
 
     @property
     def any(self) -> bool:
@@ -79,7 +79,7 @@ class ObservationConfig:
     size_m: float = 4.0
 
     def __post_init__(self) -> None:
-        _above_zero(self, "observation", "size_m")
+        above_zero(self, "observation", "size_m")
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class StartConfig:
 
     def __post_init__(self) -> None:
         for name in ("x_m", "y_m", "heading_deg"):
-            _number(getattr(self, name), f"start.{name}")
+            number(getattr(self, name), f"start.{name}")
         if self.origin not in get_args(Origin):
             raise ConfigError(f"start.origin: expected one of {', '.join(get_args(Origin))}; found {self.origin!r}")
 
@@ -120,7 +120,7 @@ class SimulatorConfig:
     max_steps: int = 200
 
     def __post_init__(self) -> None:
-        _number(self.pixels_per_metre, "pixels_per_metre", above=0.0)
+        number(self.pixels_per_metre, "pixels_per_metre", above=0.0)
         if isinstance(self.max_steps, bool) or not isinstance(self.max_steps, int) or self.max_steps < 1:
             raise ConfigError(f"max_steps: expected a whole number of at least 1, found {self.max_steps!r}")
         if self.side_px < 2:
@@ -133,17 +133,3 @@ class SimulatorConfig:
     def side_px(self) -> int:
         """Cells along a side of the observation."""
         return 2 * int(self.observation.size_m * self.pixels_per_metre / 2)
-
-
-def _above_zero(config: object, where: str, *names: str) -> None:
-    for name in names:
-        _number(getattr(config, name), f"{where}.{name}", above=0.0)
-
-
-def _number(value: object, key: str, *, above: float = -math.inf, at_least: float = -math.inf) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise ConfigError(f"{key}: expected a finite number, found {value!r}")
-    if value <= above:
-        raise ConfigError(f"{key}: expected more than {above:g}, found {value!r}")
-    if value < at_least:
-        raise ConfigError(f"{key}: expected at least {at_least:g}, found {value!r}")

@@ -1,0 +1,23 @@
+"""What a configuration's values are checked for when it is made; every failure is a ConfigError that names the key."""
+
+from __future__ import annotations
+
+import math
+
+from houseexpo.errors import ConfigError
+
+
+def number(value: object, key: str, *, above: float = -math.inf, at_least: float = -math.inf) -> None:
+    """Refuse what is no finite number, or too small."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise ConfigError(f"{key}: expected a finite number, found {value!r}")
+    if value <= above:
+        raise ConfigError(f"{key}: expected more than {above:g}, found {value!r}")
+    if value < at_least:
+        raise ConfigError(f"{key}: expected at least {at_least:g}, found {value!r}")
+
+
+def above_zero(config: object, where: str, *names: str) -> None:
+    """Refuse fields that are no numbers above 0."""
+    for name in names:
+        number(getattr(config, name), f"{where}.{name}", above=0.0)
