@@ -11,6 +11,7 @@ import numpy.typing as npt
 from houseexpo.frame import GridFrame
 from houseexpo.plan import FloorPlan, Navigability, Reach
 from houseexpo.raster import fill
+from houseexpo.standing import Standing, eroded, straightened
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -18,14 +19,6 @@ if TYPE_CHECKING:
 
 OUTSIDE: Final = "outside"
 RADII_M: Final = (0.10, 0.15, 0.20, 0.25, 0.30, 0.35)
-
-SPECK_M2: Final = 0.1
-"""A piece smaller than this is no place: neither counted nor measured."""
-
-_JAG_M: Final = 0.01  # stair-steps of published rings; without them a buffer costs a twentieth
-_STEP_M: Final = 0.05  # radii between which a split is looked for
-_CONVEX_M2: Final = 1e-6  # rounding of a convex shape's area
-_EXACT_M: Final = 0.0025  # and to which it is narrowed down: half a centimetre of width
 
 
 def rooms_graph(plan: FloorPlan, *, outside: bool = False) -> nx.MultiGraph[int | str]:
@@ -63,23 +56,22 @@ def navigability(space: FloorPlan | Polygon | MultiPolygon, radii: Sequence[floa
     Walls are straightened by at most 0.01 m first and ``narrowest`` is given to 0.01 m; a disc that is wider or
     narrower than a passage by more than 0.02 m is judged as exact geometry judges it.
     """
-    shape = _straightened(space.free_space if isinstance(space, FloorPlan) else space)
-    splits = _Splits(shape)
+    standing = Standing(straightened(space.free_space if isinstance(space, FloorPlan) else space))
     found = {}
     for radius in radii:
-        pieces = splits.eroded(radius)
-        area = sum(piece.area for piece in pieces)
+        pieces = standing.pieces(radius)
+        area = sum(piece.polygon.area for piece in pieces)
         found[f"{radius:.2f}"] = Navigability(
             components=len(pieces),
-            largest_share=round(float(pieces[0].area / area), 4) if pieces else 0.0,
-            narrowest=round(splits.width(pieces[0], radius), 2) if pieces else 0.0,
+            largest_share=round(float(pieces[0].polygon.area / area), 4) if pieces else 0.0,
+            narrowest=round(standing.width(pieces[0], radius), 2) if pieces else 0.0,
         )
     return Reach(found)
 
 
 def standing_pieces(space: Polygon | MultiPolygon, radius_m: float) -> list[Polygon]:
     """Return the pieces in which the centre of a disc can stand, the biggest first; specks under 0.1 m2 left out."""
-    return _eroded(_straightened(space), radius_m)
+    return eroded(straightened(space), radius_m)
 
 
 def standing_components(
@@ -94,69 +86,3 @@ def standing_components(
     for label, piece in enumerate(standing_pieces(space, radius_m), start=1):
         fill(labels, piece, frame, label)
     return labels, frame
-
-
-class _Splits:
-    """Finds where pieces fall apart; radii share what they find, since most have the same bottleneck."""
-
-    def __init__(self, shape: Polygon | MultiPolygon) -> None:
-        self._shape = shape
-        self._eroded: dict[float, list[Polygon]] = {}
-        self._known: list[tuple[float, float, Polygon]] = []  # (from radius, split at radius, the piece at from)
-
-    def width(self, piece: Polygon, radius: float) -> float:
-        """Twice the radius at which ``piece``, eroded by ``radius`` already, falls apart."""
-        inside = piece.representative_point()
-        for start, split, whole in self._known:
-            if start <= radius < split and whole.covers(inside):
-                return 2.0 * split
-        split = self._split(piece, radius)
-        self._known.append((radius, split, piece))
-        return 2.0 * split
-
-    def eroded(self, radius: float) -> list[Polygon]:
-        """Return the pieces at this radius, the biggest first; what one radius asks for, the next may need again."""
-        radius = round(radius, 6)
-        if radius not in self._eroded:
-            self._eroded[radius] = _eroded(self._shape, radius)
-        return self._eroded[radius]
-
-    def _split(self, piece: Polygon, radius: float) -> float:
-        import shapely
-
-        low = radius
-        while True:
-            high = low + _STEP_M
-            count = self._count(piece, high)
-            if count > 1:
-                break
-            if count == 0 or self._convex(piece, high):
-                return radius + float(shapely.maximum_inscribed_circle(piece, tolerance=_EXACT_M).length)
-            low = high
-        while high - low > _EXACT_M:
-            middle = (low + high) / 2.0
-            low, high = (low, middle) if self._count(piece, middle) > 1 else (middle, high)
-        return (low + high) / 2.0
-
-    def _convex(self, piece: Polygon, radius: float) -> bool:
-        """Whether what is left of the piece is convex: eroded further it stays so, and in one piece."""
-        (part,) = (part for part in self.eroded(radius) if piece.covers(part.representative_point()))
-        return bool(part.convex_hull.area - part.area < _CONVEX_M2)
-
-    def _count(self, piece: Polygon, radius: float) -> int:
-        return sum(piece.covers(part.representative_point()) for part in self.eroded(radius))
-
-
-def _straightened(shape: Polygon | MultiPolygon) -> Polygon | MultiPolygon:
-    return shape.simplify(_JAG_M)
-
-
-def _eroded(shape: Polygon | MultiPolygon, radius: float) -> list[Polygon]:
-    import shapely
-
-    eroded = shapely.buffer(shape, -radius, quad_segs=8)
-    if eroded.geom_type == "Polygon":  # mostly; quicker than what follows
-        return [eroded] if eroded.area >= SPECK_M2 else []
-    parts = shapely.get_parts(eroded)
-    areas = shapely.area(parts)
-    return [parts[i] for i in np.argsort(-areas, kind="stable") if areas[i] >= SPECK_M2]

@@ -76,7 +76,7 @@ def _doors(plan: FloorPlan) -> int:
 
 
 _MEASURES: Final[dict[str, tuple[str, Callable[[FloorPlan], Any]]]] = {
-    "navigability": ("navigability, 1", _navigability),
+    "navigability": ("navigability, 2", _navigability),
     "n_doors": ("doors found, 1", _doors),
 }
 """Under which name the values are kept (another way of computing needs another name), and how they are computed."""

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.graph import OUTSIDE, SPECK_M2, navigability, rooms_graph, standing_components, standing_pieces
+from houseexpo.graph import OUTSIDE, navigability, rooms_graph, standing_components, standing_pieces
 from houseexpo.plan import Door
 from houseexpo.plan_json import decode
+from houseexpo.standing import SPECK_M2
 
 
 def test_rooms_are_nodes_and_doors_edges(two_rooms):

@@ -1,0 +1,111 @@
+r"""Passages: the places of a free space where two walls are nearest to each other, and how wide they are.
+
+::
+
+    ======A                          A, B  corners that jut into the space
+    wall  |\
+    ======A-B===                     A-B   a passage from corner to corner
+          :  wall
+    ......:.............             A..:  a passage from a corner straight to a wall
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from shapely import MultiPolygon, Polygon
+
+Floats = npt.NDArray[np.float64]
+
+_SAME_M: Final = 1e-6  # lengths that differ by less are the same; walls that are parallel are so up to rounding
+
+
+class Passages(NamedTuple):
+    """``radius`` (k,), metres, ascending: that of the widest disc that gets through; ``middle`` (k, 2), metres."""
+
+    radius: Floats
+    middle: Floats
+
+
+class _Edges(NamedTuple):
+    """Edges with the free space on their left: start (n, 2), length (n,), unit vector (n, 2), the edge before (n,)."""
+
+    start: Floats
+    length: Floats
+    unit: Floats
+    before: npt.NDArray[np.int64]
+
+
+def find_passages(space: Polygon | MultiPolygon, widest_m: float = np.inf) -> Passages:
+    """Find the passages of a valid shape (metres, no vertex repeated), up to a width.
+
+    A disc that grows fills a space until two walls stop it from opposite sides: only there can the places where its
+    centre stands fall apart. So each passage ends
+
+    P1  at a corner that juts into the space, in the sector between the perpendiculars to its two walls,
+    P2  and opposite at another such corner, or at the foot of the perpendicular to a wall,
+    P3  and no wall reaches into the disc that has the passage as its diameter.
+
+    Whether the space falls apart when a passage closes is another question: there may be another way round.
+    """
+    import shapely
+
+    edges = _edges(space)
+    start, unit = edges.start, edges.unit
+    arriving = unit[edges.before]
+    juts = arriving[:, 0] * unit[:, 1] < arriving[:, 1] * unit[:, 0]
+    corner, leaving, back = start[juts], unit[juts], -arriving[juts]
+    found = _to_corners(corner, leaving, back, widest_m), _to_walls(corner, leaving, back, edges, widest_m)
+    radius, middle = (np.concatenate(both) for both in zip(*found, strict=True))
+    open_ = shapely.distance(space.boundary, shapely.points(middle)) > radius - _SAME_M  # P3
+    radius, middle = radius[open_], middle[open_]
+    order = np.argsort(radius, kind="stable")
+    return Passages(radius[order], middle[order])
+
+
+def _edges(space: Polygon | MultiPolygon) -> _Edges:
+    import shapely
+
+    rings = shapely.get_rings(shapely.get_parts(shapely.orient_polygons(space)))
+    points, ring = shapely.get_coordinates(rings, return_index=True)
+    real = ring[1:] == ring[:-1]  # the others would lead from ring to ring
+    along, start = (points[1:] - points[:-1])[real], points[:-1][real]
+    last = np.cumsum(np.bincount(ring) - 1) - 1
+    before = np.arange(-1, len(start) - 1)
+    before[np.append(0, last + 1)[:-1]] = last
+    length = np.hypot(along[:, 0], along[:, 1])
+    return _Edges(start, length, along / length[:, None], before)
+
+
+def _to_corners(corner: Floats, leaving: Floats, back: Floats, widest_m: float) -> tuple[Floats, Floats]:
+    """Radii and middles from corner to corner; ``leaving`` and ``back`` are the directions of a corner's two walls."""
+    ahead = leaving @ corner.T < (_dot(leaving, corner) + _SAME_M)[:, None]
+    ahead &= back @ corner.T < (_dot(back, corner) + _SAME_M)[:, None]
+    one, other = np.nonzero(np.triu(ahead & ahead.T, 1))  # P1 at either end
+    across = corner[other] - corner[one]
+    width = np.hypot(across[:, 0], across[:, 1])
+    near = width <= widest_m
+    return width[near] / 2.0, (corner[one] + across / 2.0)[near]
+
+
+def _to_walls(corner: Floats, leaving: Floats, back: Floats, edges: _Edges, widest_m: float) -> tuple[Floats, Floats]:
+    """Radii and middles from a corner to the foot of a perpendicular."""
+    start, length, unit, _ = edges
+    left = np.stack([-unit[:, 1], unit[:, 0]])
+    away = corner @ left - _dot(start, left.T)
+    meets = (away > 0.0) & (away <= widest_m)
+    meets &= (leaving @ left > -_SAME_M) & (back @ left > -_SAME_M)  # P1
+    which, wall = np.nonzero(meets)
+    along = _dot(corner[which] - start[wall], unit[wall])
+    foot = (along > -_SAME_M) & (along < length[wall] + _SAME_M)  # P2
+    which, wall = which[foot], wall[foot]
+    radius = away[which, wall] / 2.0
+    return radius, corner[which] - radius[:, None] * left.T[wall]
+
+
+def _dot(one: Floats, other: Floats) -> Floats:
+    return np.asarray(np.einsum("ij,ij->i", one, other))
