@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -45,8 +46,8 @@ def make_flow(solid: Mask, frame: GridFrame, radius_m: float, plan: FloorPlan) -
     if len(goals) < 2:
         goals = ways.spread(min(max(plan.room_num, _LEAST_GOALS), _MOST_GOALS))
     toward = np.stack([ways.toward(goal) for goal in goals])
-    sizes = np.array([*ways.spots.shape, side, len(goals)], np.int64)
-    return Flow(sizes, toward.ravel(), ways.spots.ravel(), np.array(goals, np.int32))
+    sizes = np.array([*ways.links.shape, side, len(goals)], np.int64)
+    return Flow(sizes, toward.ravel(), ways.spots.reshape(-1, 2), np.array(goals, np.int32))
 
 
 def _room_cells(plan: FloorPlan, frame: GridFrame, solid: Mask, stand: Mask) -> list[tuple[int, int]]:
@@ -68,28 +69,28 @@ class _Ways:
     def __init__(self, stand: Mask, side: int) -> None:
         shape = math.ceil(stand.shape[0] / side), math.ceil(stand.shape[1] / side)
         self.side = side
-        self.spots: Ints = np.empty(shape, np.int32)
+        self.spots: Ints = np.empty((*shape, 2), np.int32)
         self.links: Mask = np.empty(shape, np.uint8)
-        self._queue, self._queued = np.empty(self.spots.size, np.int32), np.empty(self.spots.size, np.uint8)
+        self._queue, self._queued = np.empty(self.links.size, np.int32), np.empty(self.links.size, np.uint8)
         kernels.find_spots(stand, side, self.spots)
         kernels.find_links(stand, self.spots, self.links)
         self.joined = self._biggest()
 
     def distances(self, goal: int) -> Ints:
         """Return the length of the way from each block to a goal."""
-        found = np.empty(self.spots.shape, np.int32)
+        found = np.empty(self.links.shape, np.int32)
         kernels.find_distances(self.links, goal, found, self._queue, self._queued)
         return found
 
     def toward(self, goal: int) -> Mask:
         """Return where to go next from each block."""
-        found = np.empty(self.spots.shape, np.uint8)
+        found = np.empty(self.links.shape, np.uint8)
         kernels.find_toward(self.links, self.distances(goal), found)
         return found
 
     def connected(self, cells: list[tuple[int, int]]) -> list[int]:
         """Return the blocks of cells, once each, that can be reached."""
-        blocks = [row // self.side * self.spots.shape[1] + col // self.side for row, col in cells]
+        blocks = [row // self.side * self.links.shape[1] + col // self.side for row, col in cells]
         return [block for block in dict.fromkeys(blocks) if self.joined.flat[block]]
 
     def spread(self, number: int) -> list[int]:
@@ -105,7 +106,7 @@ class _Ways:
         return goals
 
     def _biggest(self) -> npt.NDArray[np.bool_]:
-        left = self.spots >= 0
+        left = self.spots[..., 0] >= 0
         best = np.zeros_like(left)
         while left.sum() > best.sum():
             part = self.distances(int(left.argmax())) < FAR
@@ -116,17 +117,24 @@ class _Ways:
 
 def empty_flows(environments: int, like: Flow) -> Flow:
     """Return a pool of so many flows, each with room for one as big as ``like``."""
-    return Flow(*(np.zeros((environments, len(array)), array.dtype) for array in like))
+    sizes, toward, spots, goals = (np.zeros((environments, *array.shape), array.dtype) for array in like)
+    return Flow(sizes, toward, spots, goals)
 
 
 def put_flow(pool: Flow, i: int, flow: Flow) -> Flow:
     """Copy a flow into a pool; return the pool, or a bigger one where it does not fit."""
-    if any(one.shape[1] < len(other) for one, other in zip(pool, flow, strict=True)):
-        pool = Flow(*(_wider(one, len(other)) for one, other in zip(pool, flow, strict=True)))
-    for one, other in zip(pool, flow, strict=True):
-        one[i, : len(other)] = other
+    return Flow(
+        _put(pool.sizes, i, flow.sizes),
+        _put(pool.toward, i, flow.toward),
+        _put(pool.spots, i, flow.spots),
+        _put(pool.goals, i, flow.goals),
+    )
+
+
+def _put(pool: npt.NDArray[Any], i: int, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    if pool.shape[1] < len(array):
+        bigger = np.zeros((len(pool), *array.shape), pool.dtype)
+        bigger[:, : pool.shape[1]] = pool
+        pool = bigger
+    pool[i, : len(array)] = array
     return pool
-
-
-def _wider(array: npt.NDArray[np.generic], length: int) -> npt.NDArray[np.generic]:
-    return np.pad(array, ((0, 0), (0, max(length - array.shape[1], 0))))

@@ -11,7 +11,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.dynamics_config import PeopleConfig
 from houseexpo.pseudoslam.kernels.bodies import HALF_DIAGONAL, Bodies, Disc, Tracks
 from houseexpo.pseudoslam.kernels.flow import Flow
-from houseexpo.pseudoslam.kernels.people import Walk
+from houseexpo.pseudoslam.kernels.social import Walk
 from houseexpo.pseudoslam.kernels.spawn import place_people
 
 _FEELERS, _RINGS_M = 12, (0.05, 0.15, 0.25)  # directions, and how far beyond a person's rim they feel
@@ -28,12 +28,17 @@ def walk_of(config: PeopleConfig, pixels_per_metre: float) -> Walk:
         for ring_m in _RINGS_M
     ]
     return Walk(
-        float(pixels_per_metre), radius_px, config.relaxation_s, _ARRIVE_M * pixels_per_metre, np.array(feelers)
+        float(pixels_per_metre),
+        radius_px,
+        config.relaxation_s,
+        _ARRIVE_M * pixels_per_metre,
+        np.array(feelers),
+        radius_px + max(_RINGS_M) * pixels_per_metre + 1e-6,
     )
 
 
 def _feeler(angle: float, ring_m: float, radius_px: float, ppm: float) -> tuple[float, float, float, float]:
-    """Return a point to feel at, and the push away from there; a wall that fills half of all directions gives it all."""
+    """Return a point to feel at, and the push away from there: all of it where half of all directions are wall."""
     right, down = math.cos(angle), math.sin(angle)
     reach, push = radius_px + ring_m * ppm, _WALL_M_S2 * ppm * math.exp(-ring_m / _WALL_M) * math.pi / _FEELERS
     return right * reach, down * reach, -right * push, -down * push
@@ -44,14 +49,14 @@ def new_bodies(tracks: int, people: int) -> Bodies:
     return Bodies(np.zeros(tracks), np.zeros((people, 8)), np.zeros((people, 2), np.int64))
 
 
-def start_people(
+def start_people(  # noqa: PLR0917  # the kernel's arguments, in its order
     config: PeopleConfig,
     solid: npt.NDArray[np.uint8],
     bodies: Bodies,
     tracks: Tracks,
     flow: Flow,
     walk: Walk,
-    key: np.uint64,
+    key: int,
     robot: Disc,
     plan_id: str,
 ) -> None:

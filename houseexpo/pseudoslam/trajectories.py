@@ -47,7 +47,8 @@ def swept_cells(tracks: Tracks, shape: tuple[int, int]) -> npt.NDArray[np.bool_]
     swept = np.zeros(shape, np.uint8)
     for k in range(len(tracks.times_s)):
         sweep(swept, tracks, k)
-    return swept == MOVING
+    found: npt.NDArray[np.bool_] = swept == MOVING
+    return found
 
 
 def _tracks(trajectories: Sequence[Trajectory], frame: GridFrame) -> Tracks:

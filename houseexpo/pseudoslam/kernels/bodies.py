@@ -27,7 +27,7 @@ GOAL, VISIT = range(2)
 POSES, CORNERS, LOOPS = range(3)
 """Columns of ``Tracks.counts``."""
 ROUND, CORE, REACH, FASTEST = range(4)
-"""Columns of ``Tracks.sizes``: by how much a shape is grown, discs within and round it, the speed of its fastest point."""
+"""Columns of ``Tracks.sizes``: by how much a shape is grown, discs within and round it, its fastest point's speed."""
 
 Counts = npt.NDArray[np.int64]
 
@@ -64,6 +64,13 @@ class Disc(NamedTuple):
     x: float
     y: float
     radius: float
+
+
+def no_tracks() -> Tracks:
+    """Return the tracks where there are none."""
+    return Tracks(
+        np.zeros((0, 1)), np.zeros((0, 1, 3)), np.zeros((0, 1, 2)), np.zeros((0, 3), np.int64), np.zeros((0, 4))
+    )
 
 
 @njit(cache=True, nogil=True)
@@ -208,17 +215,28 @@ def stamp_disc(solid: Grid, x: float, y: float, radius: float) -> None:
     """Set the moving bit where a cell's centre lies in a disc."""
     top, bottom, left, right = box(solid.shape, x, y, radius)
     for row in range(top, bottom):
-        for col in range(left, right):
-            if (col + 0.5 - x) ** 2 + (row + 0.5 - y) ** 2 <= radius * radius:
-                solid[row, col] |= MOVING
+        first, end = disc_span(row, x, y, radius)
+        for col in range(max(first, left), min(end, right)):
+            solid[row, col] |= MOVING
+
+
+@njit(cache=True, nogil=True)
+def disc_span(row: int, x: float, y: float, radius: float) -> tuple[int, int]:
+    """Return the first column and the end, excluded, of the cells of a row whose centres lie in a disc."""
+    down = row + 0.5 - y
+    square = radius * radius - down * down
+    if square < 0.0:
+        return 0, 0
+    half = math.sqrt(square)
+    return math.ceil(x - half - 0.5), math.floor(x + half - 0.5) + 1
 
 
 @njit(cache=True, nogil=True)
 def erase(solid: Grid, x: float, y: float, radius: float) -> None:
     """Clear the moving bit in the square round a disc."""
     top, bottom, left, right = box(solid.shape, x, y, radius)
-    for row in range(top, bottom):
-        for col in range(left, right):
+    for row in range(np.uint64(top), np.uint64(bottom)):  # unsigned: without a question for negative indices
+        for col in range(np.uint64(left), np.uint64(right)):
             solid[row, col] &= STATIC
 
 

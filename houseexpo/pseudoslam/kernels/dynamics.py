@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.bodies import (
@@ -24,7 +23,8 @@ from houseexpo.pseudoslam.kernels.bodies import (
     track_keeps_off,
 )
 from houseexpo.pseudoslam.kernels.flow import Flow
-from houseexpo.pseudoslam.kernels.people import Walk, walk_on
+from houseexpo.pseudoslam.kernels.people import walk_on
+from houseexpo.pseudoslam.kernels.social import Walk
 from houseexpo.pseudoslam.kernels.types import Grid
 
 SUBSTEP_S = 0.1
@@ -38,7 +38,7 @@ def advance(
     tracks: Tracks,
     flow: Flow,
     walk: Walk,
-    key: np.uint64,
+    key: int,
     robot: Disc,
     seconds: float,
 ) -> None:

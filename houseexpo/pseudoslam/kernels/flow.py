@@ -35,9 +35,14 @@ class Flow(NamedTuple):
     toward: npt.NDArray[np.uint8]
     """(G * rows * cols,) the neighbour to go to, ``THERE``, or ``NOWHERE``; one goal after the other."""
     spots: Cells
-    """(rows * cols,) the block's spot, flat index of a cell; -1 where there is none."""
+    """(rows * cols, 2) the block's spot, row and column of a cell; -1 where there is none."""
     goals: Cells
     """(G,) flat indices of blocks."""
+
+
+def no_flow() -> Flow:
+    """Return the ways where nobody walks."""
+    return Flow(np.zeros(4, np.int64), np.zeros(0, np.uint8), np.zeros((0, 2), np.int32), np.zeros(0, np.int32))
 
 
 @njit(cache=True, nogil=True)
@@ -48,43 +53,42 @@ def flow_of(pool: Flow, i: int) -> Flow:
 
 @njit(cache=True, nogil=True)
 def find_spots(stand: Grid, block_px: int, spots: npt.NDArray[np.int32]) -> None:
-    """Write each block's spot (rows, cols); ``stand`` is 1 where the disc can stand in the middle of the cell."""
+    """Write each block's spot (rows, cols, 2); ``stand`` is 1 where the disc can stand in the middle of the cell."""
     rows, cols = stand.shape
     middle = (block_px - 1) / 2
     for i in range(spots.shape[0]):
         for j in range(spots.shape[1]):
-            spots[i, j] = -1
+            spots[i, j, 0], spots[i, j, 1] = -1, -1
             best = math.inf
             for row in range(i * block_px, min((i + 1) * block_px, rows)):
                 for col in range(j * block_px, min((j + 1) * block_px, cols)):
                     off = (row - i * block_px - middle) ** 2 + (col - j * block_px - middle) ** 2
                     if stand[row, col] != 0 and off < best:
                         best = off
-                        spots[i, j] = row * cols + col
+                        spots[i, j, 0], spots[i, j, 1] = row, col
 
 
 @njit(cache=True, nogil=True)
 def find_links(stand: Grid, spots: npt.NDArray[np.int32], links: Grid) -> None:
     """Write (rows, cols) bit ``1 << k`` where a block is linked with its neighbour ``STEPS[k]``."""
-    rows, cols = spots.shape
+    rows, cols, _ = spots.shape
     links[:] = 0
     for i in range(rows):
         for j in range(cols):
             for k in range(4):  # the other four are the same links from the other end
                 row, col = i + STEPS[k, 0], j + STEPS[k, 1]
-                if not (0 <= row < rows and 0 <= col < cols) or spots[i, j] < 0 or spots[row, col] < 0:
+                if not (0 <= row < rows and 0 <= col < cols) or spots[i, j, 0] < 0 or spots[row, col, 0] < 0:
                     continue
-                if _straight(stand, spots[i, j], spots[row, col]):
+                if _straight(stand, spots[i, j, 0], spots[i, j, 1], spots[row, col, 0], spots[row, col, 1]):
                     links[i, j] |= 1 << k
                     links[row, col] |= 1 << (k + 4)
 
 
 @njit(cache=True, nogil=True)
-def _straight(stand: Grid, start: int, end: int) -> bool:
+def _straight(stand: Grid, row: int, col: int, end_row: int, end_col: int) -> bool:
     """Whether all cells on the line between two are standing cells, or beside one: rounding may miss a narrow way."""
     rows, cols = stand.shape
-    row, col = start // cols, start % cols
-    down, right = end // cols - row, end % cols - col
+    down, right = end_row - row, end_col - col
     samples = 2 * max(abs(down), abs(right), 1)
     for i in range(1, samples):
         r, c = round(row + down * i / samples), round(col + right * i / samples)
@@ -108,7 +112,7 @@ def find_distances(links: Grid, goal: int, distances: npt.NDArray[np.int32], que
     queue, queued
         (rows * cols,) scratch.
     """
-    rows, cols = links.shape
+    cols = links.shape[1]
     flat, joined = distances.ravel(), links.ravel()
     flat[:], queued[:] = FAR, 0
     flat[goal], queue[0], queued[goal] = 0, goal, 1

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.bodies import (
-    ANCHOR_X,
-    ANCHOR_Y,
     GOAL,
     HALF_DIAGONAL,
     SPEED,
@@ -20,11 +17,13 @@ from houseexpo.pseudoslam.kernels.bodies import (
     Y,
 )
 from houseexpo.pseudoslam.kernels.flow import COLS, GOALS, ROWS, Flow
-from houseexpo.pseudoslam.kernels.hashing import uniform
-from houseexpo.pseudoslam.kernels.people import Walk, draw, fits, take_goal
+from houseexpo.pseudoslam.kernels.hashing import normal, uniform
+from houseexpo.pseudoslam.kernels.people import draw, fits, fits_bodies, take_goal
+from houseexpo.pseudoslam.kernels.social import Walk
 from houseexpo.pseudoslam.kernels.types import Grid
 
 _TRIES = 64
+_SPEEDS = 1 << 40  # counters beyond all others
 
 
 @njit(cache=True, nogil=True)
@@ -34,7 +33,7 @@ def place_people(
     tracks: Tracks,
     flow: Flow,
     walk: Walk,
-    key: np.uint64,
+    key: int,
     robot: Disc,
     away_px: float,
     speed: float,
@@ -54,10 +53,7 @@ def place_people(
     for p in range(len(people)):
         if not _find_place(solid, bodies, tracks, flow, walk, key, p, robot, away_px):
             return p
-        people[p, ANCHOR_X], people[p, ANCHOR_Y] = people[p, X], people[p, Y]
-        radius = math.sqrt(-2.0 * math.log(1.0 - uniform(key, draw(p, 0, 2))))
-        normal = radius * math.cos(2.0 * math.pi * uniform(key, draw(p, 0, 3)))
-        people[p, SPEED] = max(speed + speed_sd * min(max(normal, -2.0), 2.0), 0.1 * speed)
+        people[p, SPEED] = max(speed + speed_sd * min(max(normal(key, _SPEEDS + p), -2.0), 2.0), 0.1 * speed)
         bodies.errands[p, GOAL] = int(uniform(key, draw(p, 0, 4)) * flow.sizes[GOALS])
         take_goal(bodies, flow, key, p)
     return len(people)
@@ -70,24 +66,27 @@ def _find_place(
     tracks: Tracks,
     flow: Flow,
     walk: Walk,
-    key: np.uint64,
+    key: int,
     p: int,
     robot: Disc,
     away_px: float,
 ) -> bool:
     """Draw a place for person ``p``; after so many draws, look at all spots from the last one drawn on."""
-    me, blocks, cols = bodies.people[p], flow.sizes[ROWS] * flow.sizes[COLS], solid.shape[1]
+    me, blocks = bodies.people[p], flow.sizes[ROWS] * flow.sizes[COLS]
     least = robot.radius + walk.radius_px + HALF_DIAGONAL
     block = 0
     for i in range(_TRIES + blocks):
         drawn = i < _TRIES
         block = int(uniform(key, draw(p, i, 5)) * blocks) if drawn else (block + 1) % blocks
-        spot = flow.spots[block]
-        if spot < 0:
+        if flow.spots[block, 0] < 0:
             continue
-        me[X] = spot % cols + (uniform(key, draw(p, i, 6)) if drawn else 0.5)
-        me[Y] = spot // cols + (uniform(key, draw(p, i, 7)) if drawn else 0.5)
-        if math.hypot(robot.x - me[X], robot.y - me[Y]) >= (max(away_px, least) if drawn else least):
-            if fits(solid, bodies, tracks, p, p, me[X], me[Y], walk.radius_px, robot):
-                return True
+        me[X] = flow.spots[block, 1] + (uniform(key, draw(p, i, 6)) if drawn else 0.5)
+        me[Y] = flow.spots[block, 0] + (uniform(key, draw(p, i, 7)) if drawn else 0.5)
+        far = max(away_px, least) if drawn else least
+        if math.hypot(robot.x - me[X], robot.y - me[Y]) < far:
+            continue
+        if fits(solid, bodies.people, p, p, me[X], me[Y], walk.radius_px, robot) and (
+            fits_bodies(bodies, tracks, p, me[X], me[Y], walk.radius_px)
+        ):
+            return True
     return False

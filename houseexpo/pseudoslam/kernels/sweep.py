@@ -17,7 +17,7 @@ def looks(tracks: Tracks, k: int, i: int) -> int:
     """Return how often to look at track ``k`` between its poses ``i`` and ``i + 1``, the latter's included."""
     one, other, reach = tracks.poses[k, i], tracks.poses[k, i + 1], tracks.sizes[k, REACH]
     way = math.hypot(other[0] - one[0], other[1] - one[1]) + reach * abs(other[2] - one[2])
-    return max(math.ceil(way / _STEP_PX), 1)
+    return int(max(math.ceil(way / _STEP_PX), 1))
 
 
 @njit(cache=True, nogil=True)
