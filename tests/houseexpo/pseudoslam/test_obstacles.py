@@ -1,0 +1,307 @@
+"""Obstacles in a house: where they can stand, and what they must not close off."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+import time
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from houseexpo.errors import ConfigError
+from houseexpo.frame import GridFrame
+from houseexpo.plan_json import decode
+from houseexpo.pseudoslam.kernels.obstacles import CLOSES_OFF, FITS, OVERLAPS, free_before, nth_free, set_down
+from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.obstacles import Placement, _disc, place
+from houseexpo.pseudoslam.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
+from houseexpo.pseudoslam.world import standing_cells
+from houseexpo.raster import free_mask
+
+PPM, RADIUS_M = 20.0, 0.2
+RADIUS_PX = PPM * RADIUS_M
+House = tuple[np.ndarray, np.ndarray, GridFrame]
+
+
+def house(*boxes: tuple[float, float, float, float], side: float = 4.0) -> House:
+    """A square room without the boxes (x1, y1, x2, y2), metres: solid, standing cells, frame."""
+    frame = GridFrame.around((0, 0, side, side), PPM, y_up=True)
+    solid = np.ones(frame.shape, np.uint8)
+    solid[1:-1, 1:-1] = 0
+    for x1, y1, x2, y2 in boxes:
+        solid |= Obstacle(Rectangle(x2 - x1, y2 - y1), (x1 + x2) / 2, (y1 + y2) / 2).mask(frame).view(np.uint8)
+    return solid, standing_cells(solid, RADIUS_PX), frame
+
+
+def two_rooms(door_m: float) -> House:
+    """A wall across the middle, x 1.9 to 2.1, with a door from y = 1."""
+    return house((1.9, 0.0, 2.1, 1.0), (1.9, 1.0 + door_m, 2.1, 4.0))
+
+
+def put(found: House, *obstacles: Obstacle, random: RandomObstacles | None = None, seed: int = 0) -> Placement:
+    config = ObstaclesConfig(obstacles, random)
+    return place(*found, radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(seed))
+
+
+def check(found: House, placement: Placement) -> None:
+    """Nothing overlaps, and the robot stands where it would be said to."""
+    solid, stand, frame = found
+    masks = [obstacle.mask(frame) for obstacle in placement.obstacles]
+    np.testing.assert_array_equal(sum((mask.astype(int) for mask in masks), solid.astype(int)), placement.solid)
+    np.testing.assert_array_equal(standing_cells(placement.solid, RADIUS_PX), placement.stand)
+    assert (placement.stand <= stand).all()
+
+
+def test_none_by_default() -> None:
+    found = house()
+    rng = np.random.default_rng(0)
+    placement = place(*found, radius_px=RADIUS_PX, config=ObstaclesConfig(), rng=rng)
+    np.testing.assert_array_equal(placement.solid, found[0])
+    assert placement.obstacles == ()
+    assert placement.solid is not found[0]
+    assert rng.random() == np.random.default_rng(0).random()
+
+
+def test_obstacles_stand_where_they_are_told_to() -> None:
+    """They may touch each other and a wall. The published simulator halves what it calls radius."""
+    found = house()
+    table, stool = Obstacle(Rectangle(1.0, 0.5), 0.5, 3.75), Obstacle(Circle(0.25), 1.25, 3.75)
+    placement = put(found, table, stool)
+    check(found, placement)
+    assert placement.obstacles == (table, stool)
+    assert (placement.solid - found[0]).sum() == pytest.approx((0.5 + math.pi * 0.25**2) * PPM**2, abs=4)
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "message"),
+    [
+        (Obstacle(Circle(0.3), 0.2, 2.0), "[1]: the circle at (0.2, 2) m overlaps a wall, or lies outside"),
+        (Obstacle(Circle(0.3), 9.0, 2.0), "[1]: the circle at (9, 2) m overlaps a wall, or lies outside"),
+        (Obstacle(Ellipse(0.3, 0.1), 2.3, 2.0), "[1]: the ellipse at (2.3, 2) m overlaps obstacles.placed[0]"),
+        (Obstacle(Rectangle(0.2, 1.7), 2.0, 0.85), "[1]: the rectangle at (2, 0.85) m leaves the robot no way"),
+    ],
+)
+def test_a_place_that_cannot_be_is_named(obstacle: Obstacle, message: str) -> None:
+    """The last one builds a wall up to the first."""
+    found = house((1.9, 2.3, 2.1, 4.0))
+    first = Obstacle(Rectangle(0.6, 0.4), 2.0, 2.1)
+    check(found, put(found, first))
+    with pytest.raises(ConfigError, match=re.escape("obstacles.placed" + message)):
+        put(found, first, obstacle)
+
+
+@pytest.mark.parametrize(("door_m", "way_m"), [(0.9, 0.45), (0.9, 0.35)])
+def test_a_door_stays_wide_enough_for_the_robot(door_m: float, way_m: float) -> None:
+    found = two_rooms(door_m)
+    obstacle = Obstacle(Rectangle(0.2, door_m - way_m), 2.0, 1.0 + (door_m - way_m) / 2)
+    if way_m > 2 * RADIUS_M:
+        check(found, put(found, obstacle))
+    else:
+        with pytest.raises(ConfigError, match=r"obstacles.placed\[0\]: .* leaves the robot no way"):
+            put(found, obstacle)
+
+
+def test_a_way_round_is_enough() -> None:
+    """One of two doors may be shut, not both."""
+    found = house((1.9, 0.0, 2.1, 0.5), (1.9, 1.2, 2.1, 2.8), (1.9, 3.5, 2.1, 4.0))
+    lower, upper = Obstacle(Rectangle(0.2, 0.7), 2.0, 0.85), Obstacle(Rectangle(0.2, 0.7), 2.0, 3.15)
+    for one in (lower, upper):
+        check(found, put(found, one))
+    with pytest.raises(ConfigError, match=r"placed\[1\]: .* no way to a part of the house"):
+        put(found, lower, upper)
+
+
+def test_a_nook_smaller_than_the_robot_is_no_part_of_the_house() -> None:
+    """In the corner is room for the robot's middle in a few cells; it cannot get there, and need not."""
+    found = house()
+    bar = Obstacle(Rectangle(1.3, 0.1), 0.55, 0.55, -45.0)
+    placement = put(found, bar)
+    check(found, placement)
+    assert placement.stand[-1 - 5, 5] == 0
+    assert found[1][-1 - 5, 5] == 1
+    with pytest.raises(ConfigError, match="no way to a part of the house"):
+        put(found, Obstacle(Rectangle(2.3, 0.1), 0.9, 0.9, -45.0))
+
+
+def test_something_is_left_to_stand_on() -> None:
+    with pytest.raises(ConfigError, match=r"placed\[0\]: .* leaves the robot no way"):
+        put(house(), Obstacle(Circle(1.9), 2.0, 2.0))
+
+
+@pytest.mark.parametrize("shape", ["rectangle", "ellipse", "circle", "polygon"])
+def test_random_obstacles_in_real_houses(shape: str, published_lines: list[bytes]) -> None:
+    """Sizes stay what was asked for (the published simulator rewrites them), and starts stay out of pockets."""
+    config = ObstaclesConfig(random=RandomObstacles((20, 20), (0.2, 0.6), (shape,), gap_m=0.1))
+    for line in published_lines[:3]:
+        free, frame = free_mask(decode(line), PPM, y_up=True)
+        solid = (~free).view(np.uint8)
+        found = solid, standing_cells(solid, RADIUS_PX), frame
+        placement = place(*found, radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(3))
+        check(found, placement)
+        assert [type(obstacle.shape).__name__.lower() for obstacle in placement.obstacles] == [shape] * 20
+        for obstacle in placement.obstacles:
+            corners = [math.hypot(x, y) for x, y in obstacle.shape.outline_m]
+            assert max(corners) <= 0.3 * math.sqrt(2) + 1e-9
+            mask, rest = obstacle.mask(frame), placement.solid.astype(bool)
+            assert gap_px(mask, rest & ~mask) >= 0.1 * PPM - 1e-9
+
+
+def gap_px(one: np.ndarray, other: np.ndarray) -> float:
+    """Cells between the near sides of two sets of cells."""
+    apart = np.maximum(np.abs(np.argwhere(one)[:, None, :] - np.argwhere(other)) - 1, 0)
+    return float(np.sqrt((apart**2).sum(axis=-1)).min())
+
+
+def test_a_seed_gives_the_same_obstacles_and_another_one_others() -> None:
+    found = house()
+    one, same, other = (put(found, random=RandomObstacles((3, 3)), seed=seed) for seed in (1, 1, 2))
+    assert one.obstacles == same.obstacles != other.obstacles
+    assert one.solid.tobytes() == same.solid.tobytes() != other.solid.tobytes()
+
+
+def test_numbers_and_shapes_are_drawn_evenly() -> None:
+    found, rng = house(), np.random.default_rng(0)
+    config = ObstaclesConfig(random=RandomObstacles((1, 3), (0.1, 0.3)))
+    drawn = [place(*found, radius_px=RADIUS_PX, config=config, rng=rng).obstacles for _ in range(300)]
+    numbers = Counter(map(len, drawn))
+    assert set(numbers) == {1, 2, 3}
+    assert min(numbers.values()) > 70
+    kinds = Counter(type(obstacle.shape).__name__ for obstacles in drawn for obstacle in obstacles)
+    assert set(kinds) == {"Rectangle", "Ellipse", "Circle", "Polygon"}
+    assert min(kinds.values()) > 0.2 * kinds.total()
+    places = np.array([(obstacle.x_m, obstacle.y_m) for obstacles in drawn for obstacle in obstacles])
+    assert places.mean(axis=0) == pytest.approx([2.0, 2.0], abs=0.2)
+    assert places.min() < 0.4  # along the walls too; the published simulator keeps to 10-80% of the box
+    assert places.max() > 3.6
+
+
+def test_random_ones_keep_clear_of_those_told() -> None:
+    found = house()
+    told = Obstacle(Rectangle(1.0, 1.0), 2.0, 2.0)
+    placement = put(found, told, random=RandomObstacles((8, 8), (0.2, 0.5)))
+    check(found, placement)
+    assert placement.obstacles[0] == told
+    assert len(placement.obstacles) == 9
+
+
+def test_more_than_fit_are_refused_soon() -> None:
+    """The published simulator searches for ever."""
+    start = time.process_time()
+    with pytest.raises(ConfigError, match=r"obstacles.random.number: at most \d+ of 500 obstacles .* 16.0 m2") as error:
+        put(house(), random=RandomObstacles((500, 500)))
+    assert 10 < int(re.findall(r"most (\d+)", str(error.value))[0]) < 300
+    assert time.process_time() - start < 20  # also without compilation
+
+
+def test_too_large_ones_are_refused() -> None:
+    with pytest.raises(ConfigError, match=r"at most 0 of 1 obstacles"):
+        put(house(), random=RandomObstacles((1, 1), (50.0, 50.0), ("circle",)))
+
+
+def test_arrays_are_used_again() -> None:
+    found = house()
+    first = put(found, random=RandomObstacles((4, 4)))
+    config = ObstaclesConfig(random=RandomObstacles((4, 4)))
+    again = place(*found, radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(7), into=first)
+    assert again.solid is first.solid
+    np.testing.assert_array_equal(again.solid, put(found, random=RandomObstacles((4, 4)), seed=7).solid)
+    check(found, again)
+
+
+def test_one_obstacle_as_its_slow_twin_would() -> None:
+    """Dilate all, label all, count all."""
+    rng, verdicts = np.random.default_rng(5), Counter[int]()
+    for _ in range(80):
+        solid = (rng.random((14, 18)) < 0.05).astype(np.uint8)
+        solid[[0, -1]] = solid[:, [0, -1]] = 1
+        radius, gap, least = rng.choice([0.5, 1.2]), rng.choice([0.0, 0.5, 1.5]), int(rng.integers(1, 9))
+        stand = standing_cells(solid, radius)
+        if not stand.any():
+            continue
+        row, col, high, wide = rng.integers((1, 1, 1, 1), (12, 10, 5, 17)).tolist()
+        spans = np.array([(r, col, min(col + wide, 18)) for r in range(row, min(row + high, 14))], np.int32)
+        expected = twin(solid, stand, spans, gap, radius, least)
+        scratch = np.empty((3, solid.size), np.int32)
+        verdict = set_down(solid, stand, spans, len(spans), _disc(gap, 1.0), _disc(radius, 0.5), least, scratch)
+        assert verdict == expected[0]
+        np.testing.assert_array_equal(solid, expected[1])
+        np.testing.assert_array_equal(stand, expected[2])
+        verdicts[verdict] += 1
+    assert min(verdicts[verdict] for verdict in (FITS, OVERLAPS, CLOSES_OFF)) >= 5
+
+
+def twin(
+    solid: np.ndarray, stand: np.ndarray, spans: np.ndarray, gap: float, radius: float, least: int
+) -> tuple[int, np.ndarray, np.ndarray]:
+    """What ``set_down`` does, one cell at a time."""
+    cells = [(row, col) for row, first, last in spans.tolist() for col in range(first, last)]
+    for (row, col), (r, c) in itertools.product(cells, np.argwhere(solid).tolist()):
+        apart = math.hypot(max(abs(row - r) - 1, 0), max(abs(col - c) - 1, 0))
+        if (row, col) == (r, c) or apart < gap:
+            return OVERLAPS, solid, stand
+    left = stand.copy()
+    for (row, col), (r, c) in itertools.product(cells, np.argwhere(stand).tolist()):
+        if math.hypot(max(abs(row - r) - 0.5, 0), max(abs(col - c) - 0.5, 0)) < radius:
+            left[r, c] = 0
+    if (left != stand).any():
+        large = [piece for piece in pieces(left) if len(piece) >= least]
+        if len(large) != 1:
+            return CLOSES_OFF, solid, stand
+        left[:] = 0
+        left[tuple(zip(*large[0], strict=True))] = 1
+    more = solid.copy()
+    more[tuple(zip(*cells, strict=True))] = 1
+    return FITS, more, left
+
+
+def pieces(cells: np.ndarray) -> list[set[tuple[int, int]]]:
+    """The 4-connected pieces of the cells that are set."""
+    left, found = set(map(tuple, np.argwhere(cells).tolist())), []
+    while left:
+        piece, edge = set(), {min(left)}
+        while edge:
+            piece |= edge
+            edge = {(r + i, c + j) for r, c in edge for i, j in ((1, 0), (-1, 0), (0, 1), (0, -1))} & (left - piece)
+        found.append(piece)
+        left -= piece
+    return found
+
+
+def test_every_free_cell_can_be_drawn() -> None:
+    solid = (np.random.default_rng(0).random((7, 5)) < 0.5).astype(np.uint8)
+    solid[3] = 1
+    before = free_before(solid)
+    cells = [nth_free(solid, before, n) for n in range(before[-1])]
+    assert cells == list(map(tuple, np.argwhere(solid == 0).tolist()))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: RandomObstacles((5, 1)), r"obstacles.random.number: expected \(low, high\) with low at most high"),
+        (lambda: RandomObstacles((-1, 1)), r"obstacles.random.number: expected at least 0, found -1"),
+        (lambda: RandomObstacles((1, 2.5)), r"obstacles.random.number: expected whole numbers"),
+        (lambda: RandomObstacles(5), r"obstacles.random.number: expected a list, found 5"),
+        (lambda: RandomObstacles((1, 2, 3)), r"obstacles.random.number: expected \(low, high\), found"),
+        (lambda: RandomObstacles(size_m=(0.0, 1.0)), r"obstacles.random.size_m: expected more than 0, found 0.0"),
+        (lambda: RandomObstacles(size_m=(0.1, math.nan)), r"obstacles.random.size_m: expected a finite number"),
+        (lambda: RandomObstacles(shapes=("blob",)), r"obstacles.random.shapes: .*rectangle.* found \('blob',\)"),
+        (lambda: RandomObstacles(shapes=()), r"obstacles.random.shapes: expected some of"),
+        (lambda: RandomObstacles(shapes="circle"), r"obstacles.random.shapes: expected a list, found 'circle'"),
+        (lambda: RandomObstacles(gap_m=-0.1), r"obstacles.random.gap_m: expected at least 0"),
+        (lambda: ObstaclesConfig(placed=(Circle(1.0),)), r"obstacles.placed\[0\]: expected an Obstacle, found Circle"),
+        (lambda: ObstaclesConfig(random=3), r"obstacles.random: expected RandomObstacles or None, found 3"),
+    ],
+)
+def test_bad_configurations_are_refused(make: object, message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        make()  # type: ignore[operator]
+
+
+def test_lists_are_kept_as_tuples() -> None:
+    config = ObstaclesConfig([Obstacle(Polygon([[0, 0], [1, 0], [0, 1]]), 1, 1)], RandomObstacles([1, 2], [0.1, 0.2]))
+    assert hash(config)
+    assert config.random == RandomObstacles((1, 2), (0.1, 0.2))

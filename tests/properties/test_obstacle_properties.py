@@ -1,0 +1,99 @@
+"""What must hold wherever obstacles are set down."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import assume, event, given, settings
+from hypothesis import strategies as st
+
+from houseexpo.errors import ConfigError
+from houseexpo.frame import GridFrame
+from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.obstacles import place
+from houseexpo.pseudoslam.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
+from houseexpo.pseudoslam.world import standing_cells
+
+PPM = 10.0
+metres = st.floats(0.001, 3.0)
+corner = st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
+
+
+def _has_area(points: tuple[tuple[float, float], ...]) -> bool:
+    try:
+        Polygon(points)
+    except ConfigError:
+        return False
+    return True
+
+
+boxes, rounds = st.builds(Rectangle, metres, metres), st.builds(Ellipse, metres, metres) | st.builds(Circle, metres)
+rings = st.lists(corner, min_size=3, max_size=7, unique=True).map(tuple).filter(_has_area)
+shapes = boxes | rounds | st.builds(Polygon, rings)
+obstacles = st.builds(Obstacle, shapes, st.floats(-1.0, 6.0), st.floats(-1.0, 5.0), st.floats(-360.0, 360.0))
+seeds = st.integers(0, 2**32 - 1)
+
+
+def house(seed: int) -> tuple[np.ndarray, GridFrame]:
+    """5 x 4 m with a few walls, some with doors."""
+    rng, frame = np.random.default_rng(seed), GridFrame.around((0, 0, 5, 4), PPM, y_up=True)
+    solid = np.ones(frame.shape, np.uint8)
+    solid[1:-1, 1:-1] = 0
+    for _ in range(rng.integers(0, 4)):
+        row, col = rng.integers(3, 38, 2)
+        if rng.random() < 0.5:
+            solid[row, : rng.integers(1, 50)] = 1
+        else:
+            solid[rng.integers(1, 40) :, col] = 1
+    return solid, frame
+
+
+@given(
+    seeds, st.floats(0.05, 0.4), st.just([]) | st.lists(obstacles, max_size=2), st.integers(0, 6), st.floats(0.0, 0.4)
+)
+@settings(deadline=None, max_examples=100)
+def test_a_house_stays_whole(seed: int, radius_m: float, told: list[Obstacle], number: int, gap_m: float) -> None:
+    solid, frame = house(seed)
+    stand = standing_cells(solid, radius_m * PPM)
+    assume(stand.any())
+    random = RandomObstacles((number, number), (0.05, 1.0), gap_m=gap_m)
+    try:
+        placed = place(
+            solid, stand, frame, radius_px=radius_m * PPM, config=ObstaclesConfig(tuple(told), random),
+            rng=np.random.default_rng(seed),
+        )  # fmt: skip
+    except ConfigError as error:
+        event("refused")
+        assert str(error).startswith(("obstacles.placed[", "obstacles.random.number: at most"))  # noqa: PT017
+        return
+    masks = [obstacle.mask(frame) for obstacle in placed.obstacles]
+    assert len(masks) == len(told) + number
+    assert all(mask.any() for mask in masks)
+    assert (sum((mask.astype(int) for mask in masks), solid.astype(int)) == placed.solid).all()
+    assert placed.stand.any()
+    fits = standing_cells(np.where(stand_region(stand, radius_m * PPM), placed.solid, 1), radius_m * PPM)
+    assert (fits == placed.stand).all()
+
+
+def stand_region(stand: np.ndarray, radius_px: float) -> np.ndarray:
+    """Cells that the robot's disc touches from somewhere: the part of the house that it was in."""
+    reach = int(radius_px) + 2
+    rows, cols = np.indices(stand.shape)
+    region = np.zeros(stand.shape, bool)
+    for down in range(-reach, reach + 1):
+        for right in range(-reach, reach + 1):
+            if np.hypot(max(abs(down) - 0.5, 0), max(abs(right) - 0.5, 0)) < radius_px - 1e-9:
+                inside = (rows + down >= 0) & (rows + down < len(stand)) & (cols + right >= 0)
+                inside &= cols + right < stand.shape[1]
+                region |= inside & (stand[(rows + down) % len(stand), (cols + right) % stand.shape[1]] != 0)
+    return region
+
+
+@given(obstacles, st.sampled_from([5.0, 10.0, 16.0, 33.0]))
+@settings(deadline=None, max_examples=150)
+def test_no_obstacle_vanishes(obstacle: Obstacle, pixels_per_metre: float) -> None:
+    frame = GridFrame((-10.0, -10.0), pixels_per_metre, (int(25 * pixels_per_metre),) * 2, y_up=True)
+    mask = obstacle.mask(frame)
+    assert mask.any()
+    spans, count, inside = obstacle.spans(frame)
+    assert inside
+    assert (spans[:count, 1] < spans[:count, 2]).all()
