@@ -21,6 +21,7 @@ from houseexpo.plan_json import decode
 from houseexpo.progress import watched
 from houseexpo.store.cache import VERSION, cache_folder
 from houseexpo.store.catalogue import Catalogue
+from houseexpo.workers import pool
 
 Measure = Callable[[FloorPlan], Any]
 
@@ -46,7 +47,7 @@ def derived(catalogue: Catalogue, rows: Sequence[int], name: str, measure: Measu
         missing = {digest: row for digest, row in zip(digests, rows, strict=True) if digest not in known}
         written = time.monotonic()
         found = _computed(((digest, catalogue.read(row)) for digest, row in missing.items()), measure, workers)
-        for digest, value in watched(found, name, len(missing)):
+        for digest, value in watched(found, f"measuring {catalogue.path.name}", len(missing)):
             known[digest] = value
             database.execute("INSERT OR REPLACE INTO derived VALUES (?, ?, ?)", (name, digest, value))
             if time.monotonic() - written > _COMMIT_S:
@@ -71,10 +72,8 @@ def _computed(plans: Iterable[tuple[str, bytes]], measure: Measure, workers: int
     if workers <= 1:
         yield from map(work, plans)
         return
-    import multiprocessing
-
-    with multiprocessing.get_context("spawn").Pool(workers) as pool:
-        yield from pool.imap_unordered(work, plans, chunksize=_CHUNK)
+    with pool(workers) as processes:
+        yield from processes.imap_unordered(work, plans, chunksize=_CHUNK)
 
 
 def _measured(measure: Measure, item: tuple[str, bytes]) -> tuple[str, bytes]:

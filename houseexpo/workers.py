@@ -1,0 +1,38 @@
+"""Worker processes that compute with one thread each: more of them, on as many cores, only get in each other's way."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from multiprocessing.pool import Pool
+
+THREADS: Final = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+    "NUMBA_NUM_THREADS",
+)
+"""Libraries read these when they are loaded."""
+
+
+@contextmanager
+def pool(workers: int) -> Iterator[Pool]:
+    """Yield a pool of processes; a script that calls this needs its ``if __name__ == "__main__"``."""
+    import multiprocessing
+
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        with multiprocessing.get_context("spawn").Pool(workers) as processes:
+            yield processes
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
