@@ -21,6 +21,7 @@ from houseexpo.summaries import new_summaries
 from pipeline.config_file import BuildConfig
 from pipeline.ids import settle
 from pipeline.job import Refused
+from pipeline.lists import list_files, valid_parts
 from pipeline.overrides import Override
 from pipeline.stages.dedupe import dedupe
 from pipeline.store import MANIFEST, Entry, Kept, Store, write
@@ -86,12 +87,12 @@ def _override(name: str, kept: Kept, overrides: Mapping[str, Override]) -> Overr
 
 def _write_plans(store: Store, plans: Mapping[str, Kept], outcomes: dict[str, Any]) -> dict[str, Any]:
     """Write json/ and the index in one pass; return the statistics."""
-    summaries = new_summaries()
+    summaries, parts = new_summaries(), valid_parts(store.root, plans)
     rules: Counter[str] = Counter()
     rows = []
     for name, kept in plans.items():
         plan = _load(store, kept)
-        rows.append(row(plan))
+        rows.append({**row(plan), "split": parts.get(name)})
         rules.update(_rules(plan))
         for summary in summaries.values():
             summary.add(plan)
@@ -142,7 +143,8 @@ def _manifest(
     overrides: Mapping[str, Override],
 ) -> dict[str, Any]:
     beside = ("duplicates.jsonl", "index.parquet", "rejected.jsonl", "stats.json")
-    files = {name: hashlib.sha256((root / name).read_bytes()).hexdigest() for name in beside}
+    lists = sorted(path.relative_to(root).as_posix() for path in list_files(root))
+    files = {name: hashlib.sha256((root / name).read_bytes()).hexdigest() for name in (*beside, *lists)}
     return {
         "format": FORMAT,
         "generator": {"name": "houseexpo", "version": version("houseexpo")},
@@ -152,7 +154,7 @@ def _manifest(
         "overrides": {name: asdict(override) for name, override in overrides.items()},
         "versions": {"python": ".".join(platform.python_version_tuple()[:2]), **_versions()},
         "counts": stats["outcomes"],
-        "files": files | {f"json/{name}.json": kept.plan for name, kept in plans.items()},
+        "files": dict(sorted((files | {f"json/{name}.json": kept.plan for name, kept in plans.items()}).items())),
     }
 
 

@@ -58,7 +58,7 @@ def build(
 
     from pipeline.build import build as run_build
     from pipeline.overrides import load_overrides
-    from pipeline.report import counts_tables, outcome_table, plans_table, reasons_lines, write_report
+    from pipeline.report import outcome_table, plans_line, reasons_lines, write_report
 
     given = {
         "sources": tuple(sources or ()),
@@ -74,9 +74,9 @@ def build(
         overrides, show = load_overrides(config), _shown(bar)
         data_set = run_build(settings, out, overrides=overrides, workers=workers or _cores(), progress=show)
         write_report(data_set, show)
-    for table in (*counts_tables(data_set.stats), plans_table(data_set.stats), outcome_table(data_set.stats)):
-        if table is not None:
-            console.print(table)
+    console.print(outcome_table(data_set.stats))
+    if (line := plans_line(data_set.stats)) is not None:
+        console.print(line, highlight=False)
     for line in reasons_lines(data_set):
         console.print(line, style="red", markup=False, highlight=False)
     for what, path in {

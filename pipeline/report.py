@@ -27,7 +27,6 @@ RULES = {
     "filled_pockets": "filled a corner out of reach",
 }
 _TILE_PX = 320
-_BAR = 24
 
 
 def outcome_table(stats: Mapping[str, Any]) -> Table:
@@ -50,33 +49,17 @@ def outcome_table(stats: Mapping[str, Any]) -> Table:
     return table
 
 
-def plans_table(stats: Mapping[str, Any]) -> Table | None:
-    """Show what the plans are like; None where there are none, or nothing is installed that summarises them."""
+def plans_line(stats: Mapping[str, Any]) -> str | None:
+    """Say in a line what the plans are like; None where there are none, or nothing is installed that summarises them.
+
+    ``houseexpo stats`` says more.
+    """
     plans = stats.get("plans")
     if not plans or not plans["rooms"]["count"]:
         return None
-    table = Table(title="Plans", title_justify="left")
-    for heading in ("", "mean", "median", "min", "max"):
-        table.add_column(heading, justify="right" if heading else "left", style=None if heading else "bold")
-    for name, key in (("rooms a house", "rooms"), ("free area, m2", "area_m2"), ("doors a house", "doors")):
-        found = plans[key]
-        table.add_row(
-            name, *(f"{found[column]:.2f}".rstrip("0").rstrip(".") for column in ("mean", "median", "min", "max"))
-        )
-    return table
-
-
-def counts_tables(stats: Mapping[str, Any]) -> list[Table]:
-    """Show rooms a house, labels and kinds of doors, as bars."""
-    plans = stats.get("plans")
-    if not plans:
-        return []
-    named = {
-        "Rooms a house": plans["rooms"].get("histogram", {}),
-        "Labels": plans["labels"],
-        "Doors": plans["door_kinds"],
-    }
-    return [_bars(title, counts) for title, counts in named.items() if counts]
+    named = {"Rooms a house": ("rooms", ""), "free area": ("area_m2", " m2"), "doors a house": ("doors", "")}
+    found = [f"{name} {plans[key]['mean']:.1f}{unit}" for name, (key, unit) in named.items() if plans[key]["count"]]
+    return f"{', '.join(found)} (means)"
 
 
 def reasons_lines(data_set: DataSet, most: int = 8) -> list[str]:
@@ -114,17 +97,6 @@ def _spread(names: Sequence[str], count: int) -> list[str]:
     """Return at most ``count`` of the names, evenly spread over them."""
     step = max(len(names) / count, 1.0)
     return [names[int(i * step)] for i in range(min(count, len(names)))]
-
-
-def _bars(title: str, counts: Mapping[str, int]) -> Table:
-    table = Table(title=title, title_justify="left", show_header=False, box=None, padding=(0, 1))
-    table.add_column(justify="right")
-    table.add_column(justify="right")
-    table.add_column()
-    most = max(counts.values())
-    for name, count in counts.items():
-        table.add_row(name, str(count), f"[cyan]{'█' * round(_BAR * count / most) or '▏'}[/]")
-    return table
 
 
 def _page(data_set: DataSet, chosen: Sequence[str]) -> str:

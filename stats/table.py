@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from rich import box
 from rich.table import Table
@@ -20,7 +20,9 @@ _BAR = 24
 def tables(report: Report) -> Iterator[Table]:
     """Yield the tables of a report, the most important first."""
     yield numbers_table(report.one)
-    yield bars_table("Labels", report.one.whole)
+    yield bars_table("Labels", report.one.whole.labels)
+    if report.one.whole.door_kinds:
+        yield bars_table("Doors", report.one.whole.door_kinds)
     yield reach_table(report.one.whole)
     yield rings_table(report.one.whole)
     if report.one.splits:
@@ -57,14 +59,14 @@ def numbers_table(gathered: Gathered) -> Table:
     return table
 
 
-def bars_table(title: str, summary: PlanSummary) -> Table:
-    """Show labels as bars."""
+def bars_table(title: str, counts: Mapping[str, int]) -> Table:
+    """Show counts as bars, the greatest first."""
     table = Table(title=title, title_justify="left", title_style="bold", show_header=False, box=None, padding=(0, 1))
     table.add_column(justify="right")
     table.add_column(justify="right")
     table.add_column()
-    most = max(summary.labels.values(), default=1)
-    for label, count in sorted(summary.labels.items(), key=lambda pair: (-pair[1], pair[0])):
+    most = max(counts.values(), default=1)
+    for label, count in sorted(counts.items(), key=lambda pair: (-pair[1], pair[0])):
         table.add_row(label, f"{count:,}", f"[cyan]{'█' * round(_BAR * count / most) or '▏'}[/]")
     return table
 

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError
+from houseexpo.splits import split, write_split
 from pipeline.overrides import Override
 from tests.builders.batch import boxed, contents, lines, one_room, run_build
 
@@ -55,6 +57,43 @@ def test_fewer_inputs_leave_no_plan_of_the_others(street: Path, tmp_path: Path) 
     run_build([street], out)
     assert run_build([street], out, limit=1).ids == ("a",)
     assert [name for name in contents(out) if name.startswith("json/")] == ["json/a.json"]
+
+
+def divided(out: Path) -> None:
+    """Split a data set as the command does."""
+    write_split(split(open_dataset(out), {"train": 0.67, "test": 0.33}, seed=0), out)
+
+
+def test_lists_of_the_same_plans_stay(street: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run_build([street], out)
+    divided(out)
+    before = contents(out)
+    assert {"splits/train.txt", "splits/test.txt", "splits/splits.json"} <= before.keys()
+    run_build([street], out)
+    assert contents(out) == before
+
+
+def test_lists_of_other_plans_are_removed(street: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run_build([street], out)
+    divided(out)
+    one_room(street / "d.ply", 9.0, 7.0)
+    run_build([street], out)
+    fresh = tmp_path / "fresh"
+    run_build([street], fresh)
+    assert contents(out) == contents(fresh)
+    assert not (out / "splits").exists()
+    assert open_dataset(out).splits == {}
+
+
+def test_a_list_of_ones_own_beside_them_is_not_removed(street: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run_build([street], out)
+    divided(out)
+    (out / "splits" / "notes.md").write_text("why")
+    run_build([street], out, limit=1)
+    assert [file.name for file in (out / "splits").iterdir()] == ["notes.md"]
 
 
 def test_an_interrupted_build_has_no_manifest_and_goes_on(street: Path, tmp_path: Path) -> None:

@@ -107,3 +107,9 @@ def test_all_rejected_is_no_failure(tmp_path: Path) -> None:
     [line] = lines(tmp_path / "out" / "rejected.jsonl")
     assert (line["stage"], line["reason"]) == ("source", "missing_file")
     assert "gone.ply" in result.output
+
+
+def test_what_is_built_is_said_once(houses: Path, tmp_path: Path) -> None:
+    said = runner.invoke(make_app(), ["build", str(houses), "--out", str(tmp_path / "out"), "--workers", "1"]).output
+    assert said.count("Rooms a house") == 1
+    assert "Labels" not in said  # those are the business of `houseexpo stats`
