@@ -39,4 +39,9 @@ __all__ = [
     "make_world",
 ]
 
-register("PseudoSLAM/Exploration-v0", entry_point="houseexpo.pseudoslam.env:ExplorationEnv")
+for _task in ("Exploration", "ObstacleAvoidance", "Navigation"):
+    register(
+        f"PseudoSLAM/{_task}-v0",
+        entry_point=f"houseexpo.pseudoslam.env:{_task}Env",
+        vector_entry_point=f"houseexpo.pseudoslam.vector_env:{_task}VectorEnv",
+    )

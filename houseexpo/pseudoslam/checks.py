@@ -17,6 +17,12 @@ def number(value: object, key: str, *, above: float = -math.inf, at_least: float
         raise ConfigError(f"{key}: expected at least {at_least:g}, found {value!r}")
 
 
+def whole(value: object, key: str, *, at_least: int) -> None:
+    """Refuse what is no whole number, or too small."""
+    if isinstance(value, bool) or not isinstance(value, int) or value < at_least:
+        raise ConfigError(f"{key}: expected a whole number of at least {at_least}, found {value!r}")
+
+
 def above_zero(config: object, where: str, *names: str) -> None:
     """Refuse fields that are no numbers above 0."""
     for name in names:

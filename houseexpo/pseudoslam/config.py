@@ -6,10 +6,15 @@ from dataclasses import dataclass, field, fields
 from typing import Literal, get_args
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.checks import above_zero, number
+from houseexpo.pseudoslam.checks import above_zero, number, whole
+from houseexpo.pseudoslam.dynamics_config import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig
 
 ScanRule = Literal["sector", "rays"]
 Origin = Literal["plan", "centre"]
+
+MOST_SIDE_PX = 20_000
+"""Cells across a view or a scan, at most: a scan's memory grows with the square."""
 
 
 @dataclass(frozen=True)
@@ -52,34 +57,77 @@ class LaserConfig:
 
 @dataclass(frozen=True)
 class NoiseConfig:
-    """Standard deviations (section III-D); all off by default.
+    """What a SLAM gets wrong (section III-D, and what it leaves out); all off by default.
 
-    ``laser_m`` moves each obstacle along its ray, once a beam and scan; ``registration_m`` (in x and in y) and
-    ``registration_deg`` shift and turn what a step saw before it is merged into the map, once a step.
+    Standard deviations: ``laser_m`` moves each obstacle along its ray, once a beam and scan; ``registration_m`` (in x
+    and in y) and ``registration_deg`` shift and turn what a step saw before it is merged into the map, once a step.
+
+    Odometry drifts as the robot moves, and the map with it: ``odometry_way`` and ``odometry_turn`` are standard
+    deviations of a step's way and turn as shares of them, ``odometry_deg_per_m`` of its heading for each metre.
+
+    Chances, for each beam of each scan: ``drop_out`` that it returns nothing, so that nothing is decided there, and
+    ``max_range`` that it returns the greatest range, as from glass.
     """
 
     laser_m: float = 0.0
     registration_m: float = 0.0
     registration_deg: float = 0.0
+    odometry_way: float = 0.0
+    odometry_turn: float = 0.0
+    odometry_deg_per_m: float = 0.0
+    drop_out: float = 0.0
+    max_range: float = 0.0
 
     def __post_init__(self) -> None:
         for f in fields(self):
             number(getattr(self, f.name), f"noise.{f.name}", at_least=0.0)
+        if self.drop_out + self.max_range > 1:
+            raise ConfigError(
+                f"noise: expected drop_out and max_range, chances, to be at most 1 together, "
+                f"found {self.drop_out:g} and {self.max_range:g}"
+            )
 
     @property
     def any(self) -> bool:
         """Whether there is noise."""
-        return max(self.laser_m, self.registration_m, self.registration_deg) > 0
+        return any(getattr(self, f.name) > 0 for f in fields(self))
 
 
 @dataclass(frozen=True)
 class ObservationConfig:
-    """The square of the map round the robot that a policy sees: ``2 * int(size_m * pixels_per_metre / 2)`` cells."""
+    """The square of the map round the robot that a policy sees: ``2 * int(size_m * pixels_per_metre / 2)`` cells.
+
+    The global map of ``Dict`` observations is a square of ``global_size_m`` round the start, of ``global_cells`` cells
+    a side.
+    """
 
     size_m: float = 4.0
+    global_size_m: float = 32.0
+    global_cells: int = 128
 
     def __post_init__(self) -> None:
-        above_zero(self, "observation", "size_m")
+        above_zero(self, "observation", "size_m", "global_size_m")
+        whole(self.global_cells, "observation.global_cells", at_least=2)
+
+
+@dataclass(frozen=True)
+class GoalConfig:
+    """Where to go: a place, or any that is so far from the start along the way, or as far as the house allows.
+
+    The robot is there when its centre is within ``radius_m``.
+    """
+
+    random: bool = True
+    x_m: float = 0.0
+    y_m: float = 0.0
+    radius_m: float = 0.3
+    least_way_m: float = 2.0
+
+    def __post_init__(self) -> None:
+        for name in ("x_m", "y_m"):
+            number(getattr(self, name), f"goal.{name}")
+        above_zero(self, "goal", "radius_m")
+        number(self.least_way_m, "goal.least_way_m", at_least=0.0)
 
 
 @dataclass(frozen=True)
@@ -107,7 +155,16 @@ class StartConfig:
 class SimulatorConfig:
     """Everything that a simulation depends on, but the plan and the seed.
 
-    ``known_map`` starts with the whole map known (the paper's navigation mode); ``max_steps`` cuts an episode off.
+    Parameters
+    ----------
+    goal
+        Where to go, for navigation; None: nowhere.
+    known_map
+        Start with the whole map known, as it is without what moves (the paper's navigation mode).
+    step_s
+        Seconds that an action takes, for what moves by itself.
+    max_steps
+        Steps after which an episode is truncated.
     """
 
     pixels_per_metre: float = 25.0
@@ -116,20 +173,51 @@ class SimulatorConfig:
     noise: NoiseConfig = field(default_factory=NoiseConfig)
     observation: ObservationConfig = field(default_factory=ObservationConfig)
     start: StartConfig = field(default_factory=StartConfig)
+    goal: GoalConfig | None = None
+    obstacles: ObstaclesConfig = field(default_factory=ObstaclesConfig)
+    people: PeopleConfig = field(default_factory=PeopleConfig)
+    trajectories: tuple[Trajectory, ...] = ()
     known_map: bool = False
+    step_s: float = 0.5
     max_steps: int = 200
 
     def __post_init__(self) -> None:
+        for f in fields(self):
+            wanted, value = _PARTS.get(f.name), getattr(self, f.name)
+            if wanted and not (isinstance(value, wanted) or (value is None and f.name == "goal")):
+                raise ConfigError(f"{f.name}: expected a {wanted.__name__}, found {value!r}")
         number(self.pixels_per_metre, "pixels_per_metre", above=0.0)
-        if isinstance(self.max_steps, bool) or not isinstance(self.max_steps, int) or self.max_steps < 1:
-            raise ConfigError(f"max_steps: expected a whole number of at least 1, found {self.max_steps!r}")
+        number(self.step_s, "step_s", above=0.0)
+        whole(self.max_steps, "max_steps", at_least=1)
+        object.__setattr__(self, "trajectories", tuple(self.trajectories))
+        for i, trajectory in enumerate(self.trajectories):
+            if not isinstance(trajectory, Trajectory):
+                raise ConfigError(f"trajectories[{i}]: expected a Trajectory, found {trajectory!r}")
         if self.side_px < 2:
             raise ConfigError(
                 f"observation.size_m: {self.observation.size_m:g} m "
                 f"are no two cells at {self.pixels_per_metre:g} px/m; ask for more"
+            )
+        if max(self.side_px, 2 * self.laser.range_m * self.pixels_per_metre) > MOST_SIDE_PX:
+            raise ConfigError(
+                f"pixels_per_metre: {self.pixels_per_metre:g} makes the view {self.side_px} cells wide and the laser "
+                f"see {self.laser.range_m * self.pixels_per_metre:.0f} of them far, at most {MOST_SIDE_PX} across are "
+                "possible; use a coarser grid, a smaller view or a shorter range"
             )
 
     @property
     def side_px(self) -> int:
         """Cells along a side of the observation."""
         return 2 * int(self.observation.size_m * self.pixels_per_metre / 2)
+
+
+_PARTS: dict[str, type] = {
+    "robot": RobotConfig,
+    "laser": LaserConfig,
+    "noise": NoiseConfig,
+    "observation": ObservationConfig,
+    "start": StartConfig,
+    "goal": GoalConfig,
+    "obstacles": ObstaclesConfig,
+    "people": PeopleConfig,
+}

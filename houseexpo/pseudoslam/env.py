@@ -1,71 +1,69 @@
-"""gymnasium environments over the simulator."""
+"""gymnasium environments over the simulator, one robot each."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
 import numpy.typing as npt
-from gymnasium import spaces
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.step import COLLISIONS, STEPS
-from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
+from houseexpo.pseudoslam.interface import Actions, Interface, Kind, Observation, facts_of, interface_of
+from houseexpo.pseudoslam.kernels.step import Episode, transition
+from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.worlds import Plans, Worlds
+from houseexpo.pseudoslam.tasks import ROOM, Exploration, Facts, Measures, Navigation, ObstacleAvoidance, Task
+from houseexpo.pseudoslam.worlds import Plans
 
-Observation = npt.NDArray[np.uint8]
 
+class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
+    """A robot with a task in a house.
 
-class ExplorationEnv(gymnasium.Env[Observation, np.int64]):
-    """Explore an unknown house: ``PseudoSLAM/Exploration-v0``.
-
-    - *Action*: 0 forward, 1 left, 2 right.
-    - *Observation*: (1, side, side) uint8, the map round the robot, heading up: 0 unknown, 127 free, 255 obstacle.
-    - *Reward*: newly known area, m2; over an episode it adds up to the area known at the end less the start's.
-    - *Terminated* when ``coverage`` reaches ``success_coverage``; *truncated* after ``config.max_steps``.
+    - *Action* and *observation*: as ``interface.Interface`` says, for ``actions`` and ``observation``.
+    - *Reward* and *terminated*: the task's; *truncated* after ``config.max_steps``.
     - *Info*: ``explored_m2``, ``coverage`` (0 to 1), ``collisions`` so far, ``collided`` in this step, ``pose`` (x, y
-      in the plan's metres, heading in radians), ``plan_id``, ``is_success``.
+      in the plan's metres, heading in radians), ``is_success``, ``plan_id``, and what the task adds.
 
-    ``reset(seed=...)`` alone decides plan, start and noise; ``options={"plan_id": ...}`` names the plan.
+    ``reset(seed=...)`` alone decides plan, start, obstacles, people and noise; ``options={"plan_id": ...}`` names the
+    plan. ConfigError for actions, options and arguments that there are not.
 
     Parameters
     ----------
     dataset
         Path of a data set, a data set, a plan or a list of plans; each episode takes one at random.
     config
-        What is simulated; the paper's values where it is left out.
-    success_coverage
-        The share of what the robot can see that ends an episode; None: only the number of steps does.
+        What is simulated; the task's values where it is left out.
+    actions
+        "discrete" or "continuous".
+    observation
+        "map" or "dict".
     render_mode
-        "rgb_array", or None.
+        "rgb_array", "human", or None.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012  # as gymnasium declares it
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "human"], "render_fps": 10}
 
     def __init__(
         self,
+        task: Task,
         dataset: Plans,
         config: SimulatorConfig | None = None,
         *,
-        success_coverage: float | None = 0.95,
+        actions: Actions = "discrete",
+        observation: Kind = "map",
         render_mode: str | None = None,
     ) -> None:
-        if success_coverage is not None and not 0 < success_coverage <= 1:
-            raise ConfigError(f"success_coverage: expected more than 0, at most 1, found {success_coverage!r}")
         if render_mode not in {None, *self.metadata["render_modes"]}:
             raise ConfigError(f"render_mode: expected one of {self.metadata['render_modes']}, found {render_mode!r}")
-        self.config = config or SimulatorConfig()
-        self.render_mode = render_mode
-        self.action_space = spaces.Discrete(len(ACTIONS))
-        side = self.config.side_px
-        self.observation_space = spaces.Box(0, 255, (1, side, side), np.uint8)
-        self._success = success_coverage
-        self._worlds = Worlds(dataset, self.config)
+        self._face: Interface = interface_of(task, dataset, config, actions, observation)
+        self.task, self.config, self.render_mode = task, self._face.config, render_mode
+        self.action_space, self.observation_space = self._face.action_space(), self._face.observation_space()
+        self._rules, self._scratch = self._face.rules(), self._face.scratch()
         self._simulator: Simulator | None = None
         self._state: State | None = None
+        self._facts: Facts
 
     @property
     def simulator(self) -> Simulator:
@@ -76,7 +74,7 @@ class ExplorationEnv(gymnasium.Env[Observation, np.int64]):
 
     @property
     def state(self) -> State:
-        """The state of this episode, which the next step changes."""
+        """The state of this episode, which the next step changes; ResetNeeded before the first."""
         if self._state is None:
             raise gymnasium.error.ResetNeeded("call reset() before anything else")
         return self._state
@@ -86,54 +84,95 @@ class ExplorationEnv(gymnasium.Env[Observation, np.int64]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Start an episode."""
         super().reset(seed=seed)
-        unknown = set(options or {}) - {"plan_id"}
-        if unknown:
-            raise ConfigError(f"options: unknown key {min(unknown)!r}; known: 'plan_id'")
-        if options and "plan_id" in options:
-            number = self._worlds.number_of(options["plan_id"])
-        else:
-            number = int(self.np_random.integers(len(self._worlds)))
-        world = self._worlds[number]
-        if self._simulator is None:
-            self._simulator = Simulator(world, self.config)
-        self._simulator.world = world
-        self._state = self._simulator.start(self.np_random)
-        return self._observation(), self._info()
+        world = self._face.draw(self.np_random, plan_of(options))
+        self._simulator = Simulator(world, self.config, self._rules, self._scratch)
+        self._state = self._face.begin(world, self._rules, self._scratch, self.np_random)
+        self._facts = facts_of([(self._state, world)])
+        after = self._measures()
+        return self._observation(after), self._info(after)
 
-    def step(self, action: np.int64) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Take one action; ConfigError where there is no such action."""
-        if not self.action_space.contains(action):
-            raise ConfigError(f"action: expected 0 (forward), 1 (left) or 2 (right), found {action!r}")
-        simulator, state = self.simulator, self.state
-        before = simulator.explored_m2(state)
-        simulator.step(state, ACTIONS[int(action)], self.np_random)
-        info = self._info()
-        truncated = bool(state.counts[STEPS] >= self.config.max_steps)
-        return self._observation(), info["explored_m2"] - before, info["is_success"], truncated, info
+    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:  # noqa: ANN401
+        """Take one action."""
+        state, before = self.state, self._measures()
+        moves, ahead = self._face.motions(np.asarray(action)[None])
+        transition(state.episode, moves[0, 0], moves[0, 1], self._rules, self._scratch)
+        after = self._measures()
+        reward = float(self.task.rewards(before, after, ahead)[0])
+        ends = bool(self.task.terminated(after)[0]), bool(after.truncated()[0])
+        if self.render_mode == "human":
+            self.render()
+        return self._observation(after), reward, *ends, self._info(after)
 
-    def render(self) -> npt.NDArray[np.uint8] | None:
-        """Return the whole map, row 0 at the highest y, with the robot in red, as (rows, cols, 3) uint8."""
-        if self.render_mode is None:
-            return None
-        picture = np.repeat(self.state.known[:, :, None], 3, axis=2)
-        rows, cols = np.mgrid[: picture.shape[0], : picture.shape[1]] + 0.5
-        x, y, _ = self.state.pose_px
-        radius = self.config.robot.radius_m * self.config.pixels_per_metre
-        picture[np.hypot(cols - x, rows - y) <= radius] = (220, 50, 47)
-        return picture
+    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+        """Return the whole map with the robot, (rows, cols, 3) uint8, row 0 at the highest y; or show it."""
+        return None
 
-    def _observation(self) -> Observation:
-        return self.state.view[None].copy()
+    def _measures(self) -> Measures:
+        episode = self.state.episode
+        return Measures(
+            self._facts, episode.counts[None].copy(), episode.readings[None].copy(), episode.pose[None].copy(), self.config
+        )
 
-    def _info(self) -> dict[str, Any]:
-        simulator, state = self.simulator, self.state
-        coverage = simulator.coverage(state)
-        return {
-            "explored_m2": simulator.explored_m2(state),
-            "coverage": coverage,
-            "collisions": int(state.counts[COLLISIONS]),
-            "collided": state.blocked,
-            "pose": np.array(simulator.pose(state)),
-            "plan_id": simulator.world.plan_id,
-            "is_success": self._success is not None and coverage >= self._success,
-        }
+    def _observation(self, after: Measures) -> Observation:
+        episode = self.state.episode
+        one: Episode = episode._replace(
+            shown=episode.shown[None], overview=episode.overview[None], ranges=episode.ranges[None]
+        )
+        found = self._face.observe(one, after)
+        return {key: part[0].copy() for key, part in found.items()} if isinstance(found, dict) else found[0].copy()
+
+    def _info(self, after: Measures) -> dict[str, Any]:
+        report = self.task.report(after)
+        info = {key: value[0] if value.ndim > 1 else value[0].item() for key, value in report.items()}
+        return {**info, "plan_id": self.simulator.world.plan_id}
+
+
+def plan_of(options: dict[str, Any] | None) -> str | None:
+    """Return the plan that options name; ConfigError for other options."""
+    unknown = set(options or {}) - {"plan_id"}
+    if unknown:
+        raise ConfigError(f"options: unknown key {min(unknown)!r}; known: 'plan_id'")
+    return (options or {}).get("plan_id")
+
+
+class ExplorationEnv(PseudoSlamEnv):
+    """``PseudoSLAM/Exploration-v0``: see ``tasks.Exploration`` and ``PseudoSlamEnv``."""
+
+    def __init__(
+        self,
+        dataset: Plans,
+        config: SimulatorConfig | None = None,
+        *,
+        success_coverage: float | None = 0.95,
+        **kwargs: Any,  # noqa: ANN401
+    ) -> None:
+        super().__init__(Exploration(success_coverage), dataset, config, **kwargs)
+
+
+class ObstacleAvoidanceEnv(PseudoSlamEnv):
+    """``PseudoSLAM/ObstacleAvoidance-v0``: see ``tasks.ObstacleAvoidance`` and ``PseudoSlamEnv``."""
+
+    def __init__(
+        self,
+        dataset: Plans = ROOM,
+        config: SimulatorConfig | None = None,
+        *,
+        terminate_on_collision: bool = False,
+        safe_m: float = 0.5,
+        **kwargs: Any,  # noqa: ANN401
+    ) -> None:
+        super().__init__(ObstacleAvoidance(terminate_on_collision, safe_m), dataset, config, **kwargs)
+
+
+class NavigationEnv(PseudoSlamEnv):
+    """``PseudoSLAM/Navigation-v0``: see ``tasks.Navigation`` and ``PseudoSlamEnv``."""
+
+    def __init__(
+        self,
+        dataset: Plans,
+        config: SimulatorConfig | None = None,
+        *,
+        success_reward: float = 2.5,
+        **kwargs: Any,  # noqa: ANN401
+    ) -> None:
+        super().__init__(Navigation(success_reward), dataset, config, **kwargs)

@@ -14,9 +14,8 @@ from houseexpo.pseudoslam.kernels.flow import Flow
 from houseexpo.pseudoslam.kernels.social import Walk
 from houseexpo.pseudoslam.kernels.spawn import place_people
 
-_FEELERS, _RINGS_M = 12, (0.05, 0.15, 0.25)  # directions, and how far beyond a person's rim they feel
+_FEELERS, _RINGS_M = 12, (0.07, 0.2)  # directions, and how far beyond a person's rim they feel
 _WALL_M_S2, _WALL_M = 6.0, 0.15  # the push at a wall, and over what distance it falls to 37%
-_ARRIVE_M = 0.6
 
 
 def walk_of(config: PeopleConfig, pixels_per_metre: float) -> Walk:
@@ -31,7 +30,7 @@ def walk_of(config: PeopleConfig, pixels_per_metre: float) -> Walk:
         float(pixels_per_metre),
         radius_px,
         config.relaxation_s,
-        _ARRIVE_M * pixels_per_metre,
+        2 * radius_px,
         np.array(feelers),
         radius_px + max(_RINGS_M) * pixels_per_metre + 1e-6,
     )

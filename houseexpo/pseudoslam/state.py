@@ -2,36 +2,82 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.pseudoslam.kernels.step import BLOCKED, Episode
+from houseexpo.pseudoslam.shapes import Obstacle
+
+Part = TypeVar("Part")
+
 
 @dataclass(eq=False)
 class State:
-    """An episode so far; ``Simulator.step`` changes it in place, ``copy`` keeps one.
+    """An episode so far; ``Simulator.step`` changes its arrays in place, ``copy`` keeps one.
 
     Parameters
     ----------
-    pose_px
-        (3,) float64: x across, y down in cells of the world's grid, heading in radians, counter-clockwise from x.
-    known
-        (rows, cols) uint8 map: 0 unknown, 127 free, 255 obstacle.
-    view
-        (side, side) uint8: the map round the robot, heading up.
-    counts
-        (4,) int64: steps, collisions, known cells, covered cells (``kernels.step``).
-    blocked
-        Whether something was in the way of the last step.
+    episode
+        All that changes, as arrays (``kernels.step.Episode``), and what is the episode's own: equal bytes there are
+        equal episodes.
+    obstacles
+        What was set down at the start, those told and those drawn.
+    goal_m
+        (x, y) in the plan's metres, or None.
+    best_way_m
+        The way from the start to the goal, metres; 0 where there is none.
     """
 
-    pose_px: npt.NDArray[np.float64]
-    known: npt.NDArray[np.uint8]
-    view: npt.NDArray[np.uint8]
-    counts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(4, np.int64))
-    blocked: bool = False
+    episode: Episode
+    obstacles: tuple[Obstacle, ...] = ()
+    goal_m: tuple[float, float] | None = None
+    best_way_m: float = 0.0
+
+    @property
+    def solid(self) -> npt.NDArray[np.uint8]:
+        """(rows, cols): bit 1 where something stands, bit 2 where something moves."""
+        return self.episode.solid
+
+    @property
+    def known(self) -> npt.NDArray[np.uint8]:
+        """(rows, cols) map: 0 unknown, 127 free, 255 obstacle."""
+        return self.episode.known
+
+    @property
+    def view(self) -> npt.NDArray[np.uint8]:
+        """(side, side): the map round the robot, heading up."""
+        return self.episode.shown
+
+    @property
+    def pose_px(self) -> npt.NDArray[np.float64]:
+        """(3,): x across, y down in cells of the world's grid, heading in radians, counter-clockwise from x."""
+        return self.episode.pose[:3]
+
+    @property
+    def believed_px(self) -> npt.NDArray[np.float64]:
+        """(3,): the pose that odometry reports; the map is drawn from there."""
+        return self.episode.pose[3:]
+
+    @property
+    def counts(self) -> npt.NDArray[np.int64]:
+        """(7,): what is counted; ``kernels.step`` names the entries."""
+        return self.episode.counts
+
+    @property
+    def blocked(self) -> bool:
+        """Whether something was in the way of the last step."""
+        return bool(self.episode.counts[BLOCKED])
 
     def copy(self) -> State:
         """Return a state that shares nothing with this one."""
-        return State(self.pose_px.copy(), self.known.copy(), self.view.copy(), self.counts.copy(), self.blocked)
+        return State(_copied(self.episode), self.obstacles, self.goal_m, self.best_way_m)
+
+
+def _copied(part: Part) -> Part:
+    """Return nested tuples of arrays, copied."""
+    if isinstance(part, np.ndarray):
+        return part.copy()
+    return type(part)(*map(_copied, part))  # type: ignore[call-overload, no-any-return]  # a NamedTuple of such parts

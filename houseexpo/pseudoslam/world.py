@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -11,13 +12,16 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.frame import GridFrame
 from houseexpo.plan import FloorPlan
+from houseexpo.pseudoslam.kernels.bodies import Tracks, no_tracks
+from houseexpo.pseudoslam.kernels.flow import Flow, no_flow
 from houseexpo.pseudoslam.kernels.reach import mark_visible
 from houseexpo.raster import free_mask
 
 MOST_CELLS = 2_000_000_000
-_VIEWS_M = 0.2  # the places looked from lie this far apart
+_NEAR = 3.0  # robot radii within which a corner mostly sees where the robot can stand
 
 Cells = npt.NDArray[np.uint8]
+Buffers: TypeAlias = tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.float64]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +37,11 @@ class World:
     stand
         1 where the robot can stand in the middle of the cell and walk to all other such cells.
     countable
-        1 for free cells that can be seen from there: what coverage counts.
+        1 for free cells whose middle is seen from the middle of a standing cell: what coverage counts.
+    tracks
+        The trajectories of what moves, if any.
+    flow
+        The ways of people to the rooms, if there are any.
     """
 
     plan_id: str
@@ -41,6 +49,8 @@ class World:
     solid: Cells
     stand: Cells
     countable: Cells
+    tracks: Tracks = field(default_factory=no_tracks)
+    flow: Flow = field(default_factory=no_flow)
 
     @property
     def countable_cells(self) -> int:
@@ -80,7 +90,7 @@ def world_of(solid: Cells, frame: GridFrame, robot_radius_m: float, range_m: flo
             f"robot.radius_m: a robot of radius {robot_radius_m:g} m fits nowhere in plan {plan_id!r} "
             f"at {ppm:g} px/m; use a smaller robot or another plan"
         )
-    world = World(plan_id, frame, solid, stand, visible_cells(solid, stand, range_m * ppm, ppm))
+    world = World(plan_id, frame, solid, stand, visible_cells(solid, stand, robot_radius_m * ppm, range_m * ppm))
     for array in (world.solid, world.stand, world.countable):
         array.flags.writeable = False
     return world
@@ -101,17 +111,30 @@ def standing_cells(solid: Cells, radius_px: float) -> Cells:
     return np.ascontiguousarray(labels == biggest).view(np.uint8)
 
 
-def visible_cells(solid: Cells, stand: Cells, range_px: float, pixels_per_metre: float) -> Cells:
-    """Return 1 for free cells that are seen within range from standing cells, taken every 0.2 m."""
-    visible = np.zeros_like(solid)
-    free, hit, slopes = scan_buffers(range_px)
-    stride = max(int(_VIEWS_M * pixels_per_metre), 1)
-    mark_visible(solid, stand, stride, range_px, visible, free, hit, slopes)
-    visible |= stand  # where it can be, it sees its own cell
+def visible_cells(
+    solid: Cells, stand: Cells, radius_px: float, range_px: float, buffers: Buffers | None = None
+) -> Cells:
+    """Return 1 for free cells whose middle is seen within range from the middle of a standing cell.
+
+    What the robot's disc can cover it sees; only the rest, in corners and behind gaps, has to be looked for. ``buffers``
+    are ``scan_buffers``', if there are some already.
+    """
+    import cv2
+
+    _, pieces = cv2.connectedComponents((solid == 0).view(np.uint8), connectivity=4)
+    has_stand = np.zeros(int(pieces.max()) + 1, np.uint8)
+    has_stand[pieces[stand != 0]] = 1  # no sight leads from piece to piece
+    reach = math.floor(min(radius_px, range_px))
+    offsets = np.arange(-reach, reach + 1)
+    disc = np.hypot(offsets[:, None], offsets) <= min(radius_px, range_px)
+    visible: Cells = cv2.dilate(stand, disc.astype(np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    runs, hit, slopes = buffers or scan_buffers(range_px)
+    near_px = _NEAR * radius_px
+    mark_visible(solid, stand, has_stand[pieces], near_px, range_px, visible, runs, hit, slopes)
     return visible
 
 
-def scan_buffers(range_px: float) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.float64]]:
-    """Return room for the free cells, the obstacles and the slopes of a sector scan."""
+def scan_buffers(range_px: float) -> Buffers:
+    """Return room for the runs of free cells, the obstacles and the slopes of a sector scan."""
     side = 2 * math.ceil(range_px) + 5
-    return np.empty(side * side, np.int32), np.empty(side * side, np.int32), np.empty((4, side + 8))
+    return np.empty((side * side // 2 + side, 2), np.int32), np.empty(side * side, np.int32), np.empty((4, side + 8))

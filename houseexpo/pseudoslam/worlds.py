@@ -3,23 +3,49 @@
 from __future__ import annotations
 
 import os
+from collections import OrderedDict
 from collections.abc import Sequence
-from functools import lru_cache
+from dataclasses import replace
+from threading import Lock
 from typing import TypeAlias, Union
+
+import numpy as np
+import numpy.typing as npt
 
 from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError
 from houseexpo.plan import FloorPlan
 from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.flow import make_flow
+from houseexpo.pseudoslam.trajectories import make_tracks
 from houseexpo.pseudoslam.world import World, make_world
 
 Plans: TypeAlias = Union[str, "os.PathLike[str]", FloorPlan, Sequence[FloorPlan]]
 
-_KEPT = 512  # worlds; a house of 120 m2 at 25 px/m takes 0.4 MB
+MOST_KEPT = 1_000_000_000
+"""Bytes of worlds that stay in memory. Packed, a house of 120 m2 takes 20 kB at 16 px/m: 10,000 of them fit easily."""
+
+
+def world_for(plan: FloorPlan, config: SimulatorConfig) -> World:
+    """Return the world of a plan for a configuration, with the ways of what moves in it.
+
+    Raises
+    ------
+    ConfigError
+        Where the grid would need more than 2 GB, the robot or people fit nowhere, or a trajectory runs into a wall.
+    PlanError
+        Where the plan has no free cell.
+    """
+    world = make_world(plan, config.pixels_per_metre, config.robot.radius_m, config.laser.range_m)
+    if config.trajectories:
+        world = replace(world, tracks=make_tracks(config.trajectories, world.solid, world.frame, plan.id))
+    if config.people.number:
+        world = replace(world, flow=make_flow(world.solid, world.frame, config.people.radius_m, plan))
+    return world
 
 
 class Worlds:
-    """The worlds of a data set for one configuration; the last used ones are kept.
+    """The worlds of a data set for one configuration; those used last stay in memory, as bits.
 
     ``plans`` is a data set or its path, a plan, or a list of plans.
     """
@@ -30,14 +56,29 @@ class Worlds:
         if not len(self._plans):
             raise ConfigError("dataset: expected at least one plan, found none")
         self._config = config
-        self._make = lru_cache(maxsize=_KEPT)(self._world)
+        self._kept: OrderedDict[int, _Packed] = OrderedDict()
+        self._bytes = 0
+        self._lock = Lock()
 
     def __len__(self) -> int:
         return len(self._plans)
 
     def __getitem__(self, number: int) -> World:
-        """Return the world of a plan; ConfigError and PlanError as ``make_world`` raises them."""
-        return self._make(number)
+        """Return the world of a plan; ConfigError and PlanError as ``world_for`` raises them."""
+        with self._lock:
+            packed = self._kept.get(number)
+            if packed is not None:
+                self._kept.move_to_end(number)
+                return packed.unpacked()
+            world = world_for(self._plans[number], self._config)
+            self._keep(number, _Packed(world))
+            return world
+
+    def _keep(self, number: int, packed: _Packed) -> None:
+        self._kept[number] = packed
+        self._bytes += packed.size
+        while self._bytes > MOST_KEPT and len(self._kept) > 1:
+            self._bytes -= self._kept.popitem(last=False)[1].size
 
     def number_of(self, plan_id: str) -> int:
         """Return the number of a plan; ConfigError where there is none of that id."""
@@ -46,6 +87,27 @@ class Worlds:
             raise ConfigError(f"plan_id: none of the {len(ids)} plans has the id {plan_id!r}")
         return ids.index(plan_id)
 
-    def _world(self, number: int) -> World:
-        config = self._config
-        return make_world(self._plans[number], config.pixels_per_metre, config.robot.radius_m, config.laser.range_m)
+
+class _Packed:
+    """A world whose rasters are bits: a thirtieth of what an episode copies of them."""
+
+    def __init__(self, world: World) -> None:
+        empty = np.empty((0, 0), np.uint8)
+        self._world = replace(world, solid=empty, stand=empty, countable=empty)
+        self._shape = world.solid.shape
+        self._bits = [np.packbits(raster) for raster in (world.solid, world.stand, world.countable)]
+
+    @property
+    def size(self) -> int:
+        """Bytes, nearly."""
+        return sum(bits.nbytes for bits in self._bits) + self._world.flow.toward.nbytes + self._world.flow.spots.nbytes
+
+    def unpacked(self) -> World:
+        """Return the world."""
+        solid, stand, countable = (self._raster(bits) for bits in self._bits)
+        return replace(self._world, solid=solid, stand=stand, countable=countable)
+
+    def _raster(self, bits: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+        cells = np.unpackbits(bits, count=self._shape[0] * self._shape[1]).reshape(self._shape)
+        cells.flags.writeable = False
+        return cells

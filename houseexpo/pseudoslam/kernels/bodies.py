@@ -216,7 +216,7 @@ def stamp_disc(solid: Grid, x: float, y: float, radius: float) -> None:
     top, bottom, left, right = box(solid.shape, x, y, radius)
     for row in range(top, bottom):
         first, end = disc_span(row, x, y, radius)
-        for col in range(max(first, left), min(end, right)):
+        for col in range(np.uint64(max(first, left)), np.uint64(max(min(end, right), 0))):  # unsigned, as below
             solid[row, col] |= MOVING
 
 

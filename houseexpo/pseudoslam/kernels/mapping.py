@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.types import Cells, Grid
+from houseexpo.pseudoslam.kernels.types import Cells, Grid, Runs
 
 UNKNOWN, FREE, OBSTACLE = 0, 127, 255
 """What a map holds: black, gray and white in the paper's figure."""
+_BITS = 30  # of a signed word of 32, for a place within the view in whole and broken cells
 
 
 @njit(cache=True, nogil=True)
-def merge(known: Grid, countable: Grid, cells: Cells, n_cells: int, value: int) -> tuple[int, int]:
+def merge_cells(known: Grid, countable: Grid, cells: Cells, n_cells: int, value: int) -> tuple[int, int]:
     """Set cells of the map to ``value``; return how many were unknown before, and how many of those count.
 
     Parameters
@@ -26,7 +28,7 @@ def merge(known: Grid, countable: Grid, cells: Cells, n_cells: int, value: int) 
     flat, counts = known.ravel(), countable.ravel()
     new, covered = 0, 0
     for i in range(n_cells):
-        cell = cells[i]
+        cell = np.uint64(cells[np.uint64(i)])
         if flat[cell] == UNKNOWN:
             new += 1
             covered += int(counts[cell])
@@ -35,38 +37,95 @@ def merge(known: Grid, countable: Grid, cells: Cells, n_cells: int, value: int) 
 
 
 @njit(cache=True, nogil=True)
-def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
-    """Write the square of the map round a position, heading up, by the nearest cell; off the map it is unknown.
-
-    ``out`` is (side, side); its middle, between cells where the side is even, is the position.
-    """
-    rows, cols = known.shape
-    flat = known.ravel()
-    side = out.shape[0]
-    cos, sin = math.cos(heading), math.sin(heading)
-    middle = (side - 1) / 2
-    for i in range(side):
-        ahead = middle - i
-        left_x = x + ahead * cos - middle * sin
-        left_y = y - ahead * sin - middle * cos
-        first, last = _span(left_x, sin, cols, 0, side)
-        first, last = _span(left_y, cos, rows, first, last)
-        line = out[i]
-        line[:first] = UNKNOWN
-        for j in range(first, last):
-            line[j] = flat[int(left_y + j * cos) * cols + int(left_x + j * sin)]
-        line[last:] = UNKNOWN
+def merge_runs(known: Grid, countable: Grid, runs: Runs, n_runs: int, value: int) -> tuple[int, int]:
+    """Do as ``merge_cells`` does with the first ``n_runs`` runs of cells."""
+    flat, counts = known.ravel(), countable.ravel()
+    new, covered = 0, 0
+    for i in range(n_runs):
+        first, stop = runs[i, 0], runs[i, 1] + 1
+        least = np.uint8(OBSTACLE)
+        for cell in range(first, stop):
+            least = min(least, flat[np.uint64(cell)])
+        if least == UNKNOWN:  # most runs are known already
+            for cell in range(first, stop):
+                if flat[np.uint64(cell)] == UNKNOWN:
+                    new += 1
+                    covered += int(counts[np.uint64(cell)])
+        for cell in range(first, stop):
+            flat[np.uint64(cell)] = value
+    return new, covered
 
 
 @njit(cache=True, nogil=True)
-def _span(start: float, step: float, size: int, first: int, last: int) -> tuple[int, int]:
-    """Return the part of first..last (excluded) whose ``start + j * step`` lies in [0, size)."""
-    if step != 0.0:
-        one, other = -start / step, (size - start) / step
-        first = int(min(max(math.floor(min(one, other)), first), last))
-        last = int(max(min(math.ceil(max(one, other)) + 1, last), first))
-    while first < last and not 0.0 <= start + first * step < size:
+def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
+    """Write the square of the map round a position, heading up, by the nearest cell; off the map it is unknown.
+
+    ``out`` is (side, side); its middle, between cells where the side is even, is the position. Places are counted in
+    whole numbers, of which the lower bits are parts of a cell (less than 1e-5 of one at sides of up to 1000).
+    """
+    rows, cols = known.shape
+    flat, view = known.ravel(), out.ravel()
+    side = out.shape[0]
+    cos, sin = math.cos(heading), math.sin(heading)
+    middle = (side - 1) / 2
+    spread = middle * (abs(cos) + abs(sin)) + 1.0
+    from_col, from_row = math.floor(x - spread), math.floor(y - spread)  # nothing that is shown lies left of or above
+    shift = _BITS - math.ceil(math.log2(2.0 * spread + 2.0))
+    one = float(1 << shift)
+    along_x, along_y = np.empty(side, np.int32), np.empty(side, np.int32)
+    for j in range(side):
+        along_x[j], along_y[j] = math.floor(j * sin * one), math.floor(j * cos * one)
+    cells = np.empty(side, np.int32)
+    width, bits = np.int32(cols), np.int32(shift)
+    here = np.int32(from_row * cols + from_col)
+    for i in range(side):
+        ahead = middle - i
+        start_x = np.int32(math.floor((x + ahead * cos - middle * sin - from_col) * one))
+        start_y = np.int32(math.floor((y - ahead * sin - middle * cos - from_row) * one))
+        first, last = _span(along_x, start_x, shift, from_col, cols, 0, side)
+        first, last = _span(along_y, start_y, shift, from_row, rows, first, last)
+        for j in range(side):
+            across = np.int32(np.int32(start_x + along_x[np.uint64(j)]) >> bits)
+            down = np.int32(np.int32(start_y + along_y[np.uint64(j)]) >> bits)
+            cells[np.uint64(j)] = np.int32(np.int32(down * width) + np.int32(across + here))
+        line = i * side
+        for j in range(first):
+            view[np.uint64(line + j)] = UNKNOWN
+        for j in range(first, last):
+            view[np.uint64(line + j)] = flat[np.uint32(cells[np.uint64(j)])]
+        for j in range(last, side):
+            view[np.uint64(line + j)] = UNKNOWN
+
+
+@njit(cache=True, nogil=True)
+def shrink(
+    known: Grid, middle_x: float, middle_y: float, side_px: float, x: float, y: float, spread: float, out: Grid
+) -> None:
+    """Draw the map coarsely, (cells, cells) round a middle, row 0 on top, as far as within ``spread`` of (x, y).
+
+    A coarse cell, ``side_px`` wide, is an obstacle where one of its cells is, else free where one is, else unknown.
+    """
+    rows, cols = known.shape
+    cells = len(out)
+    left, top = middle_x - cells / 2 * side_px, middle_y - cells / 2 * side_px
+    for i in range(max(math.floor((y - spread - top) / side_px), 0), min(math.ceil((y + spread - top) / side_px), cells)):
+        first_row, last_row = max(math.floor(top + i * side_px), 0), min(math.floor(top + (i + 1) * side_px), rows)
+        first = max(math.floor((x - spread - left) / side_px), 0)
+        for j in range(first, min(math.ceil((x + spread - left) / side_px), cells)):
+            most = UNKNOWN
+            first_col, last_col = max(math.floor(left + j * side_px), 0), min(math.floor(left + (j + 1) * side_px), cols)
+            for row in range(first_row, last_row):
+                for col in range(first_col, last_col):
+                    most = max(most, known[row, col])
+            out[i, j] = most
+
+
+@njit(cache=True, nogil=True)
+def _span(along: Cells, start: int, shift: int, base: int, size: int, first: int, last: int) -> tuple[int, int]:
+    """Return the part of first..last (excluded) whose cells, ``base`` and on, lie in [0, size); they go one way."""
+    low, high = np.int64(-base) << shift, np.int64(size - base) << shift
+    while first < last and not low <= np.int64(along[first]) + start < high:
         first += 1
-    while last > first and not 0.0 <= start + (last - 1) * step < size:
+    while last > first and not low <= np.int64(along[last - 1]) + start < high:
         last -= 1
     return first, last

@@ -81,3 +81,17 @@ def _into_box(x: float, y: float, right: float, down: float, half_x: float, half
         one, other = (-half - at) / by, (half - at) / by
         start, stop = max(start, min(one, other)), min(stop, max(one, other))
     return max(start, 0.0) if start < stop and stop > 0.0 else way
+
+
+@njit(cache=True, nogil=True)
+def clearance(solid: Grid, x: float, y: float, radius: float, limit: float) -> float:
+    """Return the distance from a disc's rim to the nearest solid cell's square, at most ``limit - radius``; pixels."""
+    rows, cols = solid.shape
+    nearest = limit * limit
+    for row in range(max(int(y - limit), 0), min(int(y + limit) + 1, rows)):
+        down = max(row - y, y - row - 1.0, 0.0)
+        for col in range(max(int(x - limit), 0), min(int(x + limit) + 1, cols)):
+            if solid[row, col] != 0:
+                across = max(col - x, x - col - 1.0, 0.0)
+                nearest = min(nearest, across * across + down * down)
+    return max(math.sqrt(nearest) - radius, 0.0)

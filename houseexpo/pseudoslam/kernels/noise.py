@@ -1,13 +1,31 @@
-"""A scan as a noisy SLAM takes it up: obstacles moved along their rays, and the whole turned and shifted."""
+"""A scan as a noisy SLAM takes it up: obstacles moved along their rays, beams lost, and the whole misplaced."""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
+from houseexpo.pseudoslam.kernels.hashing import normal, uniform
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid
+from houseexpo.pseudoslam.kernels.types import Cells, Errors, Floats, Grid, Runs, Sensor
+
+HIT, LOST, FURTHEST = 0, 1, 2
+"""What becomes of a beam: it measures, it returns nothing, or it returns the greatest range."""
+
+
+@njit(cache=True, nogil=True)
+def draw_beams(errors: Errors, beams: int, key: int, scan: int, shift_px: Floats, fate: Cells) -> None:
+    """Draw for each beam of a scan by how much it errs, and what becomes of it; a pure function of key and scan."""
+    for beam in range(beams):
+        number = scan * beams + beam
+        shift_px[beam] = normal(key, 2 * number) * errors.laser_px if errors.laser_px > 0.0 else 0.0
+        fate[beam] = HIT
+        if errors.beams:
+            draw = uniform(key, 4 * number + 2)  # the even counters are the normal draw's
+            if draw < errors.drop_out + errors.max_range:
+                fate[beam] = LOST if draw < errors.drop_out else FURTHEST
 
 
 @njit(cache=True, nogil=True)
@@ -17,38 +35,47 @@ def draw_noisy(
     x: float,
     y: float,
     heading: float,
-    half_fov: float,
-    free: Cells,
-    n_free: int,
+    sensor: Sensor,
+    runs: Runs,
+    n_runs: int,
     hit: Cells,
     n_hit: int,
     shift_px: Floats,
+    fate: Cells,
 ) -> None:
-    """Draw a scan into an empty patch, each obstacle moved along its ray by the shift of the beam nearest to it.
+    """Draw a scan into an empty patch, each obstacle as the beam nearest to it measures it.
 
     Parameters
     ----------
     patch
         (side, side), side odd; its middle cell is the robot's. What leaves it is lost, as beyond a sensor's range.
     cols
-        Columns of the grid that the flat indices ``free`` and ``hit`` mean.
-    shift_px
+        Columns of the grid that the flat indices ``runs`` and ``hit`` mean.
+    shift_px, fate
         (beams,) from the right edge of the fan to the left.
     """
-    side = patch.shape[0]
+    side, beams = patch.shape[0], len(shift_px)
     left, top = math.floor(x) - side // 2, math.floor(y) - side // 2
-    for i in range(n_free):
-        patch[free[i] // cols - top, free[i] % cols - left] = FREE
+    for i in range(n_runs):
+        row = runs[i, 0] // cols
+        for cell in range(runs[i, 0], runs[i, 1] + 1):
+            col = cell - row * cols
+            # R1: a beam that returns nothing tells nothing of its way
+            if fate[_beam(col + 0.5 - x, row + 0.5 - y, heading, sensor.half_fov, beams)] != LOST:
+                patch[row - top, col - left] = FREE
     for last in range(2):  # what lies between first, then the obstacles themselves: none hides another
         for i in range(n_hit):
             dx, dy = hit[i] % cols + 0.5 - x, hit[i] // cols + 0.5 - y
             distance = math.hypot(dx, dy)
-            shift = shift_px[_beam(math.atan2(-dy, dx) - heading, half_fov, len(shift_px))]
-            moved = max(distance + shift, 0.0)
-            if last == 1:
-                _put(patch, x + dx / distance * moved - left, y + dy / distance * moved - top, OBSTACLE)
+            beam = _beam(dx, dy, heading, sensor.half_fov, beams)
+            if fate[beam] == LOST:
                 continue
-            # R1: moved away, the ray is free up to it; moved nearer, what lies behind it was not seen
+            moved = max(distance + shift_px[beam], 0.0) if fate[beam] == HIT else sensor.range_px
+            if last == 1:
+                if fate[beam] == HIT:
+                    _put(patch, x + dx / distance * moved - left, y + dy / distance * moved - top, OBSTACLE)
+                continue
+            # R2: moved away, the ray is free up to it; moved nearer, what lies behind it was not seen
             value = FREE if moved > distance else UNKNOWN
             for k in range(int(abs(moved - distance)) + 1):
                 at = min(moved, distance) + k
@@ -68,10 +95,11 @@ def merge_patch(
     side = patch.shape[0]
     left, top = math.floor(x) - side // 2, math.floor(y) - side // 2
     cos, sin = math.cos(turn), math.sin(turn)
-    spread = math.ceil(abs(right) + abs(down) + side * abs(sin)) + 1
+    middle_x, middle_y = left + side / 2 + right, top + side / 2 + down  # where the patch comes to lie
+    spread = math.ceil((abs(cos) + abs(sin)) * side / 2) + 2
     new, covered = 0, 0
-    for row in range(max(top - spread, 0), min(top + side + spread, rows)):
-        for col in range(max(left - spread, 0), min(left + side + spread, cols)):
+    for row in range(max(math.floor(middle_y) - spread, 0), min(math.floor(middle_y) + spread, rows)):
+        for col in range(max(math.floor(middle_x) - spread, 0), min(math.floor(middle_x) + spread, cols)):
             dx, dy = col + 0.5 - x - right, row + 0.5 - y - down
             from_col = math.floor(x + cos * dx - sin * dy) - left
             from_row = math.floor(y + sin * dx + cos * dy) - top
@@ -86,8 +114,27 @@ def merge_patch(
 
 
 @njit(cache=True, nogil=True)
-def _beam(angle: float, half_fov: float, beams: int) -> int:
-    """Return the beam nearest to an angle from the heading."""
+def believed(errors: Errors, key: int, step: int, turn: float, way: float) -> tuple[float, float]:
+    """Return the turn and the way that odometry reports for a step's real ones, radians and pixels."""
+    turned = errors.turn_share * abs(turn) * normal(key, 3 * step)
+    turned += errors.turn_rad_px * abs(way) * normal(key, 3 * step + 1)
+    return turn + turned, way * (1.0 + errors.way_share * normal(key, 3 * step + 2))
+
+
+@njit(cache=True, nogil=True)
+def registration(errors: Errors, key: int, step: int) -> tuple[float, float, float]:
+    """Return the shift right and down, pixels, and the turn by which a step's scans are misplaced."""
+    return (
+        errors.shift_px * normal(key, 3 * step),
+        errors.shift_px * normal(key, 3 * step + 1),
+        errors.turn_rad * normal(key, 3 * step + 2),
+    )
+
+
+@njit(cache=True, nogil=True)
+def _beam(dx: float, dy: float, heading: float, half_fov: float, beams: int) -> int:
+    """Return the beam nearest to a direction, right and down."""
+    angle = math.atan2(-dy, dx) - heading
     from_middle = math.atan2(math.sin(angle), math.cos(angle))
     return min(max(int((from_middle + half_fov) / (2.0 * half_fov) * beams + 0.5), 0), beams - 1)
 

@@ -1,6 +1,6 @@
 """People: discs that walk from goal to goal as forces drive them, and never overlap anything.
 
-What forces cannot promise, ``_go`` does: a place where a disc would overlap is never taken.
+What forces cannot promise, ``fits`` does: a place where a disc would overlap is never taken.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from houseexpo.pseudoslam.kernels.bodies import (
 from houseexpo.pseudoslam.kernels.flow import BLOCK_PX, COLS, GOALS, NOWHERE, ROWS, STEPS, THERE, Flow
 from houseexpo.pseudoslam.kernels.hashing import uniform
 from houseexpo.pseudoslam.kernels.motion import disc_is_free
-from houseexpo.pseudoslam.kernels.social import Walk, push
+from houseexpo.pseudoslam.kernels.social import Walk, push, push_by_tracks
 from houseexpo.pseudoslam.kernels.types import Floats, Grid
 
 PEOPLE_MOST = 1024
@@ -56,19 +56,30 @@ def walk_on(
 ) -> None:
     """Move all people, one after the other; ``solid`` holds what stands still only."""
     people, errands = bodies.people, bodies.errands
+    beside_tracks = len(bodies.clocks) > 0
     for p in range(len(people)):
         people[p, WAITED] += seconds
-        if _is_done(people, p, flow, walk, errands[p, GOAL], key, errands[p, VISIT]):
+        spot = flow.goals[errands[p, GOAL]]
+        if _is_done(people, p, flow.spots[spot, 0], flow.spots[spot, 1], walk.arrive_px, walk.pixels_per_metre) or (
+            people[p, WAITED] > _PATIENCE_S * (1.0 + uniform(key, draw(p, errands[p, VISIT], 1)))
+        ):
             take_goal(bodies, flow, key, p)
         wish_x, wish_y = _direction(flow, errands[p, GOAL], people[p, X], people[p, Y])
-        push_x, push_y = push(solid, bodies, tracks, walk, p, wish_x, wish_y, robot)
-        speed = people[p, SPEED]
-        vx, vy = people[p, VX], people[p, VY]
-        vx += seconds * ((speed * wish_x - vx) / walk.relaxation_s + push_x)
-        vy += seconds * ((speed * wish_y - vy) / walk.relaxation_s + push_y)
-        most = _FASTEST * speed
-        slower = most / max(math.sqrt(vx * vx + vy * vy), most)
-        _go(solid, bodies, tracks, walk.radius_px, p, vx * slower, vy * slower, robot, seconds)
+        push_x, push_y = push(solid, people, walk, p, wish_x, wish_y, robot)
+        if beside_tracks:
+            by_x, by_y = push_by_tracks(bodies, tracks, p, walk.pixels_per_metre)
+            push_x, push_y = push_x + by_x, push_y + by_y
+        vx, vy = _faster(people, p, wish_x, wish_y, push_x, push_y, walk.relaxation_s, seconds)
+        people[p, VX], people[p, VY] = 0.0, 0.0
+        for i in range(len(_WAYS)):
+            cos, sin = _WAYS[i, 0], _WAYS[i, 1]
+            new_vx, new_vy = vx * cos - vy * sin, vx * sin + vy * cos
+            x, y = people[p, X] + new_vx * seconds, people[p, Y] + new_vy * seconds
+            if fits(solid, people, len(people), p, x, y, walk.radius_px, robot) and (
+                not beside_tracks or fits_bodies(bodies, tracks, p, x, y, walk.radius_px)
+            ):
+                people[p, X], people[p, Y], people[p, VX], people[p, VY] = x, y, new_vx, new_vy
+                break
 
 
 @njit(cache=True, nogil=True)
@@ -120,44 +131,29 @@ def fits_bodies(bodies: Bodies, tracks: Tracks, p: int, x: float, y: float, radi
 
 
 @njit(cache=True, nogil=True)
-def _go(
-    solid: Grid,
-    bodies: Bodies,
-    tracks: Tracks,
-    radius: float,
-    p: int,
-    vx: float,
-    vy: float,
-    robot: Disc,
-    seconds: float,
-) -> None:
-    """Take a person's next place: straight on, else aside by 45 or 80 degrees, else where it is."""
-    people = bodies.people
-    for i in range(len(_WAYS)):
-        cos, sin = _WAYS[i, 0], _WAYS[i, 1]
-        new_vx, new_vy = vx * cos - vy * sin, vx * sin + vy * cos
-        x, y = people[p, X] + new_vx * seconds, people[p, Y] + new_vy * seconds
-        if fits(solid, people, len(people), p, x, y, radius, robot) and (
-            len(bodies.clocks) == 0 or fits_bodies(bodies, tracks, p, x, y, radius)
-        ):
-            people[p, X], people[p, Y], people[p, VX], people[p, VY] = x, y, new_vx, new_vy
-            return
-    people[p, VX], people[p, VY] = 0.0, 0.0
+def _faster(
+    people: Floats, p: int, wish_x: float, wish_y: float, push_x: float, push_y: float, relaxation_s: float, s: float
+) -> tuple[float, float]:
+    """Return a person's velocity after ``s`` seconds under its wish and the pushes; there is a fastest."""
+    vx, vy, speed = people[p, VX], people[p, VY], people[p, SPEED]
+    vx += s * ((speed * wish_x - vx) / relaxation_s + push_x)
+    vy += s * ((speed * wish_y - vy) / relaxation_s + push_y)
+    most = _FASTEST * speed
+    slower = most / max(math.sqrt(vx * vx + vy * vy), most)
+    return vx * slower, vy * slower
 
 
 @njit(cache=True, nogil=True)
-def _is_done(people: Floats, p: int, flow: Flow, walk: Walk, goal: int, key: int, visit: int) -> bool:
-    """Whether a person has arrived, or has not got on for longer than it can bear."""
+def _is_done(people: Floats, p: int, row: int, col: int, arrive: float, ppm: float) -> bool:
+    """Whether a person has arrived at a cell; where it has got on, its waiting starts anew."""
     x, y = people[p, X], people[p, Y]
-    block = flow.goals[goal]
-    right, down = flow.spots[block, 1] + 0.5 - x, flow.spots[block, 0] + 0.5 - y
-    if right * right + down * down <= walk.arrive_px * walk.arrive_px:
+    right, down = col + 0.5 - x, row + 0.5 - y
+    if right * right + down * down <= arrive * arrive:
         return True
     roamed = (x - people[p, ANCHOR_X]) ** 2 + (y - people[p, ANCHOR_Y]) ** 2
-    if roamed > (_ROAMED_M * walk.pixels_per_metre) ** 2:
+    if roamed > (_ROAMED_M * ppm) ** 2:
         people[p, ANCHOR_X], people[p, ANCHOR_Y], people[p, WAITED] = x, y, 0.0
-    waited = people[p, WAITED]
-    return bool(waited > _PATIENCE_S and waited > _PATIENCE_S * (1.0 + uniform(key, draw(p, visit, 1))))
+    return False
 
 
 @njit(cache=True, nogil=True)

@@ -30,7 +30,7 @@ class Walk(NamedTuple):
     """At least ``HALF_DIAGONAL``, so that everybody covers some cell."""
     relaxation_s: float
     arrive_px: float
-    """Nearer than this to its goal, a person has arrived."""
+    """Nearer than this to its goal, a person has arrived; two radii, so that it is never across a wall."""
     feelers: Floats
     """(F, 4) x, y of points round a person, pixels, and the push in pixels/s2 that it gets where one is in a wall."""
     reach_px: float
@@ -39,10 +39,13 @@ class Walk(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def push(
-    solid: Grid, bodies: Bodies, tracks: Tracks, walk: Walk, p: int, wish_x: float, wish_y: float, robot: Disc
+    solid: Grid, people: Floats, walk: Walk, p: int, wish_x: float, wish_y: float, robot: Disc
 ) -> tuple[float, float]:
-    """Return the acceleration of person ``p``, who wishes to go in the direction (``wish_x``, ``wish_y``)."""
-    people, ppm = bodies.people, walk.pixels_per_metre
+    """Return the acceleration away from walls, the robot and others.
+
+    Of person ``p``, that is, who wishes to go in the direction (``wish_x``, ``wish_y``).
+    """
+    ppm = walk.pixels_per_metre
     x, y = people[p, X], people[p, Y]
     push_x, push_y = _by_walls(solid, x, y, walk.feelers, walk.reach_px)
     if abs(robot.x - x) + abs(robot.y - y) < 2 * _NO_PUSH_M * ppm:
@@ -53,9 +56,20 @@ def push(
         if i != p and abs(off_x) + abs(off_y) < 2 * _NO_PUSH_M * ppm:
             by_x, by_y = _by_other(off_x, off_y, people[i, VX], people[i, VY], wish_x, wish_y, ppm)
             push_x, push_y = push_x + by_x, push_y + by_y
+    return push_x, push_y
+
+
+@njit(cache=True, nogil=True)
+def push_by_tracks(bodies: Bodies, tracks: Tracks, p: int, ppm: float) -> tuple[float, float]:
+    """Return the acceleration of person ``p`` away from the nearest points of bodies on tracks."""
+    push_x, push_y = 0.0, 0.0
     for k in range(len(bodies.clocks)):
-        by_x, by_y = _by_track(tracks, k, bodies.clocks[k], x, y, ppm)
-        push_x, push_y = push_x + by_x, push_y + by_y
+        ahead, left, cos, sin = to_body(tracks, k, bodies.clocks[k], bodies.people[p, X], bodies.people[p, Y])
+        gap, a, b = nearest(tracks, k, ahead, left)
+        length = math.sqrt(a * a + b * b)
+        if length > 0.0 and gap <= _NO_PUSH_M * ppm:
+            size = _PUSH_M_S2 * ppm * math.exp(-gap / (_PUSH_M * ppm)) / length
+            push_x, push_y = push_x + size * (a * cos - b * sin), push_y - size * (a * sin + b * cos)
     return push_x, push_y
 
 
@@ -75,18 +89,6 @@ def _by_other(
     if wish_x * off_x + wish_y * off_y < off * _COS_BEHIND:
         size *= _BEHIND
     return -size * (off_x / off + then_x / then), -size * (off_y / off + then_y / then)
-
-
-@njit(cache=True, nogil=True)
-def _by_track(tracks: Tracks, k: int, clock: float, x: float, y: float, ppm: float) -> tuple[float, float]:
-    """Return the push by the nearest point of body ``k``."""
-    ahead, left, cos, sin = to_body(tracks, k, clock, x, y)
-    gap, a, b = nearest(tracks, k, ahead, left)
-    length = math.sqrt(a * a + b * b)
-    if length == 0.0 or gap > _NO_PUSH_M * ppm:
-        return 0.0, 0.0
-    size = _PUSH_M_S2 * ppm * math.exp(-gap / (_PUSH_M * ppm)) / length
-    return size * (a * cos - b * sin), -size * (a * sin + b * cos)
 
 
 @njit(cache=True, nogil=True)

@@ -1,103 +1,261 @@
-"""One transition: turn, go, look on the way, and cut out the observation."""
+"""One transition: others move, the robot turns, goes, looks on the way, and is shown what it knows."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop, merge
-from houseexpo.pseudoslam.kernels.motion import free_way
-from houseexpo.pseudoslam.kernels.noise import draw_noisy, merge_patch
-from houseexpo.pseudoslam.kernels.rays import ray_scan
+from houseexpo.pseudoslam.kernels.bodies import Bodies, Disc, Tracks, bodies_of, tracks_of
+from houseexpo.pseudoslam.kernels.dynamics import advance
+from houseexpo.pseudoslam.kernels.flow import Flow, flow_of
+from houseexpo.pseudoslam.kernels.goal import Field, field_at, field_of
+from houseexpo.pseudoslam.kernels.hashing import uniform
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop, merge_cells, merge_runs, shrink
+from houseexpo.pseudoslam.kernels.motion import clearance, free_way
+from houseexpo.pseudoslam.kernels.noise import HIT, LOST, believed, draw_beams, draw_noisy, merge_patch, registration
+from houseexpo.pseudoslam.kernels.social import Walk
+from houseexpo.pseudoslam.kernels.ranges import cast
+from houseexpo.pseudoslam.kernels.rays import ray_merge, ray_scan
 from houseexpo.pseudoslam.kernels.sector import sector_scan
-from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid
+from houseexpo.pseudoslam.kernels.types import Counts, Errors, Floats, Grid, Robot, Scratch, Sensor
 
-STEPS, COLLISIONS, KNOWN, COVERED = 0, 1, 2, 3
-"""What ``counts`` holds: of the episode, the steps and those that met an obstacle; of the map, cells."""
+X, Y, HEADING, SEEN_X, SEEN_Y, SEEN_HEADING = range(6)
+"""What ``pose`` holds, pixels and radians: where the robot is, and where it believes it is."""
+STEPS, COLLISIONS, KNOWN, COVERED, SCANS, BLOCKED, KEY = range(7)
+"""What ``counts`` holds: steps and those that met an obstacle; cells of the map; scans; of the last step, whether it met
+one; the key of the episode's noise."""
+WAY, CLEARANCE, TO_GOAL, START_X, START_Y = range(5)
+"""What ``readings`` holds, pixels: the way gone, the room round the robot, the way that is left to the goal, and where
+the episode started."""
+_BEAMS, _ODOMETRY, _REGISTRATION, _PEOPLE = range(1, 5)  # each kind of noise has a key of its own
+
+
+class Episode(NamedTuple):
+    """The arrays of one environment. In a pool each has one axis more in front, and rasters lie flat, with room."""
+
+    solid: Grid
+    """(rows, cols), not 0 where an obstacle is; the border is."""
+    countable: Grid
+    """(rows, cols), 1 where a cell counts for coverage."""
+    known: Grid
+    """(rows, cols) the map."""
+    shown: Grid
+    """(side, side) what the robot is shown."""
+    overview: Grid
+    """(cells, cells) the whole map, coarsely; (0, 0) where nobody asks."""
+    ranges: Floats
+    """(beams,) what the last scan's beams returned, pixels; (0,) where nobody asks."""
+    pose: Floats
+    """(6,)"""
+    counts: Counts
+    """(7,)"""
+    readings: Floats
+    """(5,)"""
+    bodies: Bodies
+    tracks: Tracks
+    flow: Flow
+    field: Field
+
+
+class Rules(NamedTuple):
+    """What is the same for all environments: the robot and its sensor, their errors, and what moves beside it."""
+
+    robot: Robot
+    sensor: Sensor
+    errors: Errors
+    walk: Walk
+    seconds: float
+    clearance_px: float
+    overview_px: float
+    """Pixels along the side of an overview's cell."""
 
 
 @njit(cache=True, nogil=True)
-def transition(
-    solid: Grid,
-    countable: Grid,
-    known: Grid,
-    pose: Floats,
-    counts: npt.NDArray[np.int64],
-    view: Grid,
-    turn: float,
-    forward: float,
-    radius: float,
-    between_px: float,
-    between_rad: float,
-    by_rays: bool,
-    half_fov: float,
-    range_px: float,
-    fan_cos: Floats,
-    fan_sin: Floats,
-    noisy: bool,
-    shift_px: Floats,
-    error: Floats,
-    free: Cells,
-    hit: Cells,
-    slopes: Floats,
-    patch: Grid,
-) -> bool:
-    """Turn, then go forward (backward where negative) until something is in the way; ``pose``, maps and counts change.
+def transition(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch) -> None:
+    """Let others move, turn, then go forward (backward where negative) until something is in the way; look; crop."""
+    pose, counts, readings = episode.pose, episode.counts, episode.readings
+    robot = Disc(pose[X], pose[Y], rules.robot.radius_px)
+    advance(
+        episode.solid, episode.bodies, episode.tracks, episode.flow, rules.walk, _key(counts[KEY], _PEOPLE), robot,
+        rules.seconds,
+    )  # fmt: skip
+    counts[STEPS] += 1
+    way = go(episode, turn, forward, rules, scratch)
+    counts[BLOCKED] = 1 if way < abs(forward) else 0
+    counts[COLLISIONS] += counts[BLOCKED]
+    readings[WAY] += way
+    read(episode, rules, 2.0 * rules.sensor.range_px)
 
-    Scans lie at most ``between_px`` and ``between_rad`` apart, the last at the end; there is one at least.
+
+@njit(cache=True, nogil=True)
+def read(episode: Episode, rules: Rules, spread_px: float) -> None:
+    """Take the readings at the robot's place, and draw what it is shown, round where it believes to be.
+
+    Of the overview, what lies within ``spread_px`` of it is drawn anew.
+    """
+    pose, readings, sensor = episode.pose, episode.readings, rules.sensor
+    if rules.clearance_px > 0.0:
+        readings[CLEARANCE] = clearance(
+            episode.solid, pose[X], pose[Y], rules.robot.radius_px, rules.robot.radius_px + rules.clearance_px
+        )
+    if len(episode.field.distances) > 0:
+        readings[TO_GOAL] = field_at(episode.field, pose[X], pose[Y])
+    if len(episode.ranges) > 0:
+        cast(
+            episode.solid, pose[X], pose[Y], pose[HEADING], sensor.fan_cos, sensor.fan_sin, sensor.range_px,
+            episode.ranges,
+        )  # fmt: skip
+        if rules.errors.any:
+            _err(episode.ranges, episode.counts, rules)
+    if len(episode.overview) > 0:
+        shrink(
+            episode.known, readings[START_X], readings[START_Y], rules.overview_px, pose[SEEN_X], pose[SEEN_Y],
+            spread_px, episode.overview,
+        )  # fmt: skip
+    crop(episode.known, pose[SEEN_X], pose[SEEN_Y], pose[SEEN_HEADING], episode.shown)
+
+
+@njit(cache=True, nogil=True)
+def _err(ranges: Floats, counts: Counts, rules: Rules) -> None:
+    """Give ranges the errors of the beams of the last scan: a lost one is 0."""
+    beams = len(ranges)
+    shift_px, fate = np.empty(beams), np.empty(beams, np.int32)
+    draw_beams(rules.errors, beams, _key(counts[KEY], _BEAMS), counts[SCANS] - 1, shift_px, fate)
+    for beam in range(beams):
+        if fate[beam] != HIT:
+            ranges[beam] = 0.0 if fate[beam] == LOST else rules.sensor.range_px
+        elif ranges[beam] < rules.sensor.range_px:
+            ranges[beam] = min(max(ranges[beam] + shift_px[beam], 0.0), rules.sensor.range_px)
+
+
+@njit(cache=True, nogil=True)
+def go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch) -> float:
+    """Turn and go, and merge what is seen on the way; return the way gone, pixels.
+
+    Scans lie at most ``between_px`` and ``between_rad`` apart, the last at the end; there is one at least. Where
+    odometry errs, the map is drawn from where the robot believes it is.
+    """
+    pose, robot, errors = episode.pose, rules.robot, rules.errors
+    distance = abs(forward)
+    turns = math.ceil(abs(turn) / robot.between_rad - 1e-9)
+    start = pose.copy()
+    heading = _wrapped(start[HEADING] + turn)
+    sign = 1.0 if forward >= 0.0 else -1.0
+    right, down = sign * math.cos(heading), -sign * math.sin(heading)
+    way = distance
+    if distance > 0.0:
+        way = free_way(episode.solid, start[X], start[Y], right, down, distance, robot.radius_px)
+    goes = math.ceil(way / robot.between_px - 1e-9)
+    seen_turn, seen_way = turn, sign * way
+    if errors.odometry:
+        key = _key(episode.counts[KEY], _ODOMETRY)
+        seen_turn, seen_way = believed(errors, key, episode.counts[STEPS], turn, sign * way)
+    for i in range(1, max(turns + goes, 1) + 1):
+        turned, gone = min(i / turns, 1.0) if turns > 0 else 1.0, max(i - turns, 0) / max(goes, 1)
+        pose[HEADING] = heading if i >= turns else _wrapped(start[HEADING] + turn * turned)
+        if i > turns and goes > 0:
+            pose[X], pose[Y] = start[X] + way * gone * right, start[Y] + way * gone * down
+        if errors.odometry:
+            seen = _wrapped(start[SEEN_HEADING] + seen_turn * turned)
+            pose[SEEN_HEADING] = seen
+            pose[SEEN_X] = start[SEEN_X] + seen_way * gone * math.cos(seen)
+            pose[SEEN_Y] = start[SEEN_Y] - seen_way * gone * math.sin(seen)
+        else:
+            pose[SEEN_X:] = pose[:SEEN_X]
+        _look(episode, rules, scratch)
+    return way
+
+
+@njit(cache=True, nogil=True)
+def _look(episode: Episode, rules: Rules, scratch: Scratch) -> None:
+    """Scan from where the robot is, and merge what is seen into the map."""
+    solid, countable, known = episode.solid, episode.countable, episode.known
+    pose, counts, sensor, errors = episode.pose, episode.counts, rules.sensor, rules.errors
+    x, y, heading = pose[X], pose[Y], pose[HEADING]
+    runs, hit = scratch.runs, scratch.hit
+    new, covered = 0, 0
+    if sensor.by_rays and not errors.any:
+        new, covered, n_hit = ray_merge(
+            solid, countable, known, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, hit
+        )
+    else:
+        if sensor.by_rays:
+            n_runs, n_hit = ray_scan(
+                solid, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, runs, hit
+            )
+        else:
+            n_runs, n_hit = sector_scan(
+                solid, x, y, heading, sensor.half_fov, sensor.range_px, runs, hit, scratch.slopes
+            )
+        if errors.any:
+            new, covered = _merge_noisy(episode, rules, scratch, n_runs, n_hit)
+        else:
+            new, covered = merge_runs(known, countable, runs, n_runs, FREE)
+    if not errors.any:
+        new_hit, covered_hit = merge_cells(known, countable, hit, n_hit, OBSTACLE)
+        new, covered = new + new_hit, covered + covered_hit
+    counts[KNOWN] += new
+    counts[COVERED] += covered
+    counts[SCANS] += 1
+
+
+@njit(cache=True, nogil=True)
+def _merge_noisy(episode: Episode, rules: Rules, scratch: Scratch, n_runs: int, n_hit: int) -> tuple[int, int]:
+    """Merge a scan as its beams measure it, from where the robot believes it is, as registration misplaces it."""
+    pose, counts, sensor, errors = episode.pose, episode.counts, rules.sensor, rules.errors
+    beams = len(sensor.fan_cos)
+    shift_px, fate = np.empty(beams), np.empty(beams, np.int32)
+    draw_beams(errors, beams, _key(counts[KEY], _BEAMS), counts[SCANS], shift_px, fate)
+    draw_noisy(
+        scratch.patch, episode.solid.shape[1], pose[X], pose[Y], pose[HEADING], sensor, scratch.runs, n_runs,
+        scratch.hit, n_hit, shift_px, fate,
+    )  # fmt: skip
+    right, down, turn = registration(errors, _key(counts[KEY], _REGISTRATION), counts[STEPS])
+    return merge_patch(
+        episode.known, episode.countable, scratch.patch, pose[X], pose[Y], pose[SEEN_X] - pose[X] + right,
+        pose[SEEN_Y] - pose[Y] + down, pose[SEEN_HEADING] - pose[HEADING] + turn,
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True)
+def transitions(
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, first: int, last: int
+) -> None:
+    """Do ``transition`` for environments ``first`` to ``last`` (excluded) of a pool.
 
     Parameters
     ----------
-    pose
-        (3,) x, y in pixels, heading.
-    turn, forward
-        Radians, pixels.
-    shift_px
-        (scans, beams) by which obstacles move along their rays, row by row for each scan, read where ``noisy``.
-    error
-        (3,) right, down (pixels) and turn (radians) by which what is seen is misplaced, read where ``noisy``.
-    free, hit, slopes, patch
-        Scratch; ``patch`` is empty.
-
-    Returns
-    -------
-    Whether something was in the way.
+    sizes
+        (N, 2) rows and columns of each one's rasters.
+    motions
+        (N, 2) turn and way forward, radians and pixels.
+    wanted
+        (N,) 1 where an environment steps, 0 where it stays as it is.
     """
-    distance = abs(forward)
-    start_heading = pose[2]
-    turns = math.ceil(abs(turn) / between_rad - 1e-9)
-    heading = _wrapped(start_heading + turn)
-    sign = 1.0 if forward >= 0.0 else -1.0
-    right, down = sign * math.cos(heading), -sign * math.sin(heading)
-    start_x, start_y = pose[0], pose[1]
-    way = distance
-    if distance > 0.0:
-        way = free_way(solid, start_x, start_y, right, down, distance, radius)
-    goes = math.ceil(way / between_px - 1e-9)
-    for i in range(1, max(turns + goes, 1) + 1):
-        pose[2] = heading if i >= turns else _wrapped(start_heading + turn * i / turns)
-        if i > turns and goes > 0:
-            gone = way if i == turns + goes else way * (i - turns) / goes
-            pose[0], pose[1] = start_x + gone * right, start_y + gone * down
-        x, y = pose[0], pose[1]
-        if by_rays:
-            n_free, n_hit = ray_scan(solid, x, y, pose[2], fan_cos, fan_sin, range_px, free, hit)
-        else:
-            n_free, n_hit = sector_scan(solid, x, y, pose[2], half_fov, range_px, free, hit, slopes)
-        if noisy:
-            draw_noisy(patch, solid.shape[1], x, y, pose[2], half_fov, free, n_free, hit, n_hit, shift_px[i - 1])
-            new, covered = merge_patch(known, countable, patch, x, y, error[0], error[1], error[2])
-        else:
-            new, covered = merge(known, countable, free, n_free, FREE)
-            new_hit, covered_hit = merge(known, countable, hit, n_hit, OBSTACLE)
-            new, covered = new + new_hit, covered + covered_hit
-        counts[KNOWN] += new
-        counts[COVERED] += covered
-    crop(known, pose[0], pose[1], pose[2], view)
-    return way < distance
+    for i in range(first, last):
+        if wanted[i] != 0:
+            transition(episode_of(pool, sizes, i), motions[i, 0], motions[i, 1], rules, scratch)
+
+
+@njit(cache=True, nogil=True)
+def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
+    """Return environment ``i`` of a pool, views of its arrays."""
+    rows, cols = sizes[i, 0], sizes[i, 1]
+    cells = rows * cols
+    return Episode(
+        pool.solid[i, :cells].reshape((rows, cols)), pool.countable[i, :cells].reshape((rows, cols)),
+        pool.known[i, :cells].reshape((rows, cols)), pool.shown[i], pool.overview[i], pool.ranges[i], pool.pose[i], pool.counts[i], pool.readings[i],
+        bodies_of(pool.bodies, i), tracks_of(pool.tracks, i), flow_of(pool.flow, i), field_of(pool.field, i),
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True)
+def _key(key: int, kind: int) -> int:
+    """Return the key of one kind of noise."""
+    return int(uniform(key, kind) * 4611686018427387904.0)
 
 
 @njit(cache=True, nogil=True)

@@ -1,8 +1,8 @@
-"""Names of the arrays that kernels take."""
+"""What kernels take: names of arrays, and arrays that go together."""
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -11,4 +11,55 @@ Grid: TypeAlias = npt.NDArray[np.uint8]
 """(rows, cols), C order."""
 Cells: TypeAlias = npt.NDArray[np.int32]
 """Flat indices, row * cols + col."""
+Runs: TypeAlias = npt.NDArray[np.int32]
+"""(n, 2) flat indices: the first and the last of cells side by side in a row."""
 Floats: TypeAlias = npt.NDArray[np.float64]
+Counts: TypeAlias = npt.NDArray[np.int64]
+
+
+class Robot(NamedTuple):
+    """A disc, and how far it goes or turns at most between two scans."""
+
+    radius_px: float
+    between_px: float
+    between_rad: float
+
+
+class Sensor(NamedTuple):
+    """A laser: whether its rays are followed one by one or its sector is filled; its fan from the right to the left."""
+
+    by_rays: bool
+    half_fov: float
+    range_px: float
+    fan_cos: Floats
+    fan_sin: Floats
+
+
+class Errors(NamedTuple):
+    """Noise: ``any`` says whether there is some, ``odometry`` and ``beams`` whether there is of that kind.
+
+    Of a beam: the standard deviation along it and the chances that it returns nothing, or its greatest range; of a
+    step's registration: standard deviations of shift and turn; of odometry: of the way as a share of it, of the turn as
+    a share of it, of the turn for each pixel of way.
+    """
+
+    any: bool
+    odometry: bool
+    beams: bool
+    laser_px: float
+    drop_out: float
+    max_range: float
+    shift_px: float
+    turn_rad: float
+    way_share: float
+    turn_share: float
+    turn_rad_px: float
+
+
+class Scratch(NamedTuple):
+    """Memory that a thread's scans use: ``sector_scan``'s and ``ray_scan``'s, and an empty patch for noisy ones."""
+
+    runs: Runs
+    hit: Cells
+    slopes: Floats
+    patch: Grid

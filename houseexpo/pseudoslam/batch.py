@@ -1,0 +1,96 @@
+"""Many episodes side by side in memory, stepped by one compiled call for each thread."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.kernels.step import Episode, Rules, episode_of, transitions
+from houseexpo.pseudoslam.rules import scratch_of
+from houseexpo.pseudoslam.state import State
+
+_SPARE = 1.25  # room for the next bigger house
+_RASTERS = 3  # the first arrays of an episode are as big as its house
+
+Array = npt.NDArray[Any]
+
+
+class Batch:
+    """N episodes in pools: each array of ``Episode`` with one axis more in front.
+
+    Rasters and the ways to goals lie flat, with room for the biggest house so far; what is not touched takes no memory.
+    Threads share the pools and have scratch memory of their own; the outcome does not depend on how many there are.
+    """
+
+    def __init__(self, number: int, config: SimulatorConfig, rules: Rules, threads: int | None = None) -> None:
+        threads = min(threads or len(os.sched_getaffinity(0)), number)
+        self.sizes = np.zeros((number, 2), np.int64)
+        self._number, self._rules = number, rules
+        self._leaves: list[Array] = []
+        self._states: list[State | None] = [None] * number
+        self._scratch = [scratch_of(config) for _ in range(threads)]
+        bounds = np.linspace(0, number, threads + 1).astype(int).tolist()
+        self._shares = list(zip(bounds, bounds[1:], strict=False))
+        self._pool = ThreadPoolExecutor(threads - 1, "pseudoslam") if threads > 1 else None
+        self.arrays: Episode
+
+    def put(self, i: int, state: State) -> None:
+        """Copy an episode into place ``i``; the state that was there is no longer valid."""
+        leaves = [leaf.ravel() if k < _RASTERS else leaf for k, leaf in enumerate(_leaves(state.episode))]
+        if not self._leaves:
+            self._leaves = [np.zeros((self._number, *leaf.shape), leaf.dtype) for leaf in leaves]
+        for k, leaf in enumerate(leaves):
+            old = self._leaves[k]
+            if len(leaf) > old.shape[1]:
+                self._leaves[k] = np.zeros((self._number, int(_SPARE * len(leaf)), *leaf.shape[1:]), leaf.dtype)
+                self._leaves[k][:, : old.shape[1]] = old
+            self._leaves[k][i, : len(leaf)] = leaf
+        self.arrays = _like(state.episode, iter(self._leaves))
+        self.sizes[i] = state.episode.solid.shape
+        self._states[i] = state
+
+    def state(self, i: int) -> State:
+        """Return the episode at place ``i``: its arrays are views, which the next step changes."""
+        state = self._states[i]
+        if state is None:
+            raise IndexError(f"no episode was put at place {i}")
+        return replace(state, episode=episode_of(self.arrays, self.sizes, i))
+
+    def step(self, motions: npt.NDArray[np.float64], wanted: npt.NDArray[np.uint8]) -> None:
+        """Move the robots that are ``wanted`` (N,) by ``motions`` (N, 2), turn and way forward, radians and pixels."""
+        jobs = []
+        for share, scratch in zip(self._shares[1:], self._scratch[1:], strict=True):
+            if self._pool is not None:
+                jobs.append(self._pool.submit(self._run, motions, wanted, scratch, share))
+        self._run(motions, wanted, self._scratch[0], self._shares[0])
+        for job in jobs:
+            job.result()
+
+    def _run(self, motions: Array, wanted: Array, scratch: Any, share: tuple[int, int]) -> None:  # noqa: ANN401
+        transitions(self.arrays, self.sizes, motions, wanted, self._rules, scratch, *share)
+
+    def close(self) -> None:
+        """End the threads."""
+        if self._pool is not None:
+            self._pool.shutdown()
+
+
+def _leaves(part: Any) -> Iterator[Array]:  # noqa: ANN401  # nested tuples of arrays
+    if isinstance(part, np.ndarray):
+        yield part
+    else:
+        for piece in part:
+            yield from _leaves(piece)
+
+
+def _like(part: Any, leaves: Iterator[Array]) -> Any:  # noqa: ANN401  # the same nested tuples, of other arrays
+    if isinstance(part, np.ndarray):
+        return next(leaves)
+    return type(part)(*(_like(piece, leaves) for piece in part))

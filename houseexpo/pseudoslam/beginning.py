@@ -1,0 +1,193 @@
+"""How an episode begins: obstacles, the robot, people, a goal, and a first look round."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
+from houseexpo.pseudoslam.kernels.bodies import Disc
+from houseexpo.pseudoslam.kernels.dynamics import stamp_bodies
+from houseexpo.pseudoslam.kernels.goal import Field, field_at, find_open, march
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
+from houseexpo.pseudoslam.kernels.motion import disc_is_free
+from houseexpo.pseudoslam.kernels.step import COVERED, KEY, KNOWN, Episode, Rules, go, read
+from houseexpo.pseudoslam.kernels.types import Scratch
+from houseexpo.pseudoslam.obstacles import Placement, place
+from houseexpo.pseudoslam.people import new_bodies, start_people
+from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.trajectories import swept_cells
+from houseexpo.pseudoslam.world import World, visible_cells
+
+_TRIES = 200
+_BLOCK_M = 0.1  # side of the blocks that ways to a goal are found on; less than what parts the two sides of a wall
+
+Floats = npt.NDArray[np.float64]
+
+
+def begin(
+    world: World,
+    config: SimulatorConfig,
+    rules: Rules,
+    scratch: Scratch,
+    rng: np.random.Generator,
+    *,
+    complete: bool = False,
+) -> State:
+    """Return the state at the start of an episode in a world; ConfigError where the world cannot give what is asked.
+
+    ``complete`` has the overview and the ranges drawn, too.
+    """
+    key = int(rng.integers(2**62))
+    placed = _furnished(world, config, rng)
+    bodies = new_bodies(len(world.tracks.times_s), config.people.number)
+    solid = placed.solid.copy()
+    stamp_bodies(solid, new_bodies(len(world.tracks.times_s), 0), world.tracks, rules.walk)
+    pose = _random_pose(placed.stand, solid, world, config, rng)
+    if not config.start.random:
+        pose = _given_pose(config.start, placed.stand, solid, world, config)
+    goal, field, best = _goal(config, placed.stand, world, pose, rng)
+    robot = Disc(float(pose[0]), float(pose[1]), rules.robot.radius_px)
+    start_people(
+        config.people, placed.solid, bodies, world.tracks, world.flow, rules.walk, key, robot, world.plan_id
+    )
+    stamp_bodies(solid, bodies, world.tracks, rules.walk)
+    countable = world.countable.copy()
+    if placed.obstacles:
+        ppm = config.pixels_per_metre
+        radius_px, range_px = config.robot.radius_m * ppm, config.laser.range_m * ppm
+        countable = visible_cells(placed.solid, placed.stand, radius_px, range_px, scratch[:3])
+    side, cells = config.side_px, config.observation.global_cells if complete else 0
+    episode = Episode(
+        solid, countable, np.zeros(solid.shape, np.uint8), np.zeros((side, side), np.uint8),
+        np.zeros((cells, cells), np.uint8), np.zeros(len(rules.sensor.fan_cos) if complete else 0), np.tile(pose, 2),
+        np.zeros(7, np.int64), np.array([0.0, 0.0, best, pose[0], pose[1]]), bodies, world.tracks, world.flow, field,
+    )  # fmt: skip
+    episode.counts[KEY] = key
+    if config.known_map:
+        episode.known[:] = np.where(placed.solid != 0, OBSTACLE, FREE)
+        episode.counts[[KNOWN, COVERED]] = solid.size, int(countable.sum())
+    go(episode, 0.0, 0.0, rules, scratch)
+    read(episode, rules, math.inf if config.known_map else 2.0 * rules.sensor.range_px)
+    return State(episode, placed.obstacles, goal, best / config.pixels_per_metre)
+
+
+def _furnished(world: World, config: SimulatorConfig, rng: np.random.Generator) -> Placement:
+    """Set obstacles down, off the ways of what moves on trajectories."""
+    if not (config.obstacles.placed or config.obstacles.random):
+        return Placement(world.solid, world.stand, ())
+    radius_px = config.robot.radius_m * config.pixels_per_metre
+    if not len(world.tracks.times_s):
+        return place(world.solid, world.stand, world.frame, radius_px=radius_px, config=config.obstacles, rng=rng)
+    kept = swept_cells(world.tracks, world.solid.shape) & (world.solid == 0)
+    solid = world.solid | kept.view(np.uint8)
+    placed = place(solid, world.stand, world.frame, radius_px=radius_px, config=config.obstacles, rng=rng)
+    placed.solid[kept] = 0
+    return placed
+
+
+def _random_pose(
+    stand: npt.NDArray[np.uint8],
+    solid: npt.NDArray[np.uint8],
+    world: World,
+    config: SimulatorConfig,
+    rng: np.random.Generator,
+) -> Floats:
+    """Anywhere in a standing cell where nothing touches; in the middle of one where chance finds no such place."""
+    radius_px = config.robot.radius_m * config.pixels_per_metre
+    in_rows = np.cumsum(np.count_nonzero(stand, axis=1))
+    for _ in range(_TRIES):
+        number = int(rng.integers(in_rows[-1]))
+        right, down, heading = rng.random(3)
+        row = int(np.searchsorted(in_rows, number, side="right"))
+        col = int(np.flatnonzero(stand[row])[number - in_rows[row]])
+        for x, y in ((col + right, row + down), (col + 0.5, row + 0.5)):
+            if disc_is_free(solid, x, y, radius_px):
+                return np.array([x, y, (2.0 * heading - 1.0) * math.pi])
+    raise ConfigError(
+        f"start: no place for a robot of radius {config.robot.radius_m:g} m was found in {_TRIES} tries between what "
+        f"moves in plan {world.plan_id!r}; let less move there at time 0"
+    )
+
+
+def _given_pose(
+    start: StartConfig,
+    stand: npt.NDArray[np.uint8],
+    solid: npt.NDArray[np.uint8],
+    world: World,
+    config: SimulatorConfig,
+) -> Floats:
+    frame, radius_m = world.frame, config.robot.radius_m
+    x_m, y_m = start.x_m, start.y_m
+    if start.origin == "centre":
+        centre = frame.points_from_pixels([frame.shape[1] / 2, frame.shape[0] / 2])
+        x_m, y_m = x_m + float(centre[0]), y_m + float(centre[1])
+    x, y = frame.pixels_from_points([x_m, y_m]).tolist()
+    row, col = math.floor(y), math.floor(x)
+    if not bool(frame.contains([row, col])) or not disc_is_free(solid, x, y, radius_m * config.pixels_per_metre):
+        raise ConfigError(
+            f"start: a robot of radius {radius_m:g} m does not fit at ({x_m:g}, {y_m:g}) m "
+            f"in plan {world.plan_id!r}; start at random, or at another pose"
+        )
+    if not stand[max(row - 1, 0) : row + 2, max(col - 1, 0) : col + 2].any():
+        raise ConfigError(
+            f"start: a robot of radius {radius_m:g} m cannot leave the place at "
+            f"({x_m:g}, {y_m:g}) m for the biggest part of plan {world.plan_id!r}; start at random, or there"
+        )
+    return np.array([x, y, math.radians(start.heading_deg)])
+
+
+def _goal(
+    config: SimulatorConfig,
+    stand: npt.NDArray[np.uint8],
+    world: World,
+    pose: Floats,
+    rng: np.random.Generator,
+) -> tuple[tuple[float, float] | None, Field, float]:
+    """Return the goal (x, y) in metres, the ways to it, and the way from the start, pixels; nothing without a goal.
+
+    A random goal is a standing cell at least so far from the start along the way, or the furthest where none is.
+    """
+    if config.goal is None:
+        return None, Field(np.zeros(3, np.int64), np.zeros(0, np.float32)), 0.0
+    x, y = pose[0], pose[1]
+    if config.goal.random:
+        away = _ways(stand, y, x, config.pixels_per_metre)
+        side, cols = int(away.sizes[2]), int(away.sizes[1])
+        reached = np.where(np.isfinite(away.distances), away.distances, -1.0)
+        far = np.flatnonzero(reached >= min(config.goal.least_way_m * config.pixels_per_metre, reached.max()))
+        block = int(far[rng.integers(len(far))])
+        row, col = block // cols * side, block % cols * side
+        cells = np.argwhere(stand[row : row + side, col : col + side])
+        down, right = cells[rng.integers(len(cells))]
+        goal_x, goal_y = col + right + 0.5, row + down + 0.5
+    else:
+        goal_x, goal_y = _given_goal(config.goal, stand, world)
+    field = _ways(stand, goal_y, goal_x, config.pixels_per_metre)
+    goal = tuple(world.frame.points_from_pixels([goal_x, goal_y]).tolist())
+    best = max(float(field_at(field, x, y)), math.hypot(goal_x - x, goal_y - y))
+    return (goal[0], goal[1]), field, best
+
+
+def _given_goal(goal: GoalConfig, stand: npt.NDArray[np.uint8], world: World) -> tuple[float, float]:
+    x, y = world.frame.pixels_from_points([goal.x_m, goal.y_m]).tolist()
+    row, col = math.floor(y), math.floor(x)
+    if not bool(world.frame.contains([row, col])) or not stand[row, col]:
+        raise ConfigError(
+            f"goal: the robot cannot stand at ({goal.x_m:g}, {goal.y_m:g}) m in plan {world.plan_id!r}, or not get "
+            "there; set another goal, or a random one"
+        )
+    return x, y
+
+
+def _ways(stand: npt.NDArray[np.uint8], y: float, x: float, ppm: float) -> Field:
+    """Return the ways to a place."""
+    side = max(round(_BLOCK_M * ppm), 1)
+    shape = math.ceil(stand.shape[0] / side), math.ceil(stand.shape[1] / side)
+    is_open, distances = np.zeros(shape, np.uint8), np.empty(shape, np.float32)
+    find_open(stand, side, is_open)
+    march(is_open, int(y) // side, int(x) // side, side, distances)
+    return Field(np.array([*shape, side], np.int64), distances.ravel())

@@ -1,0 +1,154 @@
+"""What single and vector environments share: spaces, what an action means, what an observation holds, and the houses."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias, get_args
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.beginning import begin
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.kernels.step import Episode, Rules
+from houseexpo.pseudoslam.kernels.types import Scratch
+from houseexpo.pseudoslam.rules import rules_of, scratch_of
+from houseexpo.pseudoslam.simulator import ACTIONS, motions
+from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.tasks import Facts, Measures, Task
+from houseexpo.pseudoslam.world import World
+from houseexpo.pseudoslam.worlds import Plans, Worlds
+
+Actions = Literal["discrete", "continuous"]
+Kind = Literal["map", "dict"]
+_FAR_M = 10_000.0  # nothing is further away: a grid has at most 2e9 cells
+Observation: TypeAlias = npt.NDArray[Any] | dict[str, npt.NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Interface:
+    """An environment's face: how a task is seen and acted on.
+
+    Parameters
+    ----------
+    actions
+        "discrete": 0 forward, 1 left, 2 right. "continuous": (linear, angular) in [-1, 1], as shares of a step's way
+        (backward where negative) and turn (left where positive); the turn comes first.
+    kind
+        "map": the map round the robot, (1, side, side) uint8, heading up: 0 unknown, 127 free, 255 obstacle. "dict":
+        that as "map", "global_map" (1, cells, cells) uint8, the whole map round the start, "pose" (3,) float32, where
+        odometry has the robot since then (m, m, rad), and "ranges" (beams,) float32, metres, from the fan's right.
+        Where there is a goal, either is a dict that has "goal", (2,) float32, metres ahead and to the left.
+    """
+
+    task: Task
+    config: SimulatorConfig
+    worlds: Worlds
+    actions: Actions
+    kind: Kind
+
+    @property
+    def complete(self) -> bool:
+        """Whether the overview and the ranges are wanted."""
+        return self.kind == "dict"
+
+    def rules(self) -> Rules:
+        """Return what is the same in all steps."""
+        return rules_of(self.config, self.task.clearance_m)
+
+    def scratch(self) -> Scratch:
+        """Return memory for the scans of one thread."""
+        return scratch_of(self.config)
+
+    def action_space(self) -> spaces.Space[Any]:
+        """Return the space of one environment's actions."""
+        if self.actions == "discrete":
+            return spaces.Discrete(len(ACTIONS))
+        return spaces.Box(-1.0, 1.0, (2,), np.float32)
+
+    def observation_space(self) -> spaces.Space[Any]:
+        """Return the space of one environment's observations."""
+        side, config = self.config.side_px, self.config
+        parts: dict[str, spaces.Space[Any]] = {"map": spaces.Box(0, 255, (1, side, side), np.uint8)}
+        if self.complete:
+            cells, reach = config.observation.global_cells, np.float32(config.laser.range_m)
+            beams = len(self.rules().sensor.fan_cos)
+            parts["global_map"] = spaces.Box(0, 255, (1, cells, cells), np.uint8)
+            parts["pose"] = spaces.Box(-_FAR_M, _FAR_M, (3,), np.float32)
+            parts["ranges"] = spaces.Box(0.0, float(reach), (beams,), np.float32)
+        if config.goal:
+            parts["goal"] = spaces.Box(-_FAR_M, _FAR_M, (2,), np.float32)
+        return spaces.Dict(parts) if len(parts) > 1 else parts["map"]
+
+    def motions(self, actions: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+        """Return the turns and ways (N, 2), radians and pixels, that actions (N,) or (N, 2) mean, and which go ahead.
+
+        ConfigError where there is no such action.
+        """
+        ppm = self.config.pixels_per_metre
+        if self.actions == "discrete":
+            table = np.array([motions(self.config)[action] for action in ACTIONS]) * (1.0, ppm)
+            strange = (actions < 0) | (actions >= len(ACTIONS))
+            if actions.dtype.kind not in "iu" or strange.any():
+                found = actions[strange] if actions.dtype.kind in "iu" else actions
+                raise ConfigError(
+                    f"action: expected 0 (forward), 1 (left) or 2 (right), found {found.flat[0]!r} of type {actions.dtype}"
+                )
+            return table[actions], actions == 0
+        values = np.asarray(actions, np.float64)
+        strange = ~(np.abs(values) <= 1.0)
+        if strange.any():
+            raise ConfigError(
+                f"action: expected (linear, angular), numbers from -1 to 1, found {values[strange].flat[0]!r}"
+            )
+        robot = self.config.robot
+        full = (math.radians(robot.turn_deg), robot.step_m * ppm)
+        return np.ascontiguousarray(values[:, ::-1] * full), values[:, 0] > 0
+
+    def observe(self, episode: Episode, measures: Measures) -> Observation:
+        """Return the observations of a pool of episodes; the maps are views."""
+        parts: dict[str, npt.NDArray[Any]] = {"map": episode.shown[:, None]}
+        if self.complete:
+            parts["global_map"] = episode.overview[:, None]
+            parts["pose"] = measures.since_start().astype(np.float32)
+            parts["ranges"] = (episode.ranges * measures.cell_m).astype(np.float32)
+        if self.config.goal:
+            parts["goal"] = measures.goal_ahead().astype(np.float32)
+        return parts if len(parts) > 1 else parts["map"]
+
+    def draw(self, rng: np.random.Generator, plan_id: str | None) -> World:
+        """Return the world of a plan, a random one where none is named."""
+        if plan_id is not None:
+            return self.worlds[self.worlds.number_of(plan_id)]
+        return self.worlds[int(rng.integers(len(self.worlds)))]
+
+    def begin(self, world: World, rules: Rules, scratch: Scratch, rng: np.random.Generator) -> State:
+        """Return the start of an episode."""
+        return begin(world, self.config, rules, scratch, rng, complete=self.complete)
+
+
+def interface_of(
+    task: Task, dataset: Plans, config: SimulatorConfig | None, actions: Actions, observation: Kind
+) -> Interface:
+    """Return an environment's face; ConfigError where an argument is not one of those that there are."""
+    for name, value, kinds in (("actions", actions, Actions), ("observation", observation, Kind)):
+        if value not in get_args(kinds):
+            raise ConfigError(f"{name}: expected one of {', '.join(get_args(kinds))}; found {value!r}")
+    if config is not None and not isinstance(config, SimulatorConfig):
+        raise ConfigError(f"config: expected a SimulatorConfig or None, found {config!r}")
+    config = task.configured(config)
+    return Interface(task, config, Worlds(dataset, config), actions, observation)
+
+
+def facts_of(states: list[tuple[State, World]]) -> Facts:
+    """Return what does not change in the episodes of these states."""
+    nowhere = (math.nan, math.nan)
+    return Facts(
+        np.array([world.frame.points_from_pixels([0.0, 0.0]) for _, world in states]),
+        np.array([state.episode.countable.sum() for state, _ in states], np.int64),
+        np.array([state.goal_m or nowhere for state, _ in states]),
+        np.array([state.best_way_m for state, _ in states]),
+    )

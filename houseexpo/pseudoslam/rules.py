@@ -1,0 +1,60 @@
+"""A configuration as the kernels take it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.kernels.step import Rules
+from houseexpo.pseudoslam.kernels.types import Errors, Robot, Scratch, Sensor
+from houseexpo.pseudoslam.people import walk_of
+from houseexpo.pseudoslam.world import scan_buffers
+
+BETWEEN_M, BETWEEN_DEG = 0.3, 10.0
+"""A robot looks at least so often on its way (section III-B: a map is built at each sub-pose)."""
+
+
+def rules_of(config: SimulatorConfig, clearance_m: float = 0.0) -> Rules:
+    """Return what is the same in all steps of all environments.
+
+    ``clearance_m`` is how far round the robot its clearance is measured; 0: it is not.
+    """
+    ppm, laser, noise = config.pixels_per_metre, config.laser, config.noise
+    half = math.radians(laser.fov_deg) / 2
+    angles = np.arange(-half, half, math.radians(laser.resolution_deg))
+    return Rules(
+        Robot(config.robot.radius_m * ppm, BETWEEN_M * ppm, math.radians(BETWEEN_DEG)),
+        Sensor(laser.rule == "rays", half, laser.range_m * ppm, np.cos(angles), np.sin(angles)),
+        Errors(
+            any=noise.any,
+            odometry=max(noise.odometry_way, noise.odometry_turn, noise.odometry_deg_per_m) > 0,
+            beams=max(noise.drop_out, noise.max_range) > 0,
+            laser_px=noise.laser_m * ppm,
+            drop_out=float(noise.drop_out),
+            max_range=float(noise.max_range),
+            shift_px=noise.registration_m * ppm,
+            turn_rad=math.radians(noise.registration_deg),
+            way_share=float(noise.odometry_way),
+            turn_share=float(noise.odometry_turn),
+            turn_rad_px=math.radians(noise.odometry_deg_per_m) / ppm,
+        ),
+        walk_of(config.people, ppm),
+        float(config.step_s),
+        clearance_m * ppm,
+        config.observation.global_size_m / config.observation.global_cells * ppm,
+    )
+
+
+def scratch_of(config: SimulatorConfig) -> Scratch:
+    """Return memory for the scans of one thread."""
+    laser, range_px = config.laser, config.laser.range_m * config.pixels_per_metre
+    runs, hit, slopes = scan_buffers(range_px)
+    if laser.rule == "rays":
+        rays = math.ceil(laser.fov_deg / laser.resolution_deg) + 1
+        hit = np.empty(max(rays, len(hit)), np.int32)
+        samples = rays * (round(range_px) + 1) if config.noise.any else 0
+        runs = np.empty((max(samples, len(runs)), 2), np.int32)
+    side = 2 * math.ceil(range_px) + 3
+    return Scratch(runs, hit, slopes, np.zeros((side, side) if config.noise.any else (1, 1), np.uint8))
