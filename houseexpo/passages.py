@@ -85,7 +85,8 @@ def _to_corners(corner: Floats, leaving: Floats, back: Floats, widest_m: float) 
     """Radii and middles from corner to corner; ``leaving`` and ``back`` are the directions of a corner's two walls."""
     ahead = leaving @ corner.T < (_dot(leaving, corner) + _SAME_M)[:, None]
     ahead &= back @ corner.T < (_dot(back, corner) + _SAME_M)[:, None]
-    one, other = np.nonzero(np.triu(ahead & ahead.T, 1))  # P1 at either end
+    one, other = np.nonzero(ahead & ahead.T)  # P1 at either end
+    one, other = one[one < other], other[one < other]
     across = corner[other] - corner[one]
     width = np.hypot(across[:, 0], across[:, 1])
     near = width <= widest_m

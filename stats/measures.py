@@ -168,6 +168,7 @@ def shape_digest(plan: FloorPlan) -> str:
     flipped = [(x, y), (x.max() - x, y), (x, y.max() - y), (x.max() - x, y.max() - y)]
     across = np.stack([a for a, _ in flipped] + [b for _, b in flipped])  # (8 views, 2 ends, edges)
     up = np.stack([b for _, b in flipped] + [a for a, _ in flipped])
-    ends = np.sort(across << 32 | up, axis=1).view(np.uint64)
-    edges = np.sort(ends[:, 0] * _MIX + ends[:, 1], axis=1)  # one number an edge, modulo 2**64
+    one, other = np.moveaxis((across << 32 | up).view(np.uint64), 1, 0)
+    edges = np.minimum(one, other) * _MIX + np.maximum(one, other)  # one number an edge, modulo 2**64
+    edges.sort(axis=1)
     return hashlib.blake2b(min(view.tobytes() for view in edges), digest_size=12).hexdigest()
