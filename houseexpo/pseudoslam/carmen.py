@@ -4,7 +4,10 @@ The laser sits in the middle of the robot; all poses in the log are odometry. Ho
 
     poses = [simulator.pose(state)]  # and again after each step
     scanner = Scanner()
-    write_log("run.log", scanner, readings(simulator.world, scanner, poses, rng, Drift(), laser_m=0.01))
+    write_log("run.log", scanner, readings(simulator.world, scanner, poses, rng, drift=Drift(), laser_m=0.01))
+
+``readings`` takes the house as the plan has it; where obstacles stand or people walk, make a ``Reading`` after each
+step from ``simulator.believed_pose(state)`` and ``scanner.look(state.solid, world.frame, simulator.pose(state))``.
 """
 
 from __future__ import annotations
@@ -19,13 +22,12 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
+from houseexpo.frame import GridFrame
 from houseexpo.pseudoslam.kernels.ranges import cast
 from houseexpo.pseudoslam.world import World
 
 Pose = tuple[float, float, float]
 Floats = npt.NDArray[np.float64]
-
-_SECONDS = 0.2  # from one reading to the next
 
 
 @dataclass(frozen=True)
@@ -39,8 +41,7 @@ class Scanner:
     def __post_init__(self) -> None:
         if not (0 < self.fov_deg <= 360 and self.beams >= 2 and 0 < self.range_m < math.inf):
             raise ConfigError(
-                "scanner: expected a field of view above 0 and up to 360 degrees, two beams or more and a range above 0,"
-                f" found {self}"
+                f"scanner: expected above 0 to 360 degrees, two beams or more, a range above 0; found {self}"
             )
 
     @property
@@ -49,13 +50,21 @@ class Scanner:
         half = math.radians(self.fov_deg) / 2
         return np.linspace(-half, half, self.beams)
 
-    def look(self, world: World, pose: Pose) -> Floats:
-        """Return (beams,) metres to the first obstacle, the range where there is none; ``pose`` is in plan's metres."""
-        ppm = world.frame.pixels_per_metre
-        x, y = world.frame.pixels_from_points(pose[:2]).tolist()
+    def look(self, solid: npt.NDArray[np.uint8], frame: GridFrame, pose: Pose) -> Floats:
+        """Return (beams,) metres to the first obstacle, the range where there is none.
+
+        Parameters
+        ----------
+        solid
+            (rows, cols), not 0 where an obstacle is; ``frame`` says where it stands, row 0 at the highest y.
+        pose
+            x, y in the plan's metres, heading in radians.
+        """
+        ppm = frame.pixels_per_metre
+        x, y = frame.pixels_from_points(pose[:2]).tolist()
         out = np.empty(self.beams)
         angles = self.angles_rad
-        cast(world.solid, x, y, pose[2], np.cos(angles), np.sin(angles), self.range_m * ppm, out)
+        cast(solid, x, y, pose[2], np.cos(angles), np.sin(angles), self.range_m * ppm, out)
         return out / ppm
 
 
@@ -65,7 +74,7 @@ class Drift:
 
     metres_per_sqrt_metre: float = 0.01
     degrees_per_sqrt_metre: float = 0.5
-    degrees_per_sqrt_turn: float = 2.0
+    degrees_per_sqrt_turn: float = 1.0
 
     def walk(self, poses: Iterable[Pose], rng: np.random.Generator) -> Iterator[Pose]:
         """Yield what odometry takes the poses for; the first is right."""
@@ -105,6 +114,7 @@ def readings(
     scanner: Scanner,
     poses: Iterable[Pose],
     rng: np.random.Generator,
+    *,
     drift: Drift | None = None,
     laser_m: float = 0.0,
 ) -> Iterator[Reading]:
@@ -121,18 +131,18 @@ def readings(
     """
     poses = list(poses)
     for pose, odometry in zip(poses, drift.walk(poses, rng) if drift else poses, strict=True):
-        ranges = scanner.look(world, pose)
+        ranges = scanner.look(world.solid, world.frame, pose)
         noisy = np.clip(ranges + rng.normal(0.0, laser_m, len(ranges)), 0.0, scanner.range_m)
         yield Reading(odometry, np.where(ranges < scanner.range_m, noisy, scanner.range_m))
 
 
-def write_log(path: str | os.PathLike[str], scanner: Scanner, run: Iterable[Reading]) -> int:
-    """Write a log, one line a reading; return how many."""
+def write_log(path: str | os.PathLike[str], scanner: Scanner, run: Iterable[Reading], seconds: float = 0.2) -> int:
+    """Write a log, one line a reading, each ``seconds`` after the one before; return how many."""
     count = 0
     with Path(path).open("w", encoding="ascii") as stream:
         stream.write("# CARMEN log\n")
         for count, reading in enumerate(run, start=1):
-            stream.write(laser_line(scanner, reading, (count - 1) * _SECONDS) + "\n")
+            stream.write(laser_line(scanner, reading, (count - 1) * seconds) + "\n")
     return count
 
 

@@ -74,4 +74,4 @@ def _distance(solid: Grid, x: float, y: float, right: float, down: float, range_
 @njit(cache=True, nogil=True)
 def _is_solid(solid: Grid, row: int, col: int) -> bool:
     rows, cols = solid.shape
-    return 0 <= row < rows and 0 <= col < cols and solid[row, col] != 0
+    return bool(0 <= row < rows and 0 <= col < cols and solid[row, col] != 0)
