@@ -1,0 +1,108 @@
+"""Small worlds in which things move, and what must hold of them at any time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from houseexpo.frame import GridFrame
+from houseexpo.plan import FloorPlan
+from houseexpo.pseudoslam.dynamics_config import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.flow import make_flow
+from houseexpo.pseudoslam.kernels.bodies import MOVING, STATIC, Bodies, Disc, Tracks, gap_to
+from houseexpo.pseudoslam.kernels.dynamics import advance, stamp_bodies
+from houseexpo.pseudoslam.kernels.flow import Flow, no_flow
+from houseexpo.pseudoslam.kernels.motion import disc_is_free
+from houseexpo.pseudoslam.kernels.social import Walk
+from houseexpo.pseudoslam.people import new_bodies, start_people, walk_of
+from houseexpo.pseudoslam.trajectories import make_tracks
+
+NOBODY = Disc(-1e6, -1e6, 1.0)
+
+
+@dataclass
+class Scene:
+    """A world with bodies in it; ``solid`` has their bits, ``static`` has not."""
+
+    static: np.ndarray
+    solid: np.ndarray
+    frame: GridFrame
+    bodies: Bodies
+    tracks: Tracks
+    flow: Flow
+    walk: Walk
+    key: int
+
+    def step(self, robot: Disc = NOBODY, seconds: float = 0.5) -> None:
+        """Let everything move."""
+        advance(self.solid, self.bodies, self.tracks, self.flow, self.walk, self.key, robot, seconds)
+
+    @property
+    def places(self) -> np.ndarray:
+        """(P, 2) where people are, pixels."""
+        return self.bodies.people[:, :2]
+
+    def check(self, robot: Disc) -> None:
+        """Nothing overlaps, and the grid shows the bodies and nothing else."""
+        radius = self.walk.radius_px
+        for p, (x, y) in enumerate(self.places.tolist()):
+            assert disc_is_free(self.static, x, y, radius)
+            assert math.hypot(x - robot.x, y - robot.y) >= radius + robot.radius - 1e-9
+            for other_x, other_y in self.places[:p].tolist():
+                assert math.hypot(x - other_x, y - other_y) >= 2 * radius
+            for k, clock in enumerate(self.bodies.clocks.tolist()):
+                assert gap_to(self.tracks, k, clock, x, y) >= radius - 1e-9
+        assert disc_is_free(self.solid, *robot) or not on_grid(self.solid, robot)
+        np.testing.assert_array_equal(self.solid & STATIC, self.static)
+        drawn = self.static.copy()
+        stamp_bodies(drawn, self.bodies, self.tracks, self.walk)
+        np.testing.assert_array_equal(self.solid, drawn)
+
+
+def on_grid(grid: np.ndarray, disc: Disc) -> bool:
+    """Whether a disc's centre lies on a grid."""
+    return 0 <= disc.x < grid.shape[1] and 0 <= disc.y < grid.shape[0]
+
+
+def room(rows: int, cols: int) -> np.ndarray:
+    """Free cells within walls of one."""
+    solid = np.ones((rows, cols), np.uint8)
+    solid[1:-1, 1:-1] = 0
+    return solid
+
+
+def frame_of(solid: np.ndarray, ppm: float) -> GridFrame:
+    """A frame whose lower left corner is (0, 0), row 0 at the highest y."""
+    return GridFrame((0.0, 0.0), ppm, solid.shape, y_up=True)
+
+
+def plan_of(solid: np.ndarray, ppm: float, room_num: int = 4) -> FloorPlan:
+    """The bounding box of a grid as a plan."""
+    height, width = solid.shape[0] / ppm, solid.shape[1] / ppm
+    return FloorPlan("box", [(0, 0), (0, height), (width, height), (width, 0)], room_num, {})
+
+
+def scene(
+    solid: np.ndarray,
+    people: PeopleConfig | None = None,
+    trajectories: Sequence[Trajectory] = (),
+    *,
+    ppm: float = 10.0,
+    robot: Disc = NOBODY,
+    key: int = 1,
+    plan: FloorPlan | None = None,
+) -> Scene:
+    """Put things into a grid of what stands still."""
+    people = people or PeopleConfig()
+    frame, plan = frame_of(solid, ppm), plan or plan_of(solid, ppm)
+    walk, tracks = walk_of(people, ppm), make_tracks(trajectories, solid, frame, "box")
+    flow = make_flow(solid, frame, people.radius_m, plan) if people.number else no_flow()
+    bodies = new_bodies(len(trajectories), people.number)
+    start_people(people, solid, bodies, tracks, flow, walk, key, robot, "box")
+    drawn = solid.copy()
+    stamp_bodies(drawn, bodies, tracks, walk)
+    assert (drawn & MOVING).any() == (people.number + len(trajectories) > 0)
+    return Scene(solid, drawn, frame, bodies, tracks, flow, walk, key)

@@ -1,0 +1,147 @@
+"""The ways to rooms: shortest on the grid of blocks, through narrow doors, from everywhere a person can be."""
+
+from __future__ import annotations
+
+import networkx as nx
+import numpy as np
+import pytest
+import shapely
+
+from houseexpo import FloorPlan
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.flow import empty_flows, make_flow, put_flow
+from houseexpo.pseudoslam.kernels.flow import (
+    FAR,
+    NOWHERE,
+    STEPS,
+    THERE,
+    Flow,
+    find_distances,
+    find_links,
+    find_spots,
+    find_toward,
+    flow_of,
+)
+from houseexpo.pseudoslam.world import make_world, standing_cells
+from tests.builders.moving import frame_of, plan_of, room
+
+
+def cluttered(seed: int) -> np.ndarray:
+    solid = room(60, 80)
+    rng = np.random.default_rng(seed)
+    for _ in range(12):
+        row, col = rng.integers(0, (55, 75)).tolist()
+        high, wide = rng.integers(1, 15, 2).tolist()
+        solid[row : row + high, col : col + wide] = 1
+    return solid
+
+
+def blocks_of(solid: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    stand = standing_cells(solid, 2.0)
+    shape = -(-solid.shape[0] // side), -(-solid.shape[1] // side)
+    spots, links = np.empty((*shape, 2), np.int32), np.empty(shape, np.uint8)
+    find_spots(stand, side, spots)
+    find_links(stand, spots, links)
+    return stand, spots, links
+
+
+def follow(flow: Flow, goal: int, block: int) -> list[int]:
+    """All blocks on the way from one to a goal."""
+    rows, cols, _, _ = flow.sizes.tolist()
+    way = [block]
+    while flow.toward[goal * rows * cols + way[-1]] != THERE:
+        down, right = STEPS[flow.toward[goal * rows * cols + way[-1]]].tolist()
+        way.append(way[-1] + down * cols + right)
+        assert len(way) <= rows * cols
+    return way
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("side", [2, 3])
+def test_ways_are_the_shortest(seed: int, side: int) -> None:
+    _, spots, links = blocks_of(cluttered(seed), side)
+    rows, cols = links.shape
+    graph = nx.Graph()
+    for i, j in np.argwhere(spots[..., 0] >= 0).tolist():
+        graph.add_node(i * cols + j)
+        for k, (down, right) in enumerate(STEPS.tolist()):
+            if links[i, j] >> k & 1:
+                graph.add_edge(i * cols + j, (i + down) * cols + j + right, length=7 if down and right else 5)
+    goal = int(np.flatnonzero(spots[..., 0].ravel() >= 0)[7])
+    distances, toward = np.empty((rows, cols), np.int32), np.empty((rows, cols), np.uint8)
+    find_distances(links, goal, distances, np.empty(rows * cols, np.int32), np.empty(rows * cols, np.uint8))
+    find_toward(links, distances, toward)
+    expected = nx.single_source_dijkstra_path_length(graph, goal, weight="length")
+    assert {block: d for block, d in enumerate(distances.ravel().tolist()) if d != FAR} == expected
+    for block, length in expected.items():
+        if block == goal:
+            assert toward.flat[block] == THERE
+            continue
+        down, right = STEPS[toward.flat[block]].tolist()
+        other = block + down * cols + right
+        assert graph.has_edge(block, other)
+        assert expected[other] + graph.edges[block, other]["length"] == length
+
+
+def test_links_do_not_lead_through_walls() -> None:
+    solid = room(40, 41)
+    solid[:, 20] = 1
+    stand, spots, links = blocks_of(solid, 2)
+    stand[solid == 0] = 1  # both sides, even cells next to the wall
+    stand[:, 19:22] = 0
+    find_spots(stand, 2, spots)
+    find_links(stand, spots, links)
+    distances = np.empty(links.shape, np.int32)
+    find_distances(links, 25, distances, np.empty(links.size, np.int32), np.empty(links.size, np.uint8))
+    assert (distances[1:-1, 1:9] < FAR).all()
+    assert (distances[:, 11:] == FAR).all()
+
+
+@pytest.mark.parametrize("ppm", [10.0, 16.0, 25.0, 33.0])
+def test_a_door_a_little_wider_than_a_person_is_a_way(ppm: float) -> None:
+    left = [(4, 0), (0, 0), (0, 3), (4, 3), (4, 1.83)]
+    right = [(4.1, 1.83), (4.1, 3), (8, 3), (8, 0), (4.1, 0), (4.1, 1.27), (4, 1.27)]
+    plan = FloorPlan("two", left + right, 2, {})
+    world = make_world(plan.divided, ppm, 0.2, 2.0)
+    flow = make_flow(world.solid, world.frame, 0.2, plan.divided)
+    rows, cols, _, goals = flow.sizes.tolist()
+    assert goals == 2
+    here, there = flow.goals.tolist()
+    assert follow(flow, 0, there)[-1] == here
+    assert follow(flow, 1, here)[-1] == there
+    reached = flow.toward.reshape(2, rows, cols) != NOWHERE
+    stand = standing_cells(world.solid, 0.2 * ppm)
+    cells = np.argwhere(stand) // flow.sizes[2]
+    assert reached[:, cells[:, 0], cells[:, 1]].all()
+
+
+def test_each_room_has_a_goal_where_it_is_widest(two_rooms: FloorPlan) -> None:
+    world = make_world(two_rooms, 25.0, 0.2, 2.0)
+    flow = make_flow(world.solid, world.frame, 0.2, two_rooms)
+    places = [world.frame.points_from_cells(flow.spots[block]) for block in flow.goals]
+    assert len(places) == 2
+    assert two_rooms.rooms[1].shape.centroid.distance(shapely.Point(places[1])) < 0.3
+
+
+def test_without_rooms_goals_are_far_apart() -> None:
+    solid = room(100, 100)
+    flow = make_flow(solid, frame_of(solid, 10), 0.2, plan_of(solid, 10, room_num=4))
+    places = flow.spots[flow.goals] / 10.0
+    assert len(places) == 4
+    apart = [np.hypot(*(a - b)) for i, a in enumerate(places) for b in places[:i]]
+    assert min(apart) > 6.0
+
+
+def test_who_fits_nowhere_is_refused() -> None:
+    solid = room(30, 30)
+    with pytest.raises(ConfigError, match=r"people.radius_m: people of radius 2 m fit nowhere in plan 'box'"):
+        make_flow(solid, frame_of(solid, 10), 2.0, plan_of(solid, 10))
+
+
+def test_a_pool_grows_and_gives_back_what_was_put_in() -> None:
+    small, big = (make_flow(s, frame_of(s, 10), 0.2, plan_of(s, 10)) for s in (room(30, 30), cluttered(1)))
+    pool = put_flow(put_flow(empty_flows(3, small), 1, small), 2, big)
+    for i, flow in ((1, small), (2, big)):
+        found = flow_of(pool, i)
+        for one, other in zip(found, flow, strict=True):
+            np.testing.assert_array_equal(one[: len(other)], other)
