@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy.typing as npt
 from houseexpo.frame import GridFrame
 from houseexpo.plan import FloorPlan, Navigability, Reach
 from houseexpo.raster import fill
-from houseexpo.standing import Standing, eroded, straightened
+from houseexpo.standing import Piece, Standing, eroded, straightened
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -57,15 +58,12 @@ def navigability(space: FloorPlan | Polygon | MultiPolygon, radii: Sequence[floa
     narrower than a passage by more than 0.02 m is judged as exact geometry judges it.
     """
     standing = Standing(straightened(space.free_space if isinstance(space, FloorPlan) else space))
+    said = cache(Navigability)  # most radii say the same of a plan
     found = {}
     for radius in radii:
         pieces = standing.pieces(radius)
-        area = sum(piece.polygon.area for piece in pieces)
-        found[f"{radius:.2f}"] = Navigability(
-            components=len(pieces),
-            largest_share=round(float(pieces[0].polygon.area / area), 4) if pieces else 0.0,
-            narrowest=round(standing.width(pieces[0], radius), 2) if pieces else 0.0,
-        )
+        narrowest = standing.width(pieces[0], radius) if pieces else 0.0
+        found[f"{radius:.2f}"] = said(len(pieces), _largest_share(pieces), round(narrowest, 2))
     return Reach(found)
 
 
@@ -86,3 +84,10 @@ def standing_components(
     for label, piece in enumerate(standing_pieces(space, radius_m), start=1):
         fill(labels, piece, frame, label)
     return labels, frame
+
+
+def _largest_share(pieces: Sequence[Piece]) -> float:
+    """Return the biggest piece's share of the area; it comes first."""
+    if len(pieces) <= 1:
+        return float(len(pieces))
+    return round(float(pieces[0].polygon.area / sum(piece.polygon.area for piece in pieces)), 4)
