@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,7 +33,7 @@ class Batch:
         self.sizes = np.zeros((number, 2), np.int64)
         self._number, self._rules = number, rules
         self._leaves: list[Array] = []
-        self._states: list[State | None] = [None] * number
+        self._rest: dict[int, tuple[Any, ...]] = {}
         self._scratch = [scratch_of(config) for _ in range(threads)]
         bounds = np.linspace(0, number, threads + 1).astype(int).tolist()
         self._shares = list(zip(bounds, bounds[1:], strict=False))
@@ -54,14 +53,11 @@ class Batch:
             self._leaves[k][i, : len(leaf)] = leaf
         self.arrays = _like(state.episode, iter(self._leaves))
         self.sizes[i] = state.episode.solid.shape
-        self._states[i] = state
+        self._rest[i] = state.obstacles, state.goal_m, state.best_way_m
 
     def state(self, i: int) -> State:
-        """Return the episode at place ``i``: its arrays are views, which the next step changes."""
-        state = self._states[i]
-        if state is None:
-            raise IndexError(f"no episode was put at place {i}")
-        return replace(state, episode=episode_of(self.arrays, self.sizes, i))
+        """Return the episode that was put at place ``i``: its arrays are views, which the next step changes."""
+        return State(episode_of(self.arrays, self.sizes, i), *self._rest[i])
 
     def step(self, motions: npt.NDArray[np.float64], wanted: npt.NDArray[np.uint8]) -> None:
         """Move the robots that are ``wanted`` (N,) by ``motions`` (N, 2), turn and way forward, radians and pixels."""

@@ -1,0 +1,249 @@
+"""Many robots at once: gymnasium's vector interface over one compiled call, without worker processes."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.batch import Batch
+from houseexpo.pseudoslam.checks import whole
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.copies import Copies
+from houseexpo.pseudoslam.env import PseudoSlamEnv, plan_of
+from houseexpo.pseudoslam.interface import Actions, Kind, Observation, facts_of, interface_of
+from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.tasks import ROOM, Exploration, Facts, Measures, Navigation, ObstacleAvoidance, Task
+from houseexpo.pseudoslam.worlds import Plans
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+Seeds = int | Sequence[int | None] | None
+
+
+class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
+    """N environments as ``env.PseudoSlamEnv``, each in a house of its own, stepped together on all cores.
+
+    They agree with N single environments bit by bit: ``reset(seed=s)`` is theirs with the seeds s to s + N - 1, and a
+    list gives each its own. ``options`` may hold ``plan_id``, and ``reset_mask`` (N,) of those to reset.
+
+    What happens at an episode's end is ``autoreset_mode``'s to say:
+
+    - NEXT_STEP (the default): the next step ignores the action, resets, and returns reward 0.
+    - SAME_STEP: the environment is reset at once; ``info["final_obs"]`` and ``info["final_info"]`` hold the end.
+    - DISABLED: ``reset(options={"reset_mask": ...})`` is the caller's; a step without it raises ResetNeeded.
+
+    ``info`` holds an array for each key and, as ``_key``, which environments it speaks of.
+
+    Parameters
+    ----------
+    num_envs
+        N.
+    copy
+        Return copies of the observations; False: views of the maps, which the next step overwrites.
+    threads
+        How many share the work; None: as many as there are cores. The outcome is the same.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        dataset: Plans,
+        config: SimulatorConfig | None = None,
+        *,
+        num_envs: int = 1,
+        actions: Actions = "discrete",
+        observation: Kind = "map",
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        copy: bool = True,
+        threads: int | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        whole(num_envs, "num_envs", at_least=1)
+        whole(1 if threads is None else threads, "threads", at_least=1)
+        if autoreset_mode not in set(AutoresetMode) | {mode.value for mode in AutoresetMode}:
+            modes = ", ".join(mode.value for mode in AutoresetMode)
+            raise ConfigError(f"autoreset_mode: expected one of {modes}; found {autoreset_mode!r}")
+        if render_mode not in {None, "rgb_array"}:
+            raise ConfigError(f"render_mode: expected 'rgb_array' or None, found {render_mode!r}")
+        self._mode = AutoresetMode(autoreset_mode)
+        self.metadata = {**PseudoSlamEnv.metadata, "autoreset_mode": self._mode}
+        self._face = interface_of(task, dataset, config, actions, observation)
+        self.task, self.config, self.render_mode = task, self._face.config, render_mode
+        self.num_envs, self._copy = num_envs, copy
+        self.single_action_space = self._face.action_space()
+        self.single_observation_space = self._face.observation_space()
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self._rules, self._scratch = self._face.rules(), self._face.scratch()
+        self._batch = Batch(num_envs, self.config, self._rules, threads)
+        self._rngs: list[np.random.Generator | None] = [None] * num_envs
+        self._copies: defaultdict[str, Copies] = defaultdict(Copies)
+        self._plan_ids = np.full(num_envs, None, object)
+        self._ended = np.ones(num_envs, bool)
+        self._begun = np.zeros(num_envs, bool)
+        nowhere = np.full((num_envs, 2), np.nan)
+        self._facts = Facts(nowhere.copy(), np.zeros(num_envs, np.int64), nowhere, np.zeros(num_envs))
+
+    def reset(
+        self, *, seed: Seeds = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start episodes in all environments, or in those of ``options["reset_mask"]``."""
+        seeds = self._seeds(seed)
+        rest = dict(options or {})
+        which = self._mask(rest.pop("reset_mask", None))
+        plan_id = plan_of(rest)
+        for i in np.flatnonzero(which).tolist():
+            if seeds[i] is not None or self._rngs[i] is None:
+                self._rngs[i] = seeding.np_random(seeds[i])[0]
+            self._start(i, plan_id)
+        after = self._measures()
+        return self._observations(after), self._infos(after, which)
+
+    def step(
+        self, actions: npt.NDArray[Any]
+    ) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
+        """Take one action in each environment; actions (N,) or (N, 2)."""
+        if not self._begun.all() or (self._mode == AutoresetMode.DISABLED and self._ended.any()):
+            waiting = np.flatnonzero(self._ended | ~self._begun).tolist()
+            raise gymnasium.error.ResetNeeded(f"environments {waiting}: call reset() before the next step")
+        motions, ahead = self._face.motions(self._checked(actions))
+        starting = self._ended.copy()  # only in NEXT_STEP is anything left to start here
+        before = self._measures()
+        self._batch.step(motions, (~starting).view(np.uint8))
+        for i in np.flatnonzero(starting).tolist():
+            self._start(i, None)
+        after = self._measures()
+        rewards = np.where(starting, 0.0, self.task.rewards(before, after, ahead))
+        terminated, truncated = self.task.terminated(after) & ~starting, after.truncated() & ~starting
+        self._ended = terminated | truncated
+        final: dict[str, Any] = {}
+        if self._mode == AutoresetMode.SAME_STEP and self._ended.any():
+            final = self._finals(after)
+            for i in np.flatnonzero(self._ended).tolist():
+                self._start(i, None)
+            after = self._measures()
+        infos = {**self._infos(after, np.ones(self.num_envs, bool)), **final}
+        return self._observations(after), rewards, terminated, truncated, infos
+
+    def state(self, i: int) -> State:
+        """Return environment ``i``'s episode: its arrays are views, which the next step changes."""
+        if not self._begun[i]:
+            raise gymnasium.error.ResetNeeded(f"environment {i}: call reset() before anything else")
+        return self._batch.state(i)
+
+    def close_extras(self, **kwargs: Any) -> None:  # noqa: ANN401, ARG002  # gymnasium's signature
+        """End the threads."""
+        self._batch.close()
+
+    def _start(self, i: int, plan_id: str | None) -> None:
+        rng = self._rngs[i]
+        if rng is None:
+            raise gymnasium.error.ResetNeeded(f"environment {i}: call reset() before anything else")
+        world = self._face.draw(rng, plan_id)
+        state = self._face.begin(world, self._rules, self._scratch, rng)
+        self._batch.put(i, state)
+        for all_facts, facts in zip(self._facts, facts_of([(state, world)]), strict=True):
+            all_facts[i] = facts[0]
+        self._plan_ids[i] = world.plan_id
+        self._ended[i], self._begun[i] = False, True
+
+    def _measures(self) -> Measures:
+        arrays = self._batch.arrays
+        facts = Facts(*(part.copy() for part in self._facts))
+        return Measures(facts, arrays.counts.copy(), arrays.readings.copy(), arrays.pose.copy(), self.config)
+
+    def _observations(self, after: Measures) -> Observation:
+        found = self._face.observe(self._batch.arrays, after)
+        if not self._copy:
+            return found
+        parts = found if isinstance(found, dict) else {"map": found}
+        copies = {key: self._copies[key].of(part) for key, part in parts.items()}
+        return copies if isinstance(found, dict) else copies["map"]
+
+    def _infos(self, after: Measures, which: Bools) -> dict[str, Any]:
+        infos: dict[str, Any] = {**self.task.report(after), "plan_id": self._plan_ids.copy()}
+        return infos | {f"_{key}": which.copy() for key in infos}
+
+    def _finals(self, after: Measures) -> dict[str, Any]:
+        found = self._face.observe(self._batch.arrays, after)
+        last = np.full(self.num_envs, None, object)
+        for i in np.flatnonzero(self._ended).tolist():
+            one = {key: part[i].copy() for key, part in found.items()} if isinstance(found, dict) else found[i].copy()
+            last[i] = one
+        masks = {"_final_obs": self._ended.copy(), "_final_info": self._ended.copy()}
+        return {"final_obs": last, "final_info": self._infos(after, self._ended), **masks}
+
+    def _checked(self, actions: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        found, wanted = np.asarray(actions), (self.num_envs, *(self.single_action_space.shape or ()))
+        if found.shape != wanted:
+            raise ConfigError(f"actions: expected an array of shape {wanted}, found {found.shape}")
+        return found
+
+    def _seeds(self, seed: Seeds) -> list[int | None]:
+        if seed is None or isinstance(seed, (int, np.integer)):
+            return [None if seed is None else int(seed) + i for i in range(self.num_envs)]
+        if len(seed) != self.num_envs:
+            raise ConfigError(f"seed: expected {self.num_envs} seeds, found {len(seed)}")
+        return [None if one is None else int(one) for one in seed]
+
+    def _mask(self, mask: object) -> Bools:
+        if mask is None:
+            return np.ones(self.num_envs, bool)
+        if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (self.num_envs,) or not mask.any():
+            raise ConfigError(
+                f"options['reset_mask']: expected a boolean array of shape ({self.num_envs},), not all False, "
+                f"found {mask!r}"
+            )
+        return mask
+
+
+class ExplorationVectorEnv(PseudoSlamVectorEnv):
+    """``PseudoSLAM/Exploration-v0``, vectorised: see ``tasks.Exploration`` and ``PseudoSlamVectorEnv``."""
+
+    def __init__(
+        self,
+        dataset: Plans,
+        config: SimulatorConfig | None = None,
+        *,
+        success_coverage: float | None = 0.95,
+        **kwargs: Any,  # noqa: ANN401
+    ) -> None:
+        super().__init__(Exploration(success_coverage), dataset, config, **kwargs)
+
+
+class ObstacleAvoidanceVectorEnv(PseudoSlamVectorEnv):
+    """``PseudoSLAM/ObstacleAvoidance-v0``, vectorised: see ``tasks.ObstacleAvoidance`` and ``PseudoSlamVectorEnv``."""
+
+    def __init__(
+        self,
+        dataset: Plans = ROOM,
+        config: SimulatorConfig | None = None,
+        *,
+        terminate_on_collision: bool = False,
+        safe_m: float = 0.5,
+        **kwargs: Any,  # noqa: ANN401
+    ) -> None:
+        super().__init__(ObstacleAvoidance(terminate_on_collision, safe_m), dataset, config, **kwargs)
+
+
+class NavigationVectorEnv(PseudoSlamVectorEnv):
+    """``PseudoSLAM/Navigation-v0``, vectorised: see ``tasks.Navigation`` and ``PseudoSlamVectorEnv``."""
+
+    def __init__(
+        self,
+        dataset: Plans,
+        config: SimulatorConfig | None = None,
+        *,
+        success_reward: float = 2.5,
+        **kwargs: Any,  # noqa: ANN401
+    ) -> None:
+        super().__init__(Navigation(success_reward), dataset, config, **kwargs)
