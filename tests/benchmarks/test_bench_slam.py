@@ -1,0 +1,80 @@
+"""PseudoSLAM beside a SLAM that Debian ships, on the same paths: time per scan, and the region that the walls enclose.
+
+``tests/builders/real_slam.py`` states the protocol. The pictures go to ``docs/images/slam.png``.
+"""
+
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.table import Table
+
+from houseexpo import FloorPlan
+from houseexpo.plan_json import decode
+from tests.builders.indoor_regions import Comparison, compare, overlay
+from tests.builders.real_slam import Run, explore, need_slam, slam
+from tests.builders.shared import DATA, needs_shared
+
+PICTURE = Path(__file__).parents[2] / "docs" / "images" / "slam.png"
+PLANS = (  # the first five published ones of more than 40 m2
+    "0004d52d1aeeb8ae6de39d6bd993e992",
+    "0004dd3cb11e50530676f77b55262d38",
+    "000514ade3bcc292a613a4c2755a5050",
+    "00052c0562bde7790f8354e6123ae7ff",
+    "0005b92a9ed6349df155a462947bfdfe",
+)
+
+
+def published() -> list[FloorPlan]:
+    with gzip.open(DATA / "houseexpo" / "plans_33717.jsonl.gz") as stream:
+        plans = [decode(line) for line, _ in zip(stream, range(20), strict=False)]
+    return [plan for plan in plans if plan.id in PLANS]
+
+
+@needs_shared
+def test_the_maps_agree_with_those_of_a_real_slam(tmp_path: Path) -> None:
+    need_slam()
+    table = Table(title="PseudoSLAM and icp-slam (mrpt-apps) on the same path: cells of 5 cm, 10 m, half round")
+    for heading in ("plan", "m2", "scans", "IoU as is", "IoU", "ours, ms/scan", "SLAM, ms/scan", "ratio"):
+        table.add_column(heading, justify="left" if heading == "plan" else "right")
+    seen: list[tuple[FloorPlan, Run, Comparison]] = []
+    for plan in published():
+        run = explore(plan)
+        folder = tmp_path / plan.id
+        folder.mkdir()
+        found = slam(run, folder)
+        seen.append((plan, run, compare(run, found)))
+        table.add_row(
+            plan.id[:8], f"{plan.area:.0f}", f"{len(run.poses)}", f"{seen[-1][2].iou_as_is:.3f}",
+            f"{seen[-1][2].iou:.3f}", f"{run.ms_per_scan:.3f}", f"{found.ms_per_scan:.1f}",
+            f"{found.ms_per_scan / run.ms_per_scan:.0f}",
+        )  # fmt: skip
+    median = float(np.median([comparison.iou for _, _, comparison in seen]))
+    table.caption = f"median IoU {median:.3f} (the paper, gMapping: 0.982)"
+    Console(width=120).print(table)
+    draw(seen)
+    assert len(seen) == len(PLANS)
+    assert median >= 0.96
+
+
+def draw(seen: list[tuple[FloorPlan, Run, Comparison]]) -> None:
+    """A column a house: our map, the SLAM's, the two regions on each other."""
+    figure = Figure(figsize=(2.3 * len(seen), 6.2), layout="constrained")
+    axes = figure.subplots(3, len(seen))
+    for column, (plan, run, comparison) in enumerate(seen):
+        ours = np.where(run.known == 0, 127, np.where(run.known == 255, 0, 255))
+        for axis, picture in zip(
+            axes[:, column], (ours, comparison.theirs, overlay(run.known, comparison)), strict=True
+        ):
+            axis.imshow(picture, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+            axis.set(xticks=[], yticks=[])
+            axis.spines[:].set_visible(False)
+        axes[0, column].set_title(f"{plan.id[:8]}, {plan.area:.0f} m²", fontsize=9)
+        axes[2, column].set_xlabel(f"IoU {comparison.iou:.3f}", fontsize=9)
+    for axis, name in zip(axes[:, 0], ("PseudoSLAM", "icp-slam", "overlay"), strict=True):
+        axis.set_ylabel(name, fontsize=10)
+    figure.savefig(PICTURE, dpi=110)

@@ -1,0 +1,188 @@
+"""A SLAM that Debian ships (package ``mrpt-apps``: ``icp-slam``), run on the log of a simulated run.
+
+Protocol. A robot explores a house by ``frontier_walk``; PseudoSLAM draws its map without noise. The same path is
+written as a CARMEN log: ranges with 1 cm of noise, odometry that drifts by 1 cm and 0.5 degrees in a metre and 1 degree
+in a full turn (adding up as random walks do). Both have cells of 5 cm and see 10 m, half round. ``carmen2rawlog``
+converts the log, ``icp-slam`` matches each scan against the points that it has and draws its map; it starts at the
+robot's start.
+"""
+
+from __future__ import annotations
+
+import gzip
+import os
+import shutil
+import struct
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from houseexpo.plan import FloorPlan
+from houseexpo.pseudoslam.carmen import Drift, Pose, Reading, Scanner, readings, write_log
+from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig
+from houseexpo.pseudoslam.simulator import Action, Simulator
+from tests.builders.walkers import frontier_walk
+
+CELL_M, RANGE_M, LASER_M = 0.05, 10.0, 0.01
+SCANNER = Scanner(180.0, 361, RANGE_M)
+DRIFT = Drift(metres_per_sqrt_metre=0.01, degrees_per_sqrt_metre=0.5, degrees_per_sqrt_turn=1.0)
+SECONDS = 0.2
+_PROGRAMS = ("carmen2rawlog", "rawlog-edit", "icp-slam")
+_SCAN = b"mrpt::obs::CObservation2DRangeScan"
+
+SETTINGS = f"""
+[MappingApplication]
+rawlog_offset = 0
+logOutput_dir = slam
+LOG_FREQUENCY = 0
+SAVE_3D_SCENE = 0
+SAVE_POSE_LOG = 0
+CAMERA_3DSCENE_FOLLOWS_ROBOT = 0
+SHOW_PROGRESS_3D_REAL_TIME = 0
+SHOW_PROGRESS_3D_REAL_TIME_DELAY_MS = 0
+SHOW_LASER_SCANS_3D = 0
+# every scan is matched; one enters the map where the robot has moved a little
+localizationLinDistance = 0.1
+localizationAngDistance = 3
+insertionLinDistance = 0.3
+insertionAngDistance = 20
+minICPgoodnessToAccept = 0.4
+matchAgainstTheGrid = 0
+occupancyGrid_count = 1
+pointsMap_count = 1
+gasGrid_count = 0
+landmarksMap_count = 0
+beaconMap_count = 0
+likelihoodMapSelection = -1
+
+[ICP]
+ICP_algorithm = icpClassic
+maxIterations = 80
+minAbsStep_trans = 1e-6
+minAbsStep_rot = 1e-6
+# odometry is off by less than this from scan to scan
+thresholdDist = 0.1
+thresholdAng_DEG = 0.5
+smallestThresholdDist = 0.03
+ALFA = 0.8
+onlyClosestCorrespondences = true
+onlyUniqueRobust = false
+corresponding_points_decimation = 2
+
+[MappingApplication_pointsMap_00_insertOpts]
+minDistBetweenLaserPoints = 0.01
+fuseWithExisting = false
+isPlanarMap = 1
+
+[MappingApplication_occupancyGrid_00_creationOpts]
+resolution = {CELL_M}
+
+[MappingApplication_occupancyGrid_00_insertOpts]
+mapAltitude = 0
+useMapAltitude = 0
+maxDistanceInsertion = {RANGE_M}
+maxOccupancyUpdateCertainty = 0.6
+considerInvalidRangesAsFreeSpace = 1
+minLaserScanNoiseStd = 0.001
+wideningBeamsWithDistance = 0
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What PseudoSLAM made of an exploration; ``ms_per_scan`` is processor time of a whole step, view included."""
+
+    simulator: Simulator
+    known: npt.NDArray[np.uint8]
+    poses: list[Pose]
+    ms_per_scan: float
+
+
+@dataclass(frozen=True, eq=False)
+class SlamMap:
+    """What the SLAM made of it: a picture, row 0 at the top, dark where occupied; ``bounds_m`` left, right, low, high.
+
+    ``ms_per_scan`` is the program's own record of the time that it spent on a scan.
+    """
+
+    picture: npt.NDArray[np.uint8]
+    bounds_m: tuple[float, float, float, float]
+    ms_per_scan: float
+
+
+def need_slam() -> None:
+    """Skip where the programs are not installed; fail where CI should have installed them."""
+    missing = [program for program in _PROGRAMS if shutil.which(program) is None]
+    if missing:
+        reason = f"not installed: {', '.join(missing)}; on Debian and Ubuntu: apt-get install mrpt-apps"
+        if os.environ.get("CI") == "true":
+            pytest.fail(reason)
+        pytest.skip(reason)
+
+
+def explore(plan: FloorPlan, seed: int = 0) -> Run:
+    """Explore a house; the time is that of the same actions taken again, warm."""
+    config = SimulatorConfig(1 / CELL_M, laser=LaserConfig(range_m=RANGE_M))
+    simulator = Simulator.of(plan, config)
+    state = simulator.start(np.random.default_rng(seed))
+    poses, actions = [simulator.pose(state)], list[Action]()
+    for action in frontier_walk(simulator, state):
+        simulator.step(state, action)
+        poses.append(simulator.pose(state))
+        actions.append(action)
+    again = simulator.start(np.random.default_rng(seed))
+    start = time.process_time()
+    for action in actions:
+        simulator.step(again, action)
+    ms = 1000 * (time.process_time() - start) / len(actions)
+    assert np.array_equal(again.known, state.known)
+    return Run(simulator, state.known, poses, ms)
+
+
+def slam(run: Run, folder: Path, seed: int = 0) -> SlamMap:
+    """Write the log of a run, convert it, check the conversion, and let the SLAM draw its map."""
+    world, rng = run.simulator.world, np.random.default_rng(seed)
+    log = list(readings(world, SCANNER, run.poses, rng, drift=DRIFT, laser_m=LASER_M))
+    convert(log, folder)
+    (folder / "slam.ini").write_text(SETTINGS)
+    _call(folder, "icp-slam", "slam.ini", "run.rawlog")
+    made = folder / "slam"
+    picture = cv2.imread(str(next(made.glob("*OccupancyGridMap2D*.png"))), cv2.IMREAD_GRAYSCALE)
+    bounds = np.loadtxt(next(made.glob("*_limits.txt")), comments="%").tolist()
+    ms = np.loadtxt(made / "log_times.txt")[:, 0].sum() / len(log)
+    return SlamMap(np.asarray(picture, np.uint8), tuple(bounds), float(ms))
+
+
+def convert(log: list[Reading], folder: Path) -> None:
+    """Write ``run.log`` and ``run.rawlog``, and check that the SLAM will read what was meant.
+
+    carmen2rawlog 2.5.8 takes the log's seconds for 1e-12 of a second: all scans would lie at one time, and the SLAM
+    stand still. Where it does, the log is written again with times in that unit.
+    """
+    for second in (1.0, 1e12):
+        write_log(folder / "run.log", SCANNER, log, SECONDS * second)
+        _call(folder, "carmen2rawlog", "-q", "-w", "-i", "run.log", "-o", "run.rawlog")
+        _call(folder, "rawlog-edit", "-q", "-w", "--export-2d-scans-txt", "-i", "run.rawlog")
+        scans = np.loadtxt(folder / "run_ROBOTLASER1.txt", comments="%")
+        if scans[-1, 0] > scans[0, 0]:
+            break
+    assert scans.shape == (len(log), 1 + 2 * SCANNER.beams)
+    np.testing.assert_allclose(np.diff(scans[:, 0]), SECONDS, atol=1e-3)
+    first, ranges, valid = log[0].ranges_m, scans[0, 1 : 1 + SCANNER.beams], scans[0, 1 + SCANNER.beams :]
+    np.testing.assert_allclose(ranges, first, atol=1e-3)
+    np.testing.assert_array_equal(valid != 0, first < SCANNER.range_m)
+    raw = gzip.decompress((folder / "run.rawlog").read_bytes())
+    at = raw.index(_SCAN) + len(_SCAN) + 1  # after the name and a byte of its version
+    aperture, to_the_left, range_m = struct.unpack_from("<f?f", raw, at)
+    assert (np.float32(np.pi), True, SCANNER.range_m) == (np.float32(aperture), to_the_left, range_m)
+
+
+def _call(folder: Path, *command: str) -> None:
+    done = subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{' '.join(command)}: {done.stdout[-2000:]}{done.stderr[-2000:]}"
