@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -36,7 +37,7 @@ class Batch:
         self._rest: dict[int, tuple[Any, ...]] = {}
         self._scratch = [scratch_of(config) for _ in range(threads)]
         bounds = np.linspace(0, number, threads + 1).astype(int).tolist()
-        self._shares = list(zip(bounds, bounds[1:], strict=False))
+        self._shares = list(itertools.pairwise(bounds))
         self._pool = ThreadPoolExecutor(threads - 1, "pseudoslam") if threads > 1 else None
         self.arrays: Episode
 
@@ -69,7 +70,7 @@ class Batch:
         for job in jobs:
             job.result()
 
-    def _run(self, motions: Array, wanted: Array, scratch: Any, share: tuple[int, int]) -> None:  # noqa: ANN401
+    def _run(self, motions: Array, wanted: Array, scratch: Any, share: tuple[int, int]) -> None:
         transitions(self.arrays, self.sizes, motions, wanted, self._rules, scratch, *share)
 
     def close(self) -> None:
@@ -78,7 +79,7 @@ class Batch:
             self._pool.shutdown()
 
 
-def _leaves(part: Any) -> Iterator[Array]:  # noqa: ANN401  # nested tuples of arrays
+def _leaves(part: Any) -> Iterator[Array]:  # nested tuples of arrays
     if isinstance(part, np.ndarray):
         yield part
     else:
@@ -86,7 +87,7 @@ def _leaves(part: Any) -> Iterator[Array]:  # noqa: ANN401  # nested tuples of a
             yield from _leaves(piece)
 
 
-def _like(part: Any, leaves: Iterator[Array]) -> Any:  # noqa: ANN401  # the same nested tuples, of other arrays
+def _like(part: Any, leaves: Iterator[Array]) -> Any:  # the same nested tuples, of other arrays
     if isinstance(part, np.ndarray):
         return next(leaves)
     return type(part)(*(_like(piece, leaves) for piece in part))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
@@ -12,10 +12,14 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.interface import Actions, Interface, Kind, Observation, facts_of, interface_of
 from houseexpo.pseudoslam.kernels.step import Episode, transition
+from houseexpo.pseudoslam.measures import Facts, Measures
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.tasks import ROOM, Exploration, Facts, Measures, Navigation, ObstacleAvoidance, Task
+from houseexpo.pseudoslam.tasks import ROOM, Exploration, Navigation, ObstacleAvoidance, Task
 from houseexpo.pseudoslam.worlds import Plans
+
+if TYPE_CHECKING:
+    from houseexpo.pseudoslam.window import Window
 
 
 class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
@@ -43,7 +47,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         "rgb_array", "human", or None.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "human"], "render_fps": 10}
+    metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 10}  # noqa: RUF012  # as gymnasium declares it
 
     def __init__(
         self,
@@ -64,6 +68,8 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         self._simulator: Simulator | None = None
         self._state: State | None = None
         self._facts: Facts
+        self._trail: list[npt.NDArray[np.float64]] = []
+        self._window: Window | None = None
 
     @property
     def simulator(self) -> Simulator:
@@ -88,10 +94,12 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         self._simulator = Simulator(world, self.config, self._rules, self._scratch)
         self._state = self._face.begin(world, self._rules, self._scratch, self.np_random)
         self._facts = facts_of([(self._state, world)])
+        self._trail = []
+        self._show()
         after = self._measures()
         return self._observation(after), self._info(after)
 
-    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:  # noqa: ANN401
+    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Take one action."""
         state, before = self.state, self._measures()
         moves, ahead = self._face.motions(np.asarray(action)[None])
@@ -99,19 +107,47 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         after = self._measures()
         reward = float(self.task.rewards(before, after, ahead)[0])
         ends = bool(self.task.terminated(after)[0]), bool(after.truncated()[0])
-        if self.render_mode == "human":
-            self.render()
+        self._show()
         return self._observation(after), reward, *ends, self._info(after)
 
-    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
-        """Return the whole map with the robot, (rows, cols, 3) uint8, row 0 at the highest y; or show it."""
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """Return the map with the robot on it, (rows, cols, 3) uint8, row 0 at the highest y; or show it in a window.
+
+        See ``render.picture``. MissingDependencyError where ``render_mode`` is "human" and there is no pygame.
+        """
+        if self.render_mode is None:
+            gymnasium.logger.warn(
+                "nothing is drawn without a render_mode: make the environment with 'rgb_array' or 'human'"
+            )
+            return None
+        from houseexpo.pseudoslam.render import picture
+
+        image = picture(self.simulator, self.state, self._trail)
+        if self.render_mode == "rgb_array":
+            return image
+        from houseexpo.pseudoslam.window import Window
+
+        self._window = self._window or Window("PseudoSLAM")
+        self._window.show(image, self.metadata["render_fps"])
         return None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+    def _show(self) -> None:
+        """Keep the trail where there are pictures, and show one where they are for people."""
+        if self.render_mode is not None:
+            self._trail.append(self.state.episode.pose.copy())
+        if self.render_mode == "human":
+            self.render()
 
     def _measures(self) -> Measures:
         episode = self.state.episode
-        return Measures(
-            self._facts, episode.counts[None].copy(), episode.readings[None].copy(), episode.pose[None].copy(), self.config
-        )
+        counts, readings, pose = episode.counts[None], episode.readings[None], episode.pose[None]
+        return Measures(self._facts, counts.copy(), readings.copy(), pose.copy(), self.config)
 
     def _observation(self, after: Measures) -> Observation:
         episode = self.state.episode
@@ -144,7 +180,7 @@ class ExplorationEnv(PseudoSlamEnv):
         config: SimulatorConfig | None = None,
         *,
         success_coverage: float | None = 0.95,
-        **kwargs: Any,  # noqa: ANN401
+        **kwargs: Any,
     ) -> None:
         super().__init__(Exploration(success_coverage), dataset, config, **kwargs)
 
@@ -159,7 +195,7 @@ class ObstacleAvoidanceEnv(PseudoSlamEnv):
         *,
         terminate_on_collision: bool = False,
         safe_m: float = 0.5,
-        **kwargs: Any,  # noqa: ANN401
+        **kwargs: Any,
     ) -> None:
         super().__init__(ObstacleAvoidance(terminate_on_collision, safe_m), dataset, config, **kwargs)
 
@@ -173,6 +209,6 @@ class NavigationEnv(PseudoSlamEnv):
         config: SimulatorConfig | None = None,
         *,
         success_reward: float = 2.5,
-        **kwargs: Any,  # noqa: ANN401
+        **kwargs: Any,
     ) -> None:
         super().__init__(Navigation(success_reward), dataset, config, **kwargs)

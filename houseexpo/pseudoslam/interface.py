@@ -1,4 +1,4 @@
-"""What single and vector environments share: spaces, what an action means, what an observation holds, and the houses."""
+"""What single and vector environments share: spaces, the meaning of actions, what is observed, and the houses."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from houseexpo.pseudoslam.beginning import begin
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.step import Episode, Rules
 from houseexpo.pseudoslam.kernels.types import Scratch
+from houseexpo.pseudoslam.measures import Facts, Measures
 from houseexpo.pseudoslam.rules import rules_of, scratch_of
 from houseexpo.pseudoslam.simulator import ACTIONS, motions
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.tasks import Facts, Measures, Task
+from houseexpo.pseudoslam.tasks import Task
 from houseexpo.pseudoslam.world import World
 from houseexpo.pseudoslam.worlds import Plans, Worlds
 
@@ -93,10 +94,8 @@ class Interface:
             table = np.array([motions(self.config)[action] for action in ACTIONS]) * (1.0, ppm)
             strange = (actions < 0) | (actions >= len(ACTIONS))
             if actions.dtype.kind not in "iu" or strange.any():
-                found = actions[strange] if actions.dtype.kind in "iu" else actions
-                raise ConfigError(
-                    f"action: expected 0 (forward), 1 (left) or 2 (right), found {found.flat[0]!r} of type {actions.dtype}"
-                )
+                found = actions[strange].flat[0] if actions.dtype.kind in "iu" else actions.flat[0]
+                raise ConfigError(f"action: expected 0 (forward), 1 (left) or 2 (right), found {found!r}")
             return table[actions], actions == 0
         values = np.asarray(actions, np.float64)
         strange = ~(np.abs(values) <= 1.0)

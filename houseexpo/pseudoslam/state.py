@@ -80,4 +80,4 @@ def _copied(part: Part) -> Part:
     """Return nested tuples of arrays, copied."""
     if isinstance(part, np.ndarray):
         return part.copy()
-    return type(part)(*map(_copied, part))  # type: ignore[call-overload, no-any-return]  # a NamedTuple of such parts
+    return type(part)(*map(_copied, part))  # type: ignore[call-overload]  # a NamedTuple of such parts

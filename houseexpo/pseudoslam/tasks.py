@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,91 +17,9 @@ from houseexpo.errors import ConfigError
 from houseexpo.plan import FloorPlan
 from houseexpo.pseudoslam.checks import number
 from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.kernels.step import (
-    BLOCKED,
-    CLEARANCE,
-    COLLISIONS,
-    COVERED,
-    KNOWN,
-    START_X,
-    STEPS,
-    TO_GOAL,
-    WAY,
-)
+from houseexpo.pseudoslam.kernels.step import BLOCKED, CLEARANCE, COLLISIONS, KNOWN, TO_GOAL, WAY
+from houseexpo.pseudoslam.measures import Bools, Floats, Measures
 from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
-
-
-class Facts(NamedTuple):
-    """What does not change in an episode; arrays of N."""
-
-    corner_m: Floats
-    """(N, 2) the plan's (x, y) of the upper left corner of the first cell."""
-    countable: Ints
-    """Cells that coverage counts."""
-    goal_m: Floats
-    """(N, 2), not a number where there is none."""
-    best_way_m: Floats
-    """The way from the start to the goal."""
-
-
-class Measures(NamedTuple):
-    """What an episode has come to; arrays of N."""
-
-    facts: Facts
-    counts: Ints
-    """(N, 7), see ``kernels.step``."""
-    readings: Floats
-    """(N, 3), see ``kernels.step``."""
-    pose_px: Floats
-    """(N, 6), see ``kernels.step``."""
-    config: SimulatorConfig
-
-    @property
-    def cell_m(self) -> float:
-        """Side of a cell."""
-        return 1.0 / self.config.pixels_per_metre
-
-    def pose(self) -> Floats:
-        """Return (N, 3): x, y in the plan's metres, heading in radians."""
-        return self._in_metres(self.pose_px[:, :3])
-
-    def believed_pose(self) -> Floats:
-        """Return (N, 3): where odometry has the robot, as ``pose`` does."""
-        return self._in_metres(self.pose_px[:, 3:])
-
-    def _in_metres(self, pose_px: Floats) -> Floats:
-        found = pose_px * (self.cell_m, -self.cell_m, 1.0)
-        found[:, :2] += self.facts.corner_m
-        return found
-
-    def since_start(self) -> Floats:
-        """Return (N, 3) the believed pose: x, y in metres from where the episode started, heading in radians."""
-        found = self.pose_px[:, 3:] * (self.cell_m, -self.cell_m, 1.0)
-        found[:, :2] -= self.readings[:, START_X:] * (self.cell_m, -self.cell_m)
-        return found
-
-    def goal_ahead(self) -> Floats:
-        """Return (N, 2) the goal as the robot sees it from where it believes to be: metres ahead and to the left."""
-        x, y, heading = self.believed_pose().T
-        right, up = self.facts.goal_m[:, 0] - x, self.facts.goal_m[:, 1] - y
-        cos, sin = np.cos(heading), np.sin(heading)
-        return np.stack([right * cos + up * sin, up * cos - right * sin], axis=1)
-
-    def explored_m2(self) -> Floats:
-        """Return the area that is known."""
-        return self.counts[:, KNOWN] * self.cell_m**2
-
-    def coverage(self) -> Floats:
-        """Return the share of what can be seen that is known, 0 to 1."""
-        return self.counts[:, COVERED] / np.maximum(self.facts.countable, 1)
-
-    def truncated(self) -> Bools:
-        """Return where time is up."""
-        return self.counts[:, STEPS] >= self.config.max_steps
 
 
 class Task(ABC):
@@ -156,7 +74,9 @@ class Exploration(Task):
 
     def rewards(self, before: Measures, after: Measures, ahead: Bools) -> Floats:  # noqa: ARG002
         """Return the newly known area."""
-        return (after.counts[:, KNOWN] - before.counts[:, KNOWN]) * after.cell_m**2
+        new = after.counts[:, KNOWN] - before.counts[:, KNOWN]
+        area: Floats = new * after.cell_m**2
+        return area
 
     def success(self, after: Measures) -> Bools:
         """Return where enough is known."""
@@ -197,11 +117,13 @@ class ObstacleAvoidance(Task):
 
     def success(self, after: Measures) -> Bools:
         """Return where time is up and nothing was touched."""
-        return after.truncated() & (after.counts[:, COLLISIONS] == 0)
+        success: Bools = after.truncated() & (after.counts[:, COLLISIONS] == 0)
+        return success
 
     def terminated(self, after: Measures) -> Bools:
         """Return where the robot has just collided, if that is to end the episode."""
-        return (after.counts[:, BLOCKED] != 0) & self.terminate_on_collision
+        collided: Bools = after.counts[:, BLOCKED] != 0
+        return collided if self.terminate_on_collision else np.zeros_like(collided)
 
     def report(self, after: Measures) -> dict[str, npt.NDArray[Any]]:
         """Add the clearance."""
@@ -235,7 +157,9 @@ class Navigation(Task):
     def success(self, after: Measures) -> Bools:
         """Return where the robot is at the goal."""
         x, y, _ = after.pose().T
-        return np.hypot(after.facts.goal_m[:, 0] - x, after.facts.goal_m[:, 1] - y) <= (after.config.goal or GoalConfig()).radius_m
+        goal, radius_m = after.facts.goal_m, (after.config.goal or GoalConfig()).radius_m
+        there: Bools = np.hypot(goal[:, 0] - x, goal[:, 1] - y) <= radius_m
+        return there
 
     def report(self, after: Measures) -> dict[str, npt.NDArray[Any]]:
         """Add the way left, the way gone, and the success weighted by path length."""
@@ -250,6 +174,5 @@ class Navigation(Task):
         }
 
 
-ROOM = FloorPlan("room-5.2x3.5", [(0.0, 0.0), (0.0, 3.5), (5.2, 3.5), (5.2, 0.0)], 1, {})
+ROOM = FloorPlan("room-5.2x3.5", np.array([(0.0, 0.0), (0.0, 3.5), (5.2, 3.5), (5.2, 0.0)]), 1, {})
 """The room that the paper avoids obstacles in."""
-

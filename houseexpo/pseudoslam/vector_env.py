@@ -20,8 +20,9 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.copies import Copies
 from houseexpo.pseudoslam.env import PseudoSlamEnv, plan_of
 from houseexpo.pseudoslam.interface import Actions, Kind, Observation, facts_of, interface_of
+from houseexpo.pseudoslam.measures import Facts, Measures
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.tasks import ROOM, Exploration, Facts, Measures, Navigation, ObstacleAvoidance, Task
+from houseexpo.pseudoslam.tasks import ROOM, Exploration, Navigation, ObstacleAvoidance, Task
 from houseexpo.pseudoslam.worlds import Plans
 
 Floats = npt.NDArray[np.float64]
@@ -93,9 +94,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         nowhere = np.full((num_envs, 2), np.nan)
         self._facts = Facts(nowhere.copy(), np.zeros(num_envs, np.int64), nowhere, np.zeros(num_envs))
 
-    def reset(
-        self, *, seed: Seeds = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
+    def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Start episodes in all environments, or in those of ``options["reset_mask"]``."""
         seeds = self._seeds(seed)
         rest = dict(options or {})
@@ -108,9 +107,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         after = self._measures()
         return self._observations(after), self._infos(after, which)
 
-    def step(
-        self, actions: npt.NDArray[Any]
-    ) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
+    def step(self, actions: npt.NDArray[Any]) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
         """Take one action in each environment; actions (N,) or (N, 2)."""
         if not self._begun.all() or (self._mode == AutoresetMode.DISABLED and self._ended.any()):
             waiting = np.flatnonzero(self._ended | ~self._begun).tolist()
@@ -140,7 +137,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             raise gymnasium.error.ResetNeeded(f"environment {i}: call reset() before anything else")
         return self._batch.state(i)
 
-    def close_extras(self, **kwargs: Any) -> None:  # noqa: ANN401, ARG002  # gymnasium's signature
+    def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002  # gymnasium's signature
         """End the threads."""
         self._batch.close()
 
@@ -158,8 +155,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
 
     def _measures(self) -> Measures:
         arrays = self._batch.arrays
-        facts = Facts(*(part.copy() for part in self._facts))
-        return Measures(facts, arrays.counts.copy(), arrays.readings.copy(), arrays.pose.copy(), self.config)
+        return Measures(self._facts, arrays.counts.copy(), arrays.readings.copy(), arrays.pose.copy(), self.config)
 
     def _observations(self, after: Measures) -> Observation:
         found = self._face.observe(self._batch.arrays, after)
@@ -215,7 +211,7 @@ class ExplorationVectorEnv(PseudoSlamVectorEnv):
         config: SimulatorConfig | None = None,
         *,
         success_coverage: float | None = 0.95,
-        **kwargs: Any,  # noqa: ANN401
+        **kwargs: Any,
     ) -> None:
         super().__init__(Exploration(success_coverage), dataset, config, **kwargs)
 
@@ -230,7 +226,7 @@ class ObstacleAvoidanceVectorEnv(PseudoSlamVectorEnv):
         *,
         terminate_on_collision: bool = False,
         safe_m: float = 0.5,
-        **kwargs: Any,  # noqa: ANN401
+        **kwargs: Any,
     ) -> None:
         super().__init__(ObstacleAvoidance(terminate_on_collision, safe_m), dataset, config, **kwargs)
 
@@ -244,6 +240,6 @@ class NavigationVectorEnv(PseudoSlamVectorEnv):
         config: SimulatorConfig | None = None,
         *,
         success_reward: float = 2.5,
-        **kwargs: Any,  # noqa: ANN401
+        **kwargs: Any,
     ) -> None:
         super().__init__(Navigation(success_reward), dataset, config, **kwargs)

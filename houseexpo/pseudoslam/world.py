@@ -116,8 +116,8 @@ def visible_cells(
 ) -> Cells:
     """Return 1 for free cells whose middle is seen within range from the middle of a standing cell.
 
-    What the robot's disc can cover it sees; only the rest, in corners and behind gaps, has to be looked for. ``buffers``
-    are ``scan_buffers``', if there are some already.
+    What the robot's disc can cover it sees; only the rest, in corners and behind gaps, has to be looked for.
+    ``buffers`` are ``scan_buffers``', if there are some already.
     """
     import cv2
 
@@ -127,7 +127,8 @@ def visible_cells(
     reach = math.floor(min(radius_px, range_px))
     offsets = np.arange(-reach, reach + 1)
     disc = np.hypot(offsets[:, None], offsets) <= min(radius_px, range_px)
-    visible: Cells = cv2.dilate(stand, disc.astype(np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    seen = cv2.dilate(stand, disc.astype(np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    visible: Cells = np.asarray(seen, np.uint8)
     runs, hit, slopes = buffers or scan_buffers(range_px)
     near_px = _NEAR * radius_px
     mark_visible(solid, stand, has_stand[pieces], near_px, range_px, visible, runs, hit, slopes)

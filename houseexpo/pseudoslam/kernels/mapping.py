@@ -82,8 +82,8 @@ def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
         ahead = middle - i
         start_x = np.int32(math.floor((x + ahead * cos - middle * sin - from_col) * one))
         start_y = np.int32(math.floor((y - ahead * sin - middle * cos - from_row) * one))
-        first, last = _span(along_x, start_x, shift, from_col, cols, 0, side)
-        first, last = _span(along_y, start_y, shift, from_row, rows, first, last)
+        first, last = _span(along_x, int(start_x), shift, from_col, cols, 0, side)
+        first, last = _span(along_y, int(start_y), shift, from_row, rows, first, last)
         for j in range(side):
             across = np.int32(np.int32(start_x + along_x[np.uint64(j)]) >> bits)
             down = np.int32(np.int32(start_y + along_y[np.uint64(j)]) >> bits)
@@ -105,19 +105,33 @@ def shrink(
 
     A coarse cell, ``side_px`` wide, is an obstacle where one of its cells is, else free where one is, else unknown.
     """
-    rows, cols = known.shape
     cells = len(out)
     left, top = middle_x - cells / 2 * side_px, middle_y - cells / 2 * side_px
-    for i in range(max(math.floor((y - spread - top) / side_px), 0), min(math.ceil((y + spread - top) / side_px), cells)):
-        first_row, last_row = max(math.floor(top + i * side_px), 0), min(math.floor(top + (i + 1) * side_px), rows)
-        first = max(math.floor((x - spread - left) / side_px), 0)
-        for j in range(first, min(math.ceil((x + spread - left) / side_px), cells)):
-            most = UNKNOWN
-            first_col, last_col = max(math.floor(left + j * side_px), 0), min(math.floor(left + (j + 1) * side_px), cols)
-            for row in range(first_row, last_row):
-                for col in range(first_col, last_col):
-                    most = max(most, known[row, col])
-            out[i, j] = most
+    first, last = _near(y - top, spread, side_px, cells)
+    first_col, last_col = _near(x - left, spread, side_px, cells)
+    for i in range(first, last):
+        one, other = top + i * side_px, top + (i + 1) * side_px
+        for j in range(first_col, last_col):
+            out[i, j] = _most(known, one, other, left + j * side_px, left + (j + 1) * side_px)
+
+
+@njit(cache=True, nogil=True)
+def _near(at: float, spread: float, side_px: float, cells: int) -> tuple[int, int]:
+    """Return the coarse cells, first and last (excluded), within ``spread``, which may be infinite, of a place."""
+    first, last = max((at - spread) / side_px, 0.0), min((at + spread) / side_px, float(cells))
+    return math.floor(first), math.ceil(last)
+
+
+@njit(cache=True, nogil=True)
+def _most(known: Grid, top: float, bottom: float, left: float, right: float) -> int:
+    """Return the highest value of the cells that begin in a coarse one, one at least; off the map it is unknown."""
+    first_row, first_col = math.floor(top), math.floor(left)
+    last_row, last_col = max(math.floor(bottom), first_row + 1), max(math.floor(right), first_col + 1)
+    most = UNKNOWN
+    for row in range(max(first_row, 0), min(last_row, known.shape[0])):
+        for col in range(max(first_col, 0), min(last_col, known.shape[1])):
+            most = max(most, known[row, col])
+    return most
 
 
 @njit(cache=True, nogil=True)

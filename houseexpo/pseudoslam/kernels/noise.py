@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.hashing import normal, uniform

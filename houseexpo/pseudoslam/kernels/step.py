@@ -16,17 +16,17 @@ from houseexpo.pseudoslam.kernels.hashing import uniform
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop, merge_cells, merge_runs, shrink
 from houseexpo.pseudoslam.kernels.motion import clearance, free_way
 from houseexpo.pseudoslam.kernels.noise import HIT, LOST, believed, draw_beams, draw_noisy, merge_patch, registration
-from houseexpo.pseudoslam.kernels.social import Walk
 from houseexpo.pseudoslam.kernels.ranges import cast
 from houseexpo.pseudoslam.kernels.rays import ray_merge, ray_scan
 from houseexpo.pseudoslam.kernels.sector import sector_scan
+from houseexpo.pseudoslam.kernels.social import Walk
 from houseexpo.pseudoslam.kernels.types import Counts, Errors, Floats, Grid, Robot, Scratch, Sensor
 
 X, Y, HEADING, SEEN_X, SEEN_Y, SEEN_HEADING = range(6)
 """What ``pose`` holds, pixels and radians: where the robot is, and where it believes it is."""
 STEPS, COLLISIONS, KNOWN, COVERED, SCANS, BLOCKED, KEY = range(7)
-"""What ``counts`` holds: steps and those that met an obstacle; cells of the map; scans; of the last step, whether it met
-one; the key of the episode's noise."""
+"""What ``counts`` holds: steps and those that met an obstacle; cells of the map; scans; whether the last step met an
+obstacle; the key of the episode's noise."""
 WAY, CLEARANCE, TO_GOAL, START_X, START_Y = range(5)
 """What ``readings`` holds, pixels: the way gone, the room round the robot, the way that is left to the goal, and where
 the episode started."""
@@ -102,7 +102,9 @@ def read(episode: Episode, rules: Rules, spread_px: float) -> None:
             episode.solid, pose[X], pose[Y], rules.robot.radius_px, rules.robot.radius_px + rules.clearance_px
         )
     if len(episode.field.distances) > 0:
-        readings[TO_GOAL] = field_at(episode.field, pose[X], pose[Y])
+        way = field_at(episode.field, pose[X], pose[Y])
+        if way < math.inf:  # in a gap without a block to stand on, the way known last stands
+            readings[TO_GOAL] = way
     if len(episode.ranges) > 0:
         cast(
             episode.solid, pose[X], pose[Y], pose[HEADING], sensor.fan_cos, sensor.fan_sin, sensor.range_px,
@@ -183,9 +185,7 @@ def _look(episode: Episode, rules: Rules, scratch: Scratch) -> None:
         )
     else:
         if sensor.by_rays:
-            n_runs, n_hit = ray_scan(
-                solid, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, runs, hit
-            )
+            n_runs, n_hit = ray_scan(solid, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, runs, hit)
         else:
             n_runs, n_hit = sector_scan(
                 solid, x, y, heading, sensor.half_fov, sensor.range_px, runs, hit, scratch.slopes
@@ -247,8 +247,9 @@ def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
     cells = rows * cols
     return Episode(
         pool.solid[i, :cells].reshape((rows, cols)), pool.countable[i, :cells].reshape((rows, cols)),
-        pool.known[i, :cells].reshape((rows, cols)), pool.shown[i], pool.overview[i], pool.ranges[i], pool.pose[i], pool.counts[i], pool.readings[i],
-        bodies_of(pool.bodies, i), tracks_of(pool.tracks, i), flow_of(pool.flow, i), field_of(pool.field, i),
+        pool.known[i, :cells].reshape((rows, cols)), pool.shown[i], pool.overview[i], pool.ranges[i], pool.pose[i],
+        pool.counts[i], pool.readings[i], bodies_of(pool.bodies, i), tracks_of(pool.tracks, i),
+        flow_of(pool.flow, i), field_of(pool.field, i),
     )  # fmt: skip
 
 
