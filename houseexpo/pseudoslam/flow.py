@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -113,28 +112,3 @@ class _Ways:
             best = part if part.sum() > best.sum() else best
             left &= ~part
         return best
-
-
-def empty_flows(environments: int, like: Flow) -> Flow:
-    """Return a pool of so many flows, each with room for one as big as ``like``."""
-    sizes, toward, spots, goals = (np.zeros((environments, *array.shape), array.dtype) for array in like)
-    return Flow(sizes, toward, spots, goals)
-
-
-def put_flow(pool: Flow, i: int, flow: Flow) -> Flow:
-    """Copy a flow into a pool; return the pool, or a bigger one where it does not fit."""
-    return Flow(
-        _put(pool.sizes, i, flow.sizes),
-        _put(pool.toward, i, flow.toward),
-        _put(pool.spots, i, flow.spots),
-        _put(pool.goals, i, flow.goals),
-    )
-
-
-def _put(pool: npt.NDArray[Any], i: int, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    if pool.shape[1] < len(array):
-        bigger = np.zeros((len(pool), *array.shape), pool.dtype)
-        bigger[:, : pool.shape[1]] = pool
-        pool = bigger
-    pool[i, : len(array)] = array
-    return pool

@@ -60,9 +60,10 @@ def walk_on(
     for p in range(len(people)):
         people[p, WAITED] += seconds
         spot = flow.goals[errands[p, GOAL]]
-        if _is_done(people, p, flow.spots[spot, 0], flow.spots[spot, 1], walk.arrive_px, walk.pixels_per_metre) or (
-            people[p, WAITED] > _PATIENCE_S * (1.0 + uniform(key, draw(p, errands[p, VISIT], 1)))
-        ):
+        done = _is_done(people, p, flow.spots[spot, 0], flow.spots[spot, 1], walk.arrive_px, walk.pixels_per_metre)
+        if not done and people[p, WAITED] > _PATIENCE_S:
+            done = people[p, WAITED] > _PATIENCE_S * (1.0 + uniform(key, draw(p, errands[p, VISIT], 1)))
+        if done:
             take_goal(bodies, flow, key, p)
         wish_x, wish_y = _direction(flow, errands[p, GOAL], people[p, X], people[p, Y])
         push_x, push_y = push(solid, people, walk, p, wish_x, wish_y, robot)
