@@ -112,17 +112,6 @@ def test_it_never_runs_out_of_plans() -> None:
     assert set(seen) == {"small", "middle", "large"}
 
 
-def test_the_picture_shows_the_robot_where_it_is() -> None:
-    env = make(render_mode="rgb_array")
-    _, info = env.reset(seed=5, options={"plan_id": "large"})
-    picture = env.render()
-    assert picture.dtype == np.uint8
-    red = np.argwhere((picture == (220, 50, 47)).all(axis=2)) + 0.5
-    row, col = red.mean(axis=0)
-    assert (col - 1) / 16 == pytest.approx(info["pose"][0], abs=0.06)
-    assert 6.0 - (row - 1) / 16 == pytest.approx(info["pose"][1], abs=0.06)
-
-
 def test_what_cannot_be_is_refused() -> None:
     env = make().unwrapped
     with pytest.raises(gymnasium.error.ResetNeeded):

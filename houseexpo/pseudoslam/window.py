@@ -1,0 +1,58 @@
+"""A window that shows pictures and hears keys; pygame is an optional extra."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import MissingDependencyError
+
+
+class Window:
+    """A window; it opens with the first picture.
+
+    Raises
+    ------
+    MissingDependencyError
+        Where there is no pygame.
+    """
+
+    def __init__(self, title: str) -> None:
+        os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+        try:
+            import pygame
+        except ImportError as error:
+            raise MissingDependencyError("a window needs pygame: pip install 'houseexpo[play]'") from error
+        self._pygame, self._title = pygame, title
+        self._clock = pygame.time.Clock()
+        self._screen: pygame.Surface | None = None
+
+    def show(self, image: npt.NDArray[np.uint8], fps: float = 0.0, title: str | None = None) -> None:
+        """Show a picture (rows, cols, 3), not sooner after the last than ``fps`` allows (0: at once)."""
+        pygame, size = self._pygame, image.shape[1::-1]
+        if self._screen is None or self._screen.get_size() != size:
+            pygame.display.init()
+            self._screen = pygame.display.set_mode(size)
+        pygame.display.set_caption(title or self._title)
+        self._screen.blit(pygame.surfarray.make_surface(image.swapaxes(0, 1)), (0, 0))
+        pygame.event.pump()
+        pygame.display.flip()
+        if fps > 0:
+            self._clock.tick(fps)
+
+    def keys(self, wait_s: float) -> list[str]:
+        """Return the names of the keys pressed, "up" or "q", waiting so long for one; "q", too, where it is closed."""
+        pygame = self._pygame
+        first = pygame.event.wait(round(1000 * wait_s))
+        return [
+            "q" if event.type == pygame.QUIT else pygame.key.name(event.key)
+            for event in [first, *pygame.event.get()]
+            if event.type in (pygame.QUIT, pygame.KEYDOWN)
+        ]
+
+    def close(self) -> None:
+        """Close the window."""
+        self._pygame.display.quit()
+        self._screen = None
