@@ -34,7 +34,11 @@ def slow_rays(
 def slow_sector(
     solid: np.ndarray, x: float, y: float, heading: float, half_fov: float, range_px: float
 ) -> tuple[Cells, Cells]:
-    """Free cells whose centre is in sight, and the obstacles that some line of sight meets first."""
+    """Free cells whose centre is in sight, and the obstacles that some line of sight meets first.
+
+    A line may graze a corner, but not squeeze through where nothing beside it gets through: so what counts is a line a
+    hair to the left of the centre, or to the right.
+    """
     if solid[int(y), int(x)]:
         return set(), set()
     rows, cols = np.nonzero(solid)
@@ -47,8 +51,9 @@ def slow_sector(
         distance = math.hypot(across, down)
         if not 0 < distance <= range_px:
             continue
-        in_fan = abs(_turned(math.atan2(-down, across) - heading)) <= half_fov + 1e-9
-        if in_fan and first_hit(boxes, across / distance, down / distance)[1] >= distance:
+        angle = math.atan2(-down, across)
+        beside = [a for a in (angle - 1e-7, angle + 1e-7) if abs(_turned(a - heading)) <= half_fov]
+        if any(first_hit(boxes, math.cos(a), -math.sin(a))[1] >= distance for a in beside):
             free.add((row, col))
     corners = [math.atan2(-down, across) for a, b, c, d in boxes for across in (a, c) for down in (b, d)]
     inside = {turned for angle in corners if abs(turned := _turned(angle - heading)) < half_fov}
@@ -88,6 +93,15 @@ def slow_crop(known: np.ndarray, x: float, y: float, heading: float, side: int) 
             if 0 <= row < known.shape[0] and 0 <= col < known.shape[1]:
                 out[i, j] = known[row, col]
     return out
+
+
+def crop_ties(x: float, y: float, heading: float, side: int) -> np.ndarray:
+    """Where in such a square a place lies so near to a border of cells (1e-5) that either side will do."""
+    i, j = np.mgrid[:side, :side]
+    ahead, right = (side - 1) / 2 - i, j - (side - 1) / 2
+    down = y - ahead * math.sin(heading) + right * math.cos(heading)
+    across = x + ahead * math.cos(heading) + right * math.sin(heading)
+    return np.minimum(np.abs(down - np.round(down)), np.abs(across - np.round(across))) < 1e-5
 
 
 def _turned(angle: float) -> float:

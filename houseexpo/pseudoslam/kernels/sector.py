@@ -126,11 +126,9 @@ def _quadrant(
             j = max(int(cut * max(near, 0.0) + off_v + 0.5), 0)
             high = end * far + off_v - 0.5
             j_end = furthest if high >= furthest else math.ceil(high)
-            # R2: a free cell is seen where its centre is; infinity times zero is not below anything
-            high = end * u + off_v + _GRAZE
-            j_free_end = math.floor(high) if high < last else last
-            if u < 0.0:
-                j_free_end = -1
+            # R2: a free cell is seen where its centre is
+            high = end * u + off_v + _GRAZE if end < math.inf else end
+            j_free_end = -1 if u < 0.0 else math.floor(high) if high < last else last
             while j <= j_end:
                 start = j
                 while j <= j_end and flat[np.uint64(line + j * across)] == 0:
@@ -157,7 +155,7 @@ def _quadrant(
                 if cut >= end:
                     break
                 j += 1
-            if end - cut > GAP:
+            if end > cut + GAP:
                 new_lo[still_open], new_hi[still_open] = cut, end
                 still_open += 1
         if still_open == 0:

@@ -1,4 +1,4 @@
-"""Merging, cutting out, and the noise of a scan."""
+"""Merging into the map, cutting out, and drawing coarsely."""
 
 from __future__ import annotations
 
@@ -7,35 +7,60 @@ import math
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, crop, merge
-from houseexpo.pseudoslam.kernels.noise import draw_noisy, merge_patch
-from tests.builders.scans import slow_crop
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, crop, merge_cells, merge_runs, shrink
+from tests.builders.scans import crop_ties, slow_crop
+
+VALUES = np.array([UNKNOWN, FREE, OBSTACLE], np.uint8)
 
 
 def test_merging_counts_what_was_unknown() -> None:
     known, countable = np.zeros((3, 4), np.uint8), np.zeros((3, 4), np.uint8)
     countable[0] = 1
-    assert merge(known, countable, np.array([0, 1, 1, 5, 9], np.int32), 4, FREE) == (3, 2)
-    assert merge(known, countable, np.array([1, 2], np.int32), 2, OBSTACLE) == (1, 1)
+    assert merge_cells(known, countable, np.array([0, 1, 1, 5, 9], np.int32), 4, FREE) == (3, 2)
+    assert merge_cells(known, countable, np.array([1, 2], np.int32), 2, OBSTACLE) == (1, 1)
     assert known.tolist() == [[FREE, OBSTACLE, OBSTACLE, 0], [0, FREE, 0, 0], [0, 0, 0, 0]]
 
 
 def test_more_than_a_byte_can_count_counts() -> None:
-    known, ones = np.zeros((30, 30), np.uint8), np.ones((30, 30), np.uint8)
-    assert merge(known, ones, np.arange(900, dtype=np.int32), 900, FREE) == (900, 900)
-    known[:] = UNKNOWN
-    assert merge_patch(known, ones, np.full((31, 31), FREE, np.uint8), 15.0, 15.0, 0.0, 0.0, 0.0) == (900, 900)
+    ones = np.ones((30, 30), np.uint8)
+    cells, runs = np.arange(900, dtype=np.int32), np.array([[0, 899]], np.int32)
+    assert merge_cells(np.zeros((30, 30), np.uint8), ones, cells, 900, FREE) == (900, 900)
+    assert merge_runs(np.zeros((30, 30), np.uint8), ones, runs, 1, FREE) == (900, 900)
 
 
-def test_the_crop_is_what_its_twin_says() -> None:
+def test_runs_are_cells_side_by_side() -> None:
     rng = np.random.default_rng(0)
-    known = rng.choice(np.array([UNKNOWN, FREE, OBSTACLE], np.uint8), (23, 31))
-    for side in (1, 8, 25, 64):
-        for heading in (0.0, math.pi / 2, math.pi, 0.3, -2.2, 1e-17):
-            x, y = rng.uniform((-5, -5), (36, 28))
+    for value in (FREE, OBSTACLE):
+        known, countable = rng.choice(VALUES, (9, 17)), rng.integers(0, 2, (9, 17)).astype(np.uint8)
+        starts = rng.integers(0, 150, 40)
+        runs = np.stack([starts, np.minimum(starts + rng.integers(0, 9, 40), 152)], axis=1).astype(np.int32)
+        cells = np.concatenate([np.arange(first, last + 1) for first, last in runs[:30]]).astype(np.int32)
+        expected = known.copy()
+        counted = merge_cells(expected, countable, cells, len(cells), value)
+        assert merge_runs(known, countable, runs, 30, value) == counted
+        assert np.array_equal(known, expected)
+
+
+def test_the_crop_is_what_its_twin_says_but_for_ties() -> None:
+    rng = np.random.default_rng(0)
+    known = rng.choice(VALUES, (23, 31))
+    for side in (1, 2, 8, 25, 64):
+        for heading in (0.0, math.pi / 2, math.pi, 0.3, -2.2, 1e-17, 0.785):
+            x, y = rng.uniform((-9, -9), (40, 32))
             out = np.full((side, side), 9, np.uint8)
             crop(known, x, y, heading, out)
-            assert np.array_equal(out, slow_crop(known, x, y, heading, side))
+            differ = out != slow_crop(known, x, y, heading, side)
+            assert not (differ & ~crop_ties(x, y, heading, side)).any()
+            assert crop_ties(x, y, heading, side).mean() < 0.5
+
+
+def test_a_wide_crop_of_a_wide_map_is_exact_too() -> None:
+    """Its places are counted in whole numbers of 32 bits."""
+    side, known = 200, np.random.default_rng(1).choice(VALUES, (1500, 1500))
+    for x, y, heading in ((1234.567, 89.01, 1.0), (3.2, 1499.9, -3.0), (750.5, 750.5, math.pi / 2)):
+        out = np.empty((side, side), np.uint8)
+        crop(known, x, y, heading, out)
+        assert not ((out != slow_crop(known, x, y, heading, side)) & ~crop_ties(x, y, heading, side)).any()
 
 
 def test_heading_is_up_in_the_crop() -> None:
@@ -49,57 +74,47 @@ def test_heading_is_up_in_the_crop() -> None:
     assert np.array_equal(out, known[2:7, 2:7])
 
 
-def noisy(hit: tuple[int, int], x: float, y: float, shift: float, free: list[tuple[int, int]] | None = None) -> set:
-    """The cells of the patch, in the grid's rows and columns, that one moved obstacle leaves."""
-    patch = np.zeros((43, 43), np.uint8)
-    cells = np.array([row * 50 + col for row, col in free or []], np.int32)
-    flat = np.array([hit[0] * 50 + hit[1]], np.int32)
-    shifts = np.full(180, shift)
-    draw_noisy(patch, 50, x, y, 0.0, math.pi, cells, len(cells), flat, 1, shifts)
-    top, left = int(y) - 21, int(x) - 21
-    return {(row + top, col + left, int(patch[row, col])) for row, col in np.argwhere(patch).tolist()}
+def slow_shrink(known: np.ndarray, middle_x: float, middle_y: float, side_px: float, cells: int) -> np.ndarray:
+    """Each cell is the most of the cells that begin in it, whose corner at the top left lies there."""
+    out = np.zeros((cells, cells), np.uint8)
+    for row, col in np.argwhere(known != UNKNOWN).tolist():
+        left, top = middle_x - cells / 2 * side_px, middle_y - cells / 2 * side_px
+        for i in range(cells):
+            for j in range(cells):
+                in_rows = math.floor(top + i * side_px) <= row < math.floor(top + (i + 1) * side_px)
+                if in_rows and math.floor(left + j * side_px) <= col < math.floor(left + (j + 1) * side_px):
+                    out[i, j] = max(out[i, j], known[row, col])
+    return out
 
 
-def test_an_obstacle_moves_along_its_ray_and_not_across() -> None:
-    """The published noise shifts a whole ray down and right, by whole pixels."""
-    assert noisy((20, 30), 20.5, 20.5, 0.0) == {(20, 30, OBSTACLE)}
-    farther = noisy((20, 30), 20.5, 20.5, 3.0)
-    assert farther == {(20, 30, FREE), (20, 31, FREE), (20, 32, FREE), (20, 33, OBSTACLE)}
-    diagonal = noisy((10, 30), 20.5, 20.5, 2 * math.sqrt(2))
-    assert (8, 32, OBSTACLE) in diagonal
-    assert all(row - 10 == 30 - col for row, col, _ in diagonal)
+@pytest.mark.parametrize("side_px", [1.0, 2.5, 6.25])
+def test_the_overview_is_what_its_twin_says(side_px: float) -> None:
+    rng = np.random.default_rng(2)
+    known = rng.choice(VALUES, (14, 11), p=(0.8, 0.15, 0.05))
+    for x, y in ((5.3, 7.7), (0.0, 0.0), (11.0, 20.0)):
+        out = np.full((6, 6), 9, np.uint8)
+        shrink(known, x, y, side_px, x, y, 100.0, out)
+        assert np.array_equal(out, slow_shrink(known, x, y, side_px, 6))
 
 
-def test_behind_an_obstacle_that_came_nearer_nothing_was_seen() -> None:
-    free = [(20, col) for col in range(20, 30)]
-    found = noisy((20, 30), 20.5, 20.5, -3.0, free)
-    assert found == {*((20, col, FREE) for col in range(20, 27)), (20, 27, OBSTACLE)}
+def test_of_the_overview_only_what_is_near_is_drawn_anew() -> None:
+    known = np.full((40, 40), FREE, np.uint8)
+    out = np.zeros((10, 10), np.uint8)
+    shrink(known, 20.0, 20.0, 4.0, 6.0, 30.0, 5.0, out)
+    assert np.argwhere(out == FREE).tolist() == [[row, col] for row in (6, 7, 8) for col in (0, 1, 2)]
+    shrink(known, 20.0, 20.0, 4.0, 20.0, 20.0, 1e9, out)
+    assert (out == FREE).all()
 
 
-def test_a_patch_is_turned_about_the_robot_then_shifted_and_empties() -> None:
-    patch = np.zeros((21, 21), np.uint8)
-    patch[10, 10:16] = FREE
-    patch[10, 16] = OBSTACLE
-    known, countable = np.zeros((40, 40), np.uint8), np.ones((40, 40), np.uint8)
-    new, covered = merge_patch(known, countable, patch, 20.5, 20.5, 0.0, -2.0, math.pi / 2)
-    assert (new, covered) == (7, 7)
-    assert known[12, 20] == OBSTACLE  # six ahead, turned left to look up, shifted two up
-    assert (known[13:19, 20] == FREE).all()
-    assert not patch.any()
+def test_the_whole_overview_is_drawn_within_infinity() -> None:
+    """A known map is drawn once, at the start, as far as it goes."""
+    out = np.zeros((4, 4), np.uint8)
+    shrink(np.full((8, 8), OBSTACLE, np.uint8), 4.0, 4.0, 2.0, 4.0, 4.0, math.inf, out)
+    assert (out == OBSTACLE).all()
 
 
-@pytest.mark.parametrize("turn", [0.02, -0.1])
-def test_turning_leaves_no_holes(turn: float) -> None:
-    patch = np.full((61, 61), FREE, np.uint8)
-    known, countable = np.zeros((101, 101), np.uint8), np.zeros((101, 101), np.uint8)
-    new, covered = merge_patch(known, countable, patch, 50.3, 50.6, 0.4, 0.2, turn)
-    assert (known[26:76, 26:76] == FREE).all()
-    assert new == pytest.approx(61 * 61, rel=0.01)
-    assert covered == 0
-
-
-def test_what_a_shift_takes_off_the_map_is_lost() -> None:
-    """The published simulator fails where a cell leaves the map."""
-    known, countable = np.zeros((30, 30), np.uint8), np.zeros((30, 30), np.uint8)
-    new, _ = merge_patch(known, countable, np.full((21, 21), FREE, np.uint8), 5.5, 25.5, -3.0, 4.0, 0.0)
-    assert new == int((known == FREE).sum()) == 13 * 11
+def test_an_overview_finer_than_the_map_has_no_gaps() -> None:
+    known, out = np.full((4, 4), FREE, np.uint8), np.zeros((10, 10), np.uint8)
+    shrink(known, 2.0, 2.0, 0.5, 2.0, 2.0, 9.0, out)
+    assert (out[1:9, 1:9] == FREE).all()
+    assert out[0].max() == UNKNOWN  # off the map

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.motion import disc_is_free, free_way
+from houseexpo.pseudoslam.kernels.motion import clearance, disc_is_free, free_way
 
 
 def room(rows: int = 20, cols: int = 30) -> np.ndarray:
@@ -80,3 +80,16 @@ def test_off_the_grid_is_not_free() -> None:
     assert disc_is_free(free, 5.0, 5.0, 5.0)
     assert not disc_is_free(free, 4.9, 5.0, 5.0)
     assert not disc_is_free(free, -8.0, 5.0, 1.0)
+
+
+def test_clearance_is_from_the_rim_to_the_nearest_square() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(40):
+        solid = room()
+        solid[1:-1, 1:-1] |= (rng.random((18, 28)) < 0.01).astype(np.uint8)
+        x, y, radius, limit = rng.uniform((1, 1, 0.3, 3), (29, 19, 2.6, 14))
+        expected = max(min(distance(solid, x, y), limit) - radius, 0.0)
+        assert clearance(solid, x, y, radius, limit) == pytest.approx(expected, abs=1e-12)
+    assert clearance(room(), 15.0, 10.0, 2.0, 5.0) == 3.0
+    assert clearance(room(), 3.5, 10.0, 2.0, 5.0) == 0.5
+    assert clearance(room(), 2.0, 10.0, 2.0, 5.0) == 0.0

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from houseexpo.plan_json import decode
-from houseexpo.pseudoslam.kernels.rays import ray_scan
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, merge_cells, merge_runs
+from houseexpo.pseudoslam.kernels.rays import ray_merge, ray_scan
 from houseexpo.pseudoslam.kernels.sector import sector_scan
 from houseexpo.pseudoslam.world import scan_buffers
 from houseexpo.raster import free_mask
@@ -27,19 +28,21 @@ def cells_of(flat: np.ndarray, count: int, cols: int) -> Cells:
 
 
 def sector(solid: np.ndarray, x: float, y: float, heading: float, half: float, range_px: float) -> tuple[Cells, Cells]:
-    free, hit, slopes = scan_buffers(range_px)
-    n_free, n_hit = sector_scan(solid, x, y, heading, half, range_px, free, hit, slopes)
-    return cells_of(free, n_free, solid.shape[1]), cells_of(hit, n_hit, solid.shape[1])
+    runs, hit, slopes = scan_buffers(range_px)
+    n_runs, n_hit = sector_scan(solid, x, y, heading, half, range_px, runs, hit, slopes)
+    free = np.concatenate([[], *(np.arange(first, last + 1) for first, last in runs[:n_runs].tolist())]).astype(int)
+    return cells_of(free, len(free), solid.shape[1]), cells_of(hit, n_hit, solid.shape[1])
 
 
 def rays(
     solid: np.ndarray, x: float, y: float, heading: float, fov: float, resolution: float, range_px: float
 ) -> tuple[Cells, Cells]:
     fan = np.arange(-fov / 2, fov / 2, resolution)
-    free = np.empty(len(fan) * (round(range_px) + 1), np.int32)
+    runs = np.empty((len(fan) * (round(range_px) + 1), 2), np.int32)
     hit = np.empty(len(fan), np.int32)
-    n_free, n_hit = ray_scan(solid, x, y, heading, np.cos(fan), np.sin(fan), range_px, free, hit)
-    return cells_of(free, n_free, solid.shape[1]), cells_of(hit, n_hit, solid.shape[1])
+    n_runs, n_hit = ray_scan(solid, x, y, heading, np.cos(fan), np.sin(fan), range_px, runs, hit)
+    assert (runs[:n_runs, 0] == runs[:n_runs, 1]).all()
+    return cells_of(runs[:, 0], n_runs, solid.shape[1]), cells_of(hit, n_hit, solid.shape[1])
 
 
 def grid(*lines: str) -> np.ndarray:
@@ -138,6 +141,27 @@ def test_rays_are_the_published_ones_on_real_plans(published_lines: list[bytes],
         scan = (solid, x, y, heading, math.pi, math.radians(0.7 if pixels_per_metre > 16 else 2.0))
         range_px = 2.0 * pixels_per_metre
         assert rays(*scan, range_px) == slow_rays(*scan, range_px)
+
+
+def test_rays_merged_at_once_are_rays_scanned_and_merged() -> None:
+    rng, fan = np.random.default_rng(6), np.arange(-QUARTER, QUARTER, 0.1)
+    for _ in range(12):
+        solid = cluttered(rng, 0.1)
+        countable, known = rng.integers(0, 2, (2, *solid.shape)).astype(np.uint8)
+        known *= FREE
+        x, y, heading, range_px = rng.uniform((-2, -2, -4, 3), (31, 24, 4, 70))
+        scan = (x, y, heading, np.cos(fan), np.sin(fan), range_px)
+        runs, hit, expected = np.empty((len(fan) * 72, 2), np.int32), np.empty(len(fan), np.int32), known.copy()
+        n_runs, n_hit = ray_scan(solid, *scan, runs, hit)
+        counted = merge_runs(expected, countable, runs, n_runs, FREE)
+        merge_cells(expected, countable, hit, n_hit, OBSTACLE)
+        ends = np.empty(len(fan), np.int32)
+        new, covered, n_ends = ray_merge(solid, countable, known, *scan, ends)
+        assert (new, covered) == counted
+        assert ends[:n_ends].tolist() == hit[:n_hit].tolist()
+        merge_cells(known, countable, ends, n_ends, OBSTACLE)
+        assert np.array_equal(known, expected)
+        assert (known == UNKNOWN).any()
 
 
 def test_sectors_hold_on_real_plans(published_lines: list[bytes]) -> None:

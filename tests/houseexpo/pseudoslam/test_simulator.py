@@ -39,7 +39,7 @@ def started(config: SimulatorConfig, plan: FloorPlan | None = None) -> tuple[Sim
 def wander(simulator: Simulator, state: State, rng: np.random.Generator, steps: int) -> None:
     """Forward most of the time, turn when blocked."""
     for _ in range(steps):
-        simulator.step(state, "left" if state.blocked or rng.random() < 0.2 else "forward", rng)
+        simulator.step(state, "left" if state.blocked or rng.random() < 0.2 else "forward")
 
 
 @pytest.mark.parametrize(("x", "y", "heading"), [(0.9, 0.9, 90.0), (1.237, 2.5, -33.0)])
@@ -60,32 +60,32 @@ def test_the_centre_can_be_the_origin() -> None:
 @pytest.mark.parametrize("turn", [5.0, 10.0, 15.0, 25.0, 97.0])
 def test_turns_are_exact(turn: float) -> None:
     """The published simulator rounds a turn up to whole 10 degrees."""
-    simulator, state, rng = started(at(4, 2, 30, replace(PLAIN, robot=RobotConfig(turn_deg=turn))))
-    simulator.step(state, "left", rng)
+    simulator, state, _ = started(at(4, 2, 30, replace(PLAIN, robot=RobotConfig(turn_deg=turn))))
+    simulator.step(state, "left")
     assert simulator.pose(state)[2] == pytest.approx(math.radians(30 + turn))
-    simulator.step(state, "right", rng)
-    simulator.step(state, "right", rng)
+    simulator.step(state, "right")
+    simulator.step(state, "right")
     assert simulator.pose(state) == pytest.approx((4, 2, math.radians(30 - turn)))
 
 
 @pytest.mark.parametrize("step", [0.01, 0.3, 0.37, 1.0])
 def test_steps_are_exact(step: float) -> None:
     """The published simulator goes whole pixels, and nowhere with less than half of one."""
-    simulator, state, rng = started(at(1, 2, 40, replace(PLAIN, robot=RobotConfig(step_m=step))))
-    simulator.step(state, "forward", rng)
+    simulator, state, _ = started(at(1, 2, 40, replace(PLAIN, robot=RobotConfig(step_m=step))))
+    simulator.step(state, "forward")
     angle = math.radians(40)
     assert simulator.pose(state) == pytest.approx((1 + step * math.cos(angle), 2 + step * math.sin(angle), angle))
 
 
 def test_a_wall_stops_it_and_the_next_step_forgets() -> None:
     """The published simulator stops short, and its flag stays until the next episode."""
-    simulator, state, rng = started(at(7.45, 2, 0))
-    simulator.step(state, "forward", rng)
+    simulator, state, _ = started(at(7.45, 2, 0))
+    simulator.step(state, "forward")
     assert not state.blocked
-    simulator.step(state, "forward", rng)
+    simulator.step(state, "forward")
     assert state.blocked
     assert simulator.pose(state)[0] == pytest.approx(7.8, abs=1e-6)
-    simulator.step(state, "left", rng)
+    simulator.step(state, "left")
     assert not state.blocked
 
 
@@ -116,7 +116,7 @@ def test_rays_draw_the_published_map_on_the_way(published_lines: list[bytes]) ->
     config = SimulatorConfig(
         pixels_per_metre=16.0, laser=LaserConfig(2.0, 180.0, 1.0, "rays"), robot=RobotConfig(step_m=0.9, turn_deg=25.0)
     )
-    simulator, state, rng = started(config, decode(published_lines[1]))
+    simulator, state, _ = started(config, decode(published_lines[1]))
     solid, known = simulator.world.solid, np.zeros_like(state.known)
 
     def look(x: float, y: float, heading: float) -> None:
@@ -127,7 +127,7 @@ def test_rays_draw_the_published_map_on_the_way(published_lines: list[bytes]) ->
     look(*state.pose_px)
     for action in ("forward", "left", "forward", "left", "left", "forward", "right", "forward"):
         x, y, heading = state.pose_px.tolist()
-        simulator.step(state, action, rng)
+        simulator.step(state, action)
         if action == "forward":
             end_x, end_y, _ = state.pose_px.tolist()
             looks = math.ceil(math.hypot(end_x - x, end_y - y) / 4.8 - 1e-9) or 1
@@ -209,11 +209,11 @@ def test_what_cannot_be_is_refused() -> None:
         started(at(0.1, 2, 0))
     with pytest.raises(ConfigError, match="does not fit"):
         started(at(-50, 2, 0))
-    simulator, state, rng = started(PLAIN)
+    simulator, state, _ = started(PLAIN)
     with pytest.raises(ConfigError, match="action: expected one of forward, left, right; found 'up'"):
-        simulator.step(state, "up", rng)
+        simulator.step(state, "up")
     with pytest.raises(ConfigError, match="action: expected finite numbers"):
-        simulator.move(state, math.nan, 0.1, rng)
+        simulator.move(state, math.nan, 0.1)
 
 
 def test_a_pocket_is_no_place_to_start() -> None:
