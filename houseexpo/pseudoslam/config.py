@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import logging
+import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.checks import above_zero, number, whole
@@ -204,6 +207,38 @@ class SimulatorConfig:
                 f"see {self.laser.range_m * self.pixels_per_metre:.0f} of them far, at most {MOST_SIDE_PX} across are "
                 "possible; use a coarser grid, a smaller view or a shorter range"
             )
+
+    @classmethod
+    def from_yaml(cls, path: str | os.PathLike[str]) -> SimulatorConfig:
+        """Return the configuration in a YAML file: these keys, nested, or the published simulator's config.yaml.
+
+        What is made of the latter's keys is said by the logger ``houseexpo.pseudoslam``, at level INFO;
+        ``config_yaml.read`` returns it.
+
+        Raises
+        ------
+        ConfigError
+            Where the file cannot be read or is no YAML, a key is unknown, or a value cannot be; it names file and key.
+        """
+        from houseexpo.pseudoslam.config_yaml import read
+
+        config, notes = read(path)
+        for note in notes:
+            logging.getLogger("houseexpo.pseudoslam").info("%s: %s", path, note)
+        return config
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, object]) -> SimulatorConfig:
+        """Return the configuration of nested mappings; ConfigError where a key is unknown or a value cannot be."""
+        from houseexpo.pseudoslam.config_mapping import config_from
+
+        return config_from(cls, mapping)
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return nested mappings of plain values, which ``from_mapping`` takes."""
+        from houseexpo.pseudoslam.config_mapping import mapping_from
+
+        return dict(mapping_from(self))
 
     @property
     def side_px(self) -> int:

@@ -41,7 +41,7 @@ def test_it_is_what_its_twin_says() -> None:
 
 
 def test_on_an_open_floor_it_is_the_straight_line() -> None:
-    """Never shorter, longer by at most 1.3 blocks and at most 10% and 0.3 blocks; along rows and columns it is exact."""
+    """Never shorter, longer by at most 1.3 blocks, and by 10% and 0.3 blocks; along rows and columns it is exact."""
     found = marched(np.ones((61, 81), np.uint8), 20, 30, 2)
     rows, cols = np.mgrid[:61, :81]
     straight = 2.0 * np.hypot(rows - 20, cols - 30)
