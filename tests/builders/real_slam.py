@@ -26,8 +26,8 @@ import pytest
 from houseexpo.plan import FloorPlan
 from houseexpo.pseudoslam.carmen import Drift, Pose, Reading, Scanner, readings, write_log
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig
+from houseexpo.pseudoslam.frontier import frontier_walk
 from houseexpo.pseudoslam.simulator import Action, Simulator
-from tests.builders.walkers import frontier_walk
 
 CELL_M, RANGE_M, LASER_M = 0.05, 10.0, 0.01
 SCANNER = Scanner(180.0, 361, RANGE_M)

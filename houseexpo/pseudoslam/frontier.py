@@ -22,6 +22,7 @@ Cell = tuple[int, int]
 
 _TRIES, _APART_M = 8, 0.3  # how often a cell is looked for, from places so far apart
 _NEAR_M = 0.5  # it goes on as long as there are edges so near to the one that it goes for
+_LONG_M = 0.4  # edges so long come first
 _MOST = 48  # edge cells that are looked at in one plan
 _OFFSETS = ((0, 1, 1.0), (1, 0, 1.0), (1, 1, math.sqrt(2)), (1, -1, math.sqrt(2)))
 _FAR = 1e9
@@ -31,16 +32,24 @@ def frontier_walk(simulator: Simulator, state: State) -> Iterator[Action]:
     """Yield actions by what the map shows at the time; take each before asking for the next.
 
     It looks round once, then goes on until no unknown cell beside a free one is left that it could see from where it
-    can go; cells that stay unknown from eight places are given up.
+    can go, to the nearest long edges first and to specks in the end; cells that stay unknown from eight places are
+    given up.
     """
-    yield from ["left"] * math.ceil(360.0 / simulator.config.robot.turn_deg - 1e-9)
+    config = simulator.config
+    for _ in range(math.ceil((360.0 - config.laser.fov_deg) / config.robot.turn_deg - 1e-9)):
+        yield "left"
     failed: dict[Cell, list[tuple[float, float]]] = {}
     while True:
         plan = _plan(simulator, state, failed)
         if plan is None:
             return
         field, watched = plan
-        yield from _go_and_see(simulator, state, field, watched)
+        steps = 0
+        for action in _go_and_see(simulator, state, field, watched):
+            yield action
+            steps += 1
+        if not steps:  # somebody is in the way
+            yield "left"
         if state.known[watched] == UNKNOWN:
             failed.setdefault(watched, []).append((float(state.pose_px[0]), float(state.pose_px[1])))
 
@@ -91,7 +100,26 @@ def _best_turns(simulator: Simulator, state: State, field: npt.NDArray[np.float3
 def _plan(
     simulator: Simulator, state: State, failed: dict[Cell, list[tuple[float, float]]]
 ) -> tuple[npt.NDArray[np.float32], Cell] | None:
-    """Return the distances to the places from which unknown cells are seen, and the one seen from the nearest."""
+    """Return the distances to the places from which unknown cells are seen, and the one seen from the nearest.
+
+    Long edges are looked for first, then all.
+    """
+    rows, cols = np.nonzero(edges := _edges(state.known))
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(edges.view(np.uint8), connectivity=8)
+    is_long = stats[labels[rows, cols], cv2.CC_STAT_AREA] >= _LONG_M * simulator.config.pixels_per_metre
+    for wanted in (is_long, ~is_long):
+        cells = zip(rows[wanted].tolist(), cols[wanted].tolist(), strict=True)
+        left = [cell for cell in cells if len(failed.get(cell, ())) < _TRIES]
+        plan = _plan_for(simulator, state, left[:: len(left) // _MOST + 1], failed)
+        if plan is not None:
+            return plan
+    return None
+
+
+def _plan_for(
+    simulator: Simulator, state: State, edges: list[Cell], failed: dict[Cell, list[tuple[float, float]]]
+) -> tuple[npt.NDArray[np.float32], Cell] | None:
+    """Do as ``_plan`` for some unknown cells."""
     ppm = simulator.config.pixels_per_metre
     solid = _blocked(state, simulator.config.robot.radius_m * ppm)
     room = _room(solid, simulator.config.robot.radius_m * ppm)
@@ -100,10 +128,6 @@ def _plan(
     nodes = np.flatnonzero(room)
     number[nodes] = np.arange(len(nodes))
     seen_from = np.full(len(nodes), -1)  # which edge
-    edges = [
-        cell for cell in map(tuple, np.argwhere(_edges(state.known)).tolist()) if len(failed.get(cell, ())) < _TRIES
-    ]
-    edges = edges[:: len(edges) // _MOST + 1]
     for i, edge in enumerate(edges):
         places = _in_sight(solid, edge, 0.9 * simulator.config.laser.range_m * ppm)
         for x, y in failed.get(edge, ()):
@@ -114,9 +138,8 @@ def _plan(
     if not len(goals):
         return None
     distance, _, nearest = dijkstra(_graph(room, number), False, goals, True, min_only=True)
-    field = np.full(room.size, _FAR, np.float32)
-    field[nodes] = np.minimum(distance, _FAR)
-    field = field.reshape(rows, cols)
+    field = np.full((rows, cols), _FAR, np.float32)
+    field.ravel()[nodes] = np.minimum(distance, _FAR)
     for _ in range(3):  # the robot need not stand in the middle of a cell
         field = np.where(field < _FAR, field, cv2.erode(field, np.ones((5, 5), np.uint8)) + 4.0)
     x, y = state.pose_px[:2]
@@ -141,7 +164,8 @@ def _in_sight(solid: Grid, cell: Cell, range_px: float) -> npt.NDArray[np.int64]
     seen = np.zeros((bottom - top + 1, right - left + 1), np.uint8)
     cv2.fillPoly(seen, [(corners - (left, top)).astype(np.int32)], 1)
     rows, cols = np.nonzero(seen)
-    return (rows + top) * solid.shape[1] + cols + left
+    places: npt.NDArray[np.int64] = (rows + top) * solid.shape[1] + cols + left
+    return places
 
 
 def _graph(room: Grid, number: npt.NDArray[np.int64]) -> coo_matrix:
@@ -163,7 +187,7 @@ def _graph(room: Grid, number: npt.NDArray[np.int64]) -> coo_matrix:
 
 def _blocked(state: State, radius_px: float) -> Grid:
     """1 where the robot must not go for what it knows; unknown cells that it stands on are free."""
-    solid = (state.known != FREE).astype(np.uint8)
+    solid: Grid = (state.known != FREE).astype(np.uint8)
     x, y = state.pose_px[:2]
     top, left = max(int(y - radius_px) - 1, 0), max(int(x - radius_px) - 1, 0)
     bottom, right = int(y + radius_px) + 2, int(x + radius_px) + 2
@@ -177,13 +201,15 @@ def _room(solid: Grid, radius_px: float) -> Grid:
     reach = math.ceil(radius_px)
     offsets = np.maximum(np.abs(np.arange(-reach, reach + 1)) - 0.5, 0.0)
     disc = (np.hypot(offsets[:, None], offsets) < radius_px - 1e-9).astype(np.uint8)
-    return 1 - cv2.dilate(solid, disc, borderType=cv2.BORDER_CONSTANT, borderValue=1)
+    taken = cv2.dilate(solid, disc, borderType=cv2.BORDER_CONSTANT, borderValue=1)
+    return np.asarray(taken == 0).view(np.uint8)
 
 
 def _edges(known: Grid) -> npt.NDArray[np.bool_]:
     """Unknown cells beside free ones."""
     free = (known == FREE).astype(np.uint8)
-    return (known == UNKNOWN) & (cv2.dilate(free, cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))) != 0)
+    beside = cv2.dilate(free, cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))) != 0
+    return np.asarray((known == UNKNOWN) & beside)
 
 
 def _edge_is_near(known: Grid, cell: Cell, near_px: int) -> bool:
