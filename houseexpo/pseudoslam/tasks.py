@@ -75,7 +75,7 @@ class Exploration(Task):
     def rewards(self, before: Measures, after: Measures, ahead: Bools) -> Floats:  # noqa: ARG002
         """Return the newly known area."""
         new = after.counts[:, KNOWN] - before.counts[:, KNOWN]
-        area: Floats = new * after.cell_m**2
+        area: Floats = np.asarray(new * after.cell_m**2, np.float64)
         return area
 
     def success(self, after: Measures) -> Bools:

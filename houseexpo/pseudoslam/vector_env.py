@@ -21,6 +21,7 @@ from houseexpo.pseudoslam.copies import Copies
 from houseexpo.pseudoslam.env import PseudoSlamEnv, plan_of
 from houseexpo.pseudoslam.interface import Actions, Kind, Observation, facts_of, interface_of
 from houseexpo.pseudoslam.measures import Facts, Measures
+from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.tasks import ROOM, Exploration, Navigation, ObstacleAvoidance, Task
 from houseexpo.pseudoslam.worlds import Plans
@@ -89,6 +90,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self._rngs: list[np.random.Generator | None] = [None] * num_envs
         self._copies: defaultdict[str, Copies] = defaultdict(Copies)
         self._plan_ids = np.full(num_envs, None, object)
+        self._simulators: dict[int, Simulator] = {}
         self._ended = np.ones(num_envs, bool)
         self._begun = np.zeros(num_envs, bool)
         nowhere = np.full((num_envs, 2), np.nan)
@@ -137,6 +139,14 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             raise gymnasium.error.ResetNeeded(f"environment {i}: call reset() before anything else")
         return self._batch.state(i)
 
+    def render(self) -> list[npt.NDArray[np.uint8] | None] | None:  # type: ignore[override]  # a picture or none
+        """Return a picture of each environment, as ``PseudoSlamEnv.render`` does; None without a render mode."""
+        if self.render_mode is None:
+            return None
+        from houseexpo.pseudoslam.render import picture
+
+        return [picture(self._simulators[i], self.state(i)) for i in range(self.num_envs)]
+
     def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002  # gymnasium's signature
         """End the threads."""
         self._batch.close()
@@ -151,6 +161,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         for all_facts, facts in zip(self._facts, facts_of([(state, world)]), strict=True):
             all_facts[i] = facts[0]
         self._plan_ids[i] = world.plan_id
+        self._simulators[i] = Simulator(world, self.config, self._rules, self._scratch)
         self._ended[i], self._begun[i] = False, True
 
     def _measures(self) -> Measures:

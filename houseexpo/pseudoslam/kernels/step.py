@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.bodies import Bodies, Disc, Tracks, bodies_of, tracks_of
+from houseexpo.pseudoslam.kernels.bodies import Bodies, Disc, Tracks, bodies_of, tracks_of, way_past_people
 from houseexpo.pseudoslam.kernels.dynamics import advance
 from houseexpo.pseudoslam.kernels.flow import Flow, flow_of
 from houseexpo.pseudoslam.kernels.goal import Field, field_at, field_of
@@ -150,6 +150,8 @@ def go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scr
     way = distance
     if distance > 0.0:
         way = free_way(episode.solid, start[X], start[Y], right, down, distance, robot.radius_px)
+        disc = Disc(start[X], start[Y], robot.radius_px)
+        way = min(way, way_past_people(episode.bodies.people, rules.walk.radius_px, disc, right, down, distance))
     goes = math.ceil(way / robot.between_px - 1e-9)
     seen_turn, seen_way = turn, sign * way
     if errors.odometry:
