@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 _MOST = 8  # copies that are kept; a caller who holds more pays for fresh memory
-_OURS = 3  # references to a copy that nobody holds: the list's, the loop's, and the call's that counts them
 
 
 class Copies:
@@ -23,11 +22,20 @@ class Copies:
 
     def of(self, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Return a copy; it is the caller's, with all its views, for as long as one of them lives."""
-        for kept in self._kept:
-            if sys.getrefcount(kept) == _OURS:
+        for kept, holders in zip(self._kept, _holders(self._kept), strict=True):
+            if holders == _NOBODY:
                 np.copyto(kept, array)
                 return kept
         fresh = array.copy()
         if len(self._kept) < _MOST:
             self._kept.append(fresh)
         return fresh
+
+
+def _holders(arrays: list[npt.NDArray[Any]]) -> list[int]:
+    """Return how many references there are to each array."""
+    return [sys.getrefcount(array) for array in arrays]
+
+
+_NOBODY = _holders([np.empty(0)])[0]
+"""What is counted where only the list holds an array; how many of our own count with it is the interpreter's affair."""

@@ -102,7 +102,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Take one action."""
         state, before = self.state, self._measures()
-        moves, ahead = self._face.motions(np.asarray(action)[None])
+        moves, ahead = self._face.motions(action)
         transition(state.episode, moves[0, 0], moves[0, 1], self._rules, self._scratch)
         after = self._measures()
         reward = float(self.task.rewards(before, after, ahead)[0])
@@ -128,7 +128,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         from houseexpo.pseudoslam.window import Window
 
         self._window = self._window or Window("PseudoSLAM")
-        self._window.show(image, self.metadata["render_fps"])
+        self._window.show(image, fps=self.metadata["render_fps"])
         return None
 
     def close(self) -> None:

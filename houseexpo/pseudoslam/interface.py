@@ -84,28 +84,37 @@ class Interface:
             parts["goal"] = spaces.Box(-_FAR_M, _FAR_M, (2,), np.float32)
         return spaces.Dict(parts) if len(parts) > 1 else parts["map"]
 
-    def motions(self, actions: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-        """Return the turns and ways (N, 2), radians and pixels, that actions (N,) or (N, 2) mean, and which go ahead.
+    def motions(self, actions: object, *number: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+        """Return the turns and ways (N, 2), radians and pixels, that actions mean, and which go ahead.
 
-        ConfigError where there is no such action.
+        ``actions`` are so many, (N,) or (N, 2); without a number they are one, () or (2,). ConfigError where there is
+        no such action.
         """
-        ppm = self.config.pixels_per_metre
+        values = self._checked(actions, number)
+        ppm, robot = self.config.pixels_per_metre, self.config.robot
         if self.actions == "discrete":
             table = np.array([motions(self.config)[action] for action in ACTIONS]) * (1.0, ppm)
-            strange = (actions < 0) | (actions >= len(ACTIONS))
-            if actions.dtype.kind not in "iu" or strange.any():
-                found = actions[strange].flat[0] if actions.dtype.kind in "iu" else actions.flat[0]
-                raise ConfigError(f"action: expected 0 (forward), 1 (left) or 2 (right), found {found!r}")
-            return table[actions], actions == 0
-        values = np.asarray(actions, np.float64)
-        strange = ~(np.abs(values) <= 1.0)
-        if strange.any():
-            raise ConfigError(
-                f"action: expected (linear, angular), numbers from -1 to 1, found {values[strange].flat[0]!r}"
-            )
-        robot = self.config.robot
+            return table[values], values == 0
         full = (math.radians(robot.turn_deg), robot.step_m * ppm)
         return np.ascontiguousarray(values[:, ::-1] * full), values[:, 0] > 0
+
+    def _checked(self, actions: object, number: tuple[int, ...]) -> npt.NDArray[Any]:
+        """Return actions as an array, one a row."""
+        discrete = self.actions == "discrete"
+        shape, kinds = (number, "iu") if discrete else ((*number, 2), "iuf")
+        try:
+            values = np.asarray(actions)
+        except ValueError as error:
+            raise ConfigError(f"action: expected an array of shape {shape}, found {actions!r}") from error
+        if values.shape != shape:
+            raise ConfigError(f"action: expected an array of shape {shape}, found {values.shape}")
+        strange = np.ones(shape, bool)
+        if values.dtype.kind in kinds:
+            strange = (values < 0) | (values >= len(ACTIONS)) if discrete else ~((values >= -1) & (values <= 1))
+        if strange.any():
+            wanted = "0 (forward), 1 (left) or 2 (right)" if discrete else "(linear, angular), numbers from -1 to 1"
+            raise ConfigError(f"action: expected {wanted}, found {values[strange].flat[0]!r}")
+        return values.reshape(-1) if discrete else values.reshape(-1, 2).astype(np.float64)
 
     def observe(self, episode: Episode, measures: Measures) -> Observation:
         """Return the observations of a pool of episodes; the maps are views."""

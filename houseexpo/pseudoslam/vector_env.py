@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import gymnasium
@@ -114,7 +114,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         if not self._begun.all() or (self._mode == AutoresetMode.DISABLED and self._ended.any()):
             waiting = np.flatnonzero(self._ended | ~self._begun).tolist()
             raise gymnasium.error.ResetNeeded(f"environments {waiting}: call reset() before the next step")
-        motions, ahead = self._face.motions(self._checked(actions))
+        motions, ahead = self._face.motions(actions, self.num_envs)
         starting = self._ended.copy()  # only in NEXT_STEP is anything left to start here
         before = self._measures()
         self._batch.step(motions, (~starting).view(np.uint8))
@@ -189,18 +189,15 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         masks = {"_final_obs": self._ended.copy(), "_final_info": self._ended.copy()}
         return {"final_obs": last, "final_info": self._infos(after, self._ended), **masks}
 
-    def _checked(self, actions: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        found, wanted = np.asarray(actions), (self.num_envs, *(self.single_action_space.shape or ()))
-        if found.shape != wanted:
-            raise ConfigError(f"actions: expected an array of shape {wanted}, found {found.shape}")
-        return found
-
     def _seeds(self, seed: Seeds) -> list[int | None]:
         if seed is None or isinstance(seed, (int, np.integer)):
             return [None if seed is None else int(seed) + i for i in range(self.num_envs)]
-        if len(seed) != self.num_envs:
-            raise ConfigError(f"seed: expected {self.num_envs} seeds, found {len(seed)}")
-        return [None if one is None else int(one) for one in seed]
+        seeds = list(seed) if isinstance(seed, Iterable) else []
+        if len(seeds) != self.num_envs or not all(isinstance(one, (int, np.integer, type(None))) for one in seeds):
+            raise ConfigError(
+                f"seed: expected a whole number, a list of {self.num_envs} of them or None, found {seed!r}"
+            )
+        return [None if one is None else int(one) for one in seeds]
 
     def _mask(self, mask: object) -> Bools:
         if mask is None:

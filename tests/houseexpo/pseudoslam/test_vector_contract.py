@@ -1,0 +1,248 @@
+"""What a vector environment promises beside being equal: copies, one compiled call, spaces, infos, clear errors."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from dataclasses import replace
+from types import FrameType
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam import batch
+from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
+from houseexpo.pseudoslam.vector_env import PseudoSlamVectorEnv
+from tests.builders.vectors import HUTS, native
+
+SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=32), max_steps=60)
+GIVEN: dict[str, Any] = {"dataset": HUTS, "config": SMALL}
+KEYS = {"explored_m2", "coverage", "collisions", "collided", "pose", "is_success", "plan_id"}
+MORE = {"Exploration": set(), "ObstacleAvoidance": {"clearance_m"}, "Navigation": {"to_goal_m", "way_m", "goal", "spl"}}
+
+
+def explorers(number: int, mode: str = "NextStep", **given: Any) -> Any:
+    return native("Exploration", number, mode, success_coverage=None, **{**GIVEN, **given})
+
+
+def test_copies_are_the_callers_for_as_long_as_he_holds_them() -> None:
+    env = explorers(3, observation="dict")
+    env.reset(seed=0)
+    held = []
+    for step in range(40):
+        parts = env.step(np.full(3, step % 2))[0]
+        held.append((parts["map"] if step % 3 else parts["map"][1, 0], parts["ranges"]))  # a view holds its array
+        if step % 5 == 0:
+            held[0] = held[-1]  # some are let go
+        if step == 0:
+            kept = [tuple(part.tobytes() for part in one) for one in held]
+        else:
+            kept.append(tuple(part.tobytes() for part in held[-1]))
+            kept[0] = tuple(part.tobytes() for part in held[0])
+        assert [tuple(part.tobytes() for part in one) for one in held] == kept
+
+
+def test_memory_that_nobody_holds_is_used_again() -> None:
+    env = explorers(3)
+    env.reset(seed=0)
+    places = {env.step(np.ones(3, np.int64))[0].ctypes.data for _ in range(10)}
+    assert len(places) <= 2
+
+
+def test_views_are_the_maps_themselves() -> None:
+    env = explorers(3, copy=False, config=replace(SMALL, max_steps=7))
+    first, _ = env.reset(seed=0, options={"plan_id": "small"})
+    arrays = env.unwrapped._batch.arrays
+    assert np.shares_memory(first, arrays.shown)
+    for _ in range(10):
+        again, *_ = env.step(np.ones(3, np.int64))
+        assert np.shares_memory(first, again)
+    env.reset(seed=1, options={"plan_id": "large"})  # the pools grow, but not what is shown
+    assert np.shares_memory(first, env.step(np.ones(3, np.int64))[0])
+
+
+def calls_in_a_step(env: Any, actions: np.ndarray) -> list[str]:
+    """The Python functions and the C functions that a step calls."""
+    found = []
+
+    def note(frame: FrameType, event: str, what: Any) -> None:
+        if event in {"call", "c_call"}:
+            found.append(frame.f_code.co_qualname if event == "call" else getattr(what, "__qualname__", repr(what)))
+
+    sys.setprofile(note)
+    try:
+        env.step(actions)
+    finally:
+        sys.setprofile(None)
+    return found
+
+
+@pytest.mark.parametrize("task", ["Exploration", "ObstacleAvoidance", "Navigation"])
+def test_a_step_is_one_compiled_call_and_no_more_python_for_more_of_them(
+    task: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiled = batch.transitions
+    called = []
+
+    def counted(*args: Any) -> None:
+        called.append(args[-2:])
+        compiled(*args)
+
+    monkeypatch.setattr(batch, "transitions", counted)
+    calls = {}
+    for number in (4, 64):
+        env = native(task, number, threads=1, **GIVEN, **({"success_coverage": None} if task == "Exploration" else {}))
+        env.reset(seed=0)
+        actions = np.ones(number, np.int64)
+        for _ in range(5):
+            env.step(actions)
+        called.clear()
+        calls[number] = calls_in_a_step(env, actions)
+        assert called == [(0, number)]
+    assert calls[4] == calls[64]
+    assert len(calls[4]) < 300
+
+
+def test_each_thread_makes_one_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    shares = []
+    compiled = batch.transitions
+    monkeypatch.setattr(batch, "transitions", lambda *args: (shares.append(args[-2:]), compiled(*args)))
+    env = explorers(7, threads=3)
+    env.reset(seed=0)
+    env.step(np.ones(7, np.int64))
+    assert sorted(shares) == [(0, 2), (2, 4), (4, 7)]
+    env.close()
+
+
+@pytest.mark.parametrize("actions", ["discrete", "continuous"])
+@pytest.mark.parametrize("observation", ["map", "dict"])
+@pytest.mark.parametrize("task", ["Exploration", "ObstacleAvoidance", "Navigation"])
+def test_gymnasium_finds_nothing_wrong(task: str, observation: str, actions: str) -> None:
+    given = {**GIVEN, "observation": observation, "actions": actions}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.filterwarnings("ignore", message=".*not within.*|.*render_mode.*")
+        check_env(gymnasium.make(f"PseudoSLAM/{task}-v0", **given).unwrapped, skip_render_check=True)
+        env = gymnasium.make_vec(f"PseudoSLAM/{task}-v0", num_envs=3, **given)  # the native one is the default
+    assert isinstance(env.unwrapped, PseudoSlamVectorEnv)
+    assert env.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
+    parts, info = env.reset(seed=0)
+    env.action_space.seed(0)
+    for _ in range(3):
+        assert parts in env.observation_space
+        assert set(info) == {key for name in KEYS | MORE[task] for key in (name, f"_{name}")}
+        parts, rewards, terminated, truncated, info = env.step(env.action_space.sample())
+        assert [array.dtype for array in (rewards, terminated, truncated)] == [np.float64, bool, bool]
+        assert all(len(value) == 3 for value in info.values())
+
+
+@pytest.mark.parametrize(
+    ("given", "actions", "text"),
+    [
+        ({}, [0, 3], r"action: expected 0 \(forward\), 1 \(left\) or 2 \(right\), found .*3"),
+        ({}, [-1, 0], r"found .*-1"),
+        ({}, [0.0, 1.0], r"found .*0.0"),
+        ({}, [True, False], r"found .*True"),
+        ({}, ["left", "right"], r"found .*left"),
+        ({}, [0], r"action: expected an array of shape \(2,\), found \(1,\)"),
+        ({}, [[0, 1]], r"found \(1, 2\)"),
+        ({}, [[0], [1, 2]], r"action: expected an array of shape \(2,\), found \[\[0\], \[1, 2\]\]"),
+        (
+            {"actions": "continuous"},
+            [[0, 0], [0, 1.01]],
+            r"action: expected \(linear, angular\), numbers .* found .*1.01",
+        ),
+        ({"actions": "continuous"}, [[0, 0], [float("nan"), 0]], "found .*nan"),
+        ({"actions": "continuous"}, [[0, 0], [0, -float("inf")]], "found .*-inf"),
+        ({"actions": "continuous"}, [0, 1], r"action: expected an array of shape \(2, 2\), found \(2,\)"),
+        ({"actions": "continuous"}, [[None, 0], [0, 0]], "found None"),
+    ],
+)
+def test_wrong_actions_are_refused_and_change_nothing(given: dict[str, Any], actions: Any, text: str) -> None:
+    env = explorers(2, **given)
+    env.reset(seed=0)
+    before = env.unwrapped.state(0).pose_px.copy()
+    with pytest.raises(ConfigError, match=text):
+        env.step(actions)
+    assert np.array_equal(env.unwrapped.state(0).pose_px, before)
+    assert not env.unwrapped.state(0).counts[0]
+
+
+@pytest.mark.parametrize(
+    ("given", "actions", "text"),
+    [
+        ({}, [0], r"action: expected an array of shape \(\), found \(1,\)"),
+        ({}, None, "action: expected 0 .* found None"),
+        ({"actions": "continuous"}, 0.5, r"action: expected an array of shape \(2,\), found \(\)"),
+        ({"actions": "continuous"}, [0.5], r"found \(1,\)"),
+        ({"actions": "continuous"}, [0.5, float("nan")], "found .*nan"),
+    ],
+)
+def test_wrong_actions_of_one_are_refused(given: dict[str, Any], actions: Any, text: str) -> None:
+    env = gymnasium.make("PseudoSLAM/Exploration-v0", **GIVEN, **given).unwrapped
+    env.reset(seed=0)
+    with pytest.raises(ConfigError, match=text):
+        env.step(actions)
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ({"num_envs": 0}, "num_envs: expected a whole number of at least 1, found 0"),
+        ({"threads": 0}, "threads: expected a whole number of at least 1, found 0"),
+        ({"threads": 1.5}, "threads: expected a whole number of at least 1, found 1.5"),
+        ({"autoreset_mode": "Never"}, "autoreset_mode: expected one of NextStep, SameStep, Disabled; found 'Never'"),
+        ({"render_mode": "human"}, "render_mode: expected 'rgb_array' or None, found 'human'"),
+        ({"actions": "both"}, "actions: expected one of discrete, continuous; found 'both'"),
+        ({"observation": "image"}, "observation: expected one of map, dict; found 'image'"),
+        ({"config": {"max_steps": 3}}, "config: expected a SimulatorConfig or None, found {'max_steps': 3}"),
+    ],
+)
+def test_wrong_arguments_are_refused(given: dict[str, Any], text: str) -> None:
+    with pytest.raises(ConfigError, match=text):
+        gymnasium.make_vec("PseudoSLAM/Exploration-v0", **{"num_envs": 2, **GIVEN, **given})
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ({"seed": [1]}, r"seed: expected a whole number, a list of 2 of them or None, found \[1\]"),
+        ({"seed": 1.5}, "found 1.5"),
+        ({"seed": "12"}, "found '12'"),
+        ({"options": {"plan": 3}}, "options: unknown key 'plan'; known: 'plan_id'"),
+        ({"options": {"plan_id": "tiny"}}, "plan_id: none of the 3 plans has the id 'tiny'"),
+        (
+            {"options": {"reset_mask": [True, False]}},
+            r"options\['reset_mask'\]: expected a boolean array of shape \(2,\)",
+        ),
+        ({"options": {"reset_mask": np.zeros(2, bool)}}, "not all False"),
+        ({"options": {"reset_mask": np.ones(3, bool)}}, r"shape \(2,\)"),
+        ({"options": {"reset_mask": np.ones(2)}}, "a boolean array"),
+    ],
+)
+def test_wrong_resets_are_refused(given: dict[str, Any], text: str) -> None:
+    env = explorers(2)
+    with pytest.raises(ConfigError, match=text):
+        env.reset(**given)
+
+
+def test_nothing_steps_before_it_is_reset() -> None:
+    env = explorers(2, "Disabled", config=replace(SMALL, max_steps=3))
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"environments \[0, 1\]: call reset"):
+        env.step(np.zeros(2, np.int64))
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.unwrapped.state(1)
+    env.reset(seed=0, options={"reset_mask": np.array([True, False])})
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"environments \[1\]: call reset"):
+        env.step(np.zeros(2, np.int64))
+    env.reset(seed=0)
+    for _ in range(3):
+        *_, truncated, _ = env.step(np.zeros(2, np.int64))
+    assert truncated.all()
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"environments \[0, 1\]"):
+        env.step(np.zeros(2, np.int64))

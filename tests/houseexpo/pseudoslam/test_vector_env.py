@@ -1,0 +1,160 @@
+"""N environments at once are N single ones, to the last bit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, ObservationConfig, SimulatorConfig
+from houseexpo.pseudoslam.dynamics_config import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.shapes import Circle
+from houseexpo.pseudoslam.tasks import ObstacleAvoidance
+from tests.builders.vectors import HUTS, assert_same, assert_same_step, native, singles
+
+NOISE = NoiseConfig(0.02, 0.01, 0.2, 0.05, 0.05, 1.0, 0.05, 0.02)
+SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=32), max_steps=11)
+AVOIDING = replace(ObstacleAvoidance.default, pixels_per_metre=16.0, max_steps=11)
+PEOPLE = PeopleConfig(2, speed_m_s=1.0, away_m=0.5)
+ACROSS = Trajectory(Circle(0.2), (0, 2, 4), ((1, 1, 0), (3, 1, 0), (1, 1, 0)), loop=True)
+CASES: dict[str, tuple[str, dict[str, Any]]] = {
+    "exploration": ("Exploration", {"dataset": HUTS, "config": SMALL}),
+    "exploration, noise, people, dict": (
+        "Exploration",
+        {"dataset": HUTS, "config": replace(SMALL, noise=NOISE, people=PEOPLE), "observation": "dict"},
+    ),
+    "exploration, rays, noise, continuous": (
+        "Exploration",
+        {
+            "dataset": HUTS,
+            "config": replace(SMALL, noise=NOISE, laser=LaserConfig(rule="rays"), trajectories=(ACROSS,)),
+            "actions": "continuous",
+        },
+    ),
+    "avoidance": ("ObstacleAvoidance", {"config": AVOIDING}),
+    "avoidance, ends on collision, continuous, dict": (
+        "ObstacleAvoidance",
+        {"config": AVOIDING, "terminate_on_collision": True, "actions": "continuous", "observation": "dict"},
+    ),
+    "navigation": ("Navigation", {"dataset": HUTS, "config": SMALL}),
+    "navigation, all at once": (
+        "Navigation",
+        {
+            "dataset": HUTS,
+            "config": replace(
+                SMALL,
+                noise=NOISE,
+                people=replace(PEOPLE, number=1),
+                known_map=True,
+                obstacles=ObstaclesConfig(random=RandomObstacles((1, 2), (0.2, 0.4))),
+            ),
+            "actions": "continuous",
+            "observation": "dict",
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+@pytest.mark.parametrize("case", CASES)
+def test_it_is_single_environments_step_by_step(case: str, mode: str) -> None:
+    task, given = CASES[case]
+    many, each = native(task, 5, mode, **given), singles(task, 5, mode, **given)
+    assert_same_step(many.reset(seed=5), each.reset(seed=5), "reset")
+    many.action_space.seed(1)
+    ends = 0
+    for step in range(30):
+        actions = many.action_space.sample()
+        found = many.step(actions)
+        assert_same_step(found, each.step(actions), step)
+        ends += int((found[2] | found[3]).sum())
+    assert ends >= 10
+    assert_same_step(many.reset(), each.reset(), "reset without a seed")  # their generators go on
+    many.close()
+    each.close()
+
+
+def test_without_automatic_resets_the_caller_says_which() -> None:
+    given = CASES["exploration, noise, people, dict"][1]
+    many, each = native("Exploration", 4, "Disabled", **given), singles("Exploration", 4, "Disabled", **given)
+    assert_same_step(many.reset(seed=[3, 1, 4, 1]), each.reset(seed=[3, 1, 4, 1]))
+    moves = np.random.default_rng(0)
+    for step in range(25):
+        actions = moves.integers(3, size=4)
+        found = many.step(actions)
+        assert_same_step(found, each.step(actions), step)
+        ended = found[2] | found[3]
+        mask = ended | (moves.random(4) < 0.1)  # running ones may be reset, too
+        if mask.any():
+            options = {"reset_mask": mask, "plan_id": "large"}
+            seeds = [None, 7, None, step]
+            one, other = (env.reset(seed=seeds, options=dict(options)) for env in (many, each))
+            assert_same_step(one, other, f"{step}, reset")
+            assert (one[1]["plan_id"][mask] == "large").all()
+
+
+@pytest.mark.parametrize("seeds", [7, [9, 2, 9]])
+def test_each_is_the_single_environment_of_its_seed(seeds: Any) -> None:
+    task, given = CASES["navigation"]
+    together, info = native(task, 3, **given).reset(seed=seeds)
+    for i, seed in enumerate([7, 8, 9] if seeds == 7 else seeds):
+        alone, its = native(task, 1, **given).reset(seed=seed)
+        assert_same(alone["map"][0], together["map"][i])
+        assert its["plan_id"][0] == info["plan_id"][i]
+        assert_same(its["pose"][0], info["pose"][i])
+
+
+def test_the_number_of_threads_does_not_matter() -> None:
+    task, given = CASES["navigation, all at once"]
+    envs = [native(task, 5, threads=threads, **given) for threads in (1, 2, 3, None)]
+    starts = [env.reset(seed=4) for env in envs]
+    moves = np.random.default_rng(1)
+    for start in starts[1:]:
+        assert_same(starts[0], start)
+    for _ in range(15):
+        actions = moves.uniform(-1, 1, (5, 2)).astype(np.float32)
+        first, *others = [env.step(actions) for env in envs]
+        for other in others:
+            assert_same(first, other)
+    for env in envs:
+        env.close()
+
+
+def test_an_episode_is_its_seed_and_its_actions() -> None:
+    task, given = CASES["exploration, noise, people, dict"]
+    moves = np.random.default_rng(2).integers(3, size=(20, 3))
+    plays = []
+    for before in (0, 4):  # what was played before does not matter
+        env = native(task, 3, **given)
+        env.reset(seed=99)
+        for actions in moves[:before]:
+            env.step(actions)
+        plays.append((env.reset(seed=6), *(env.step(actions) for actions in moves)))
+    assert_same(*plays)
+
+
+def test_bigger_houses_make_the_pools_grow() -> None:
+    given: dict[str, Any] = {"dataset": HUTS, "config": replace(SMALL, max_steps=99), "success_coverage": None}
+    many, each = native("Exploration", 3, "Disabled", **given), singles("Exploration", 3, "Disabled", **given)
+    for plan_id, which in (("small", [1, 1, 1]), ("large", [0, 1, 0]), ("small", [0, 1, 0]), ("middle", [1, 0, 1])):
+        options = {"plan_id": plan_id, "reset_mask": np.array(which, bool)}
+        one, other = (env.reset(seed=3, options=dict(options)) for env in (many, each))
+        assert_same_step(one, other, plan_id)
+        for _ in range(5):
+            actions = np.array([0, 1, 0])
+            assert_same_step(many.step(actions), each.step(actions), plan_id)
+    for i, env in enumerate(each.envs):
+        assert_same(many.unwrapped.state(i).known, env.unwrapped.state.known)
+
+
+def test_time_up_is_truncated_and_never_terminated() -> None:
+    env = native("Exploration", 3, dataset=HUTS, config=SMALL, success_coverage=None)
+    env.reset(seed=0)
+    for step in range(1, 25):
+        _, rewards, terminated, truncated, _ = env.step(np.zeros(3, np.int64))
+        assert not terminated.any()
+        assert truncated.tolist() == [step % 12 == 11] * 3  # the twelfth resets
+        assert step % 12 or not rewards.any()
