@@ -83,25 +83,24 @@ def first_hit(boxes: Floats, right: float, down: float) -> tuple[int, float]:
 
 
 def slow_crop(known: np.ndarray, x: float, y: float, heading: float, side: int) -> np.ndarray:
-    """The square of the map round a position, heading up."""
-    out = np.zeros((side, side), np.uint8)
-    for i in range(side):
-        for j in range(side):
-            ahead, right = (side - 1) / 2 - i, j - (side - 1) / 2
-            row = math.floor(y - ahead * math.sin(heading) + right * math.cos(heading))
-            col = math.floor(x + ahead * math.cos(heading) + right * math.sin(heading))
-            if 0 <= row < known.shape[0] and 0 <= col < known.shape[1]:
-                out[i, j] = known[row, col]
-    return out
+    """The square of the map round a position, heading up, by the nearest cell; off the map it is unknown."""
+    down, across = _places(x, y, heading, side)
+    row, col = np.floor(down).astype(int), np.floor(across).astype(int)
+    inside = (row >= 0) & (row < known.shape[0]) & (col >= 0) & (col < known.shape[1])
+    return np.where(inside, known[np.where(inside, row, 0), np.where(inside, col, 0)], 0)
 
 
 def crop_ties(x: float, y: float, heading: float, side: int) -> np.ndarray:
     """Where in such a square a place lies so near to a border of cells (1e-5) that either side will do."""
+    down, across = _places(x, y, heading, side)
+    return np.minimum(np.abs(down - np.round(down)), np.abs(across - np.round(across))) < 1e-5
+
+
+def _places(x: float, y: float, heading: float, side: int) -> tuple[Floats, Floats]:
     i, j = np.mgrid[:side, :side]
     ahead, right = (side - 1) / 2 - i, j - (side - 1) / 2
     down = y - ahead * math.sin(heading) + right * math.cos(heading)
-    across = x + ahead * math.cos(heading) + right * math.sin(heading)
-    return np.minimum(np.abs(down - np.round(down)), np.abs(across - np.round(across))) < 1e-5
+    return down, x + ahead * math.cos(heading) + right * math.sin(heading)
 
 
 def _turned(angle: float) -> float:
