@@ -23,7 +23,7 @@ from houseexpo.pseudoslam.kernels.bodies import MOVING
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.motion import disc_is_free
 from houseexpo.pseudoslam.shapes import Circle, Rectangle, Shape
-from houseexpo.pseudoslam.simulator import Action, Simulator
+from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from tests.builders.vectors import HUTS, assert_same_step, native, singles
 
