@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -12,14 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.step import Episode, Rules, episode_of, transitions
-from houseexpo.pseudoslam.rules import scratch_of
+from houseexpo.pseudoslam.kernels.step import Episode, Rules
+from houseexpo.pseudoslam.pools import RASTERS, Array, leaves, like, one_of
+from houseexpo.pseudoslam.rules import kernel_of, scratch_of
 from houseexpo.pseudoslam.state import State
 
 _SPARE = 1.25  # room for the next bigger house
-_RASTERS = 3  # the first arrays of an episode are as big as its house
-
-Array = npt.NDArray[Any]
 
 
 class Batch:
@@ -32,7 +29,7 @@ class Batch:
     def __init__(self, number: int, config: SimulatorConfig, rules: Rules, threads: int | None = None) -> None:
         threads = min(threads or len(os.sched_getaffinity(0)), number)
         self.sizes = np.zeros((number, 2), np.int64)
-        self._number, self._rules = number, rules
+        self._number, self._rules, self._kernel = number, rules, kernel_of(config)
         self._leaves: list[Array] = []
         self._rest: dict[int, tuple[Any, ...]] = {}
         self._scratch = [scratch_of(config) for _ in range(threads)]
@@ -43,22 +40,23 @@ class Batch:
 
     def put(self, i: int, state: State) -> None:
         """Copy an episode into place ``i``; the state that was there is no longer valid."""
-        leaves = [leaf.ravel() if k < _RASTERS else leaf for k, leaf in enumerate(_leaves(state.episode))]
+        parts = [leaf.ravel() if k < RASTERS else leaf for k, leaf in enumerate(leaves(state.episode))]
         if not self._leaves:
-            self._leaves = [np.zeros((self._number, *leaf.shape), leaf.dtype) for leaf in leaves]
-        for k, leaf in enumerate(leaves):
+            self._leaves = [np.zeros((self._number, *leaf.shape), leaf.dtype) for leaf in parts]
+        for k, leaf in enumerate(parts):
             old = self._leaves[k]
             if len(leaf) > old.shape[1]:
                 self._leaves[k] = np.zeros((self._number, int(_SPARE * len(leaf)), *leaf.shape[1:]), leaf.dtype)
                 self._leaves[k][:, : old.shape[1]] = old
             self._leaves[k][i, : len(leaf)] = leaf
-        self.arrays = _like(state.episode, iter(self._leaves))
+        self.arrays = like(state.episode, self._leaves)
         self.sizes[i] = state.episode.solid.shape
         self._rest[i] = state.obstacles, state.goal_m, state.best_way_m
 
     def state(self, i: int) -> State:
         """Return the episode that was put at place ``i``: its arrays are views, which the next step changes."""
-        return State(episode_of(self.arrays, self.sizes, i), *self._rest[i])
+        rows, cols = self.sizes[i].tolist()
+        return State(one_of(self.arrays, i, (rows, cols)), *self._rest[i])
 
     def step(self, motions: npt.NDArray[np.float64], wanted: npt.NDArray[np.uint8]) -> None:
         """Move the robots that are ``wanted`` (N,) by ``motions`` (N, 2), turn and way forward, radians and pixels."""
@@ -71,23 +69,9 @@ class Batch:
             job.result()
 
     def _run(self, motions: Array, wanted: Array, scratch: Any, share: tuple[int, int]) -> None:
-        transitions(self.arrays, self.sizes, motions, wanted, self._rules, scratch, *share)
+        self._kernel(self.arrays, self.sizes, motions, wanted, self._rules, scratch, *share)
 
     def close(self) -> None:
         """End the threads."""
         if self._pool is not None:
             self._pool.shutdown()
-
-
-def _leaves(part: Any) -> Iterator[Array]:  # nested tuples of arrays
-    if isinstance(part, np.ndarray):
-        yield part
-    else:
-        for piece in part:
-            yield from _leaves(piece)
-
-
-def _like(part: Any, leaves: Iterator[Array]) -> Any:  # the same nested tuples, of other arrays
-    if isinstance(part, np.ndarray):
-        return next(leaves)
-    return type(part)(*(_like(piece, leaves) for piece in part))

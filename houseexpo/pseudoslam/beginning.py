@@ -14,10 +14,11 @@ from houseexpo.pseudoslam.kernels.dynamics import stamp_bodies
 from houseexpo.pseudoslam.kernels.goal import Field, field_at, find_open, march
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.motion import disc_is_free
-from houseexpo.pseudoslam.kernels.step import COVERED, KEY, KNOWN, Episode, Rules, go, read
+from houseexpo.pseudoslam.kernels.step import COVERED, KEY, KNOWN, STEPS, Episode, Rules
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.obstacles import Placement, place
 from houseexpo.pseudoslam.people import new_bodies, start_people
+from houseexpo.pseudoslam.rules import kernel_of, step_one
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.trajectories import swept_cells
 from houseexpo.pseudoslam.world import World, visible_cells
@@ -45,16 +46,18 @@ def begin(
     placed = _furnished(world, config, rng)
     bodies = new_bodies(len(world.tracks.times_s), config.people.number)
     solid = placed.solid.copy()
-    stamp_bodies(solid, new_bodies(len(world.tracks.times_s), 0), world.tracks, rules.walk)
+    if config.trajectories:
+        stamp_bodies(solid, new_bodies(len(config.trajectories), 0), world.tracks, rules.walk)
     pose = _random_pose(placed.stand, solid, world, config, rng)
     if not config.start.random:
         pose = _given_pose(config.start, placed.stand, solid, world, config)
     goal, field, best = _goal(config, placed.stand, world, pose, rng)
     robot = Disc(float(pose[0]), float(pose[1]), rules.robot.radius_px)
-    start_people(
-        config.people, placed.solid, bodies, world.tracks, world.flow, rules.walk, key, robot, world.plan_id
-    )
-    stamp_bodies(solid, bodies, world.tracks, rules.walk)
+    if config.people.number:
+        start_people(
+            config.people, placed.solid, bodies, world.tracks, world.flow, rules.walk, key, robot, world.plan_id
+        )
+        stamp_bodies(solid, bodies, world.tracks, rules.walk)
     countable = world.countable.copy()
     if placed.obstacles:
         ppm = config.pixels_per_metre
@@ -66,13 +69,13 @@ def begin(
         np.zeros((cells, cells), np.uint8), np.zeros(len(rules.sensor.fan_cos) if complete else 0), np.tile(pose, 2),
         np.zeros(7, np.int64), np.array([0.0, 0.0, best, pose[0], pose[1]]), bodies, world.tracks, world.flow, field,
     )  # fmt: skip
-    episode.counts[KEY] = key
+    episode.counts[[STEPS, KEY]] = -1, key
     if config.known_map:
         episode.known[:] = np.where(placed.solid != 0, OBSTACLE, FREE)
         episode.counts[[KNOWN, COVERED]] = solid.size, int(countable.sum())
-    go(episode, 0.0, 0.0, rules, scratch)
-    read(episode, rules, math.inf if config.known_map else 2.0 * rules.sensor.range_px)
-    return State(episode, placed.obstacles, goal, best / config.pixels_per_metre)
+    state = State(episode, placed.obstacles, goal, best / config.pixels_per_metre)
+    step_one(kernel_of(config), state, np.zeros((1, 2)), rules, scratch)
+    return state
 
 
 def _furnished(world: World, config: SimulatorConfig, rng: np.random.Generator) -> Placement:
@@ -168,7 +171,8 @@ def _goal(
         goal_x, goal_y = _given_goal(config.goal, stand, world)
     field = _ways(stand, goal_y, goal_x, config.pixels_per_metre)
     goal = tuple(world.frame.points_from_pixels([goal_x, goal_y]).tolist())
-    best = max(float(field_at(field, x, y)), math.hypot(goal_x - x, goal_y - y))
+    way, straight = float(field_at(field, x, y)), math.hypot(goal_x - x, goal_y - y)
+    best = max(way, straight) if math.isfinite(way) else straight
     return (goal[0], goal[1]), field, best
 
 

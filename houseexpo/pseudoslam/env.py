@@ -11,8 +11,9 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.interface import Actions, Interface, Kind, Observation, facts_of, interface_of
-from houseexpo.pseudoslam.kernels.step import Episode, transition
+from houseexpo.pseudoslam.kernels.step import Episode
 from houseexpo.pseudoslam.measures import Facts, Measures
+from houseexpo.pseudoslam.rules import kernel_of, step_one
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.tasks import ROOM, Exploration, Navigation, ObstacleAvoidance, Task
@@ -65,6 +66,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         self.task, self.config, self.render_mode = task, self._face.config, render_mode
         self.action_space, self.observation_space = self._face.action_space(), self._face.observation_space()
         self._rules, self._scratch = self._face.rules(), self._face.scratch()
+        self._kernel = kernel_of(self.config)
         self._simulator: Simulator | None = None
         self._state: State | None = None
         self._facts: Facts
@@ -103,7 +105,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         """Take one action."""
         state, before = self.state, self._measures()
         moves, ahead = self._face.motions(action)
-        transition(state.episode, moves[0, 0], moves[0, 1], self._rules, self._scratch)
+        step_one(self._kernel, state, moves, self._rules, self._scratch)
         after = self._measures()
         reward = float(self.task.rewards(before, after, ahead)[0])
         ends = bool(self.task.terminated(after)[0]), bool(after.truncated()[0])

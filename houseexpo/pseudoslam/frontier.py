@@ -107,17 +107,17 @@ def _plan(
     rows, cols = np.nonzero(edges := _edges(state.known))
     _, labels, stats, _ = cv2.connectedComponentsWithStats(edges.view(np.uint8), connectivity=8)
     is_long = stats[labels[rows, cols], cv2.CC_STAT_AREA] >= _LONG_M * simulator.config.pixels_per_metre
-    for wanted in (is_long, ~is_long):
+    for wanted, through in ((is_long, False), (~is_long, False), (is_long | True, True)):
         cells = zip(rows[wanted].tolist(), cols[wanted].tolist(), strict=True)
         left = [cell for cell in cells if len(failed.get(cell, ())) < _TRIES]
-        plan = _plan_for(simulator, state, left[:: len(left) // _MOST + 1], failed)
+        plan = _plan_for(simulator, state, left[:: len(left) // _MOST + 1], failed, through)
         if plan is not None:
             return plan
     return None
 
 
 def _plan_for(
-    simulator: Simulator, state: State, edges: list[Cell], failed: dict[Cell, list[tuple[float, float]]]
+    simulator: Simulator, state: State, edges: list[Cell], failed: dict[Cell, list[tuple[float, float]]], through: bool
 ) -> tuple[npt.NDArray[np.float32], Cell] | None:
     """Do as ``_plan`` for some unknown cells."""
     ppm = simulator.config.pixels_per_metre
@@ -127,9 +127,10 @@ def _plan_for(
     number = np.full(room.size, -1)
     nodes = np.flatnonzero(room)
     number[nodes] = np.arange(len(nodes))
+    opaque = (state.known == OBSTACLE).astype(np.uint8) if through else solid
     seen_from = np.full(len(nodes), -1)  # which edge
     for i, edge in enumerate(edges):
-        places = _in_sight(solid, edge, 0.9 * simulator.config.laser.range_m * ppm)
+        places = _in_sight(opaque, edge, 0.9 * simulator.config.laser.range_m * ppm)
         for x, y in failed.get(edge, ()):
             places = places[np.hypot(places % cols + 0.5 - x, places // cols + 0.5 - y) > _APART_M * ppm]
         places = number[places]
@@ -152,11 +153,11 @@ def _plan_for(
 def _in_sight(solid: Grid, cell: Cell, range_px: float) -> npt.NDArray[np.int64]:
     """Flat indices of the cells that are seen from the middle of a solid one, or nearly."""
     x, y = cell[1] + 0.5, cell[0] + 0.5
-    solid[cell] = 0
+    before, solid[cell] = solid[cell], 0
     angles = np.linspace(0, 2 * math.pi, int(4 * math.pi * range_px))  # half a cell apart at the end
     ranges = np.empty(len(angles))
     cast(solid, x, y, 0.0, np.cos(angles), np.sin(angles), range_px, ranges)
-    solid[cell] = 1
+    solid[cell] = before
     corners = np.stack([x - 0.5 + ranges * np.cos(angles), y - 0.5 - ranges * np.sin(angles)], axis=1).round()
     corners = corners.clip(0, (solid.shape[1] - 1, solid.shape[0] - 1))
     left, top = corners.min(axis=0).astype(int)

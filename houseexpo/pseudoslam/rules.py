@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.step import Rules
+from houseexpo.pseudoslam.kernels.among import transitions_among
+from houseexpo.pseudoslam.kernels.step import Rules, transitions
 from houseexpo.pseudoslam.kernels.types import Errors, Robot, Scratch, Sensor
 from houseexpo.pseudoslam.people import walk_of
+from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.world import scan_buffers
 
+Kernel: TypeAlias = Callable[..., None]
+
+_ONE = np.ones(1, np.uint8)
 BETWEEN_M, BETWEEN_DEG = 0.3, 10.0
 """A robot looks at least so often on its way (section III-B: a map is built at each sub-pose)."""
 
@@ -58,3 +66,13 @@ def scratch_of(config: SimulatorConfig) -> Scratch:
         runs = np.empty((max(samples, len(runs)), 2), np.int32)
     side = 2 * math.ceil(range_px) + 3
     return Scratch(runs, hit, slopes, np.zeros((side, side) if config.noise.any else (1, 1), np.uint8))
+
+
+def kernel_of(config: SimulatorConfig) -> Kernel:
+    """Return the kernel that steps episodes: one for things that move beside the robot, one without."""
+    return transitions_among if config.people.number or config.trajectories else transitions
+
+
+def step_one(kernel: Kernel, state: State, motion: npt.NDArray[np.float64], rules: Rules, scratch: Scratch) -> None:
+    """Step one episode by a ``motion`` (1, 2), turn and way forward, radians and pixels."""
+    kernel(*state.pool, motion, _ONE, rules, scratch, 0, 1)

@@ -12,11 +12,11 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.plan import FloorPlan
 from houseexpo.pseudoslam.beginning import begin
-from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.config import FURTHEST_M, SimulatorConfig
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.step import COVERED, KNOWN, Rules, transition
+from houseexpo.pseudoslam.kernels.step import COVERED, KNOWN, Rules
 from houseexpo.pseudoslam.kernels.types import Scratch
-from houseexpo.pseudoslam.rules import rules_of, scratch_of
+from houseexpo.pseudoslam.rules import kernel_of, rules_of, scratch_of, step_one
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.world import World
 from houseexpo.pseudoslam.worlds import world_for
@@ -60,6 +60,7 @@ class Simulator:
         self.world, self.config = world, config
         self.rules = rules or rules_of(config)
         self._scratch = scratch or scratch_of(config)
+        self._kernel = kernel_of(config)
         self._ppm = config.pixels_per_metre
         self._moves = motions(config)
 
@@ -90,9 +91,13 @@ class Simulator:
 
         Then the robot stops where it touches, and ``state.blocked`` says so until the next step.
         """
-        if not (math.isfinite(turn_rad) and math.isfinite(forward_m)):
-            raise ConfigError(f"action: expected finite numbers, found a turn of {turn_rad!r} and {forward_m!r} m")
-        transition(state.episode, float(turn_rad), forward_m * self._ppm, self.rules, self._scratch)
+        if not (abs(turn_rad) <= 2 * math.pi and abs(forward_m) <= FURTHEST_M):
+            raise ConfigError(
+                f"action: expected a full turn and {FURTHEST_M:g} m at most, "
+                f"found a turn of {turn_rad!r} and {forward_m!r} m"
+            )
+        motion = np.array([[turn_rad, forward_m * self._ppm]])
+        step_one(self._kernel, state, motion, self.rules, self._scratch)
 
     def pose(self, state: State) -> tuple[float, float, float]:
         """Return (x, y) in the plan's metres and the heading in radians, counter-clockwise from x."""

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeVar
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.kernels.step import BLOCKED, Episode
+from houseexpo.pseudoslam.pools import leaves, like, pool_of_one
 from houseexpo.pseudoslam.shapes import Obstacle
-
-Part = TypeVar("Part")
 
 
 @dataclass(eq=False)
@@ -35,6 +34,11 @@ class State:
     obstacles: tuple[Obstacle, ...] = ()
     goal_m: tuple[float, float] | None = None
     best_way_m: float = 0.0
+
+    @cached_property
+    def pool(self) -> tuple[Episode, npt.NDArray[np.int64]]:
+        """The episode as the kernels take it, a pool of one, and its rasters' (1, 2) rows and columns; views."""
+        return pool_of_one(self.episode), np.array([self.episode.solid.shape], np.int64)
 
     @property
     def solid(self) -> npt.NDArray[np.uint8]:
@@ -73,11 +77,9 @@ class State:
 
     def copy(self) -> State:
         """Return a state that shares nothing with this one."""
-        return State(_copied(self.episode), self.obstacles, self.goal_m, self.best_way_m)
-
-
-def _copied(part: Part) -> Part:
-    """Return nested tuples of arrays, copied."""
-    if isinstance(part, np.ndarray):
-        return part.copy()
-    return type(part)(*map(_copied, part))  # type: ignore[call-overload]  # a NamedTuple of such parts
+        return State(
+            like(self.episode, (leaf.copy() for leaf in leaves(self.episode))),
+            self.obstacles,
+            self.goal_m,
+            self.best_way_m,
+        )

@@ -14,7 +14,7 @@ from houseexpo.frame import GridFrame
 from houseexpo.plan import FloorPlan
 from houseexpo.pseudoslam.kernels.bodies import Tracks, no_tracks
 from houseexpo.pseudoslam.kernels.flow import Flow, no_flow
-from houseexpo.pseudoslam.kernels.reach import mark_visible
+from houseexpo.pseudoslam.kernels.reach import mark_in_sight, mark_visible
 from houseexpo.raster import free_mask
 
 MOST_CELLS = 2_000_000_000
@@ -129,10 +129,25 @@ def visible_cells(
     disc = np.hypot(offsets[:, None], offsets) <= min(radius_px, range_px)
     seen = cv2.dilate(stand, disc.astype(np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=0)
     visible: Cells = np.asarray(seen, np.uint8)
+    wanted = has_stand[pieces]
+    mark_in_sight(solid, wanted, _nearest(stand), range_px, visible)
     runs, hit, slopes = buffers or scan_buffers(range_px)
-    near_px = _NEAR * radius_px
-    mark_visible(solid, stand, has_stand[pieces], near_px, range_px, visible, runs, hit, slopes)
+    mark_visible(solid, stand, wanted, _NEAR * radius_px, range_px, visible, runs, hit, slopes)
     return visible
+
+
+def _nearest(stand: Cells) -> npt.NDArray[np.int32]:
+    """Return, for each cell, the flat index of the standing cell nearest to it, or nearly."""
+    import cv2
+
+    _, labels = cv2.distanceTransformWithLabels(
+        (stand == 0).view(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    cells = np.flatnonzero(stand)
+    at = np.empty(len(cells) + 1, np.int32)
+    at[labels.ravel()[cells]] = cells
+    found: npt.NDArray[np.int32] = at[labels]
+    return found
 
 
 def scan_buffers(range_px: float) -> Buffers:

@@ -134,7 +134,7 @@ def _most(known: Grid, top: float, bottom: float, left: float, right: float) -> 
     return most
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _span(along: Cells, start: int, shift: int, base: int, size: int, first: int, last: int) -> tuple[int, int]:
     """Return the part of first..last (excluded) whose cells, ``base`` and on, lie in [0, size); they go one way."""
     low, high = np.int64(-base) << shift, np.int64(size - base) << shift

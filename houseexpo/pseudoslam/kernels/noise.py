@@ -130,7 +130,7 @@ def registration(errors: Errors, key: int, step: int) -> tuple[float, float, flo
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _beam(dx: float, dy: float, heading: float, half_fov: float, beams: int) -> int:
     """Return the beam nearest to a direction, right and down."""
     angle = math.atan2(-dy, dx) - heading
@@ -138,7 +138,7 @@ def _beam(dx: float, dy: float, heading: float, half_fov: float, beams: int) -> 
     return min(max(int((from_middle + half_fov) / (2.0 * half_fov) * beams + 0.5), 0), beams - 1)
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _put(patch: Grid, x: float, y: float, value: int) -> None:
     """Set the patch's cell at a position in its own pixels, if there is one."""
     col, row = math.floor(x), math.floor(y)

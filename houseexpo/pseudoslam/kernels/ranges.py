@@ -34,12 +34,15 @@ def cast(
     for i in range(len(fan_cos)):
         right = fan_cos[i] * cos - fan_sin[i] * sin
         up = fan_sin[i] * cos + fan_cos[i] * sin
-        out[i] = _distance(solid, x, y, right, -up, range_px)
+        out[i] = distance(solid, x, y, right, -up, range_px)
 
 
 @njit(cache=True, nogil=True)
-def _distance(solid: Grid, x: float, y: float, right: float, down: float, range_px: float) -> float:
-    """Go from cell to cell; ``to_x`` and ``to_y`` are how far along the line its next borders lie."""
+def distance(solid: Grid, x: float, y: float, right: float, down: float, range_px: float) -> float:
+    """Return how far a beam in the direction (``right``, ``down``, a unit vector) goes, as ``cast`` says.
+
+    It goes from cell to cell; ``to_x`` and ``to_y`` are how far along the line its next borders lie.
+    """
     rows, cols = solid.shape
     flat = solid.ravel()
     col, row = math.floor(x), math.floor(y)

@@ -103,7 +103,7 @@ def ray_merge(
     return new, covered, n_hit
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _on_grid(solid: Grid, x: float, y: float, right: float, up: float, range_px: float) -> int:
     """Return how many samples of a ray lie within range and on the grid, up to the first that does not."""
     rows, cols = solid.shape
@@ -123,7 +123,7 @@ def _on_grid(solid: Grid, x: float, y: float, right: float, up: float, range_px:
     return samples
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _find(places: Floats, offsets: Floats, x: float, y: float, right: float, up: float, k: int, cols: int) -> None:
     """Write the flat indices of samples k and on into the lower halves of ``places``, (32,)."""
     x0, y0 = x - 0.5, y - 0.5  # cells' centres at whole numbers

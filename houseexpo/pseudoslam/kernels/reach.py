@@ -6,8 +6,23 @@ import math
 
 from numba import njit
 
+from houseexpo.pseudoslam.kernels.ranges import distance
 from houseexpo.pseudoslam.kernels.sector import sector_scan
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
+
+
+@njit(cache=True, nogil=True)
+def mark_in_sight(solid: Grid, wanted: Grid, nearest: Cells, range_px: float, visible: Grid) -> None:
+    """Set ``visible`` to 1 where what is ``wanted`` sees the middle of its ``nearest`` (rows, cols) standing cell."""
+    rows, cols = solid.shape
+    for row in range(rows):
+        for col in range(cols):
+            if wanted[row, col] == 0 or visible[row, col] != 0:
+                continue
+            right, down = nearest[row, col] % cols - col, nearest[row, col] // cols - row
+            way = math.hypot(right, down)
+            if way <= range_px and distance(solid, col + 0.5, row + 0.5, right / way, down / way, way) >= way:
+                visible[row, col] = 1
 
 
 @njit(cache=True, nogil=True)
@@ -49,7 +64,7 @@ def mark_visible(
                     flat[runs[i, 0] : runs[i, 1] + 1] = 1
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _first_of(standing: Grid, runs: Runs, n_runs: int) -> int:
     """Return the first standing cell in runs, flat; -1 where there is none."""
     for i in range(n_runs):

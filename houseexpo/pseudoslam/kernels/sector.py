@@ -89,7 +89,7 @@ def sector_scan(
     return n_runs, n_hit
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _quadrant(
     flat: Grid,
     here: int,
@@ -165,7 +165,7 @@ def _quadrant(
     return n_runs, n_hit
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _open_slopes(middle: float, half_fov: float, slopes: Floats) -> int:
     """Write the part of a fan that lies within a quarter turn of an axis, none, one or two intervals; return how many.
 

@@ -1,4 +1,8 @@
-"""One transition: others move, the robot turns, goes, looks on the way, and is shown what it knows."""
+"""A step: the robot turns, goes, looks on the way, and is shown what it knows.
+
+What only ``transitions`` calls is taken into it line by line: a function of its own would be compiled, with all that it
+calls, once more for itself. ``among.transitions_among`` is the same between things that move.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,6 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.bodies import Bodies, Disc, Tracks, bodies_of, tracks_of, way_past_people
-from houseexpo.pseudoslam.kernels.dynamics import advance
 from houseexpo.pseudoslam.kernels.flow import Flow, flow_of
 from houseexpo.pseudoslam.kernels.goal import Field, field_at, field_of
 from houseexpo.pseudoslam.kernels.hashing import uniform
@@ -30,7 +33,8 @@ obstacle; the key of the episode's noise."""
 WAY, CLEARANCE, TO_GOAL, START_X, START_Y = range(5)
 """What ``readings`` holds, pixels: the way gone, the room round the robot, the way that is left to the goal, and where
 the episode started."""
-_BEAMS, _ODOMETRY, _REGISTRATION, _PEOPLE = range(1, 5)  # each kind of noise has a key of its own
+BEAMS, ODOMETRY, REGISTRATION, PEOPLE = range(1, 5)
+"""Kinds of chance, each with a key of its own (``key_of``)."""
 
 
 class Episode(NamedTuple):
@@ -74,24 +78,44 @@ class Rules(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def transition(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch) -> None:
-    """Let others move, turn, then go forward (backward where negative) until something is in the way; look; crop."""
-    pose, counts, readings = episode.pose, episode.counts, episode.readings
-    robot = Disc(pose[X], pose[Y], rules.robot.radius_px)
-    advance(
-        episode.solid, episode.bodies, episode.tracks, episode.flow, rules.walk, _key(counts[KEY], _PEOPLE), robot,
-        rules.seconds,
-    )  # fmt: skip
+def transitions(
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, first: int, last: int
+) -> None:
+    """Turn, then go forward (backward where negative) until something is in the way; look; show what is known.
+
+    An episode that has not begun, ``counts[STEPS]`` is -1, begins: with a look round that is no step.
+
+    Parameters
+    ----------
+    pool, first, last
+        Episodes, of which ``first`` to ``last`` (excluded) are stepped.
+    sizes
+        (N, 2) rows and columns of each one's rasters.
+    motions
+        (N, 2) turn and way forward, radians and pixels.
+    wanted
+        (N,) 1 where an environment steps, 0 where it stays as it is.
+    """
+    for i in range(first, last):
+        if wanted[i] != 0:
+            episode = episode_of(pool, sizes, i)
+            step(episode, motions[i, 0], motions[i, 1], rules, scratch)
+
+
+@njit(inline="always")
+def step(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch) -> None:
+    """Do one episode's step."""
+    counts, readings = episode.counts, episode.readings
     counts[STEPS] += 1
-    way = go(episode, turn, forward, rules, scratch)
+    way = _go(episode, turn, forward, rules, scratch)
     counts[BLOCKED] = 1 if way < abs(forward) else 0
     counts[COLLISIONS] += counts[BLOCKED]
     readings[WAY] += way
-    read(episode, rules, 2.0 * rules.sensor.range_px)
+    _read(episode, rules, 2.0 * rules.sensor.range_px if counts[STEPS] > 0 else math.inf)
 
 
-@njit(cache=True, nogil=True)
-def read(episode: Episode, rules: Rules, spread_px: float) -> None:
+@njit(inline="always")
+def _read(episode: Episode, rules: Rules, spread_px: float) -> None:
     """Take the readings at the robot's place, and draw what it is shown, round where it believes to be.
 
     Of the overview, what lies within ``spread_px`` of it is drawn anew.
@@ -120,12 +144,12 @@ def read(episode: Episode, rules: Rules, spread_px: float) -> None:
     crop(episode.known, pose[SEEN_X], pose[SEEN_Y], pose[SEEN_HEADING], episode.shown)
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _err(ranges: Floats, counts: Counts, rules: Rules) -> None:
     """Give ranges the errors of the beams of the last scan: a lost one is 0."""
     beams = len(ranges)
     shift_px, fate = np.empty(beams), np.empty(beams, np.int32)
-    draw_beams(rules.errors, beams, _key(counts[KEY], _BEAMS), counts[SCANS] - 1, shift_px, fate)
+    draw_beams(rules.errors, beams, key_of(counts[KEY], BEAMS), counts[SCANS] - 1, shift_px, fate)
     for beam in range(beams):
         if fate[beam] != HIT:
             ranges[beam] = 0.0 if fate[beam] == LOST else rules.sensor.range_px
@@ -133,8 +157,8 @@ def _err(ranges: Floats, counts: Counts, rules: Rules) -> None:
             ranges[beam] = min(max(ranges[beam] + shift_px[beam], 0.0), rules.sensor.range_px)
 
 
-@njit(cache=True, nogil=True)
-def go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch) -> float:
+@njit(inline="always")
+def _go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch) -> float:
     """Turn and go, and merge what is seen on the way; return the way gone, pixels.
 
     Scans lie at most ``between_px`` and ``between_rad`` apart, the last at the end; there is one at least. Where
@@ -155,7 +179,7 @@ def go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scr
     goes = math.ceil(way / robot.between_px - 1e-9)
     seen_turn, seen_way = turn, sign * way
     if errors.odometry:
-        key = _key(episode.counts[KEY], _ODOMETRY)
+        key = key_of(episode.counts[KEY], ODOMETRY)
         seen_turn, seen_way = believed(errors, key, episode.counts[STEPS], turn, sign * way)
     for i in range(1, max(turns + goes, 1) + 1):
         turned, gone = min(i / turns, 1.0) if turns > 0 else 1.0, max(i - turns, 0) / max(goes, 1)
@@ -173,7 +197,7 @@ def go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scr
     return way
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _look(episode: Episode, rules: Rules, scratch: Scratch) -> None:
     """Scan from where the robot is, and merge what is seen into the map."""
     solid, countable, known = episode.solid, episode.countable, episode.known
@@ -204,45 +228,25 @@ def _look(episode: Episode, rules: Rules, scratch: Scratch) -> None:
     counts[SCANS] += 1
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _merge_noisy(episode: Episode, rules: Rules, scratch: Scratch, n_runs: int, n_hit: int) -> tuple[int, int]:
     """Merge a scan as its beams measure it, from where the robot believes it is, as registration misplaces it."""
     pose, counts, sensor, errors = episode.pose, episode.counts, rules.sensor, rules.errors
     beams = len(sensor.fan_cos)
     shift_px, fate = np.empty(beams), np.empty(beams, np.int32)
-    draw_beams(errors, beams, _key(counts[KEY], _BEAMS), counts[SCANS], shift_px, fate)
+    draw_beams(errors, beams, key_of(counts[KEY], BEAMS), counts[SCANS], shift_px, fate)
     draw_noisy(
         scratch.patch, episode.solid.shape[1], pose[X], pose[Y], pose[HEADING], sensor, scratch.runs, n_runs,
         scratch.hit, n_hit, shift_px, fate,
     )  # fmt: skip
-    right, down, turn = registration(errors, _key(counts[KEY], _REGISTRATION), counts[STEPS])
+    right, down, turn = registration(errors, key_of(counts[KEY], REGISTRATION), counts[STEPS])
     return merge_patch(
         episode.known, episode.countable, scratch.patch, pose[X], pose[Y], pose[SEEN_X] - pose[X] + right,
         pose[SEEN_Y] - pose[Y] + down, pose[SEEN_HEADING] - pose[HEADING] + turn,
     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True)
-def transitions(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, first: int, last: int
-) -> None:
-    """Do ``transition`` for environments ``first`` to ``last`` (excluded) of a pool.
-
-    Parameters
-    ----------
-    sizes
-        (N, 2) rows and columns of each one's rasters.
-    motions
-        (N, 2) turn and way forward, radians and pixels.
-    wanted
-        (N,) 1 where an environment steps, 0 where it stays as it is.
-    """
-    for i in range(first, last):
-        if wanted[i] != 0:
-            transition(episode_of(pool, sizes, i), motions[i, 0], motions[i, 1], rules, scratch)
-
-
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
     """Return environment ``i`` of a pool, views of its arrays."""
     rows, cols = sizes[i, 0], sizes[i, 1]
@@ -255,13 +259,13 @@ def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True)
-def _key(key: int, kind: int) -> int:
+@njit(inline="always")
+def key_of(key: int, kind: int) -> int:
     """Return the key of one kind of noise."""
     return int(uniform(key, kind) * 4611686018427387904.0)
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _wrapped(heading: float) -> float:
     """Return the same direction in [-pi, pi]; one that lies there already keeps its bits."""
     while heading > math.pi:

@@ -1,0 +1,27 @@
+"""A step among people and other things that move; apart from ``step``, for it takes as long again to compile."""
+
+from __future__ import annotations
+
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.bodies import Disc
+from houseexpo.pseudoslam.kernels.dynamics import advance
+from houseexpo.pseudoslam.kernels.step import KEY, PEOPLE, STEPS, Episode, Rules, X, Y, episode_of, key_of, step
+from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Scratch
+
+
+@njit(cache=True, nogil=True)
+def transitions_among(
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, first: int, last: int
+) -> None:
+    """Do as ``step.transitions`` does, after all else has moved; in an episode that has just begun nothing has."""
+    for i in range(first, last):
+        if wanted[i] != 0:
+            episode = episode_of(pool, sizes, i)
+            if episode.counts[STEPS] >= 0:
+                robot = Disc(episode.pose[X], episode.pose[Y], rules.robot.radius_px)
+                advance(
+                    episode.solid, episode.bodies, episode.tracks, episode.flow, rules.walk,
+                    key_of(episode.counts[KEY], PEOPLE), robot, rules.seconds,
+                )  # fmt: skip
+            step(episode, motions[i, 0], motions[i, 1], rules, scratch)

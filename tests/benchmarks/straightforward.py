@@ -1,0 +1,80 @@
+"""A batched step as one writes it first: every sample of every ray, every pixel of the crop, one after the other.
+
+Its maps are those of the ``rays`` scan, cell by cell.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.motion import free_way
+from houseexpo.pseudoslam.kernels.step import BLOCKED, COVERED, KNOWN, Episode, Rules, episode_of
+from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid
+
+
+@njit
+def steps(pool: Episode, sizes: Counts, motions: Floats, rules: Rules) -> None:
+    """Turn, go, scan, crop: one environment after the other."""
+    for i in range(len(sizes)):
+        episode = episode_of(pool, sizes, i)
+        pose, counts, sensor = episode.pose, episode.counts, rules.sensor
+        pose[2] += motions[i, 0]
+        if pose[2] > math.pi:
+            pose[2] -= 2.0 * math.pi
+        right, down = math.cos(pose[2]), -math.sin(pose[2])
+        way = motions[i, 1]
+        if way > 0:
+            way = free_way(episode.solid, pose[0], pose[1], right, down, way, rules.robot.radius_px)
+        counts[BLOCKED] = 1 if way < motions[i, 1] else 0
+        pose[0] += way * right
+        pose[1] += way * down
+        scan(
+            episode.solid,
+            episode.countable,
+            episode.known,
+            pose,
+            counts,
+            sensor.fan_cos,
+            sensor.fan_sin,
+            sensor.range_px,
+        )
+        crop(episode.known, pose[0], pose[1], pose[2], episode.shown)
+
+
+@njit
+def scan(episode: Episode, fan_cos: Floats, fan_sin: Floats, range_px: float) -> None:
+    """Follow each ray by unit pixels up to the first obstacle, and draw it."""
+    solid, countable, known = episode.solid, episode.countable, episode.known
+    pose, counts = episode.pose, episode.counts
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    for i in range(len(fan_cos)):
+        right, up = fan_cos[i] * cos - fan_sin[i] * sin, fan_sin[i] * cos + fan_cos[i] * sin
+        for k in range(int(np.rint(range_px)) + 1):
+            row, col = int(np.rint(pose[1] - 0.5 - k * up)), int(np.rint(pose[0] - 0.5 + k * right))
+            if not (0 <= row < solid.shape[0] and 0 <= col < solid.shape[1]):
+                break
+            if known[row, col] == UNKNOWN:
+                counts[KNOWN] += 1
+                counts[COVERED] += countable[row, col]
+            if solid[row, col] != 0:
+                known[row, col] = OBSTACLE
+                break
+            known[row, col] = FREE
+
+
+@njit
+def crop(known: Grid, x: float, y: float, heading: float, out: npt.NDArray[np.uint8]) -> None:
+    """Take the nearest cell for each pixel of the view."""
+    side = len(out)
+    cos, sin = math.cos(heading), math.sin(heading)
+    for i in range(side):
+        for j in range(side):
+            ahead, right = (side - 1) / 2 - i, j - (side - 1) / 2
+            row, col = math.floor(y - ahead * sin + right * cos), math.floor(x + ahead * cos + right * sin)
+            inside = 0 <= row < known.shape[0] and 0 <= col < known.shape[1]
+            out[i, j] = known[row, col] if inside else UNKNOWN
