@@ -7,23 +7,29 @@ import math
 from houseexpo.errors import ConfigError
 
 
-def number(value: object, key: str, *, above: float = -math.inf, at_least: float = -math.inf) -> None:
-    """Refuse what is no finite number, or too small."""
+def number(
+    value: object, key: str, *, above: float = -math.inf, at_least: float = -math.inf, at_most: float = math.inf
+) -> None:
+    """Refuse what is no finite number, too small or too large."""
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise ConfigError(f"{key}: expected a finite number, found {value!r}")
     if value <= above:
         raise ConfigError(f"{key}: expected more than {above:g}, found {value!r}")
     if value < at_least:
         raise ConfigError(f"{key}: expected at least {at_least:g}, found {value!r}")
+    if value > at_most:
+        raise ConfigError(f"{key}: expected at most {at_most:g}, found {value!r}")
 
 
-def whole(value: object, key: str, *, at_least: int) -> None:
-    """Refuse what is no whole number, or too small."""
+def whole(value: object, key: str, *, at_least: int, at_most: float = math.inf) -> None:
+    """Refuse what is no whole number, too small or too large."""
     if isinstance(value, bool) or not isinstance(value, int) or value < at_least:
         raise ConfigError(f"{key}: expected a whole number of at least {at_least}, found {value!r}")
+    if value > at_most:
+        raise ConfigError(f"{key}: expected a whole number of at most {at_most}, found {value!r}")
 
 
-def above_zero(config: object, where: str, *names: str) -> None:
-    """Refuse fields that are no numbers above 0."""
+def above_zero(config: object, where: str, *names: str, at_most: float = math.inf) -> None:
+    """Refuse fields that are no numbers above 0, or too large."""
     for name in names:
-        number(getattr(config, name), f"{where}.{name}", above=0.0)
+        number(getattr(config, name), f"{where}.{name}", above=0.0, at_most=at_most)

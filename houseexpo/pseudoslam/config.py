@@ -17,7 +17,11 @@ ScanRule = Literal["sector", "rays"]
 Origin = Literal["plan", "centre"]
 
 MOST_SIDE_PX = 20_000
-"""Cells across a view or a scan, at most: a scan's memory grows with the square."""
+"""Cells across a view, a scan or a global map, at most: their memory grows with the square."""
+MOST_BEAMS = 36_000
+"""Beams of a scan, at most: 100 for each degree of a full circle."""
+FURTHEST_M = 100.0
+"""The longest step."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,9 @@ class RobotConfig:
     turn_deg: float = 10.0
 
     def __post_init__(self) -> None:
-        above_zero(self, "robot", "radius_m", "step_m", "turn_deg")
+        number(self.radius_m, "robot.radius_m", above=0.0, at_least=0.01, at_most=10.0)
+        number(self.step_m, "robot.step_m", above=0.0, at_most=FURTHEST_M)
+        number(self.turn_deg, "robot.turn_deg", above=0.0, at_most=360.0)
 
 
 @dataclass(frozen=True)
@@ -54,6 +60,7 @@ class LaserConfig:
                 f"laser.resolution_deg: expected at most the field of view, {self.fov_deg:g}, "
                 f"found {self.resolution_deg!r}"
             )
+        number(self.resolution_deg, "laser.resolution_deg", at_least=self.fov_deg / MOST_BEAMS)
         if self.rule not in get_args(ScanRule):
             raise ConfigError(f"laser.rule: expected one of {', '.join(get_args(ScanRule))}; found {self.rule!r}")
 
@@ -83,7 +90,7 @@ class NoiseConfig:
 
     def __post_init__(self) -> None:
         for f in fields(self):
-            number(getattr(self, f.name), f"noise.{f.name}", at_least=0.0)
+            number(getattr(self, f.name), f"noise.{f.name}", at_least=0.0, at_most=1000.0)
         if self.drop_out + self.max_range > 1:
             raise ConfigError(
                 f"noise: expected drop_out and max_range, chances, to be at most 1 together, "
@@ -110,7 +117,7 @@ class ObservationConfig:
 
     def __post_init__(self) -> None:
         above_zero(self, "observation", "size_m", "global_size_m")
-        whole(self.global_cells, "observation.global_cells", at_least=2)
+        whole(self.global_cells, "observation.global_cells", at_least=2, at_most=MOST_SIDE_PX)
 
 
 @dataclass(frozen=True)
@@ -129,8 +136,8 @@ class GoalConfig:
     def __post_init__(self) -> None:
         for name in ("x_m", "y_m"):
             number(getattr(self, name), f"goal.{name}")
-        above_zero(self, "goal", "radius_m")
-        number(self.least_way_m, "goal.least_way_m", at_least=0.0)
+        above_zero(self, "goal", "radius_m", at_most=1000.0)
+        number(self.least_way_m, "goal.least_way_m", at_least=0.0, at_most=1000.0)
 
 
 @dataclass(frozen=True)
@@ -148,8 +155,9 @@ class StartConfig:
     origin: Origin = "plan"
 
     def __post_init__(self) -> None:
-        for name in ("x_m", "y_m", "heading_deg"):
+        for name in ("x_m", "y_m"):
             number(getattr(self, name), f"start.{name}")
+        number(self.heading_deg, "start.heading_deg", at_least=-360.0, at_most=360.0)
         if self.origin not in get_args(Origin):
             raise ConfigError(f"start.origin: expected one of {', '.join(get_args(Origin))}; found {self.origin!r}")
 
@@ -189,8 +197,8 @@ class SimulatorConfig:
             wanted, value = _PARTS.get(f.name), getattr(self, f.name)
             if wanted and not (isinstance(value, wanted) or (value is None and f.name == "goal")):
                 raise ConfigError(f"{f.name}: expected a {wanted.__name__}, found {value!r}")
-        number(self.pixels_per_metre, "pixels_per_metre", above=0.0)
-        number(self.step_s, "step_s", above=0.0)
+        number(self.pixels_per_metre, "pixels_per_metre", above=0.0, at_most=200.0)
+        number(self.step_s, "step_s", above=0.0, at_most=60.0)
         whole(self.max_steps, "max_steps", at_least=1)
         object.__setattr__(self, "trajectories", tuple(self.trajectories))
         for i, trajectory in enumerate(self.trajectories):

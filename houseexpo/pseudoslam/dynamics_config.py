@@ -16,6 +16,7 @@ from houseexpo.pseudoslam.shapes import Shape
 Pose: TypeAlias = tuple[float, float, float]
 
 FASTEST_M_S = 20.0
+FASTEST_DEG_S = 3600.0
 """What is faster is a slip of the pen, and would need very many substeps."""
 
 
@@ -47,7 +48,8 @@ class PeopleConfig:
     def __post_init__(self) -> None:
         if isinstance(self.number, bool) or not isinstance(self.number, int) or not 0 <= self.number <= PEOPLE_MOST:
             raise ConfigError(f"people.number: expected a whole number from 0 to {PEOPLE_MOST}, found {self.number!r}")
-        above_zero(self, "people", "radius_m", "speed_m_s")
+        above_zero(self, "people", "radius_m", at_most=10.0)
+        above_zero(self, "people", "speed_m_s")
         number(self.relaxation_s, "people.relaxation_s", at_least=0.1)
         for name in ("speed_sd", "away_m"):
             number(getattr(self, name), f"people.{name}", at_least=0.0)
@@ -106,6 +108,12 @@ class Trajectory:
                 raise ConfigError(
                     f"trajectory.poses[{i + 1}]: from {start:g} s to {end:g} s it goes at {speed:.4g} m/s, "
                     f"at most {FASTEST_M_S:g} can be simulated; give it more time"
+                )
+            turning = abs(math.remainder(other[2] - one[2], 360.0)) / (end - start)
+            if turning > FASTEST_DEG_S:
+                raise ConfigError(
+                    f"trajectory.poses[{i + 1}]: from {start:g} s to {end:g} s it turns at {turning:.4g} degrees/s, "
+                    f"at most {FASTEST_DEG_S:g} can be simulated; give it more time"
                 )
 
     @property

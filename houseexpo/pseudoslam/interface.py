@@ -25,7 +25,7 @@ from houseexpo.pseudoslam.worlds import Plans, Worlds
 
 Actions = Literal["discrete", "continuous"]
 Kind = Literal["map", "dict"]
-_FAR_M = 10_000.0  # nothing is further away: a grid has at most 2e9 cells
+_FAR_M = 10_000.0  # nothing is further away: a grid has at most 1e8 cells
 Observation: TypeAlias = npt.NDArray[Any] | dict[str, npt.NDArray[Any]]
 
 

@@ -41,11 +41,11 @@ class RandomObstacles:
     def __post_init__(self) -> None:
         for name in ("number", "size_m", "shapes"):
             object.__setattr__(self, name, _tuple(getattr(self, name), f"obstacles.random.{name}"))
-        _low_and_high(self.number, "obstacles.random.number", at_least=0)
+        _low_and_high(self.number, "obstacles.random.number", at_least=0, at_most=10_000)
         if not all(isinstance(end, int) for end in self.number):
             raise ConfigError(f"obstacles.random.number: expected whole numbers, found {self.number!r}")
-        _low_and_high(self.size_m, "obstacles.random.size_m", above=0)
-        number(self.gap_m, "obstacles.random.gap_m", at_least=0.0)
+        _low_and_high(self.size_m, "obstacles.random.size_m", above=0, at_most=1000)
+        number(self.gap_m, "obstacles.random.gap_m", at_least=0.0, at_most=10.0)
         strange = [name for name in self.shapes if name not in get_args(ShapeName)]
         if strange or not self.shapes:
             raise ConfigError(

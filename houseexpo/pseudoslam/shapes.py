@@ -19,6 +19,9 @@ from houseexpo.pseudoslam.kernels.types import Cells
 
 Point: TypeAlias = tuple[float, float]
 
+LARGEST_M = 1000.0
+"""What is larger fits into no house."""
+
 
 @dataclass(frozen=True)
 class Rectangle:
@@ -29,7 +32,7 @@ class Rectangle:
     is_round: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        above_zero(self, "rectangle", "width_m", "height_m")
+        above_zero(self, "rectangle", "width_m", "height_m", at_most=LARGEST_M)
 
     @property
     def thickness_m(self) -> float:
@@ -52,7 +55,7 @@ class Ellipse:
     is_round: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        above_zero(self, "ellipse", "width_m", "height_m")
+        above_zero(self, "ellipse", "width_m", "height_m", at_most=LARGEST_M)
 
     @property
     def thickness_m(self) -> float:
@@ -73,7 +76,7 @@ class Circle:
     is_round: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        above_zero(self, "circle", "radius_m")
+        above_zero(self, "circle", "radius_m", at_most=LARGEST_M)
 
     @property
     def thickness_m(self) -> float:
@@ -184,9 +187,9 @@ def _points(value: object) -> tuple[Point, ...]:
     if len(points) < 3:
         raise ConfigError(f"{key}: expected at least 3 corners (x, y) in metres, found {value!r}")
     for i, (x, y) in enumerate(points):
-        if not (type(x) is type(y) is float and math.isfinite(x + y)):  # the common case, quickly
-            number(x, f"{key}[{i}]")
-            number(y, f"{key}[{i}]")
+        if not (type(x) is type(y) is float and max(abs(x), abs(y)) <= LARGEST_M):  # the common case, quickly
+            number(x, f"{key}[{i}]", at_least=-LARGEST_M, at_most=LARGEST_M)
+            number(y, f"{key}[{i}]", at_least=-LARGEST_M, at_most=LARGEST_M)
     if points[0] == points[-1]:
         raise ConfigError(f"{key}: expected an unclosed ring, found the first corner repeated at the end; leave it out")
     return tuple((float(x), float(y)) for x, y in points)

@@ -17,7 +17,8 @@ from houseexpo.pseudoslam.kernels.flow import Flow, no_flow
 from houseexpo.pseudoslam.kernels.reach import mark_in_sight, mark_visible
 from houseexpo.raster import free_mask
 
-MOST_CELLS = 2_000_000_000
+MOST_CELLS = 100_000_000
+"""Of a grid: making a world takes some 30 bytes a cell."""
 _NEAR = 3.0  # robot radii within which a corner mostly sees where the robot can stand
 
 Cells = npt.NDArray[np.uint8]
@@ -64,7 +65,7 @@ def make_world(plan: FloorPlan, pixels_per_metre: float, robot_radius_m: float, 
     Raises
     ------
     ConfigError
-        Where the grid would need more than 2 GB, or the robot fits nowhere.
+        Where the grid would have more than ``MOST_CELLS``, or the robot fits nowhere.
     PlanError
         Where the plan has no free cell.
     """
@@ -100,6 +101,8 @@ def standing_cells(solid: Cells, radius_px: float) -> Cells:
     """Return 1 where a disc in the middle of the cell is free, in the biggest piece of such cells (4-connected)."""
     import cv2
 
+    if 2 * radius_px > min(solid.shape):
+        return np.zeros_like(solid)
     reach = math.ceil(radius_px)
     offsets = np.maximum(np.abs(np.arange(-reach, reach + 1)) - 0.5, 0.0)  # to the near side of a cell
     disc = np.hypot(offsets[:, None], offsets) < radius_px - 1e-9

@@ -32,7 +32,8 @@ def world_for(plan: FloorPlan, config: SimulatorConfig) -> World:
     Raises
     ------
     ConfigError
-        Where the grid would need more than 2 GB, the robot or people fit nowhere, or a trajectory runs into a wall.
+        Where the grid would have more than ``world.MOST_CELLS``, the robot or people fit nowhere, or a trajectory runs
+        into a wall.
     PlanError
         Where the plan has no free cell.
     """
