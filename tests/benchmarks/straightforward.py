@@ -22,7 +22,7 @@ def steps(pool: Episode, sizes: Counts, motions: Floats, rules: Rules) -> None:
     """Turn, go, scan, crop: one environment after the other."""
     for i in range(len(sizes)):
         episode = episode_of(pool, sizes, i)
-        pose, counts, sensor = episode.pose, episode.counts, rules.sensor
+        pose, sensor = episode.pose, rules.sensor
         pose[2] += motions[i, 0]
         if pose[2] > math.pi:
             pose[2] -= 2.0 * math.pi
@@ -30,19 +30,10 @@ def steps(pool: Episode, sizes: Counts, motions: Floats, rules: Rules) -> None:
         way = motions[i, 1]
         if way > 0:
             way = free_way(episode.solid, pose[0], pose[1], right, down, way, rules.robot.radius_px)
-        counts[BLOCKED] = 1 if way < motions[i, 1] else 0
+        episode.counts[BLOCKED] = 1 if way < motions[i, 1] else 0
         pose[0] += way * right
         pose[1] += way * down
-        scan(
-            episode.solid,
-            episode.countable,
-            episode.known,
-            pose,
-            counts,
-            sensor.fan_cos,
-            sensor.fan_sin,
-            sensor.range_px,
-        )
+        scan(episode, sensor.fan_cos, sensor.fan_sin, sensor.range_px)
         crop(episode.known, pose[0], pose[1], pose[2], episode.shown)
 
 

@@ -178,8 +178,8 @@ def test_beside_a_straightforward_kernel(houses: list[FloorPlan]) -> None:
     for name in ("exploration", "autonomous exploration"):
         config = configured(name, "rays")
         one, other = batch_of(config, houses), batch_of(config, houses)
-        motions = np.tile((0.1, 3.0), (N, 1))
-        for _ in range(20):
+        for k in range(30):
+            motions = np.tile((0.1, 0.0) if k % 3 else (0.0, 3.0), (N, 1))
             one.step(motions, np.ones(N, np.uint8))
             straightforward(other.arrays, other.sizes, motions, rules_of(config))
         assert (one.arrays.known == other.arrays.known).all()

@@ -137,9 +137,14 @@ def _most(known: Grid, top: float, bottom: float, left: float, right: float) -> 
 @njit(inline="always")
 def _span(along: Cells, start: int, shift: int, base: int, size: int, first: int, last: int) -> tuple[int, int]:
     """Return the part of first..last (excluded) whose cells, ``base`` and on, lie in [0, size); they go one way."""
-    low, high = np.int64(-base) << shift, np.int64(size - base) << shift
-    while first < last and not low <= np.int64(along[first]) + start < high:
+    low, high = (np.int64(-base) << shift) - start, (np.int64(size - base) << shift) - start
+    step = along[len(along) - 1] / max(len(along) - 1, 1)
+    if abs(step) >= 1.0:  # nearly there at once
+        one, other = low / step, high / step
+        first = int(min(max(min(one, other) - 1.0, first), last))
+        last = int(max(min(max(one, other) + 2.0, last), first))
+    while first < last and not low <= along[first] < high:
         first += 1
-    while last > first and not low <= np.int64(along[last - 1]) + start < high:
+    while last > first and not low <= along[last - 1] < high:
         last -= 1
     return first, last

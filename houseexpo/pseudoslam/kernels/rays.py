@@ -46,8 +46,8 @@ def ray_scan(
         samples = _on_grid(solid, x, y, right, up, range_px)
         k = 0
         while k < samples:
-            _find(places, offsets, x, y, right, up, k, solid.shape[1])
             stop = min(samples - k, _BLOCK)
+            _find(places, offsets, x, y, right, up, k, stop, solid.shape[1])
             for t in range(stop):
                 cell = np.uint64(cells[np.uint64(2 * t)])
                 if flat[cell] == 0:
@@ -84,8 +84,8 @@ def ray_merge(
         samples = _on_grid(solid, x, y, right, up, range_px)
         k = 0
         while k < samples:
-            _find(places, offsets, x, y, right, up, k, solid.shape[1])
             stop = min(samples - k, _BLOCK)
+            _find(places, offsets, x, y, right, up, k, stop, solid.shape[1])
             for t in range(stop):
                 cell = np.uint64(cells[np.uint64(2 * t)])
                 if flat[cell] == 0:
@@ -124,11 +124,13 @@ def _on_grid(solid: Grid, x: float, y: float, right: float, up: float, range_px:
 
 
 @njit(inline="always")
-def _find(places: Floats, offsets: Floats, x: float, y: float, right: float, up: float, k: int, cols: int) -> None:
-    """Write the flat indices of samples k and on into the lower halves of ``places``, (32,)."""
+def _find(
+    places: Floats, offsets: Floats, x: float, y: float, right: float, up: float, k: int, stop: int, cols: int
+) -> None:
+    """Write the flat indices of ``stop`` samples, k and on, into the lower halves of ``places``, (32,)."""
     x0, y0 = x - 0.5, y - 0.5  # cells' centres at whole numbers
     first, width = float(k), float(cols)
-    for t in range(_BLOCK):
+    for t in range(stop):
         at = first + offsets[np.uint64(t)]
         col, row = x0 + at * right + _EVEN - _EVEN, y0 - at * up + _EVEN - _EVEN
         places[np.uint64(t)] = row * width + col + _EVEN
