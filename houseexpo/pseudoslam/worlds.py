@@ -54,6 +54,9 @@ class Worlds:
     def __init__(self, plans: Plans, config: SimulatorConfig) -> None:
         found = open_dataset(plans) if isinstance(plans, (str, os.PathLike)) else plans
         self._plans: Sequence[FloorPlan] = [found] if isinstance(found, FloorPlan) else found
+        given = self._plans if isinstance(self._plans, (list, tuple)) else ()  # a data set's plans are read later
+        if not isinstance(self._plans, Sequence) or not all(isinstance(plan, FloorPlan) for plan in given):
+            raise ConfigError(f"dataset: expected a data set or its path, a plan, or a list of plans, found {found!r}")
         if not len(self._plans):
             raise ConfigError("dataset: expected at least one plan, found none")
         self._config = config
