@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from houseexpo.errors import ConfigError
@@ -43,9 +44,14 @@ def ros(
         See ``houseexpo.export.orientation``.
     """
     pixels, frame = occupancy(plan, resolution, max(wall_thickness, resolution), orientation)
-    x, y = frame.origin_m
+    return map_files(plan.id, pixels, resolution, frame.origin_m)
+
+
+def map_files(name: str, pixels: npt.NDArray[np.uint8], resolution: float, origin_m: tuple[float, float]) -> Files:
+    """Write a picture (rows, cols) of FREE, WALL and UNKNOWN, highest y first, and its YAML."""
+    x, y = origin_m
     lines = [
-        f"image: {json.dumps(plan.id + '.pgm', ensure_ascii=False)}",  # JSON's strings are YAML's
+        f"image: {json.dumps(name + '.pgm', ensure_ascii=False)}",  # JSON's strings are YAML's
         "mode: trinary",
         f"resolution: {float(resolution)!r}",
         f"origin: [{number(x)}, {number(y)}, 0.0]",
@@ -53,7 +59,7 @@ def ros(
         "occupied_thresh: 0.65",
         "free_thresh: 0.196",
     ]
-    return {f"{plan.id}.pgm": image(pixels, "PPM"), f"{plan.id}.yaml": ("\n".join(lines) + "\n").encode()}
+    return {f"{name}.pgm": image(pixels, "PPM"), f"{name}.yaml": ("\n".join(lines) + "\n").encode()}
 
 
 def occupancy(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from types import TracebackType
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +20,9 @@ class Window:
         Where there is no pygame.
     """
 
+    most_px = (1200, 800)
+    """How wide and high pictures should be at most."""
+
     def __init__(self, title: str) -> None:
         os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
         try:
@@ -29,13 +33,23 @@ class Window:
         self._clock = pygame.time.Clock()
         self._screen: pygame.Surface | None = None
 
-    def show(self, image: npt.NDArray[np.uint8], fps: float = 0.0, title: str | None = None) -> None:
+    def __enter__(self) -> Window:
+        """Close it at the end of a ``with`` block."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close it."""
+        self.close()
+
+    def show(self, image: npt.NDArray[np.uint8], caption: str = "", fps: float = 0.0) -> None:
         """Show a picture (rows, cols, 3), not sooner after the last than ``fps`` allows (0: at once)."""
         pygame, size = self._pygame, image.shape[1::-1]
         if self._screen is None or self._screen.get_size() != size:
             pygame.display.init()
             self._screen = pygame.display.set_mode(size)
-        pygame.display.set_caption(title or self._title)
+        pygame.display.set_caption(caption or self._title)
         self._screen.blit(pygame.surfarray.make_surface(image.swapaxes(0, 1)), (0, 0))
         pygame.event.pump()
         pygame.display.flip()

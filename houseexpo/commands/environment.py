@@ -1,0 +1,52 @@
+"""The environment that ``play`` and ``record`` ask for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from houseexpo.errors import ConfigError
+
+if TYPE_CHECKING:
+    from houseexpo.pseudoslam.config import SimulatorConfig
+    from houseexpo.pseudoslam.env import PseudoSlamEnv
+    from houseexpo.pseudoslam.worlds import Plans
+
+TaskName = Literal["exploration", "avoidance", "navigation"]
+
+
+def environment(
+    dataset: Path | None, plan: str | None, task: TaskName, config: Path | None, max_steps: int
+) -> tuple[PseudoSlamEnv, dict[str, Any]]:
+    """Return an environment and the options of its resets; ``max_steps`` holds where no configuration is given."""
+    from houseexpo.pseudoslam.config import SimulatorConfig
+    from houseexpo.pseudoslam.env import ExplorationEnv, NavigationEnv, ObstacleAvoidanceEnv
+    from houseexpo.pseudoslam.tasks import Exploration, Navigation, ObstacleAvoidance
+
+    make, default = {
+        "exploration": (ExplorationEnv, Exploration.default),
+        "avoidance": (ObstacleAvoidanceEnv, ObstacleAvoidance.default),
+        "navigation": (NavigationEnv, Navigation.default),
+    }[task]
+    given: SimulatorConfig = SimulatorConfig.from_yaml(config) if config else replace(default, max_steps=max_steps)
+    return make(_plans(dataset, plan, task), given), {"plan_id": plan} if plan else {}
+
+
+def _plans(dataset: Path | None, plan: str | None, task: TaskName) -> Plans:
+    """Return what was named; the paper's room for avoidance, else the fetched data set, where nothing was."""
+    from houseexpo.commands.given import data_set
+    from houseexpo.files import load_plan
+    from houseexpo.pseudoslam.tasks import ROOM
+
+    if dataset is not None and dataset.suffix == ".json" and dataset.is_file():
+        return load_plan(dataset)
+    if dataset is None and plan is None and task == "avoidance":
+        return ROOM
+    try:
+        return data_set(dataset)
+    except ConfigError as error:
+        raise ConfigError(
+            f"{task}: which houses? Name a data set or a plan's file: `make dataset` builds datasets/demo, `houseexpo "
+            "fetch` brings the published one, which is taken where none is named"
+        ) from error

@@ -1,0 +1,59 @@
+"""``houseexpo play``: drive a robot by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from houseexpo.commands.environment import TaskName
+
+if TYPE_CHECKING:
+    from houseexpo.pseudoslam.terminal import Terminal
+    from houseexpo.pseudoslam.window import Window
+
+_NO_END = 1_000_000_000
+
+
+def play(
+    dataset: Annotated[
+        Path | None, typer.Argument(help="Data set, or one plan's JSON file.", show_default="fetched")
+    ] = None,
+    plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="at random")] = None,
+    task: Annotated[TaskName, typer.Option(help="What counts; avoidance has a room of its own.")] = "exploration",
+    window: Annotated[bool, typer.Option("--window", help="In a window (needs pygame), not in the terminal.")] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the trajectory and the map.", show_default="nothing is kept")
+    ] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="YAML file of a SimulatorConfig.", show_default="the task's, without an end")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Of plan, start and noise.", show_default="at random")] = None,
+) -> None:
+    """Drive a robot through a house with the arrow keys, and see the map that it draws."""
+    from rich.console import Console
+
+    from houseexpo.commands.environment import environment
+    from houseexpo.pseudoslam.drive import Drive, drive
+
+    screen = _screen(window)  # first: without one there is nothing to wait for
+    console = Console()
+    with console.status("making the house ready"):
+        env, options = environment(dataset, plan, task, config, _NO_END)
+        session = Drive(env, seed, options)
+    with screen:
+        drive(session, screen)
+    console.print(session.caption.split("\n")[0], highlight=False)
+    for file in session.save(out) if out else ():
+        console.print(file, highlight=False, soft_wrap=True)
+
+
+def _screen(window: bool) -> Terminal | Window:
+    if window:
+        from houseexpo.pseudoslam.window import Window
+
+        return Window("PseudoSLAM")
+    from houseexpo.pseudoslam.terminal import Terminal
+
+    return Terminal()

@@ -1,0 +1,54 @@
+"""``houseexpo record``: a policy as a GIF or a film."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from houseexpo.commands.environment import TaskName
+
+
+def record(
+    out: Annotated[Path, typer.Option(help="File to write: .gif or .mp4.", show_default=False)],
+    dataset: Annotated[
+        Path | None, typer.Argument(help="Data set, or one plan's JSON file.", show_default="fetched")
+    ] = None,
+    plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="at random")] = None,
+    task: Annotated[TaskName, typer.Option(help="What counts; avoidance has a room of its own.")] = "exploration",
+    policy: Annotated[
+        Literal["random", "bounce", "frontier"],
+        typer.Option(help="Any action; forward until blocked; or an explorer."),
+    ] = "frontier",
+    steps: Annotated[int, typer.Option(min=1, help="At most; it is over where the episode is.")] = 200,
+    seed: Annotated[int, typer.Option(min=0, help="Of plan, start, noise and policy.")] = 0,
+    fps: Annotated[float, typer.Option(help="Pictures a second.")] = 15.0,
+    every: Annotated[int, typer.Option(min=1, help="A picture after so many steps.")] = 1,
+    shows: Annotated[
+        Literal["map", "both", "truth", "beside"],
+        typer.Option(help="The map, over the pale truth, the truth, or truth and map side by side."),
+    ] = "both",
+    size: Annotated[tuple[int, int], typer.Option(help="Width and height at most, pixels.")] = (640, 480),
+    config: Annotated[
+        Path | None, typer.Option(help="YAML file of a SimulatorConfig.", show_default="the task's")
+    ] = None,
+) -> None:
+    """Write a movie of a policy at work."""
+    from rich.console import Console
+
+    from houseexpo.commands.environment import environment
+    from houseexpo.pseudoslam.policies import policy_of
+    from houseexpo.pseudoslam.record import record as write
+
+    console = Console()
+    with console.status(f"recording {steps} steps"):
+        env, options = environment(dataset, plan, task, config, steps)
+        acts = policy_of(policy, env, seed)
+        done = write(env, acts, out, steps, seed=seed, options=options, fps=fps, every=every, shows=shows, most_px=size)
+    console.print(
+        f"{out}: {done.steps} steps in plan {done.info['plan_id']}, {done.info['coverage']:.0%} seen, "
+        f"{done.info['collisions']} collisions, reward {done.reward:.2f}",
+        highlight=False,
+        soft_wrap=True,
+    )
