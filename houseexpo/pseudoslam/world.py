@@ -78,8 +78,8 @@ def make_world(plan: FloorPlan, pixels_per_metre: float, robot_radius_m: float, 
         )
     free, frame = free_mask(plan, pixels_per_metre, y_up=True)
     if not free.any():
-        problem = f"expected free space, found no free cell at {pixels_per_metre:g} px/m; use a finer one, or another plan"
-        raise PlanError(problem, "verts", plan.id)
+        found = f"found no free cell at {pixels_per_metre:g} px/m"
+        raise PlanError(f"expected free space, {found}; use a finer grid or another plan", "verts", plan.id)
     return world_of((~free).view(np.uint8), frame, robot_radius_m, range_m, plan.id)
 
 

@@ -155,7 +155,7 @@ def test_values_that_no_house_has_are_refused(make: Callable[[], object], text: 
             r"pixels_per_metre: 200 makes 1.4e\+08 cells of plan 'field' \(60 x 60 m\)",
         ),
         (HUGE, {}, r"pixels_per_metre: 16 makes 2.3e\+09 cells of plan 'huge' .* use a coarser grid"),
-        (CRACK, {}, "plan 'crack': verts: expected free space, found no free cell at 16 px/m; use a finer one"),
+        (CRACK, {}, "plan 'crack': verts: expected free space, found no free cell at 16 px/m; use a finer grid"),
     ],
 )
 def test_what_a_house_cannot_give_is_refused(plan: FloorPlan, given: dict[str, Any], text: str) -> None:
