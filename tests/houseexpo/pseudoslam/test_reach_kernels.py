@@ -12,7 +12,6 @@ from houseexpo.pseudoslam.kernels.reach import mark_visible
 from houseexpo.pseudoslam.kernels.sector import sector_scan
 from houseexpo.pseudoslam.world import scan_buffers, standing_cells, visible_cells
 
-
 UNCOMPILED = "NUMBA_DISABLE_JIT" in os.environ  # a look from everywhere takes its time then
 
 
