@@ -9,13 +9,13 @@ from types import FrameType
 from typing import Any
 
 import gymnasium
+import numba
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam import batch
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.vector_env import PseudoSlamVectorEnv
 from tests.builders.vectors import HUTS, native
@@ -82,18 +82,24 @@ def calls_in_a_step(env: Any, actions: np.ndarray) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("task", ["Exploration", "ObstacleAvoidance", "Navigation"])
-def test_a_step_is_one_compiled_call_and_no_more_python_for_more_of_them(
-    task: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    compiled = batch.transitions
-    called = []
+def shares_of_a_step(env: Any, actions: np.ndarray) -> list[tuple[int, int]]:
+    """The first and the last environment (excluded) of each compiled call in a step."""
+    pool, found = env.unwrapped._batch, []
+    compiled = pool._kernel
+    assert hasattr(compiled, "py_func") or numba.config.DISABLE_JIT
 
     def counted(*args: Any) -> None:
-        called.append(args[-2:])
+        found.append(args[-2:])
         compiled(*args)
 
-    monkeypatch.setattr(batch, "transitions", counted)
+    pool._kernel = counted
+    env.step(actions)
+    pool._kernel = compiled
+    return sorted(found)
+
+
+@pytest.mark.parametrize("task", ["Exploration", "ObstacleAvoidance", "Navigation"])
+def test_a_step_is_one_compiled_call_and_no_more_python_for_more_of_them(task: str) -> None:
     calls = {}
     for number in (4, 64):
         env = native(task, number, threads=1, **GIVEN, **({"success_coverage": None} if task == "Exploration" else {}))
@@ -101,21 +107,16 @@ def test_a_step_is_one_compiled_call_and_no_more_python_for_more_of_them(
         actions = np.ones(number, np.int64)
         for _ in range(5):
             env.step(actions)
-        called.clear()
         calls[number] = calls_in_a_step(env, actions)
-        assert called == [(0, number)]
+        assert shares_of_a_step(env, actions) == [(0, number)]
     assert calls[4] == calls[64]
     assert len(calls[4]) < 300
 
 
-def test_each_thread_makes_one_call(monkeypatch: pytest.MonkeyPatch) -> None:
-    shares = []
-    compiled = batch.transitions
-    monkeypatch.setattr(batch, "transitions", lambda *args: (shares.append(args[-2:]), compiled(*args)))
+def test_each_thread_makes_one_call() -> None:
     env = explorers(7, threads=3)
     env.reset(seed=0)
-    env.step(np.ones(7, np.int64))
-    assert sorted(shares) == [(0, 2), (2, 4), (4, 7)]
+    assert shares_of_a_step(env, np.ones(7, np.int64)) == [(0, 2), (2, 4), (4, 7)]
     env.close()
 
 
