@@ -15,6 +15,7 @@ from __future__ import annotations
 from gymnasium.envs.registration import register
 
 from houseexpo.pseudoslam.config import (
+    GoalConfig,
     LaserConfig,
     NoiseConfig,
     ObservationConfig,
@@ -22,21 +23,36 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
-from houseexpo.pseudoslam.simulator import Simulator
+from houseexpo.pseudoslam.dynamics_config import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
+from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.world import World, make_world
+from houseexpo.pseudoslam.world import World
+from houseexpo.pseudoslam.worlds import world_for
 
 __all__ = [
+    "Circle",
+    "Ellipse",
+    "GoalConfig",
     "LaserConfig",
     "NoiseConfig",
     "ObservationConfig",
+    "Obstacle",
+    "ObstaclesConfig",
+    "OccupancyGrid",
+    "PeopleConfig",
+    "Polygon",
+    "RandomObstacles",
+    "Rectangle",
     "RobotConfig",
     "Simulator",
     "SimulatorConfig",
     "StartConfig",
     "State",
+    "Trajectory",
     "World",
-    "make_world",
+    "world_for",
 ]
 
 for _task in ("Exploration", "ObstacleAvoidance", "Navigation"):
