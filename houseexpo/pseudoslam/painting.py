@@ -18,6 +18,18 @@ Colour: TypeAlias = tuple[int, int, int]
 _BITS = 4  # OpenCV takes fixed-point places
 
 
+def scale_for(shape: tuple[int, ...], most_px: tuple[int, int]) -> float:
+    """Return pixels a cell, a whole number or one by a whole number, so that (rows, cols) are at most so (wide, high).
+
+    ConfigError where there is no room for a pixel.
+    """
+    (rows, cols), (wide, high) = shape, most_px
+    if min(wide, high) < 1:
+        raise ConfigError(f"picture: expected room for a pixel at least, found {wide} x {high}")
+    times = min(wide // cols, high // rows)
+    return float(times) if times >= 1 else 1.0 / max(math.ceil(cols / wide), math.ceil(rows / high))
+
+
 def scaled(
     cells: npt.NDArray[np.uint8], priority: npt.NDArray[np.uint8], most_px: tuple[int, int]
 ) -> tuple[float, npt.NDArray[np.uint8]]:
@@ -26,18 +38,14 @@ def scaled(
     Cells become squares of whole pixels; or a pixel stands for a square of cells, for the one of them with the highest
     ``priority[number]``.
     """
-    rows, cols = cells.shape
-    wide, high = most_px
-    if min(wide, high) < 1:
-        raise ConfigError(f"picture: expected room for a pixel at least, found {wide} x {high}")
-    times = min(wide // cols, high // rows)
-    if times >= 1:
-        return float(times), cells.repeat(times, axis=0).repeat(times, axis=1)
-    share = max(math.ceil(cols / wide), math.ceil(rows / high))
+    scale = scale_for(cells.shape, most_px)
+    if scale >= 1:
+        return scale, cells.repeat(int(scale), axis=0).repeat(int(scale), axis=1)
+    (rows, cols), share = cells.shape, round(1 / scale)
     ranks = np.zeros((math.ceil(rows / share) * share, math.ceil(cols / share) * share), np.uint8)
     ranks[:rows, :cols] = priority[cells]
     blocks = ranks.reshape(len(ranks) // share, share, -1, share)
-    return 1.0 / share, np.argsort(priority).astype(np.uint8)[blocks.max(axis=(1, 3))]
+    return scale, np.argsort(priority).astype(np.uint8)[blocks.max(axis=(1, 3))]
 
 
 class Canvas:

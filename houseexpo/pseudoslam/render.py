@@ -14,7 +14,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.kernels.bodies import CORNERS, MOVING, REACH, ROUND, STATIC, pose_at
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.ranges import cast
-from houseexpo.pseudoslam.painting import Canvas, Colour, Image, Points, scaled
+from houseexpo.pseudoslam.painting import Canvas, Colour, Image, Points, scale_for, scaled
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 
@@ -105,13 +105,15 @@ def picture(
 def beside(
     simulator: Simulator, state: State, trail: Sequence[npt.ArrayLike] = (), *, most_px: tuple[int, int] = (960, 720)
 ) -> Image:
-    """Draw the world on the left and the map on the right (below, where the house is wide), as ``picture`` does."""
-    (rows, cols), (wide, high) = state.known.shape, most_px
+    """Draw the world and, right of it (or below, where that makes them bigger), the map, as ``picture`` does."""
+    wide, high = most_px
     sizes = (wide, (high - _GAP_PX) // 2), ((wide - _GAP_PX) // 2, high)
-    axis = int(np.argmax([min(size[0] / cols, size[1] / rows) for size in sizes]))
-    left, right = (picture(simulator, state, trail, most_px=sizes[axis], shows=shows) for shows in ("truth", "map"))
-    strip = np.full((len(left), _GAP_PX, 3) if axis else (_GAP_PX, left.shape[1], 3), 255, np.uint8)
-    return np.concatenate([left, strip, right], axis=axis)
+    below, right = (scale_for(state.known.shape, size) for size in sizes)
+    axis = 0 if below > right else 1
+    truth = picture(simulator, state, trail, most_px=sizes[axis], shows="truth")
+    known = picture(simulator, state, trail, most_px=sizes[axis], shows="map")
+    strip = np.full((len(truth), _GAP_PX, 3) if axis else (_GAP_PX, truth.shape[1], 3), 255, np.uint8)
+    return np.concatenate([truth, strip, known], axis=axis)
 
 
 def _colours(simulator: Simulator, state: State, shows: Shows) -> npt.NDArray[np.uint8]:
