@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -91,12 +92,16 @@ class Interface:
         no such action.
         """
         values = self._checked(actions, number)
-        ppm, robot = self.config.pixels_per_metre, self.config.robot
         if self.actions == "discrete":
-            table = np.array([motions(self.config)[action] for action in ACTIONS]) * (1.0, ppm)
-            return table[values], values == 0
-        full = (math.radians(robot.turn_deg), robot.step_m * ppm)
+            return self._table[values], values == 0
+        robot = self.config.robot
+        full = (math.radians(robot.turn_deg), robot.step_m * self.config.pixels_per_metre)
         return np.ascontiguousarray(values[:, ::-1] * full), values[:, 0] > 0
+
+    @cached_property
+    def _table(self) -> npt.NDArray[np.float64]:
+        """What the discrete actions mean, as ``motions`` returns it."""
+        return np.array([motions(self.config)[action] for action in ACTIONS]) * (1.0, self.config.pixels_per_metre)
 
     def _checked(self, actions: object, number: tuple[int, ...]) -> npt.NDArray[Any]:
         """Return actions as an array, one a row."""

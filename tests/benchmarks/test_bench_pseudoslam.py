@@ -228,7 +228,7 @@ def test_one_scan_with_its_map(houses: list[FloorPlan]) -> None:
 
         def rays(cells=cells, known=known, countable=countable, solid=solid) -> None:
             for y, x in cells:
-                *_, n_hit = ray_merge(solid, countable, known, x, y, x + y, fan_cos, fan_sin, 100.0, hit)
+                *_, n_hit = ray_merge(solid, countable, known, x, y, x + y, fan_cos, fan_sin, 100.0, hit, True)
                 merge_cells(known, countable, hit, n_hit, OBSTACLE)
 
         one, other = (microseconds(call, 4) / len(cells) for call in (sector, rays))

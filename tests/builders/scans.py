@@ -91,9 +91,9 @@ def slow_crop(known: np.ndarray, x: float, y: float, heading: float, side: int) 
 
 
 def crop_ties(x: float, y: float, heading: float, side: int) -> np.ndarray:
-    """Where in such a square a place lies so near to a border of cells (1e-5) that either side will do."""
+    """Where in such a square a place lies so near to a border of cells (1e-4) that either side will do."""
     down, across = _places(x, y, heading, side)
-    return np.minimum(np.abs(down - np.round(down)), np.abs(across - np.round(across))) < 1e-5
+    return np.minimum(np.abs(down - np.round(down)), np.abs(across - np.round(across))) < 1e-4
 
 
 def _places(x: float, y: float, heading: float, side: int) -> tuple[Floats, Floats]:

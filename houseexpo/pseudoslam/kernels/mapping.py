@@ -11,7 +11,7 @@ from houseexpo.pseudoslam.kernels.types import Cells, Grid, Runs
 
 UNKNOWN, FREE, OBSTACLE = 0, 127, 255
 """What a map holds: black, gray and white in the paper's figure."""
-_BITS = 30  # of a signed word of 32, for a place within the view in whole and broken cells
+_BITS = 16  # for parts of a cell, in a signed word of 32 for places within a view of up to 20,000 cells
 
 
 @njit(cache=True, nogil=True)
@@ -61,7 +61,7 @@ def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
     """Write the square of the map round a position, heading up, by the nearest cell; off the map it is unknown.
 
     ``out`` is (side, side); its middle, between cells where the side is even, is the position. Places are counted in
-    whole numbers, of which the lower bits are parts of a cell (less than 1e-5 of one at sides of up to 1000).
+    whole numbers, of which the lower bits are parts of a cell: less than 1e-4 of one is lost.
     """
     rows, cols = known.shape
     flat, view = known.ravel(), out.ravel()
@@ -70,23 +70,27 @@ def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
     middle = (side - 1) / 2
     spread = middle * (abs(cos) + abs(sin)) + 1.0
     from_col, from_row = math.floor(x - spread), math.floor(y - spread)  # nothing that is shown lies left of or above
-    shift = _BITS - math.ceil(math.log2(2.0 * spread + 2.0))
-    one = float(1 << shift)
+    one = float(1 << _BITS)
     along_x, along_y = np.empty(side, np.int32), np.empty(side, np.int32)
     for j in range(side):
         along_x[j], along_y[j] = math.floor(j * sin * one), math.floor(j * cos * one)
+    rate_x = 1.0 / (sin * one) if abs(sin * one) >= 1.0 else 0.0
+    rate_y = 1.0 / (cos * one) if abs(cos * one) >= 1.0 else 0.0
+    low_x, high_x = -from_col * (1 << _BITS), (cols - from_col) * (1 << _BITS)
+    low_y, high_y = -from_row * (1 << _BITS), (rows - from_row) * (1 << _BITS)
+    left, top = x - middle * sin - from_col, y - middle * cos - from_row
     cells = np.empty(side, np.int32)
-    width, bits = np.int32(cols), np.int32(shift)
+    width = np.int32(cols)
     here = np.int32(from_row * cols + from_col)
     for i in range(side):
         ahead = middle - i
-        start_x = np.int32(math.floor((x + ahead * cos - middle * sin - from_col) * one))
-        start_y = np.int32(math.floor((y - ahead * sin - middle * cos - from_row) * one))
-        first, last = _span(along_x, int(start_x), shift, from_col, cols, 0, side)
-        first, last = _span(along_y, int(start_y), shift, from_row, rows, first, last)
+        start_x = np.int32(math.floor((left + ahead * cos) * one))
+        start_y = np.int32(math.floor((top - ahead * sin) * one))
+        first, last = _span(along_x, rate_x, low_x - int(start_x), high_x - int(start_x), 0, side)
+        first, last = _span(along_y, rate_y, low_y - int(start_y), high_y - int(start_y), first, last)
         for j in range(side):
-            across = np.int32(np.int32(start_x + along_x[np.uint64(j)]) >> bits)
-            down = np.int32(np.int32(start_y + along_y[np.uint64(j)]) >> bits)
+            across = np.int32(np.int32(start_x + along_x[np.uint64(j)]) >> np.int32(_BITS))
+            down = np.int32(np.int32(start_y + along_y[np.uint64(j)]) >> np.int32(_BITS))
             cells[np.uint64(j)] = np.int32(np.int32(down * width) + np.int32(across + here))
         line = i * side
         for j in range(first):
@@ -135,16 +139,14 @@ def _most(known: Grid, top: float, bottom: float, left: float, right: float) -> 
 
 
 @njit(inline="always")
-def _span(along: Cells, start: int, shift: int, base: int, size: int, first: int, last: int) -> tuple[int, int]:
-    """Return the part of first..last (excluded) whose cells, ``base`` and on, lie in [0, size); they go one way."""
-    low, high = (np.int64(-base) << shift) - start, (np.int64(size - base) << shift) - start
-    step = along[len(along) - 1] / max(len(along) - 1, 1)
-    if abs(step) >= 1.0:  # nearly there at once
-        one, other = low / step, high / step
+def _span(along: Cells, rate: float, low: int, high: int, first: int, last: int) -> tuple[int, int]:
+    """Return the part of first..last (excluded) where ``along``, which goes 1 / ``rate`` a step, is in [low, high)."""
+    if rate != 0.0:  # nearly there at once
+        one, other = low * rate, high * rate
         first = int(min(max(min(one, other) - 1.0, first), last))
         last = int(max(min(max(one, other) + 2.0, last), first))
-    while first < last and not low <= along[first] < high:
+    while first < last and not low <= along[np.uint64(first)] < high:
         first += 1
-    while last > first and not low <= along[last - 1] < high:
+    while last > first and not low <= along[np.uint64(last - 1)] < high:
         last -= 1
     return first, last

@@ -66,9 +66,11 @@ def ray_scan(
 @njit(cache=True, nogil=True)
 def ray_merge(
     solid: Grid, countable: Grid, known: Grid, x: float, y: float, heading: float, fan_cos: Floats, fan_sin: Floats,
-    range_px: float, hit: Cells,
+    range_px: float, hit: Cells, settled: bool,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Scan as ``ray_scan`` does and set the free cells of the map at once.
+
+    Where ``settled``, what the map says is free is taken for free unseen: nothing moves, and the map has no errors.
 
     Returns
     -------
@@ -88,8 +90,11 @@ def ray_merge(
             _find(places, offsets, x, y, right, up, k, stop, solid.shape[1])
             for t in range(stop):
                 cell = np.uint64(cells[np.uint64(2 * t)])
+                state = drawn[cell]
+                if state == FREE and settled:
+                    continue
                 if flat[cell] == 0:
-                    if drawn[cell] == UNKNOWN:
+                    if state == UNKNOWN:
                         new += 1
                         covered += int(counts[cell])
                     drawn[cell] = FREE

@@ -26,7 +26,7 @@ from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
 EDGE = 1e-9
 """Radians by which the fan is wider than asked for, so that cells on its edge are in it in spite of rounding."""
 GAP = 1e-8
-"""Slopes nearer to each other than this have nothing between them."""
+"""Radians: directions nearer to each other than this have nothing between them."""
 _GRAZE = 1e-9  # cells by which a line to a centre may graze an obstacle's corner
 _QUARTER = math.pi / 2
 
@@ -144,18 +144,18 @@ def _quadrant(
                 v = j - off_v
                 bottom, top = (v - 0.5) / far, (v + 0.5) / near if near > 0.0 else math.inf
                 # R3: an obstacle is seen where some of its square is
-                if v * v <= reach_squared and min(top, end) - max(bottom, cut) > GAP:
+                if v * v <= reach_squared and _apart(max(bottom, cut), min(top, end)):
                     hit[n_hit] = line + j * across
                     n_hit += 1
                 # R4: what its square covers is open no more
-                if min(bottom, end) - cut > GAP:
+                if _apart(cut, min(bottom, end)):
                     new_lo[still_open], new_hi[still_open] = cut, min(bottom, end)
                     still_open += 1
                 cut = max(cut, top)
-                if cut >= end:
+                if not _apart(cut, end):
                     break
                 j += 1
-            if end > cut + GAP:
+            if _apart(cut, end):
                 new_lo[still_open], new_hi[still_open] = cut, end
                 still_open += 1
         if still_open == 0:
@@ -163,6 +163,12 @@ def _quadrant(
         lo, hi, new_lo, new_hi = new_lo, new_hi, lo, hi
         open_now = still_open
     return n_runs, n_hit
+
+
+@njit(inline="always")
+def _apart(low: float, high: float) -> bool:
+    """Whether there is something between two slopes, by their angle: so it is the same seen along rows or columns."""
+    return high > low + GAP * (1.0 + low * low)
 
 
 @njit(inline="always")

@@ -206,8 +206,9 @@ def _look(episode: Episode, rules: Rules, scratch: Scratch) -> None:
     runs, hit = scratch.runs, scratch.hit
     new, covered = 0, 0
     if sensor.by_rays and not errors.any:
+        settled = len(episode.bodies.clocks) + len(episode.bodies.people) == 0
         new, covered, n_hit = ray_merge(
-            solid, countable, known, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, hit
+            solid, countable, known, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, hit, settled
         )
     else:
         if sensor.by_rays:

@@ -143,12 +143,13 @@ def test_rays_are_the_published_ones_on_real_plans(published_lines: list[bytes],
         assert rays(*scan, range_px) == slow_rays(*scan, range_px)
 
 
-def test_rays_merged_at_once_are_rays_scanned_and_merged() -> None:
+@pytest.mark.parametrize("settled", [False, True])
+def test_rays_merged_at_once_are_rays_scanned_and_merged(settled: bool) -> None:
     rng, fan = np.random.default_rng(6), np.arange(-QUARTER, QUARTER, 0.1)
     for _ in range(12):
         solid = cluttered(rng, 0.1)
         countable, known = rng.integers(0, 2, (2, *solid.shape)).astype(np.uint8)
-        known *= FREE
+        known *= FREE * (1 - solid if settled else 1)  # settled: nothing that is known for free is solid
         x, y, heading, range_px = rng.uniform((-2, -2, -4, 3), (31, 24, 4, 70))
         scan = (x, y, heading, np.cos(fan), np.sin(fan), range_px)
         runs, hit, expected = np.empty((len(fan) * 72, 2), np.int32), np.empty(len(fan), np.int32), known.copy()
@@ -156,7 +157,7 @@ def test_rays_merged_at_once_are_rays_scanned_and_merged() -> None:
         counted = merge_runs(expected, countable, runs, n_runs, FREE)
         merge_cells(expected, countable, hit, n_hit, OBSTACLE)
         ends = np.empty(len(fan), np.int32)
-        new, covered, n_ends = ray_merge(solid, countable, known, *scan, ends)
+        new, covered, n_ends = ray_merge(solid, countable, known, *scan, ends, settled)
         assert (new, covered) == counted
         assert ends[:n_ends].tolist() == hit[:n_hit].tolist()
         merge_cells(known, countable, ends, n_ends, OBSTACLE)
