@@ -88,7 +88,7 @@ def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
         start_y = np.int32(math.floor((top - ahead * sin) * one))
         first, last = _span(along_x, rate_x, low_x - int(start_x), high_x - int(start_x), 0, side)
         first, last = _span(along_y, rate_y, low_y - int(start_y), high_y - int(start_y), first, last)
-        for j in range(side):
+        for j in range(first, last):
             across = np.int32(np.int32(start_x + along_x[np.uint64(j)]) >> np.int32(_BITS))
             down = np.int32(np.int32(start_y + along_y[np.uint64(j)]) >> np.int32(_BITS))
             cells[np.uint64(j)] = np.int32(np.int32(down * width) + np.int32(across + here))
