@@ -180,6 +180,7 @@ def test_a_fan_without_its_last_ray_has_258() -> None:
 
 
 @pytest.mark.skipif(UNCOMPILED, reason="this is that run")
+@pytest.mark.slow
 def test_all_kernels_hold_uncompiled_too() -> None:
     here = Path(__file__).resolve()
     files = sorted(str(path) for path in here.parent.glob("test_*kernels.py"))
