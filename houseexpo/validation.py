@@ -20,6 +20,7 @@ from houseexpo.progress import watched
 from houseexpo.rules import parts, rings
 from houseexpo.rules.rings import Broken
 from houseexpo.store.records import Record, records
+from houseexpo.workers import pool
 
 Rule = Callable[[FloorPlan], Iterator[Broken]]
 
@@ -140,10 +141,8 @@ def _checked(path: Path, workers: int) -> Iterator[tuple[list[tuple[str, str]], 
     if workers <= 1 or len(first) < _FEW:
         yield from map(check_records, chunks)
         return
-    import multiprocessing
-
-    with multiprocessing.get_context("spawn").Pool(workers) as pool:
-        yield from pool.imap(check_records, chunks)
+    with pool(workers) as processes:
+        yield from processes.imap(check_records, chunks)
 
 
 def _chunks(items: Iterable[Record]) -> Iterator[list[Record]]:

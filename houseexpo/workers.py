@@ -21,18 +21,24 @@ THREADS: Final = (
 
 
 @contextmanager
-def pool(workers: int) -> Iterator[Pool]:
-    """Yield a pool of processes; a script that calls this needs its ``if __name__ == "__main__"``."""
-    import multiprocessing
-
+def single_threaded() -> Iterator[None]:
+    """Have processes that start within compute with one thread."""
     before = {name: os.environ.get(name) for name in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1"))
     try:
-        with multiprocessing.get_context("spawn").Pool(workers) as processes:
-            yield processes
+        yield
     finally:
         for name, value in before.items():
             if value is None:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+@contextmanager
+def pool(workers: int) -> Iterator[Pool]:
+    """Yield a pool of processes; a script that calls this needs its ``if __name__ == "__main__"``."""
+    import multiprocessing
+
+    with single_threaded(), multiprocessing.get_context("spawn").Pool(workers) as processes:
+        yield processes

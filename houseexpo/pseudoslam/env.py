@@ -10,13 +10,14 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.fronts import ForExploration, ForNavigation, ForObstacleAvoidance
 from houseexpo.pseudoslam.interface import Actions, Interface, Kind, Observation, facts_of, interface_of
 from houseexpo.pseudoslam.kernels.step import Episode
 from houseexpo.pseudoslam.measures import Facts, Measures
 from houseexpo.pseudoslam.rules import kernel_of, step_one
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.tasks import ROOM, Exploration, Navigation, ObstacleAvoidance, Task
+from houseexpo.pseudoslam.tasks import Task
 from houseexpo.pseudoslam.worlds import Plans
 
 if TYPE_CHECKING:
@@ -173,44 +174,13 @@ def plan_of(options: dict[str, Any] | None) -> str | None:
     return (options or {}).get("plan_id")
 
 
-class ExplorationEnv(PseudoSlamEnv):
+class ExplorationEnv(ForExploration, PseudoSlamEnv):
     """``PseudoSLAM/Exploration-v0``: see ``tasks.Exploration`` and ``PseudoSlamEnv``."""
 
-    def __init__(
-        self,
-        dataset: Plans,
-        config: SimulatorConfig | None = None,
-        *,
-        success_coverage: float | None = 0.95,
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(Exploration(success_coverage), dataset, config, **kwargs)
 
-
-class ObstacleAvoidanceEnv(PseudoSlamEnv):
+class ObstacleAvoidanceEnv(ForObstacleAvoidance, PseudoSlamEnv):
     """``PseudoSLAM/ObstacleAvoidance-v0``: see ``tasks.ObstacleAvoidance`` and ``PseudoSlamEnv``."""
 
-    def __init__(
-        self,
-        dataset: Plans = ROOM,
-        config: SimulatorConfig | None = None,
-        *,
-        terminate_on_collision: bool = False,
-        safe_m: float = 0.5,
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(ObstacleAvoidance(terminate_on_collision, safe_m), dataset, config, **kwargs)
 
-
-class NavigationEnv(PseudoSlamEnv):
+class NavigationEnv(ForNavigation, PseudoSlamEnv):
     """``PseudoSLAM/Navigation-v0``: see ``tasks.Navigation`` and ``PseudoSlamEnv``."""
-
-    def __init__(
-        self,
-        dataset: Plans,
-        config: SimulatorConfig | None = None,
-        *,
-        success_reward: float = 2.5,
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(Navigation(success_reward), dataset, config, **kwargs)

@@ -19,11 +19,12 @@ from houseexpo.pseudoslam.checks import whole
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.copies import Copies
 from houseexpo.pseudoslam.env import PseudoSlamEnv, plan_of
+from houseexpo.pseudoslam.fronts import ForExploration, ForNavigation, ForObstacleAvoidance
 from houseexpo.pseudoslam.interface import Actions, Kind, Observation, facts_of, interface_of
 from houseexpo.pseudoslam.measures import Facts, Measures
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.tasks import ROOM, Exploration, Navigation, ObstacleAvoidance, Task
+from houseexpo.pseudoslam.tasks import Task
 from houseexpo.pseudoslam.worlds import Plans
 
 Floats = npt.NDArray[np.float64]
@@ -161,7 +162,8 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         for all_facts, facts in zip(self._facts, facts_of([(state, world)]), strict=True):
             all_facts[i] = facts[0]
         self._plan_ids[i] = world.plan_id
-        self._simulators[i] = Simulator(world, self.config, self._rules, self._scratch)
+        if self.render_mode is not None:  # a simulator keeps its world's rasters
+            self._simulators[i] = Simulator(world, self.config, self._rules, self._scratch)
         self._ended[i], self._begun[i] = False, True
 
     def _measures(self) -> Measures:
@@ -210,44 +212,13 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         return mask
 
 
-class ExplorationVectorEnv(PseudoSlamVectorEnv):
+class ExplorationVectorEnv(ForExploration, PseudoSlamVectorEnv):
     """``PseudoSLAM/Exploration-v0``, vectorised: see ``tasks.Exploration`` and ``PseudoSlamVectorEnv``."""
 
-    def __init__(
-        self,
-        dataset: Plans,
-        config: SimulatorConfig | None = None,
-        *,
-        success_coverage: float | None = 0.95,
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(Exploration(success_coverage), dataset, config, **kwargs)
 
-
-class ObstacleAvoidanceVectorEnv(PseudoSlamVectorEnv):
+class ObstacleAvoidanceVectorEnv(ForObstacleAvoidance, PseudoSlamVectorEnv):
     """``PseudoSLAM/ObstacleAvoidance-v0``, vectorised: see ``tasks.ObstacleAvoidance`` and ``PseudoSlamVectorEnv``."""
 
-    def __init__(
-        self,
-        dataset: Plans = ROOM,
-        config: SimulatorConfig | None = None,
-        *,
-        terminate_on_collision: bool = False,
-        safe_m: float = 0.5,
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(ObstacleAvoidance(terminate_on_collision, safe_m), dataset, config, **kwargs)
 
-
-class NavigationVectorEnv(PseudoSlamVectorEnv):
+class NavigationVectorEnv(ForNavigation, PseudoSlamVectorEnv):
     """``PseudoSLAM/Navigation-v0``, vectorised: see ``tasks.Navigation`` and ``PseudoSlamVectorEnv``."""
-
-    def __init__(
-        self,
-        dataset: Plans,
-        config: SimulatorConfig | None = None,
-        *,
-        success_reward: float = 2.5,
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(Navigation(success_reward), dataset, config, **kwargs)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import concurrent.futures
 import multiprocessing
-import os
 import signal
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
@@ -21,10 +20,11 @@ from typing import Any, Literal, TypeVar
 
 from pebble import ProcessExpired, ProcessPool
 
+from houseexpo.workers import single_threaded
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "NUMBA_NUM_THREADS")
 _AHEAD = 8  # items handed over for each worker, so that none of them waits for the next
 
 
@@ -59,7 +59,7 @@ def run(
     """
     waiting = iter(items)
     running: dict[Future[Result], Item] = {}
-    with _single_threaded(), _pool(workers, limits.memory, preload) as pool:
+    with single_threaded(), _pool(workers, limits.memory, preload) as pool:
         while True:
             for item in islice(waiting, workers * _AHEAD - len(running)):
                 running[pool.schedule(function, args=(item,), timeout=limits.seconds)] = item
@@ -108,21 +108,6 @@ def _context(preload: Sequence[str]) -> BaseContext:
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["__main__", *preload])
     return context
-
-
-@contextmanager
-def _single_threaded() -> Iterator[None]:
-    """Have processes that start within compute with one thread: libraries read these names when they are loaded."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
 
 
 def _prepare(memory: int) -> None:

@@ -15,12 +15,9 @@ from rich.table import Table
 from houseexpo.inference import with_rooms
 from houseexpo.plan import FloorPlan
 from houseexpo.plan_json import decode
-from pipeline.rejection import Rejection
-from pipeline.sources import suncg
-from pipeline.sources.procedural import write_houses
-from pipeline.values import Level
+from tests.builders.made import made_plans
 from tests.builders.matching import Matches, bare, matches, total
-from tests.builders.shared import CASES, DATA, as_json, case, needs_shared, plan_nearest, planned, scorer
+from tests.builders.shared import CASES, DATA, as_json, case, needs_shared, plan_nearest, scorer
 
 HOUSES, PUBLISHED, SEED = 200, 2000, 2019
 RATES = ("room recall", "room precision", "door recall", "door precision")
@@ -34,22 +31,8 @@ def table_of(title: str, *headings: str) -> Table:
     return table
 
 
-def made(folder: Path) -> list[FloorPlan]:
-    """Plans that the pipeline makes of houses that it makes."""
-    write_houses(folder, HOUSES, SEED)
-    plans = []
-    for item in suncg.find(str(folder)):
-        for level in suncg.read(item):
-            if isinstance(level, Level):
-                try:
-                    plans.append(planned(level))
-                except Rejection:
-                    continue
-    return plans
-
-
 def test_the_pipelines_plans_with_their_rooms_and_doors_hidden(tmp_path: Path) -> None:
-    plans = made(tmp_path)
+    plans = made_plans(tmp_path, HOUSES, SEED)
     table = table_of(f"{len(plans)} plans of {HOUSES} made houses", "what is left", *RATES)
     hide: dict[str, Callable[[FloorPlan], FloorPlan]] = {
         "verts, holes": bare,

@@ -7,12 +7,9 @@ from dataclasses import replace
 import pytest
 
 from houseexpo.inference import with_rooms
-from pipeline.rejection import Rejection
-from pipeline.sources import suncg
-from pipeline.sources.procedural import write_houses
-from pipeline.values import Level
+from tests.builders.made import made_plans
 from tests.builders.matching import bare, matches, total
-from tests.builders.shared import CASES, DATA, as_json, case, needs_shared, plan_nearest, planned, scorer
+from tests.builders.shared import CASES, DATA, as_json, case, needs_shared, plan_nearest, scorer
 
 HOUSES, SEED = 12, 5
 LEAST = 0.85
@@ -21,17 +18,7 @@ LEAST = 0.85
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """Plans that the pipeline makes of a few houses."""
-    folder = tmp_path_factory.mktemp("houses")
-    write_houses(folder, HOUSES, SEED)
-    plans = []
-    for item in suncg.find(str(folder)):
-        for level in suncg.read(item):
-            if isinstance(level, Level):
-                try:
-                    plans.append(planned(level))
-                except Rejection:
-                    continue
-    return plans
+    return made_plans(tmp_path_factory.mktemp("houses"), HOUSES, SEED)
 
 
 @pytest.mark.parametrize("holes", [True, False])

@@ -68,7 +68,7 @@ def ray_merge(
     solid: Grid, countable: Grid, known: Grid, x: float, y: float, heading: float, fan_cos: Floats, fan_sin: Floats,
     range_px: float, hit: Cells, settled: bool,
 ) -> tuple[int, int, int]:  # fmt: skip
-    """Scan as ``ray_scan`` does and set the free cells of the map at once.
+    """Scan as ``ray_scan`` does and set the free cells of the map at once: noting them first takes twice as long.
 
     Where ``settled``, what the map says is free is taken for free unseen: nothing moves, and the map has no errors.
 
