@@ -1,8 +1,12 @@
-"""Nested tuples of arrays, such as ``kernels.step.Episode``, alone and in pools with one axis more in front."""
+"""The arrays of ``kernels.step.Episode``, alone and in pools with one axis more in front.
+
+Some lie in an episode itself, some in tuples of arrays that are its parts: no deeper.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -16,36 +20,40 @@ RASTERS = 3
 """The first arrays of an episode are as big as its house; they lie flat in a pool."""
 
 
-def leaves(part: Any) -> Iterator[Array]:
-    """Yield the arrays in nested tuples, one after the other."""
-    if isinstance(part, np.ndarray):
-        yield part
-    else:
-        for piece in part:
-            yield from leaves(piece)
+def leaves(episode: Episode) -> Iterator[Array]:
+    """Yield the arrays of an episode, one after the other."""
+    for part in episode:
+        if isinstance(part, np.ndarray):
+            yield part
+        else:
+            yield from part
 
 
-def like(part: Any, arrays: Iterable[Array]) -> Any:
-    """Return the same nested tuples, of other arrays."""
-    return _like(part, iter(arrays))
+def like(episode: Episode, arrays: Iterable[Array]) -> Episode:
+    """Return the same tuples, of other arrays."""
+    rest = iter(arrays)
+    parts: Iterable[Any] = (
+        next(rest) if isinstance(part, np.ndarray) else type(part)(*islice(rest, len(part))) for part in episode
+    )
+    return Episode(*parts)
 
 
 def pool_of_one(episode: Episode) -> Episode:
     """Return a pool that holds one episode: views of its arrays."""
-    parts = (leaf.ravel() if k < RASTERS else leaf for k, leaf in enumerate(leaves(episode)))
-    pool: Episode = like(episode, (part[None] for part in parts))
-    return pool
+    return _each(episode, lambda raster: raster.reshape(1, -1), lambda array: array[None])
 
 
 def one_of(pool: Episode, i: int, shape: tuple[int, int]) -> Episode:
     """Return episode ``i`` of a pool, of a house whose rasters have this shape: views of the pool's arrays."""
     cells = shape[0] * shape[1]
-    parts = (leaf[i, :cells].reshape(shape) if k < RASTERS else leaf[i] for k, leaf in enumerate(leaves(pool)))
-    episode: Episode = like(pool, parts)
-    return episode
+    return _each(pool, lambda raster: raster[i, :cells].reshape(shape), lambda array: array[i])
 
 
-def _like(part: Any, arrays: Iterator[Array]) -> Any:
-    if isinstance(part, np.ndarray):
-        return next(arrays)
-    return type(part)(*(_like(piece, arrays) for piece in part))
+def _each(episode: Episode, of_raster: Callable[[Array], Array], of_other: Callable[[Array], Array]) -> Episode:
+    """Return an episode of what the functions make of each array."""
+    parts: tuple[Any, ...] = episode
+    rasters: Iterable[Any] = map(of_raster, parts[:RASTERS])
+    others = (
+        of_other(part) if isinstance(part, np.ndarray) else type(part)(*map(of_other, part)) for part in parts[RASTERS:]
+    )
+    return Episode(*rasters, *others)
