@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from threading import Lock
-from typing import TypeAlias, Union
+from typing import Generic, TypeAlias, TypeVar, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -20,10 +20,13 @@ from houseexpo.pseudoslam.flow import make_flow
 from houseexpo.pseudoslam.trajectories import make_tracks
 from houseexpo.pseudoslam.world import World, make_world
 
+Thing = TypeVar("Thing")
 Plans: TypeAlias = Union[str, "os.PathLike[str]", FloorPlan, Sequence[FloorPlan]]
 
 MOST_KEPT = 1_000_000_000
 """Bytes of worlds that stay in memory. Packed, a house of 120 m2 takes 20 kB at 16 px/m: 10,000 of them fit easily."""
+MOST_OPEN = 50_000_000
+"""Bytes of worlds that stay in memory unpacked, too: some 300 such houses."""
 
 
 def world_for(plan: FloorPlan, config: SimulatorConfig) -> World:
@@ -46,7 +49,7 @@ def world_for(plan: FloorPlan, config: SimulatorConfig) -> World:
 
 
 class Worlds:
-    """The worlds of a data set for one configuration; those used last stay in memory, as bits.
+    """The worlds of a data set for one configuration; those used last stay in memory: as bits, the latest as bytes.
 
     ``plans`` is a data set or its path, a plan, or a list of plans.
     """
@@ -60,8 +63,8 @@ class Worlds:
         if not len(self._plans):
             raise ConfigError("dataset: expected at least one plan, found none")
         self._config = config
-        self._kept: OrderedDict[int, _Packed] = OrderedDict()
-        self._bytes = 0
+        self._kept: _Recent[_Packed] = _Recent(MOST_KEPT)
+        self._open: _Recent[World] = _Recent(MOST_OPEN)
         self._lock = Lock()
 
     def __len__(self) -> int:
@@ -70,19 +73,15 @@ class Worlds:
     def __getitem__(self, number: int) -> World:
         """Return the world of a plan; ConfigError and PlanError as ``world_for`` raises them."""
         with self._lock:
-            packed = self._kept.get(number)
-            if packed is not None:
-                self._kept.move_to_end(number)
-                return packed.unpacked()
-            world = world_for(self._plans[number], self._config)
-            self._keep(number, _Packed(world))
+            packed = self._kept.used(number)
+            if packed is None:
+                packed = _Packed(world_for(self._plans[number], self._config))
+                self._kept.keep(number, packed, packed.size)
+            world = self._open.used(number)
+            if world is None:
+                world = packed.unpacked()
+                self._open.keep(number, world, 3 * world.solid.nbytes)
             return world
-
-    def _keep(self, number: int, packed: _Packed) -> None:
-        self._kept[number] = packed
-        self._bytes += packed.size
-        while self._bytes > MOST_KEPT and len(self._kept) > 1:
-            self._bytes -= self._kept.popitem(last=False)[1].size
 
     def number_of(self, plan_id: str) -> int:
         """Return the number of a plan; ConfigError where there is none of that id."""
@@ -90,6 +89,35 @@ class Worlds:
         if plan_id not in ids:
             raise ConfigError(f"plan_id: none of the {len(ids)} plans has the id {plan_id!r}")
         return ids.index(plan_id)
+
+
+class _Recent(Generic[Thing]):
+    """Things by their number; those used last, up to so many bytes, and the last one in any case."""
+
+    def __init__(self, most: int) -> None:
+        self._things: OrderedDict[int, tuple[Thing, int]] = OrderedDict()
+        self._most, self.bytes = most, 0
+
+    def __len__(self) -> int:
+        return len(self._things)
+
+    def __iter__(self) -> Iterator[int]:
+        """Iterate over the numbers, from the one used longest ago."""
+        return iter(self._things)
+
+    def used(self, number: int) -> Thing | None:
+        """Return a thing that is used now; None where it is not here."""
+        if number not in self._things:
+            return None
+        self._things.move_to_end(number)
+        return self._things[number][0]
+
+    def keep(self, number: int, thing: Thing, size: int) -> None:
+        """Take in one that is not here, and drop those used longest ago where that is too many bytes."""
+        self._things[number] = thing, size
+        self.bytes += size
+        while self.bytes > self._most and len(self._things) > 1:
+            self.bytes -= self._things.popitem(last=False)[1][1]
 
 
 class _Packed:

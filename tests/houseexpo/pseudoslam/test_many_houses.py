@@ -15,7 +15,7 @@ from houseexpo.pseudoslam import worlds
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.dynamics_config import PeopleConfig
 from houseexpo.pseudoslam.world import World
-from houseexpo.pseudoslam.worlds import Worlds, world_for
+from houseexpo.pseudoslam.worlds import Worlds, _Packed, world_for
 from tests.builders.shared import DATA, needs_shared
 from tests.builders.vectors import HUTS, assert_same_step, native
 
@@ -43,12 +43,14 @@ def test_what_is_kept_is_what_was_made() -> None:
 def test_beyond_the_limit_houses_are_paged_and_stay_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     many = native("Exploration", 4, dataset=HUTS, config=COARSE)
     monkeypatch.setattr(worlds, "MOST_KEPT", 1500)  # bytes: less than two of them
+    monkeypatch.setattr(worlds, "MOST_OPEN", 1)
     paged = Worlds(HUTS, COARSE)
     for i in (0, 1, 2, 1, 0, 2):
         for one, other in zip(rasters(paged[i]), rasters(world_for(HUTS[i], COARSE)), strict=True):
             np.testing.assert_array_equal(one, other)
         assert len(paged._kept) <= 2
-        assert paged._bytes == sum(packed.size for packed in paged._kept.values())
+        assert paged._kept.bytes == sum(_Packed(world_for(HUTS[j], COARSE)).size for j in paged._kept)
+        assert list(paged._open) == [i]
     few = native("Exploration", 4, dataset=HUTS, config=COARSE)
     for _ in range(5):
         assert_same_step(few.reset(seed=1), many.reset(seed=1))
@@ -61,19 +63,27 @@ def test_what_was_used_last_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     for i in range(3):
         one = Worlds(HUTS, COARSE)
         one[i]
-        sizes.append(one._bytes)
+        sizes.append(one._kept.bytes)
     monkeypatch.setattr(worlds, "MOST_KEPT", sum(sizes) - 1)
     kept = Worlds(HUTS, COARSE)
     for i in (0, 1, 0, 2):
         kept[i]
-    assert set(kept._kept) == {0, 2}
+    assert list(kept._kept) == [0, 2]
+
+
+def test_a_house_used_again_is_not_unpacked_again() -> None:
+    kept = Worlds(HUTS, COARSE)
+    first, other = kept[0], kept[1]
+    assert kept[0] is first
+    assert kept[1] is other
+    assert kept._open.bytes == sum(raster.nbytes for world in (first, other) for raster in rasters(world)[:3])
 
 
 def test_a_house_that_cannot_be_used_leaves_nothing_behind() -> None:
     kept = Worlds(HUTS, SimulatorConfig(pixels_per_metre=16.0, people=PeopleConfig(2, radius_m=2.5)))
     with pytest.raises(ConfigError, match=r"people\.radius_m"):
         kept[0]
-    assert (len(kept._kept), kept._bytes) == (0, 0)
+    assert (len(kept._kept), kept._kept.bytes, len(kept._open)) == (0, 0, 0)
     assert kept[2].plan_id == "large"
 
 
@@ -89,11 +99,11 @@ def test_ten_thousand_houses_fit_in_memory(record_property) -> None:
     for i in range(len(plans)):
         kept[i]
     seconds, grown = time.process_time() - began, resident_bytes() - before
-    record_property("bytes a house", kept._bytes / NUMBER)
+    record_property("bytes a house", kept._kept.bytes / NUMBER)
     record_property("resident bytes a house", grown / NUMBER)
     record_property("milliseconds a house", seconds / NUMBER * 1e3)
     assert len(kept._kept) == NUMBER  # none was dropped
-    assert kept._bytes < worlds.MOST_KEPT / 2
+    assert kept._kept.bytes < worlds.MOST_KEPT / 2
     assert grown < worlds.MOST_KEPT
 
 
