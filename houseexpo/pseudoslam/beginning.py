@@ -10,12 +10,13 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.kernels.bodies import Disc
+from houseexpo.pseudoslam.kernels.cells import count_before, nth_cell
 from houseexpo.pseudoslam.kernels.dynamics import stamp_bodies
 from houseexpo.pseudoslam.kernels.goal import Field, field_at, find_open, march
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.motion import disc_is_free
 from houseexpo.pseudoslam.kernels.step import COVERED, KEY, KNOWN, STEPS, Episode, Rules
-from houseexpo.pseudoslam.kernels.types import Scratch
+from houseexpo.pseudoslam.kernels.types import Grid, Scratch
 from houseexpo.pseudoslam.obstacles import Placement, place
 from houseexpo.pseudoslam.people import new_bodies, start_people
 from houseexpo.pseudoslam.rules import kernel_of, step_one
@@ -58,22 +59,19 @@ def begin(
             config.people, placed.solid, bodies, world.tracks, world.flow, rules.walk, key, robot, world.plan_id
         )
         stamp_bodies(solid, bodies, world.tracks, rules.walk)
-    countable = world.countable.copy()
-    if placed.obstacles:
-        ppm = config.pixels_per_metre
-        radius_px, range_px = config.robot.radius_m * ppm, config.laser.range_m * ppm
-        countable = visible_cells(placed.solid, placed.stand, radius_px, range_px, scratch[:3])
+    countable = _countable(world, placed, config, scratch)
+    poses = np.concatenate((pose, pose))  # where it is, and where it believes to be
     side, cells = config.side_px, config.observation.global_cells if complete else 0
     episode = Episode(
         solid, countable, np.zeros(solid.shape, np.uint8), np.zeros((side, side), np.uint8),
-        np.zeros((cells, cells), np.uint8), np.zeros(len(rules.sensor.fan_cos) if complete else 0), np.tile(pose, 2),
+        np.zeros((cells, cells), np.uint8), np.zeros(len(rules.sensor.fan_cos) if complete else 0), poses,
         np.zeros(7, np.int64), np.array([0.0, 0.0, best, pose[0], pose[1]]), bodies, world.tracks, world.flow, field,
     )  # fmt: skip
-    episode.counts[[STEPS, KEY]] = -1, key
+    episode.counts[STEPS], episode.counts[KEY] = -1, key
+    state = State(episode, placed.obstacles, goal, best / config.pixels_per_metre)
     if config.known_map:
         episode.known[:] = np.where(placed.solid != 0, OBSTACLE, FREE)
-        episode.counts[[KNOWN, COVERED]] = solid.size, int(countable.sum())
-    state = State(episode, placed.obstacles, goal, best / config.pixels_per_metre)
+        episode.counts[[KNOWN, COVERED]] = solid.size, state.countable_cells
     step_one(kernel_of(config), state, np.zeros((1, 2)), rules, scratch)
     return state
 
@@ -92,6 +90,14 @@ def _furnished(world: World, config: SimulatorConfig, rng: np.random.Generator) 
     return placed
 
 
+def _countable(world: World, placed: Placement, config: SimulatorConfig, scratch: Scratch) -> Grid:
+    """Return what coverage counts: of what could be seen of the empty house, what still can."""
+    if not placed.obstacles:
+        return world.countable.copy()
+    radius_px, range_px = (size_m * config.pixels_per_metre for size_m in (config.robot.radius_m, config.laser.range_m))
+    return visible_cells(placed.solid, placed.stand, radius_px, range_px, buffers=scratch[:3], among=world.countable)
+
+
 def _random_pose(
     stand: npt.NDArray[np.uint8],
     solid: npt.NDArray[np.uint8],
@@ -101,12 +107,11 @@ def _random_pose(
 ) -> Floats:
     """Anywhere in a standing cell where nothing touches; in the middle of one where chance finds no such place."""
     radius_px = config.robot.radius_m * config.pixels_per_metre
-    in_rows = np.cumsum(np.count_nonzero(stand, axis=1))
+    before = world.stand_before if stand is world.stand else count_before(stand, 1)
     for _ in range(_TRIES):
-        number = int(rng.integers(in_rows[-1]))
-        right, down, heading = rng.random(3)
-        row = int(np.searchsorted(in_rows, number, side="right"))
-        col = int(np.flatnonzero(stand[row])[number - in_rows[row]])
+        number = int(rng.integers(before[-1]))
+        right, down, heading = rng.random(3).tolist()
+        row, col = nth_cell(stand, 1, before, number)
         for x, y in ((col + right, row + down), (col + 0.5, row + 0.5)):
             if disc_is_free(solid, x, y, radius_px):
                 return np.array([x, y, (2.0 * heading - 1.0) * math.pi])

@@ -160,8 +160,8 @@ def facts_of(states: list[tuple[State, World]]) -> Facts:
     """Return what does not change in the episodes of these states."""
     nowhere = (math.nan, math.nan)
     return Facts(
-        np.array([world.frame.points_from_pixels([0.0, 0.0]) for _, world in states]),
-        np.array([state.episode.countable.sum() for state, _ in states], np.int64),
+        np.array([world.corner_m for _, world in states]),
+        np.array([state.countable_cells for state, _ in states], np.int64),
         np.array([state.goal_m or nowhere for state, _ in states]),
         np.array([state.best_way_m for state, _ in states]),
     )

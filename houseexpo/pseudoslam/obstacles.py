@@ -10,7 +10,8 @@ import numpy as np
 
 from houseexpo.errors import ConfigError
 from houseexpo.frame import GridFrame
-from houseexpo.pseudoslam.kernels.obstacles import FITS, OVERLAPS, free_before, nth_free, set_down
+from houseexpo.pseudoslam.kernels.cells import count_before, nth_cell
+from houseexpo.pseudoslam.kernels.obstacles import FITS, OVERLAPS, set_down
 from houseexpo.pseudoslam.kernels.types import Cells, Grid
 from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.shapes import Obstacle
@@ -129,12 +130,12 @@ def _set_down_told(house: _House, placed: tuple[Obstacle, ...]) -> None:
 
 def _set_down_drawn(house: _House, config: RandomObstacles, wanted: int, rng: np.random.Generator) -> list[Obstacle]:
     """Set random obstacles down, up to the first that finds no place."""
-    before = free_before(house.empty)
+    before = count_before(house.empty, 0)
     found: list[Obstacle] = []
     for _ in range(wanted if before[-1] else 0):
         for _ in range(_TRIES):
             at, right, down, turn = rng.random(4).tolist()
-            row, col = nth_free(house.empty, before, int(at * before[-1]))
+            row, col = nth_cell(house.empty, 0, before, int(at * before[-1]))
             x_m, y_m = house.frame.points_from_pixels((col + right, row + down)).tolist()
             obstacle = Obstacle(config.draw_shape(rng), x_m, y_m, 360.0 * turn)
             if house.set_down(obstacle, config.gap_m) == FITS:

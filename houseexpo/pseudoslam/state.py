@@ -40,6 +40,11 @@ class State:
         """The episode as the kernels take it, a pool of one, and its rasters' (1, 2) rows and columns; views."""
         return pool_of_one(self.episode), np.array([self.episode.solid.shape], np.int64)
 
+    @cached_property
+    def countable_cells(self) -> int:
+        """How many cells coverage counts; they stay the same."""
+        return int(np.count_nonzero(self.episode.countable.view(bool)))
+
     @property
     def solid(self) -> npt.NDArray[np.uint8]:
         """(rows, cols): bit 1 where something stands, bit 2 where something moves."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -13,8 +14,9 @@ from houseexpo.errors import ConfigError, PlanError
 from houseexpo.frame import GridFrame
 from houseexpo.plan import FloorPlan
 from houseexpo.pseudoslam.kernels.bodies import Tracks, no_tracks
+from houseexpo.pseudoslam.kernels.cells import count_before
 from houseexpo.pseudoslam.kernels.flow import Flow, no_flow
-from houseexpo.pseudoslam.kernels.reach import mark_in_sight, mark_visible
+from houseexpo.pseudoslam.kernels.reach import find_standing, mark_in_sight, mark_visible
 from houseexpo.raster import free_mask
 
 MOST_CELLS = 100_000_000
@@ -53,10 +55,21 @@ class World:
     tracks: Tracks = field(default_factory=no_tracks)
     flow: Flow = field(default_factory=no_flow)
 
-    @property
+    @cached_property
     def countable_cells(self) -> int:
         """How many cells coverage counts."""
-        return int(self.countable.sum())
+        return int(np.count_nonzero(self.countable))
+
+    @cached_property
+    def corner_m(self) -> tuple[float, float]:
+        """The plan's (x, y) of the upper left corner of the first cell."""
+        x, y = self.frame.points_from_pixels([0.0, 0.0]).tolist()
+        return x, y
+
+    @cached_property
+    def stand_before(self) -> npt.NDArray[np.int32]:
+        """``count_before`` of the standing cells."""
+        return count_before(self.stand, 1)
 
 
 def make_world(plan: FloorPlan, pixels_per_metre: float, robot_radius_m: float, range_m: float) -> World:
@@ -116,41 +129,43 @@ def standing_cells(solid: Cells, radius_px: float) -> Cells:
 
 
 def visible_cells(
-    solid: Cells, stand: Cells, radius_px: float, range_px: float, buffers: Buffers | None = None
+    solid: Cells,
+    stand: Cells,
+    radius_px: float,
+    range_px: float,
+    *,
+    buffers: Buffers | None = None,
+    among: Cells | None = None,
 ) -> Cells:
     """Return 1 for free cells whose middle is seen within range from the middle of a standing cell.
 
-    What the robot's disc can cover it sees; only the rest, in corners and behind gaps, has to be looked for.
-    ``buffers`` are ``scan_buffers``', if there are some already.
-    """
-    import cv2
+    Most see a standing cell near them; only the rest, in corners and behind gaps, has to be looked for.
 
-    _, pieces = cv2.connectedComponents((solid == 0).view(np.uint8), connectivity=4)
-    has_stand = np.zeros(int(pieces.max()) + 1, np.uint8)
-    has_stand[pieces[stand != 0]] = 1  # no sight leads from piece to piece
-    reach = math.floor(min(radius_px, range_px))
-    offsets = np.arange(-reach, reach + 1)
-    disc = np.hypot(offsets[:, None], offsets) <= min(radius_px, range_px)
-    seen = cv2.dilate(stand, disc.astype(np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=0)
-    visible: Cells = np.asarray(seen, np.uint8)
-    wanted = has_stand[pieces]
-    mark_in_sight(solid, wanted, _nearest(stand), range_px, visible)
+    Parameters
+    ----------
+    buffers
+        ``scan_buffers``', if there are some already.
+    among
+        1 for the cells that it can be, where that is known: those that were seen before obstacles came.
+    """
+    wanted = _pieces_with(stand, solid) if among is None else (among > solid).view(np.uint8)
+    away = np.empty((*solid.shape, 2), np.int32)
+    find_standing(stand, wanted, away)
+    visible = stand.copy()
+    mark_in_sight(solid, wanted, away, min(radius_px, range_px), range_px, visible)
     runs, hit, slopes = buffers or scan_buffers(range_px)
     mark_visible(solid, stand, wanted, _NEAR * radius_px, range_px, visible, runs, hit, slopes)
     return visible
 
 
-def _nearest(stand: Cells) -> npt.NDArray[np.int32]:
-    """Return, for each cell, the flat index of the standing cell nearest to it, or nearly."""
+def _pieces_with(stand: Cells, solid: Cells) -> Cells:
+    """Return 1 in the pieces of free space (4-connected) where the robot can stand: no sight leads to another one."""
     import cv2
 
-    _, labels = cv2.distanceTransformWithLabels(
-        (stand == 0).view(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    cells = np.flatnonzero(stand)
-    at = np.empty(len(cells) + 1, np.int32)
-    at[labels.ravel()[cells]] = cells
-    found: npt.NDArray[np.int32] = at[labels]
+    _, pieces = cv2.connectedComponents((solid == 0).view(np.uint8), connectivity=4)
+    has_stand = np.zeros(int(pieces.max()) + 1, np.uint8)
+    has_stand[pieces[stand != 0]] = 1
+    found: Cells = has_stand[pieces]
     return found
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.types import Cells, Grid
@@ -47,32 +46,6 @@ def set_down(
         for col in range(spans[i, 1], spans[i, 2]):
             solid[spans[i, 0], col] = 1
     return FITS
-
-
-@njit(cache=True, nogil=True)
-def free_before(solid: Grid) -> Cells:
-    """Return how many free cells lie in the rows before each one, and in all: (rows + 1)."""
-    rows, cols = solid.shape
-    before = np.zeros(rows + 1, np.int32)
-    for row in range(rows):
-        taken = 0
-        for col in range(cols):
-            taken += solid[row, col] != 0
-        before[row + 1] = before[row] + cols - taken
-    return before
-
-
-@njit(cache=True, nogil=True)
-def nth_free(solid: Grid, before: Cells, n: int) -> tuple[int, int]:
-    """Return row and column of free cell ``n``, from 0, less than ``before[-1]``."""
-    row, col = 0, -1
-    while before[row + 1] <= n:
-        row += 1
-    left = n - before[row]
-    while left >= 0:
-        col += 1
-        left -= solid[row, col] == 0
-    return row, col
 
 
 @njit(cache=True, nogil=True)

@@ -10,18 +10,63 @@ from houseexpo.pseudoslam.kernels.ranges import distance
 from houseexpo.pseudoslam.kernels.sector import sector_scan
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
 
+NOWHERE = 1 << 14
+"""Cells down and to the right where no standing cell was found, or nearly so many."""
+
 
 @njit(cache=True, nogil=True)
-def mark_in_sight(solid: Grid, wanted: Grid, nearest: Cells, range_px: float, visible: Grid) -> None:
-    """Set ``visible`` to 1 where what is ``wanted`` sees the middle of its ``nearest`` (rows, cols) standing cell."""
+def find_standing(stand: Grid, wanted: Grid, away: Cells) -> None:
+    """Write how many rows down and columns to the right of each wanted cell the nearest standing cell lies, or nearly.
+
+    Neighbours tell each other which one is near them, once from the upper left on and once back: what lies behind
+    corners finds none, or not the nearest.
+
+    Parameters
+    ----------
+    stand, wanted
+        (rows, cols), not 0 where the robot can stand, and in the cells that are asked for: none of them on the border.
+    away
+        (rows, cols, 2) is filled: 0 in standing cells, ``NOWHERE`` in others that are not wanted.
+    """
+    rows, cols = stand.shape
+    for row in range(rows):
+        for col in range(cols):
+            far = 0 if stand[row, col] != 0 else NOWHERE
+            away[row, col, 0], away[row, col, 1] = far, far
+            if far > 0 and wanted[row, col] != 0:
+                _ask(away, row, col, -1, 0)
+                _ask(away, row, col, 0, -1)
+    for row in range(rows - 1, -1, -1):
+        for col in range(cols - 1, -1, -1):
+            if stand[row, col] == 0 and wanted[row, col] != 0:
+                _ask(away, row, col, 1, 0)
+                _ask(away, row, col, 0, 1)
+
+
+@njit(inline="always")
+def _ask(away: Cells, row: int, col: int, down: int, right: int) -> None:
+    """Take over a neighbour's standing cell where it is nearer than the own."""
+    far_down, far_right = away[row + down, col + right, 0] + down, away[row + down, col + right, 1] + right
+    if far_down**2 + far_right**2 < away[row, col, 0] ** 2 + away[row, col, 1] ** 2:
+        away[row, col, 0], away[row, col, 1] = far_down, far_right
+
+
+@njit(cache=True, nogil=True)
+def mark_in_sight(solid: Grid, wanted: Grid, away: Cells, sure_px: float, range_px: float, visible: Grid) -> None:
+    """Set ``visible`` to 1 where what is ``wanted`` sees the middle of the standing cell that lies ``away``.
+
+    Within ``sure_px``, at most the robot's radius, nothing can be between them, for the robot itself has room there.
+    """
     rows, cols = solid.shape
     for row in range(rows):
         for col in range(cols):
             if wanted[row, col] == 0 or visible[row, col] != 0:
                 continue
-            right, down = nearest[row, col] % cols - col, nearest[row, col] // cols - row
-            way = math.hypot(right, down)
-            if way <= range_px and distance(solid, col + 0.5, row + 0.5, right / way, down / way, way) >= way:
+            down, right = away[row, col, 0], away[row, col, 1]
+            way = math.sqrt(down * down + right * right)
+            if way <= sure_px or (
+                way <= range_px and distance(solid, col + 0.5, row + 0.5, right / way, down / way, way) >= way
+            ):
                 visible[row, col] = 1
 
 

@@ -14,7 +14,7 @@ import pytest
 from houseexpo.errors import ConfigError
 from houseexpo.frame import GridFrame
 from houseexpo.plan_json import decode
-from houseexpo.pseudoslam.kernels.obstacles import CLOSES_OFF, FITS, OVERLAPS, free_before, nth_free, set_down
+from houseexpo.pseudoslam.kernels.obstacles import CLOSES_OFF, FITS, OVERLAPS, set_down
 from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.obstacles import Placement, _disc, place
 from houseexpo.pseudoslam.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
@@ -268,14 +268,6 @@ def pieces(cells: np.ndarray) -> list[set[tuple[int, int]]]:
         found.append(piece)
         left -= piece
     return found
-
-
-def test_every_free_cell_can_be_drawn() -> None:
-    solid = (np.random.default_rng(0).random((7, 5)) < 0.5).astype(np.uint8)
-    solid[3] = 1
-    before = free_before(solid)
-    cells = [nth_free(solid, before, n) for n in range(before[-1])]
-    assert cells == list(map(tuple, np.argwhere(solid == 0).tolist()))
 
 
 @pytest.mark.parametrize(

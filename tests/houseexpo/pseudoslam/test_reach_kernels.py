@@ -8,7 +8,7 @@ import os
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.reach import mark_visible
+from houseexpo.pseudoslam.kernels.reach import NOWHERE, find_standing, mark_in_sight, mark_visible
 from houseexpo.pseudoslam.kernels.sector import sector_scan
 from houseexpo.pseudoslam.world import scan_buffers, standing_cells, visible_cells
 
@@ -64,3 +64,49 @@ def test_only_what_is_wanted_is_looked_for() -> None:
     visible = np.zeros_like(solid)
     mark_visible(solid, stand, wanted, 4.0, 15.0, visible, *scan_buffers(15.0))
     assert not visible.any()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_of_what_was_seen_before_obstacles_came_the_rest_is_found(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    empty = house(seed)
+    before = visible_cells(empty, standing_cells(empty, 2.0), 2.0, 15.0)
+    solid = empty | (rng.random(empty.shape) < 0.02).astype(np.uint8)
+    stand = standing_cells(solid, 2.0)
+    expected = visible_cells(solid, stand, 2.0, 15.0)
+    assert np.array_equal(visible_cells(solid, stand, 2.0, 15.0, among=before), expected)
+    assert 0 < expected.sum() < (solid == 0).sum()
+
+
+@pytest.mark.parametrize("walls", [False, True])
+def test_where_it_stands_near_a_cell(walls: bool) -> None:
+    """Between walls some standing cell or none, in an empty room the nearest."""
+    solid = house(0)
+    if not walls:
+        solid[1:-1, 1:-1] = 0
+    stand, wanted = standing_cells(solid, 2.0), 1 - solid
+    away = np.empty((*solid.shape, 2), np.int32)
+    find_standing(stand, wanted, away)
+    at, cells = np.argwhere(stand), np.argwhere(wanted)
+    found = away[tuple(cells.T)]
+    near = np.abs(found).max(axis=1) < NOWHERE // 2
+    assert stand[tuple((cells + found)[near].T)].all()
+    assert near.mean() > 0.9
+    if not walls:
+        nearest = np.hypot(*(at[:, None] - cells).T).min(axis=1)
+        np.testing.assert_array_equal(np.hypot(*found.T), nearest)
+    assert (away[stand != 0] == 0).all()
+    assert (away[(wanted == 0) & (stand == 0)] == NOWHERE).all()
+
+
+def test_a_standing_cell_counts_where_nothing_lies_between() -> None:
+    """Five cells in a row: a wall stands between the second and the standing one, but for a radius nobody looks."""
+    solid = np.ones((3, 9), np.uint8)
+    solid[1, 1:8] = 0
+    solid[1, 4] = 1
+    wanted, away = 1 - solid, np.zeros((3, 9, 2), np.int32)
+    away[1, 1:8, 1] = 7 - np.arange(1, 8)
+    for sure_px, range_px, seen in ((1.0, 9.0, [5, 6, 7]), (1.0, 1.5, [6, 7]), (5.0, 9.0, [2, 3, 5, 6, 7])):
+        visible = np.zeros_like(solid)
+        mark_in_sight(solid, wanted, away, sure_px, range_px, visible)
+        assert np.flatnonzero(visible[1]).tolist() == seen

@@ -1,0 +1,34 @@
+"""Drawing a cell of a kind from a raster, each as likely: how many there are, and which is which."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.types import Cells, Grid
+
+
+@njit(cache=True, nogil=True)
+def count_before(raster: Grid, value: int) -> Cells:
+    """Return how many cells of a value lie in the rows before each one, and in all: (rows + 1)."""
+    rows, cols = raster.shape
+    before = np.zeros(rows + 1, np.int32)
+    for row in range(rows):
+        found = 0
+        for col in range(cols):
+            found += raster[row, col] == value
+        before[row + 1] = before[row] + found
+    return before
+
+
+@njit(cache=True, nogil=True)
+def nth_cell(raster: Grid, value: int, before: Cells, n: int) -> tuple[int, int]:
+    """Return row and column of cell ``n`` of a value, from 0, less than ``before[-1]``."""
+    row, col = 0, -1
+    while before[row + 1] <= n:
+        row += 1
+    left = n - before[row]
+    while left >= 0:
+        col += 1
+        left -= raster[row, col] == value
+    return row, col
