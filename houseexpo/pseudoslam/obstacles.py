@@ -131,11 +131,12 @@ def _set_down_told(house: _House, placed: tuple[Obstacle, ...]) -> None:
 def _set_down_drawn(house: _House, config: RandomObstacles, wanted: int, rng: np.random.Generator) -> list[Obstacle]:
     """Set random obstacles down, up to the first that finds no place."""
     before = count_before(house.empty, 0)
+    n_free = int(before[-1])
     found: list[Obstacle] = []
-    for _ in range(wanted if before[-1] else 0):
+    for _ in range(wanted if n_free else 0):
         for _ in range(_TRIES):
             at, right, down, turn = rng.random(4).tolist()
-            row, col = nth_cell(house.empty, 0, before, int(at * before[-1]))
+            row, col = nth_cell(house.empty, 0, before, int(at * n_free))
             x_m, y_m = house.frame.points_from_pixels((col + right, row + down)).tolist()
             obstacle = Obstacle(config.draw_shape(rng), x_m, y_m, 360.0 * turn)
             if house.set_down(obstacle, config.gap_m) == FITS:

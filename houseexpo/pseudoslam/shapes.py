@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import ClassVar, TypeAlias, get_args
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -143,7 +143,7 @@ class Obstacle:
     heading_deg: float = 0.0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.shape, get_args(Shape)):
+        if not isinstance(self.shape, Shape):
             raise ConfigError(f"obstacle.shape: expected a Rectangle, Ellipse, Circle or Polygon, found {self.shape!r}")
         for name in ("x_m", "y_m", "heading_deg"):
             number(getattr(self, name), f"obstacle.{name}")
