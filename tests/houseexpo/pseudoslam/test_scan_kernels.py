@@ -13,7 +13,7 @@ import pytest
 
 from houseexpo.plan_json import decode
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, merge_cells, merge_runs
-from houseexpo.pseudoslam.kernels.rays import ray_merge, ray_scan
+from houseexpo.pseudoslam.kernels.rays import free_corner, ray_merge, ray_scan
 from houseexpo.pseudoslam.kernels.sector import sector_scan
 from houseexpo.pseudoslam.world import scan_buffers
 from houseexpo.raster import free_mask
@@ -143,12 +143,13 @@ def test_rays_are_the_published_ones_on_real_plans(published_lines: list[bytes],
         assert rays(*scan, range_px) == slow_rays(*scan, range_px)
 
 
-@pytest.mark.parametrize("settled", [False, True])
-def test_rays_merged_at_once_are_rays_scanned_and_merged(settled: bool) -> None:
+@pytest.mark.parametrize(("settled", "seen"), [(False, 0.5), (True, 0.5), (True, 0.99)])
+def test_rays_merged_at_once_are_rays_scanned_and_merged(settled: bool, seen: float) -> None:
     rng, fan = np.random.default_rng(6), np.arange(-QUARTER, QUARTER, 0.1)
     for _ in range(12):
         solid = cluttered(rng, 0.1)
-        countable, known = rng.integers(0, 2, (2, *solid.shape)).astype(np.uint8)
+        countable = rng.integers(0, 2, solid.shape).astype(np.uint8)
+        known = (rng.random(solid.shape) < seen).astype(np.uint8)
         known *= FREE * (1 - solid if settled else 1)  # settled: nothing that is known for free is solid
         x, y, heading, range_px = rng.uniform((-2, -2, -4, 3), (31, 24, 4, 70))
         scan = (x, y, heading, np.cos(fan), np.sin(fan), range_px)
@@ -163,6 +164,23 @@ def test_rays_merged_at_once_are_rays_scanned_and_merged(settled: bool) -> None:
         merge_cells(known, countable, ends, n_ends, OBSTACLE)
         assert np.array_equal(known, expected)
         assert (known == UNKNOWN).any()
+
+
+def test_the_free_corner_is_the_biggest_rectangle() -> None:
+    rng = np.random.default_rng(8)
+    for across, along in ((1, 1), (-1, 1), (1, -1), (-1, -1)):
+        for share in (0.0, 0.02, 0.1, 1.0):
+            known = np.where(rng.random((14, 17)) < share, UNKNOWN, FREE).astype(np.uint8)
+            row, col, far = *rng.integers((14, 17)).tolist(), 9
+            corner = known[row::along, col::across][: far + 1, : far + 1] == FREE  # from the cell outwards
+            sizes = [
+                (high * wide if corner[:high, :wide].all() else 0)
+                for high in range(1, corner.shape[0] + 1)
+                for wide in range(1, corner.shape[1] + 1)
+            ]
+            wide, high = free_corner(known, col, row, across, along, far)
+            assert (wide + 1) * (high + 1) == max(sizes)
+            assert corner[: high + 1, : wide + 1].all()
 
 
 def test_sectors_hold_on_real_plans(published_lines: list[bytes]) -> None:
