@@ -28,7 +28,8 @@ from houseexpo.plan_json import decode
 from houseexpo.pseudoslam import LaserConfig, ObservationConfig, Simulator, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.batch import Batch
 from houseexpo.pseudoslam.config import ScanRule
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop, merge_cells, merge_runs
+from houseexpo.pseudoslam.kernels.crop import crop
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, merge_cells, merge_runs
 from houseexpo.pseudoslam.kernels.rays import ray_merge
 from houseexpo.pseudoslam.kernels.sector import sector_scan
 from houseexpo.pseudoslam.kernels.step import BLOCKED

@@ -13,10 +13,11 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.bodies import Bodies, Disc, Tracks, bodies_of, tracks_of, way_past_people
+from houseexpo.pseudoslam.kernels.crop import crop
 from houseexpo.pseudoslam.kernels.flow import Flow, flow_of
 from houseexpo.pseudoslam.kernels.goal import Field, field_at, field_of
 from houseexpo.pseudoslam.kernels.hashing import uniform
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop, merge_cells, merge_runs, shrink
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, merge_cells, merge_runs, shrink
 from houseexpo.pseudoslam.kernels.motion import clearance, free_way
 from houseexpo.pseudoslam.kernels.noise import HIT, LOST, believed, draw_beams, draw_noisy, merge_patch, registration
 from houseexpo.pseudoslam.kernels.ranges import cast

@@ -9,6 +9,8 @@ import numpy.typing as npt
 
 Grid: TypeAlias = npt.NDArray[np.uint8]
 """(rows, cols), C order."""
+Kinds: TypeAlias = npt.NDArray[np.uint16]
+"""What blocks of a map hold, see ``crop``."""
 Cells: TypeAlias = npt.NDArray[np.int32]
 """Flat indices, row * cols + col."""
 Runs: TypeAlias = npt.NDArray[np.int32]

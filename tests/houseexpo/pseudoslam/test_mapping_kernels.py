@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, crop, merge_cells, merge_runs, shrink
+from houseexpo.pseudoslam.kernels.crop import crop
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, merge_cells, merge_runs, shrink
 from tests.builders.scans import crop_ties, slow_crop
 
 VALUES = np.array([UNKNOWN, FREE, OBSTACLE], np.uint8)
