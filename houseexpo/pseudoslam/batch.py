@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import itertools
 import os
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.crew import Crew
 from houseexpo.pseudoslam.kernels.step import Episode, Rules
 from houseexpo.pseudoslam.pools import RASTERS, Array, leaves, like, one_of
 from houseexpo.pseudoslam.rules import kernel_of, scratch_of
 from houseexpo.pseudoslam.state import State
 
 _SPARE = 1.25  # room for the next bigger house
-_MORE, _MOST = 1.02, 0.9  # how much more the first thread takes where others end later, and the most it takes
 
 
 class Batch:
@@ -25,18 +23,16 @@ class Batch:
 
     Rasters and the ways to goals lie flat, with room for the biggest house so far; what is not touched takes no memory.
     Threads share the pools and have scratch memory of their own; the outcome does not depend on how many there are.
-    The first begins at once and the others have to be woken, so it takes more: as much as lets all end together.
     """
 
     def __init__(self, number: int, config: SimulatorConfig, rules: Rules, threads: int | None = None) -> None:
         threads = min(threads or _cores(), number)
         self.sizes = np.zeros((number, 2), np.int64)
-        self._number, self._rules, self._kernel = number, rules, kernel_of(config)
+        self._number, self._rules = number, rules
         self._leaves: list[Array] = []
         self._rest: dict[int, tuple[Any, ...]] = {}
-        self._scratch = [scratch_of(config) for _ in range(threads)]
-        self._lead = 1.0 / threads  # the first thread's share
-        self._pool = ThreadPoolExecutor(threads - 1, "pseudoslam") if threads > 1 else None
+        self._motions, self._wanted = np.zeros((number, 2)), np.zeros(number, np.uint8)
+        self._crew = Crew(kernel_of(config), number, [scratch_of(config) for _ in range(threads)])
         self.arrays: Episode
 
     def put(self, i: int, state: State) -> None:
@@ -44,13 +40,12 @@ class Batch:
         parts = [leaf.ravel() if k < RASTERS else leaf for k, leaf in enumerate(leaves(state.episode))]
         if not self._leaves:
             self._leaves = [np.zeros((self._number, *leaf.shape), leaf.dtype) for leaf in parts]
-        for k, leaf in enumerate(parts):
-            old = self._leaves[k]
-            if len(leaf) > old.shape[1]:
-                self._leaves[k] = np.zeros((self._number, int(_SPARE * len(leaf)), *leaf.shape[1:]), leaf.dtype)
-                self._leaves[k][:, : old.shape[1]] = old
-            self._leaves[k][i, : len(leaf)] = leaf
-        self.arrays = like(state.episode, self._leaves)
+            self._lay_out(state)
+        if any(len(leaf) > old.shape[1] for leaf, old in zip(parts, self._leaves, strict=True)):
+            self._leaves = [_wider(old, len(leaf)) for leaf, old in zip(parts, self._leaves, strict=True)]
+            self._lay_out(state)
+        for leaf, pool in zip(parts, self._leaves, strict=True):
+            pool[i, : len(leaf)] = leaf
         self.sizes[i] = state.episode.solid.shape
         self._rest[i] = state.obstacles, state.goal_m, state.best_way_m
 
@@ -61,28 +56,26 @@ class Batch:
 
     def step(self, motions: npt.NDArray[np.float64], wanted: npt.NDArray[np.uint8]) -> None:
         """Move the robots that are ``wanted`` (N,) by ``motions`` (N, 2), turn and way forward, radians and pixels."""
-        if self._pool is None:
-            self._run(motions, wanted, 0, (0, self._number))
-            return
-        bounds = [
-            0,
-            *np.linspace(round(self._lead * self._number), self._number, len(self._scratch)).astype(int).tolist(),
-        ]
-        first, *others = itertools.pairwise(bounds)
-        jobs = [self._pool.submit(self._run, motions, wanted, k, share) for k, share in enumerate(others, start=1)]
-        self._run(motions, wanted, 0, first)
-        late = not all(job.done() for job in jobs)
-        for job in jobs:
-            job.result()
-        self._lead = min(max(self._lead * (_MORE if late else 1.0 / _MORE), 1.0 / len(self._scratch)), _MOST)
+        self._motions[:], self._wanted[:] = motions, wanted
+        self._crew.step()
 
-    def _run(self, motions: Array, wanted: Array, thread: int, share: tuple[int, int]) -> None:
-        self._kernel(self.arrays, self.sizes, motions, wanted, self._rules, self._scratch[thread], *share)
+    def _lay_out(self, state: State) -> None:
+        """Make the pools those of the steps to come."""
+        self.arrays = like(state.episode, self._leaves)
+        self._crew.take_on(self.arrays, self.sizes, self._motions, self._wanted, self._rules)
 
     def close(self) -> None:
         """End the threads."""
-        if self._pool is not None:
-            self._pool.shutdown()
+        self._crew.close()
+
+
+def _wider(pool: Array, length: int) -> Array:
+    """Return a pool with room for so many, which may be itself."""
+    if length <= pool.shape[1]:
+        return pool
+    wider = np.zeros((len(pool), int(_SPARE * length), *pool.shape[2:]), pool.dtype)
+    wider[:, : pool.shape[1]] = pool
+    return wider
 
 
 def _cores() -> int:

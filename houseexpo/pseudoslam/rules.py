@@ -75,4 +75,5 @@ def kernel_of(config: SimulatorConfig) -> Kernel:
 
 def step_one(kernel: Kernel, state: State, motion: npt.NDArray[np.float64], rules: Rules, scratch: Scratch) -> None:
     """Step one episode by a ``motion`` (1, 2), turn and way forward, radians and pixels."""
-    kernel(*state.pool, motion, _ONE, rules, scratch, 0, 1)
+    pool, sizes, crew = state.pool
+    kernel(pool, sizes, motion, _ONE, rules, scratch, crew, 0, 0)

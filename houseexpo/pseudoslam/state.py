@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.pseudoslam.kernels.crew import new_crew
 from houseexpo.pseudoslam.kernels.step import BLOCKED, Episode
 from houseexpo.pseudoslam.pools import leaves, like, pool_of_one
 from houseexpo.pseudoslam.shapes import Obstacle
@@ -36,9 +37,9 @@ class State:
     best_way_m: float = 0.0
 
     @cached_property
-    def pool(self) -> tuple[Episode, npt.NDArray[np.int64]]:
-        """The episode as the kernels take it, a pool of one, and its rasters' (1, 2) rows and columns; views."""
-        return pool_of_one(self.episode), np.array([self.episode.solid.shape], np.int64)
+    def pool(self) -> tuple[Episode, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """The episode as the kernels take it, views: a pool of one, its rasters' rows and columns, a crew of one."""
+        return pool_of_one(self.episode), np.array([self.episode.solid.shape], np.int64), new_crew(1, 1)
 
     @cached_property
     def countable_cells(self) -> int:

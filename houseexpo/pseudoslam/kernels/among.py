@@ -5,6 +5,7 @@ from __future__ import annotations
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.bodies import Disc
+from houseexpo.pseudoslam.kernels.crew import done, enter, leave, take
 from houseexpo.pseudoslam.kernels.dynamics import advance
 from houseexpo.pseudoslam.kernels.step import KEY, PEOPLE, STEPS, Episode, Rules, X, Y, episode_of, key_of, step
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Scratch
@@ -12,10 +13,12 @@ from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Scratch
 
 @njit(cache=True, nogil=True)
 def transitions_among(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, first: int, last: int
-) -> None:
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, crew: Counts,
+    epoch: int, thread: int,
+) -> None:  # fmt: skip
     """Do as ``step.transitions`` does, after all else has moved; in an episode that has just begun nothing has."""
-    for i in range(first, last):
+    i = enter(crew, epoch, thread)
+    while i >= 0:
         if wanted[i] != 0:
             episode = episode_of(pool, sizes, i)
             if episode.counts[STEPS] >= 0:
@@ -25,3 +28,6 @@ def transitions_among(
                     key_of(episode.counts[KEY], PEOPLE), robot, rules.seconds,
                 )  # fmt: skip
             step(episode, motions[i, 0], motions[i, 1], rules, scratch)
+        done(crew)
+        i = take(crew, epoch, thread)
+    leave(crew, thread)

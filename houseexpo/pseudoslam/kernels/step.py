@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.bodies import Bodies, Disc, Tracks, bodies_of, tracks_of, way_past_people
+from houseexpo.pseudoslam.kernels.crew import done, enter, leave, take
 from houseexpo.pseudoslam.kernels.crop import crop
 from houseexpo.pseudoslam.kernels.flow import Flow, flow_of
 from houseexpo.pseudoslam.kernels.goal import Field, field_at, field_of
@@ -80,27 +81,35 @@ class Rules(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def transitions(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, first: int, last: int
-) -> None:
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, crew: Counts,
+    epoch: int, thread: int,
+) -> None:  # fmt: skip
     """Turn, then go forward (backward where negative) until something is in the way; look; show what is known.
 
     An episode that has not begun, ``counts[STEPS]`` is -1, begins: with a look round that is no step.
 
     Parameters
     ----------
-    pool, first, last
-        Episodes, of which ``first`` to ``last`` (excluded) are stepped.
+    pool
+        N episodes.
     sizes
         (N, 2) rows and columns of each one's rasters.
     motions
         (N, 2) turn and way forward, radians and pixels.
     wanted
         (N,) 1 where an environment steps, 0 where it stays as it is.
+    crew, epoch, thread
+        What threads share, see ``crew``. Thread 0 begins a step and returns when it is done; others take part in steps
+        until none has come for a while. All have ``scratch`` of their own.
     """
-    for i in range(first, last):
+    i = enter(crew, epoch, thread)
+    while i >= 0:
         if wanted[i] != 0:
             episode = episode_of(pool, sizes, i)
             step(episode, motions[i, 0], motions[i, 1], rules, scratch)
+        done(crew)
+        i = take(crew, epoch, thread)
+    leave(crew, thread)
 
 
 @njit(inline="always")

@@ -1,0 +1,87 @@
+"""Threads that step a batch together with the caller's."""
+
+from __future__ import annotations
+
+import threading
+import weakref
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.pseudoslam.kernels.crew import EPOCH, FAILED, INSIDE, new_crew
+from houseexpo.pseudoslam.kernels.types import Scratch
+
+
+@dataclass(eq=False)
+class _Shared:
+    """What the threads know; not the crew itself, so that it can go while they sleep."""
+
+    kernel: Callable[..., None]
+    scratch: list[Scratch]
+    words: npt.NDArray[np.int64]
+    wakes: list[threading.Event]
+    arguments: tuple[tuple[Any, ...], int] = ((), 0)
+    """The kernel's first arguments and the epoch in which they hold, in one: either may be asked for at any time."""
+    errors: list[BaseException] = field(default_factory=list)
+    ended: bool = False
+
+    def run(self, thread: int) -> None:
+        """Take part in steps; return when there is none, or none comes for a while."""
+        arguments, epoch = self.arguments
+        self.kernel(*arguments, self.scratch[thread], self.words, epoch, thread)
+
+
+class Crew:
+    """The caller's thread and others, which share the environments of each step (``kernels.crew``).
+
+    The others look out for the next step for half a millisecond, then sleep: who steps without a pause does not pay for
+    waking them, and who does not pays little. In a process forked from this one there is only the caller's, and it does
+    all.
+    """
+
+    def __init__(self, kernel: Callable[..., None], number: int, scratch: list[Scratch]) -> None:
+        wakes = [threading.Event() for _ in scratch[1:]]
+        self._shared = _Shared(kernel, scratch, new_crew(number, len(scratch)), wakes)
+        for thread, wake in enumerate(wakes, start=1):
+            name = f"pseudoslam-{thread}"
+            threading.Thread(target=_follow, args=(self._shared, thread, wake), name=name, daemon=True).start()
+        self.close = weakref.finalize(self, _end, self._shared)
+
+    def take_on(self, *arguments: Any) -> None:
+        """Set the kernel's first arguments: the arrays that the steps to come are about."""
+        epoch = self._shared.arguments[1] + 1
+        self._shared.arguments = arguments, epoch
+        self._shared.words[EPOCH] = epoch
+
+    def step(self) -> None:
+        """Do one step of all environments."""
+        shared = self._shared
+        for thread, wake in enumerate(shared.wakes, start=1):
+            if not shared.words[INSIDE + thread]:
+                wake.set()
+        shared.run(0)
+        if shared.errors:
+            raise RuntimeError("a thread of this batch has failed; close it and make another") from shared.errors[0]
+
+
+def _follow(shared: _Shared, thread: int, wake: threading.Event) -> None:
+    while True:
+        wake.wait()
+        wake.clear()
+        if shared.ended:
+            return
+        try:
+            shared.run(thread)
+        except BaseException as error:  # noqa: BLE001  # the caller's thread raises it
+            shared.errors.append(error)
+            shared.words[FAILED] = 1
+            return
+
+
+def _end(shared: _Shared) -> None:
+    shared.ended = True
+    for wake in shared.wakes:
+        wake.set()
