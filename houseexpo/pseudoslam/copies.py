@@ -22,20 +22,20 @@ class Copies:
 
     def of(self, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Return a copy; it is the caller's, with all its views, for as long as one of them lives."""
-        for kept, holders in zip(self._kept, _holders(self._kept), strict=True):
-            if holders == _NOBODY:
-                np.copyto(kept, array)
-                return kept
+        for k in range(len(self._kept)):
+            if _holders(self._kept, k) == _NOBODY:
+                np.copyto(self._kept[k], array)
+                return self._kept[k]
         fresh = array.copy()
         if len(self._kept) < _MOST:
             self._kept.append(fresh)
         return fresh
 
 
-def _holders(arrays: list[npt.NDArray[Any]]) -> list[int]:
-    """Return how many references there are to each array."""
-    return [sys.getrefcount(array) for array in arrays]
+def _holders(arrays: list[npt.NDArray[Any]], k: int) -> int:
+    """Return how many references there are to an array."""
+    return sys.getrefcount(arrays[k])
 
 
-_NOBODY = _holders([np.empty(0)])[0]
+_NOBODY = _holders([np.empty(0)], 0)
 """What is counted where only the list holds an array; how many of our own count with it is the interpreter's affair."""

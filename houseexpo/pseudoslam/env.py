@@ -11,9 +11,17 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.fronts import ForExploration, ForNavigation, ForObstacleAvoidance
-from houseexpo.pseudoslam.interface import Actions, Interface, Kind, Observation, facts_of, interface_of
-from houseexpo.pseudoslam.kernels.step import Episode
-from houseexpo.pseudoslam.measures import Facts, Measures
+from houseexpo.pseudoslam.interface import (
+    MAPS,
+    Actions,
+    Interface,
+    Kind,
+    Observation,
+    interface_of,
+    new_facts,
+    set_facts,
+)
+from houseexpo.pseudoslam.measures import Measures
 from houseexpo.pseudoslam.rules import kernel_of, step_one
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
@@ -70,7 +78,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         self._kernel = kernel_of(self.config)
         self._simulator: Simulator | None = None
         self._state: State | None = None
-        self._facts: Facts
+        self._facts = new_facts(1)
         self._trail: list[npt.NDArray[np.float64]] = []
         self._window: Window | None = None
 
@@ -96,7 +104,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         world = self._face.draw(self.np_random, plan_of(options))
         self._simulator = Simulator(world, self.config, self._rules, self._scratch)
         self._state = self._face.begin(world, self._rules, self._scratch, self.np_random)
-        self._facts = facts_of([(self._state, world)])
+        set_facts(self._facts, 0, self._state, world)
         self._trail = []
         self._show()
         after = self._measures()
@@ -148,21 +156,18 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
             self.render()
 
     def _measures(self) -> Measures:
-        episode = self.state.episode
-        counts, readings, pose = episode.counts[None], episode.readings[None], episode.pose[None]
-        return Measures(self._facts, counts.copy(), readings.copy(), pose.copy(), self.config)
+        return Measures.of(self._facts, self.state.pool[0], self.config)
 
     def _observation(self, after: Measures) -> Observation:
-        episode = self.state.episode
-        one: Episode = episode._replace(
-            shown=episode.shown[None], overview=episode.overview[None], ranges=episode.ranges[None]
-        )
-        found = self._face.observe(one, after)
-        return {key: part[0].copy() for key, part in found.items()} if isinstance(found, dict) else found[0].copy()
+        found = self._face.observe(self.state.pool[0], after)
+        if isinstance(found, dict):
+            return {key: part[0].copy() if key in MAPS else part[0] for key, part in found.items()}
+        one: npt.NDArray[Any] = found[0].copy()
+        return one
 
     def _info(self, after: Measures) -> dict[str, Any]:
         report = self.task.report(after)
-        info = {key: value[0] if value.ndim > 1 else value[0].item() for key, value in report.items()}
+        info = {key: value[0] if value.ndim > 1 else value.item() for key, value in report.items()}
         return {**info, "plan_id": self.simulator.world.plan_id}
 
 

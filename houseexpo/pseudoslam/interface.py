@@ -26,6 +26,8 @@ from houseexpo.pseudoslam.worlds import Plans, Worlds
 
 Actions = Literal["discrete", "continuous"]
 Kind = Literal["map", "dict"]
+MAPS = ("map", "global_map")
+"""What ``Interface.observe`` returns as views."""
 _FAR_M = 10_000.0  # nothing is further away: a grid has at most 1e8 cells
 Observation: TypeAlias = npt.NDArray[Any] | dict[str, npt.NDArray[Any]]
 
@@ -93,15 +95,19 @@ class Interface:
         """
         values = self._checked(actions, number)
         if self.actions == "discrete":
-            return self._table[values], values == 0
-        robot = self.config.robot
-        full = (math.radians(robot.turn_deg), robot.step_m * self.config.pixels_per_metre)
-        return np.ascontiguousarray(values[:, ::-1] * full), values[:, 0] > 0
+            return self._table.take(values, axis=0), values == 0
+        return np.ascontiguousarray(values[:, ::-1] * self._full), values[:, 0] > 0
 
     @cached_property
     def _table(self) -> npt.NDArray[np.float64]:
         """What the discrete actions mean, as ``motions`` returns it."""
         return np.array([motions(self.config)[action] for action in ACTIONS]) * (1.0, self.config.pixels_per_metre)
+
+    @cached_property
+    def _full(self) -> npt.NDArray[np.float64]:
+        """A step's whole turn and whole way, as ``motions`` returns them."""
+        robot = self.config.robot
+        return np.array([math.radians(robot.turn_deg), robot.step_m * self.config.pixels_per_metre])
 
     def _checked(self, actions: object, number: tuple[int, ...]) -> npt.NDArray[Any]:
         """Return actions as an array, one a row."""
@@ -113,16 +119,19 @@ class Interface:
             raise ConfigError(f"action: expected an array of shape {shape}, found {actions!r}") from error
         if values.shape != shape:
             raise ConfigError(f"action: expected an array of shape {shape}, found {values.shape}")
-        strange = np.ones(shape, bool)
-        if values.dtype.kind in kinds:
-            strange = (values < 0) | (values >= len(ACTIONS)) if discrete else ~((values >= -1) & (values <= 1))
-        if strange.any():
+        if values.dtype.kind not in kinds:
+            strange = np.ones(shape, bool)
+        elif discrete:
+            strange = (values < 0) | (values >= len(ACTIONS))
+        else:
+            strange = ~((values >= -1) & (values <= 1))
+        if np.count_nonzero(strange):  # a fraction of what strange.any() takes
             wanted = "0 (forward), 1 (left) or 2 (right)" if discrete else "(linear, angular), numbers from -1 to 1"
             raise ConfigError(f"action: expected {wanted}, found {values[strange].flat[0]!r}")
-        return values.reshape(-1) if discrete else values.reshape(-1, 2).astype(np.float64)
+        return values.reshape(-1).astype(np.int64) if discrete else values.reshape(-1, 2).astype(np.float64)
 
     def observe(self, episode: Episode, measures: Measures) -> Observation:
-        """Return the observations of a pool of episodes; the maps are views."""
+        """Return the observations of a pool of episodes; ``MAPS`` are views."""
         parts: dict[str, npt.NDArray[Any]] = {"map": episode.shown[:, None]}
         if self.complete:
             parts["global_map"] = episode.overview[:, None]
@@ -156,12 +165,15 @@ def interface_of(
     return Interface(task, config, Worlds(dataset, config), actions, observation)
 
 
-def facts_of(states: list[tuple[State, World]]) -> Facts:
-    """Return what does not change in the episodes of these states."""
-    nowhere = (math.nan, math.nan)
-    return Facts(
-        np.array([world.corner_m for _, world in states]),
-        np.array([state.countable_cells for state, _ in states], np.int64),
-        np.array([state.goal_m or nowhere for state, _ in states]),
-        np.array([state.best_way_m for state, _ in states]),
-    )
+def new_facts(number: int) -> Facts:
+    """Return the facts of so many episodes that have not begun."""
+    nowhere = np.full((number, 2), np.nan)
+    return Facts(nowhere.copy(), np.ones(number, np.int64), nowhere, np.zeros(number))
+
+
+def set_facts(facts: Facts, i: int, state: State, world: World) -> None:
+    """Set the facts of episode ``i``, which begins."""
+    facts.corner_m[i] = world.corner_m
+    facts.countable[i] = max(state.countable_cells, 1)
+    facts.goal_m[i] = state.goal_m or (math.nan, math.nan)
+    facts.best_way_m[i] = state.best_way_m

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.step import COVERED, KNOWN, START_X, STEPS
+from houseexpo.pseudoslam.kernels.step import COVERED, KNOWN, START_X, STEPS, Episode
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -21,7 +22,7 @@ class Facts(NamedTuple):
     corner_m: Floats
     """(N, 2) the plan's (x, y) of the upper left corner of the first cell."""
     countable: Ints
-    """Cells that coverage counts."""
+    """Cells that coverage counts; 1 where there are none."""
     goal_m: Floats
     """(N, 2), not a number where there is none."""
     best_way_m: Floats
@@ -40,6 +41,11 @@ class Measures(NamedTuple):
     """(N, 6), see ``kernels.step``."""
     config: SimulatorConfig
 
+    @classmethod
+    def of(cls, facts: Facts, pool: Episode, config: SimulatorConfig) -> Measures:
+        """Return what the episodes of a pool have come to; later steps do not change it."""
+        return cls(facts, pool.counts.copy(), pool.readings.copy(), pool.pose.copy(), config)
+
     @property
     def cell_m(self) -> float:
         """Side of a cell."""
@@ -54,14 +60,15 @@ class Measures(NamedTuple):
         return self._in_metres(self.pose_px[:, 3:])
 
     def _in_metres(self, pose_px: Floats) -> Floats:
-        found = pose_px * (self.cell_m, -self.cell_m, 1.0)
+        found: Floats = pose_px * _scale(self.config.pixels_per_metre)
         found[:, :2] += self.facts.corner_m
         return found
 
     def since_start(self) -> Floats:
         """Return (N, 3) the believed pose: x, y in metres from where the episode started, heading in radians."""
-        found = self.pose_px[:, 3:] * (self.cell_m, -self.cell_m, 1.0)
-        found[:, :2] -= self.readings[:, START_X:] * (self.cell_m, -self.cell_m)
+        scale = _scale(self.config.pixels_per_metre)
+        found: Floats = self.pose_px[:, 3:] * scale
+        found[:, :2] -= self.readings[:, START_X:] * scale[:2]
         return found
 
     def goal_ahead(self) -> Floats:
@@ -77,8 +84,15 @@ class Measures(NamedTuple):
 
     def coverage(self) -> Floats:
         """Return the share of what can be seen that is known, 0 to 1."""
-        return np.divide(self.counts[:, COVERED], np.maximum(self.facts.countable, 1))
+        return np.divide(self.counts[:, COVERED], self.facts.countable)
 
     def truncated(self) -> Bools:
         """Return where time is up."""
         return self.counts[:, STEPS] >= self.config.max_steps
+
+
+@lru_cache(maxsize=16)
+def _scale(pixels_per_metre: float) -> Floats:
+    """Return (3,) what a pose in pixels, y down, is multiplied by."""
+    cell_m = 1.0 / pixels_per_metre
+    return np.array([cell_m, -cell_m, 1.0])

@@ -156,21 +156,21 @@ class Navigation(Task):
 
     def success(self, after: Measures) -> Bools:
         """Return where the robot is at the goal."""
-        x, y, _ = after.pose().T
-        goal, radius_m = after.facts.goal_m, (after.config.goal or GoalConfig()).radius_m
-        there: Bools = np.hypot(goal[:, 0] - x, goal[:, 1] - y) <= radius_m
+        x, y = (after.facts.goal_m - after.pose()[:, :2]).T
+        there: Bools = np.hypot(x, y) <= (after.config.goal or GoalConfig()).radius_m
         return there
 
     def report(self, after: Measures) -> dict[str, npt.NDArray[Any]]:
         """Add the way left, the way gone, and the success weighted by path length."""
         gone, best = after.readings[:, WAY] * after.cell_m, after.facts.best_way_m
         share = best / np.maximum(np.maximum(gone, best), 1e-12)
+        report = super().report(after)
         return {
-            **super().report(after),
+            **report,
             "to_goal_m": after.readings[:, TO_GOAL] * after.cell_m,
             "way_m": gone,
             "goal": after.facts.goal_m.copy(),
-            "spl": np.where(self.success(after), share, 0.0),
+            "spl": np.where(report["is_success"], share, 0.0),
         }
 
 

@@ -20,8 +20,8 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.copies import Copies
 from houseexpo.pseudoslam.env import PseudoSlamEnv, plan_of
 from houseexpo.pseudoslam.fronts import ForExploration, ForNavigation, ForObstacleAvoidance
-from houseexpo.pseudoslam.interface import Actions, Kind, Observation, facts_of, interface_of
-from houseexpo.pseudoslam.measures import Facts, Measures
+from houseexpo.pseudoslam.interface import MAPS, Actions, Kind, Observation, interface_of, new_facts, set_facts
+from houseexpo.pseudoslam.measures import Measures
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.tasks import Task
@@ -94,8 +94,8 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self._simulators: dict[int, Simulator] = {}
         self._ended = np.ones(num_envs, bool)
         self._begun = np.zeros(num_envs, bool)
-        nowhere = np.full((num_envs, 2), np.nan)
-        self._facts = Facts(nowhere.copy(), np.zeros(num_envs, np.int64), nowhere, np.zeros(num_envs))
+        self._everywhere = np.ones(num_envs, bool)
+        self._facts = new_facts(num_envs)
 
     def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Start episodes in all environments, or in those of ``options["reset_mask"]``."""
@@ -112,18 +112,23 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
 
     def step(self, actions: npt.NDArray[Any]) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
         """Take one action in each environment; actions (N,) or (N, 2)."""
-        if not self._begun.all() or (self._mode == AutoresetMode.DISABLED and self._ended.any()):
-            waiting = np.flatnonzero(self._ended | ~self._begun).tolist()
-            raise gymnasium.error.ResetNeeded(f"environments {waiting}: call reset() before the next step")
+        waiting = self._ended | ~self._begun if self._mode == AutoresetMode.DISABLED else ~self._begun
+        if np.count_nonzero(waiting):
+            which = np.flatnonzero(waiting).tolist()
+            raise gymnasium.error.ResetNeeded(f"environments {which}: call reset() before the next step")
         motions, ahead = self._face.motions(actions, self.num_envs)
-        starting = self._ended.copy()  # only in NEXT_STEP is anything left to start here
+        goes_on = ~self._ended
+        starting = self._ended.nonzero()[0].tolist()  # only in NEXT_STEP is anything left to start here
         before = self._measures()
-        self._batch.step(motions, (~starting).view(np.uint8))
-        for i in np.flatnonzero(starting).tolist():
+        self._batch.step(motions, goes_on.view(np.uint8))
+        for i in starting:
             self._start(i, None)
         after = self._measures()
-        rewards = np.where(starting, 0.0, self.task.rewards(before, after, ahead))
-        terminated, truncated = self.task.terminated(after) & ~starting, after.truncated() & ~starting
+        rewards = self.task.rewards(before, after, ahead)
+        terminated, truncated = self.task.terminated(after), after.truncated()
+        if starting:
+            rewards = np.where(goes_on, rewards, 0.0)
+            terminated, truncated = terminated & goes_on, truncated & goes_on
         self._ended = terminated | truncated
         final: dict[str, Any] = {}
         if self._mode == AutoresetMode.SAME_STEP and self._ended.any():
@@ -131,7 +136,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             for i in np.flatnonzero(self._ended).tolist():
                 self._start(i, None)
             after = self._measures()
-        infos = {**self._infos(after, np.ones(self.num_envs, bool)), **final}
+        infos = self._infos(after, self._everywhere) | final
         return self._observations(after), rewards, terminated, truncated, infos
 
     def state(self, i: int) -> State:
@@ -159,24 +164,22 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         world = self._face.draw(rng, plan_id)
         state = self._face.begin(world, self._rules, self._scratch, rng)
         self._batch.put(i, state)
-        for all_facts, facts in zip(self._facts, facts_of([(state, world)]), strict=True):
-            all_facts[i] = facts[0]
+        set_facts(self._facts, i, state, world)
         self._plan_ids[i] = world.plan_id
         if self.render_mode is not None:  # a simulator keeps its world's rasters
             self._simulators[i] = Simulator(world, self.config, self._rules, self._scratch)
         self._ended[i], self._begun[i] = False, True
 
     def _measures(self) -> Measures:
-        arrays = self._batch.arrays
-        return Measures(self._facts, arrays.counts.copy(), arrays.readings.copy(), arrays.pose.copy(), self.config)
+        return Measures.of(self._facts, self._batch.arrays, self.config)
 
     def _observations(self, after: Measures) -> Observation:
         found = self._face.observe(self._batch.arrays, after)
         if not self._copy:
             return found
-        parts = found if isinstance(found, dict) else {"map": found}
-        copies = {key: self._copies[key].of(part) for key, part in parts.items()}
-        return copies if isinstance(found, dict) else copies["map"]
+        if not isinstance(found, dict):
+            return self._copies["map"].of(found)
+        return {key: self._copies[key].of(part) if key in MAPS else part for key, part in found.items()}
 
     def _infos(self, after: Measures, which: Bools) -> dict[str, Any]:
         infos: dict[str, Any] = {**self.task.report(after), "plan_id": self._plan_ids.copy()}

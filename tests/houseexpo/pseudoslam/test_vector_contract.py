@@ -18,7 +18,7 @@ from gymnasium.vector import AutoresetMode
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.vector_env import PseudoSlamVectorEnv
-from tests.builders.vectors import HUTS, native
+from tests.builders.vectors import HUTS, assert_same, native
 
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=32), max_steps=60)
 GIVEN: dict[str, Any] = {"dataset": HUTS, "config": SMALL}
@@ -141,6 +141,27 @@ def test_gymnasium_finds_nothing_wrong(task: str, observation: str, actions: str
         parts, rewards, terminated, truncated, info = env.step(env.action_space.sample())
         assert [array.dtype for array in (rewards, terminated, truncated)] == [np.float64, bool, bool]
         assert all(len(value) == 3 for value in info.values())
+
+
+@pytest.mark.parametrize("kind", ["uint8", "int32", "uint64"])
+def test_actions_may_be_whole_numbers_of_any_type(kind: str) -> None:
+    one, other = explorers(3), explorers(3)
+    for env in (one, other):
+        env.reset(seed=0)
+    assert_same(one.step(np.array([0, 1, 2], kind)), other.step([0, 1, 2]))
+
+
+def test_no_array_in_infos_is_part_of_another() -> None:
+    env = explorers(3)
+    env.reset(seed=0)
+    *step, infos = env.step(np.zeros(3, np.int64))
+    arrays = [*step, *infos.values()]
+    for i, array in enumerate(arrays):
+        assert not any(np.shares_memory(array, other) for other in arrays[:i])
+    for array in arrays:
+        array[...] = 1  # what a caller writes there changes nothing
+    assert env.step(np.ones(3, np.int64))[4]["_pose"].all()
+    assert not env.unwrapped._ended.any()
 
 
 @pytest.mark.parametrize(
