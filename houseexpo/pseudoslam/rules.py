@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.among import transitions_among
-from houseexpo.pseudoslam.kernels.step import Rules, transitions
+from houseexpo.pseudoslam.kernels.step import Rules, transitions, transitions_by_rays, transitions_with_errors
 from houseexpo.pseudoslam.kernels.types import Errors, Robot, Scratch, Sensor
 from houseexpo.pseudoslam.people import walk_of
 from houseexpo.pseudoslam.state import State
@@ -69,8 +69,12 @@ def scratch_of(config: SimulatorConfig) -> Scratch:
 
 
 def kernel_of(config: SimulatorConfig) -> Kernel:
-    """Return the kernel that steps episodes: one for things that move beside the robot, one without."""
-    return transitions_among if config.people.number or config.trajectories else transitions
+    """Return the kernel that steps episodes: what is not asked for need not be compiled."""
+    if config.people.number or config.trajectories:
+        return transitions_among
+    if config.noise.any:
+        return transitions_with_errors
+    return transitions_by_rays if config.laser.rule == "rays" else transitions
 
 
 def step_one(kernel: Kernel, state: State, motion: npt.NDArray[np.float64], rules: Rules, scratch: Scratch) -> None:

@@ -7,7 +7,7 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.bodies import Disc
 from houseexpo.pseudoslam.kernels.crew import done, enter, leave, take
 from houseexpo.pseudoslam.kernels.dynamics import advance
-from houseexpo.pseudoslam.kernels.step import KEY, PEOPLE, STEPS, Episode, Rules, X, Y, episode_of, key_of, step
+from houseexpo.pseudoslam.kernels.step import KEY, PEOPLE, STEPS, Episode, Rules, X, Y, episode_of, key_of, look, step
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Scratch
 
 
@@ -27,7 +27,7 @@ def transitions_among(
                     episode.solid, episode.bodies, episode.tracks, episode.flow, rules.walk,
                     key_of(episode.counts[KEY], PEOPLE), robot, rules.seconds,
                 )  # fmt: skip
-            step(episode, motions[i, 0], motions[i, 1], rules, scratch)
+            step(episode, motions[i, 0], motions[i, 1], rules, scratch, look)
         done(crew)
         i = take(crew, epoch, thread)
     leave(crew, thread)

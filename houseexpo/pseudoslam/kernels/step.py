@@ -7,7 +7,8 @@ calls, once more for itself. ``among.transitions_among`` is the same between thi
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numba import njit
@@ -37,6 +38,10 @@ WAY, CLEARANCE, TO_GOAL, START_X, START_Y = range(5)
 the episode started."""
 BEAMS, ODOMETRY, REGISTRATION, PEOPLE = range(1, 5)
 """Kinds of chance, each with a key of its own (``key_of``)."""
+
+
+Look: TypeAlias = Callable[["Episode", "Rules", Scratch], None]
+"""Scans from where the robot is, and merges what is seen into the map."""
 
 
 class Episode(NamedTuple):
@@ -86,7 +91,9 @@ def transitions(
 ) -> None:  # fmt: skip
     """Turn, then go forward (backward where negative) until something is in the way; look; show what is known.
 
-    An episode that has not begun, ``counts[STEPS]`` is -1, begins: with a look round that is no step.
+    An episode that has not begun, ``counts[STEPS]`` is -1, begins: with a look round that is no step. This one looks at
+    sectors without errors; ``transitions_by_rays`` and ``transitions_with_errors`` do the same with other looks, so
+    that each is compiled when it is asked for.
 
     Parameters
     ----------
@@ -102,22 +109,47 @@ def transitions(
         What threads share, see ``crew``. Thread 0 begins a step and returns when it is done; others take part in steps
         until none has come for a while. All have ``scratch`` of their own.
     """
+    _steps(pool, sizes, motions, wanted, rules, scratch, crew, epoch, thread, look_at_sector)
+
+
+@njit(cache=True, nogil=True)
+def transitions_by_rays(
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, crew: Counts,
+    epoch: int, thread: int,
+) -> None:  # fmt: skip
+    """Do as ``transitions`` does, looking along rays without errors."""
+    _steps(pool, sizes, motions, wanted, rules, scratch, crew, epoch, thread, look_along_rays)
+
+
+@njit(cache=True, nogil=True)
+def transitions_with_errors(
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, crew: Counts,
+    epoch: int, thread: int,
+) -> None:  # fmt: skip
+    """Do as ``transitions`` does, looking as the rules say, with errors."""
+    _steps(pool, sizes, motions, wanted, rules, scratch, crew, epoch, thread, look)
+
+
+@njit(inline="always")
+def _steps(
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, crew: Counts,
+    epoch: int, thread: int, look: Look,
+) -> None:  # fmt: skip
     i = enter(crew, epoch, thread)
     while i >= 0:
         if wanted[i] != 0:
-            episode = episode_of(pool, sizes, i)
-            step(episode, motions[i, 0], motions[i, 1], rules, scratch)
+            step(episode_of(pool, sizes, i), motions[i, 0], motions[i, 1], rules, scratch, look)
         done(crew)
         i = take(crew, epoch, thread)
     leave(crew, thread)
 
 
 @njit(inline="always")
-def step(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch) -> None:
+def step(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch, look: Look) -> None:
     """Do one episode's step."""
     counts, readings = episode.counts, episode.readings
     counts[STEPS] += 1
-    way = _go(episode, turn, forward, rules, scratch)
+    way = _go(episode, turn, forward, rules, scratch, look)
     counts[BLOCKED] = 1 if way < abs(forward) else 0
     counts[COLLISIONS] += counts[BLOCKED]
     readings[WAY] += way
@@ -168,7 +200,7 @@ def _err(ranges: Floats, counts: Counts, rules: Rules) -> None:
 
 
 @njit(inline="always")
-def _go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch) -> float:
+def _go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch, look: Look) -> float:
     """Turn and go, and merge what is seen on the way; return the way gone, pixels.
 
     Scans lie at most ``between_px`` and ``between_rad`` apart, the last at the end; there is one at least. Where
@@ -202,59 +234,78 @@ def _go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Sc
             pose[SEEN_X] = start[SEEN_X] + seen_way * gone * math.cos(seen)
             pose[SEEN_Y] = start[SEEN_Y] - seen_way * gone * math.sin(seen)
         else:
-            pose[SEEN_X:] = pose[:SEEN_X]
-        _look(episode, rules, scratch)
+            pose[SEEN_X], pose[SEEN_Y], pose[SEEN_HEADING] = pose[X], pose[Y], pose[HEADING]
+        look(episode, rules, scratch)
     return way
 
 
 @njit(inline="always")
-def _look(episode: Episode, rules: Rules, scratch: Scratch) -> None:
-    """Scan from where the robot is, and merge what is seen into the map."""
-    solid, countable, known = episode.solid, episode.countable, episode.known
-    pose, counts, sensor, errors = episode.pose, episode.counts, rules.sensor, rules.errors
-    x, y, heading = pose[X], pose[Y], pose[HEADING]
-    runs, hit = scratch.runs, scratch.hit
-    new, covered = 0, 0
-    if sensor.by_rays and not errors.any:
-        settled = len(episode.bodies.clocks) + len(episode.bodies.people) == 0
-        new, covered, n_hit = ray_merge(
-            solid, countable, known, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, hit, settled
-        )
-    else:
-        if sensor.by_rays:
-            n_runs, n_hit = ray_scan(solid, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, runs, hit)
-        else:
-            n_runs, n_hit = sector_scan(
-                solid, x, y, heading, sensor.half_fov, sensor.range_px, runs, hit, scratch.slopes
-            )
-        if errors.any:
-            new, covered = _merge_noisy(episode, rules, scratch, n_runs, n_hit)
-        else:
-            new, covered = merge_runs(known, countable, runs, n_runs, FREE)
-    if not errors.any:
-        new_hit, covered_hit = merge_cells(known, countable, hit, n_hit, OBSTACLE)
-        new, covered = new + new_hit, covered + covered_hit
-    counts[KNOWN] += new
-    counts[COVERED] += covered
-    counts[SCANS] += 1
+def look_at_sector(episode: Episode, rules: Rules, scratch: Scratch) -> None:
+    """Scan the sector from where the robot is, and merge what is seen into the map."""
+    pose, sensor = episode.pose, rules.sensor
+    n_runs, n_hit = sector_scan(
+        episode.solid, pose[X], pose[Y], pose[HEADING], sensor.half_fov, sensor.range_px, scratch.runs, scratch.hit,
+        scratch.slopes,
+    )  # fmt: skip
+    new, covered = merge_runs(episode.known, episode.countable, scratch.runs, n_runs, FREE)
+    _count(episode, scratch, n_hit, new, covered)
 
 
 @njit(inline="always")
-def _merge_noisy(episode: Episode, rules: Rules, scratch: Scratch, n_runs: int, n_hit: int) -> tuple[int, int]:
+def look_along_rays(episode: Episode, rules: Rules, scratch: Scratch) -> None:
+    """Scan along the rays from where the robot is, and merge what is seen into the map."""
+    pose, sensor = episode.pose, rules.sensor
+    settled = len(episode.bodies.clocks) + len(episode.bodies.people) == 0
+    new, covered, n_hit = ray_merge(
+        episode.solid, episode.countable, episode.known, pose[X], pose[Y], pose[HEADING], sensor.fan_cos,
+        sensor.fan_sin, sensor.range_px, scratch.hit, settled,
+    )  # fmt: skip
+    _count(episode, scratch, n_hit, new, covered)
+
+
+@njit(inline="always")
+def _count(episode: Episode, scratch: Scratch, n_hit: int, new: int, covered: int) -> None:
+    """Merge the obstacles that were seen after the free cells, and count what is new."""
+    new_hit, covered_hit = merge_cells(episode.known, episode.countable, scratch.hit, n_hit, OBSTACLE)
+    episode.counts[KNOWN] += new + new_hit
+    episode.counts[COVERED] += covered + covered_hit
+    episode.counts[SCANS] += 1
+
+
+@njit(inline="always")
+def look(episode: Episode, rules: Rules, scratch: Scratch) -> None:
+    """Look as the rules say, with errors where there are some."""
+    if rules.errors.any:
+        _look_with_errors(episode, rules, scratch)
+    elif rules.sensor.by_rays:
+        look_along_rays(episode, rules, scratch)
+    else:
+        look_at_sector(episode, rules, scratch)
+
+
+@njit(inline="always")
+def _look_with_errors(episode: Episode, rules: Rules, scratch: Scratch) -> None:
     """Merge a scan as its beams measure it, from where the robot believes it is, as registration misplaces it."""
     pose, counts, sensor, errors = episode.pose, episode.counts, rules.sensor, rules.errors
+    x, y, heading, runs, hit = pose[X], pose[Y], pose[HEADING], scratch.runs, scratch.hit
+    if sensor.by_rays:
+        n_runs, n_hit = ray_scan(
+            episode.solid, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, runs, hit
+        )
+    else:
+        n_runs, n_hit = sector_scan(
+            episode.solid, x, y, heading, sensor.half_fov, sensor.range_px, runs, hit, scratch.slopes
+        )
     beams = len(sensor.fan_cos)
     shift_px, fate = np.empty(beams), np.empty(beams, np.int32)
     draw_beams(errors, beams, key_of(counts[KEY], BEAMS), counts[SCANS], shift_px, fate)
-    draw_noisy(
-        scratch.patch, episode.solid.shape[1], pose[X], pose[Y], pose[HEADING], sensor, scratch.runs, n_runs,
-        scratch.hit, n_hit, shift_px, fate,
-    )  # fmt: skip
+    draw_noisy(scratch.patch, episode.solid.shape[1], x, y, heading, sensor, runs, n_runs, hit, n_hit, shift_px, fate)
     right, down, turn = registration(errors, key_of(counts[KEY], REGISTRATION), counts[STEPS])
-    return merge_patch(
-        episode.known, episode.countable, scratch.patch, pose[X], pose[Y], pose[SEEN_X] - pose[X] + right,
-        pose[SEEN_Y] - pose[Y] + down, pose[SEEN_HEADING] - pose[HEADING] + turn,
+    new, covered = merge_patch(
+        episode.known, episode.countable, scratch.patch, x, y, pose[SEEN_X] - x + right, pose[SEEN_Y] - y + down,
+        pose[SEEN_HEADING] - heading + turn,
     )  # fmt: skip
+    _count(episode, scratch, 0, new, covered)
 
 
 @njit(inline="always")
