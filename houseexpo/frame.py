@@ -87,6 +87,18 @@ class GridFrame:
             across_down[..., 1] = self.shape[0] - across_down[..., 1]
         return across_down / self.pixels_per_metre + self.origin_m
 
+    def pixel_from_point(self, x: float, y: float) -> tuple[float, float]:
+        """Do as ``pixels_from_points``, to the same bits, with one point: plain numbers take a tenth of the time."""
+        x_m, y_m = self.origin_m
+        across, down = (x - x_m) * self.pixels_per_metre, (y - y_m) * self.pixels_per_metre
+        return across, self.shape[0] - down if self.y_up else down
+
+    def point_from_pixel(self, across: float, down: float) -> tuple[float, float]:
+        """Undo ``pixel_from_point``."""
+        x_m, y_m = self.origin_m
+        up = self.shape[0] - down if self.y_up else down
+        return across / self.pixels_per_metre + x_m, up / self.pixels_per_metre + y_m
+
     def cells_from_points(self, points: npt.ArrayLike) -> IntArray:
         """Metres (..., 2) as (x, y) to the cells (..., 2) as (row, col) that hold them; may lie outside the grid."""
         return np.floor(self.pixels_from_points(points)).astype(np.int64)[..., ::-1]

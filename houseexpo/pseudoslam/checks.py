@@ -32,4 +32,6 @@ def whole(value: object, key: str, *, at_least: int, at_most: float = math.inf) 
 def above_zero(config: object, where: str, *names: str, at_most: float = math.inf) -> None:
     """Refuse fields that are no numbers above 0, or too large."""
     for name in names:
-        number(getattr(config, name), f"{where}.{name}", above=0.0, at_most=at_most)
+        value = getattr(config, name)
+        if not (type(value) is float and 0.0 < value < math.inf and value <= at_most):  # the common case, quickly
+            number(value, f"{where}.{name}", above=0.0, at_most=at_most)

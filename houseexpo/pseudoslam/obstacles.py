@@ -137,7 +137,7 @@ def _set_down_drawn(house: _House, config: RandomObstacles, wanted: int, rng: np
         for _ in range(_TRIES):
             at, right, down, turn = rng.random(4).tolist()
             row, col = nth_cell(house.empty, 0, before, int(at * n_free))
-            x_m, y_m = house.frame.points_from_pixels((col + right, row + down)).tolist()
+            x_m, y_m = house.frame.point_from_pixel(col + right, row + down)
             obstacle = Obstacle(config.draw_shape(rng), x_m, y_m, 360.0 * turn)
             if house.set_down(obstacle, config.gap_m) == FITS:
                 found.append(obstacle)

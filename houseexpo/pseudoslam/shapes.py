@@ -152,9 +152,8 @@ class Obstacle:
         """Return the shape's ``outline_m`` in its place, pixels (n, 2) as (across, down)."""
         cos, sin = math.cos(math.radians(self.heading_deg)), math.sin(math.radians(self.heading_deg))
         x, y = self.x_m, self.y_m
-        return frame.pixels_from_points(
-            [(x + px * cos - py * sin, y + px * sin + py * cos) for px, py in self.shape.outline_m]
-        )
+        points = ((x + px * cos - py * sin, y + px * sin + py * cos) for px, py in self.shape.outline_m)
+        return np.array([frame.pixel_from_point(*point) for point in points])
 
     def spans(self, frame: GridFrame) -> tuple[Cells, int, bool]:
         """Return what ``shape_spans`` does: the cells as spans of rows, how many, and whether all lie on the grid."""

@@ -108,8 +108,8 @@ class Simulator:
         return self._in_metres(state.believed_px)
 
     def _in_metres(self, pose_px: npt.NDArray[np.float64]) -> tuple[float, float, float]:
-        x, y = self.world.frame.points_from_pixels(pose_px[:2]).tolist()
-        return x, y, float(pose_px[2])
+        across, down, heading = pose_px.tolist()
+        return *self.world.frame.point_from_pixel(across, down), heading
 
     def explored_m2(self, state: State) -> float:
         """Return the area of the map that is known, obstacles included."""
@@ -117,7 +117,7 @@ class Simulator:
 
     def coverage(self, state: State) -> float:
         """Return how much is known of the free cells that the robot can see from where it can go, 0 to 1."""
-        return float(state.counts[COVERED]) / max(int(state.episode.countable.sum()), 1)
+        return float(state.counts[COVERED]) / max(state.countable_cells, 1)
 
     def map(self, state: State) -> OccupancyGrid:
         """Return the map as ROS publishes it."""

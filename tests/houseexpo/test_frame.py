@@ -29,6 +29,10 @@ def test_there_and_back(y_up):
     assert (frame.cells_from_points(frame.points_from_cells(cells)) == cells).all()
     points = np.random.default_rng(0).uniform(-5, 5, (50, 2))
     np.testing.assert_allclose(frame.points_from_pixels(frame.pixels_from_points(points)), points)
+    for point in points.tolist():
+        pixel = frame.pixel_from_point(*point)
+        assert pixel == tuple(frame.pixels_from_points(point).tolist())
+        assert frame.point_from_pixel(*pixel) == tuple(frame.points_from_pixels(pixel).tolist())
     assert frame.contains(cells).all()
     assert not frame.contains([(-1, 0), (41, 0), (0, 57)]).any()
 
