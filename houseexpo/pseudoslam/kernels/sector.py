@@ -22,6 +22,7 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
+from houseexpo.pseudoslam.kernels.words import eight
 
 EDGE = 1e-9
 """Radians by which the fan is wider than asked for, so that cells on its edge are in it in spite of rounding."""
@@ -109,6 +110,7 @@ def _quadrant(
 ) -> tuple[int, int]:
     """Go out row by row in one quadrant; steps ``along`` and ``across`` are flat, the borders so many cells off."""
     lo, hi, new_lo, new_hi = slopes
+    back = 0 if across > 0 else 7  # from a cell to the first of eight in memory
     for k in range(min(ahead, math.floor(range_px + off_u)) + 1):
         u = k - off_u
         near, far = u - 0.5, u + 0.5
@@ -131,6 +133,8 @@ def _quadrant(
             j_free_end = -1 if u < 0.0 else math.floor(high) if high < last else last
             while j <= j_end:
                 start = j
+                while j + 7 <= j_end and eight(flat, line + j * across - back) == 0:
+                    j += 8
                 while j <= j_end and flat[np.uint64(line + j * across)] == 0:
                     j += 1
                 one = max(start, first, math.ceil(cut * u + off_v - _GRAZE))
