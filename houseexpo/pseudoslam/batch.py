@@ -11,9 +11,10 @@ import numpy.typing as npt
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.crew import Crew
 from houseexpo.pseudoslam.kernels.step import Episode, Rules
-from houseexpo.pseudoslam.pools import RASTERS, Array, leaves, like, one_of
+from houseexpo.pseudoslam.pools import RASTERS, SHOWN, Array, leaves, like, one_of
 from houseexpo.pseudoslam.rules import kernel_of, scratch_of
 from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.views import Views
 
 _SPARE = 1.25  # room for the next bigger house
 
@@ -33,6 +34,7 @@ class Batch:
         self._rest: dict[int, tuple[Any, ...]] = {}
         self._motions, self._wanted = np.zeros((number, 2)), np.zeros(number, np.uint8)
         self._crew = Crew(kernel_of(config), number, [scratch_of(config) for _ in range(threads)])
+        self._views: Views
         self.arrays: Episode
 
     def put(self, i: int, state: State) -> None:
@@ -40,6 +42,7 @@ class Batch:
         parts = [leaf.ravel() if k < RASTERS else leaf for k, leaf in enumerate(leaves(state.episode))]
         if not self._leaves:
             self._leaves = [np.zeros((self._number, *leaf.shape), leaf.dtype) for leaf in parts]
+            self._views = Views(self._leaves[SHOWN].shape)
             self._lay_out(state)
         if any(len(leaf) > old.shape[1] for leaf, old in zip(parts, self._leaves, strict=True)):
             self._leaves = [_wider(old, len(leaf)) for leaf, old in zip(parts, self._leaves, strict=True)]
@@ -54,15 +57,23 @@ class Batch:
         rows, cols = self.sizes[i].tolist()
         return State(one_of(self.arrays, i, (rows, cols)), *self._rest[i])
 
-    def step(self, motions: npt.NDArray[np.float64], wanted: npt.NDArray[np.uint8]) -> None:
-        """Move the robots that are ``wanted`` (N,) by ``motions`` (N, 2), turn and way forward, radians and pixels."""
+    def step(
+        self, motions: npt.NDArray[np.float64], wanted: npt.NDArray[np.uint8], *, copy: bool = False
+    ) -> Array | None:
+        """Move the robots that are ``wanted`` (N,) by ``motions`` (N, 2), turn and way forward, radians and pixels.
+
+        With ``copy``, return a copy of the views (N, side, side), of those that were wanted; None where the caller
+        holds so many that there is no array to use again.
+        """
         self._motions[:], self._wanted[:] = motions, wanted
-        self._crew.step()
+        free = self._views.free() if copy else -1
+        self._crew.step(free)
+        return self._views.lent[free] if free >= 0 else None
 
     def _lay_out(self, state: State) -> None:
         """Make the pools those of the steps to come."""
         self.arrays = like(state.episode, self._leaves)
-        self._crew.take_on(self.arrays, self.sizes, self._motions, self._wanted, self._rules)
+        self._crew.take_on(self.arrays, self.sizes, self._motions, self._wanted, self._rules, self._views.written)
 
     def close(self) -> None:
         """End the threads."""

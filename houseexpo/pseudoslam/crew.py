@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.kernels.crew import EPOCH, FAILED, INSIDE, new_crew
+from houseexpo.pseudoslam.kernels.crew import COPY, EPOCH, FAILED, INSIDE, new_crew
 from houseexpo.pseudoslam.kernels.types import Scratch
 
 
@@ -44,6 +44,7 @@ class Crew:
 
     def __init__(self, kernel: Callable[..., None], number: int, scratch: list[Scratch]) -> None:
         wakes = [threading.Event() for _ in scratch[1:]]
+        self._kernel = kernel
         self._shared = _Shared(kernel, scratch, new_crew(number, len(scratch)), wakes)
         for thread, wake in enumerate(wakes, start=1):
             name = f"pseudoslam-{thread}"
@@ -51,20 +52,31 @@ class Crew:
         self.close = weakref.finalize(self, _end, self._shared)
 
     def take_on(self, *arguments: Any) -> None:
-        """Set the kernel's first arguments: the arrays that the steps to come are about."""
-        epoch = self._shared.arguments[1] + 1
-        self._shared.arguments = arguments, epoch
-        self._shared.words[EPOCH] = epoch
+        """Set the kernel's first arguments: the arrays that the steps to come are about; they are of the same types."""
+        shared, epoch = self._shared, self._shared.arguments[1] + 1
+        shared.kernel = _compiled(self._kernel, (*arguments, shared.scratch[0], shared.words, epoch, 0))
+        shared.arguments = arguments, epoch
+        shared.words[EPOCH] = epoch
 
-    def step(self) -> None:
-        """Do one step of all environments."""
+    def step(self, copy: int = -1) -> None:
+        """Do one step of all environments; ``copy`` is the number of the array that takes copies, -1 for none."""
         shared = self._shared
+        shared.words[COPY] = copy
         for thread, wake in enumerate(shared.wakes, start=1):
             if not shared.words[INSIDE + thread]:
                 wake.set()
         shared.run(0)
         if shared.errors:
             raise RuntimeError("a thread of this batch has failed; close it and make another") from shared.errors[0]
+
+
+def _compiled(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., None]:
+    """Return what a kernel is compiled to for arguments of such types: numba takes 10 us to find it at each call."""
+    if not hasattr(kernel, "compile"):  # numba is off
+        plain: Callable[..., None] = kernel
+        return plain
+    found: Callable[..., None] = kernel.compile(tuple(map(kernel.typeof_pyval, arguments)))
+    return found
 
 
 def _follow(shared: _Shared, thread: int, wake: threading.Event) -> None:

@@ -156,10 +156,10 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
             self.render()
 
     def _measures(self) -> Measures:
-        return Measures.of(self._facts, self.state.pool[0], self.config)
+        return Measures.of(self._facts, self.state.pool, self.config)
 
     def _observation(self, after: Measures) -> Observation:
-        found = self._face.observe(self.state.pool[0], after)
+        found = self._face.observe(self.state.pool, after)
         if isinstance(found, dict):
             return {key: part[0].copy() if key in MAPS else part[0] for key, part in found.items()}
         one: npt.NDArray[Any] = found[0].copy()

@@ -16,8 +16,8 @@ from houseexpo.pseudoslam.kernels.step import Episode
 
 Array = npt.NDArray[Any]
 
-RASTERS = 3
-"""The first arrays of an episode are as big as its house; they lie flat in a pool."""
+RASTERS, SHOWN = 3, Episode._fields.index("shown")
+"""The first arrays of an episode are as big as its house, and lie flat in a pool; which one is its view."""
 
 
 def leaves(episode: Episode) -> Iterator[Array]:

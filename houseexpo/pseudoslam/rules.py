@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.among import transitions_among
-from houseexpo.pseudoslam.kernels.step import Rules, transitions, transitions_by_rays, transitions_with_errors
+from houseexpo.pseudoslam.kernels.step import COPIES, Rules, transitions, transitions_by_rays, transitions_with_errors
 from houseexpo.pseudoslam.kernels.types import Errors, Robot, Scratch, Sensor
 from houseexpo.pseudoslam.people import walk_of
 from houseexpo.pseudoslam.state import State
@@ -20,6 +20,7 @@ from houseexpo.pseudoslam.world import scan_buffers
 Kernel: TypeAlias = Callable[..., None]
 
 _ONE = np.ones(1, np.uint8)
+_NO_COPIES = (np.empty((0, 0, 0), np.uint8),) * COPIES
 BETWEEN_M, BETWEEN_DEG = 0.3, 10.0
 """A robot looks at least so often on its way (section III-B: a map is built at each sub-pose)."""
 
@@ -79,5 +80,5 @@ def kernel_of(config: SimulatorConfig) -> Kernel:
 
 def step_one(kernel: Kernel, state: State, motion: npt.NDArray[np.float64], rules: Rules, scratch: Scratch) -> None:
     """Step one episode by a ``motion`` (1, 2), turn and way forward, radians and pixels."""
-    pool, sizes, crew = state.pool
-    kernel(pool, sizes, motion, _ONE, rules, scratch, crew, 0, 0)
+    sizes, crew = state.place
+    kernel(state.pool, sizes, motion, _ONE, rules, _NO_COPIES, scratch, crew, 0, 0)

@@ -37,9 +37,14 @@ class State:
     best_way_m: float = 0.0
 
     @cached_property
-    def pool(self) -> tuple[Episode, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        """The episode as the kernels take it, views: a pool of one, its rasters' rows and columns, a crew of one."""
-        return pool_of_one(self.episode), np.array([self.episode.solid.shape], np.int64), new_crew(1, 1)
+    def pool(self) -> Episode:
+        """A pool of this one episode, views."""
+        return pool_of_one(self.episode)
+
+    @cached_property
+    def place(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """What kernels take beside the pool: its rasters' rows and columns, and a crew of one."""
+        return np.array([self.episode.solid.shape], np.int64), new_crew(1, 1)
 
     @cached_property
     def countable_cells(self) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -17,7 +16,6 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.batch import Batch
 from houseexpo.pseudoslam.checks import whole
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.copies import Copies
 from houseexpo.pseudoslam.env import PseudoSlamEnv, plan_of
 from houseexpo.pseudoslam.fronts import ForExploration, ForNavigation, ForObstacleAvoidance
 from houseexpo.pseudoslam.interface import MAPS, Actions, Kind, Observation, interface_of, new_facts, set_facts
@@ -89,7 +87,6 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self._rules, self._scratch = self._face.rules(), self._face.scratch()
         self._batch = Batch(num_envs, self.config, self._rules, threads)
         self._rngs: list[np.random.Generator | None] = [None] * num_envs
-        self._copies: defaultdict[str, Copies] = defaultdict(Copies)
         self._plan_ids = np.full(num_envs, None, object)
         self._simulators: dict[int, Simulator] = {}
         self._ended = np.ones(num_envs, bool)
@@ -120,7 +117,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         goes_on = ~self._ended
         starting = self._ended.nonzero()[0].tolist()  # only in NEXT_STEP is anything left to start here
         before = self._measures()
-        self._batch.step(motions, goes_on.view(np.uint8))
+        views = self._batch.step(motions, goes_on.view(np.uint8), copy=self._copy)
         for i in starting:
             self._start(i, None)
         after = self._measures()
@@ -132,12 +129,14 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self._ended = terminated | truncated
         final: dict[str, Any] = {}
         if self._mode == AutoresetMode.SAME_STEP and self._ended.any():
-            final = self._finals(after)
-            for i in np.flatnonzero(self._ended).tolist():
+            final, starting = self._finals(after), self._ended.nonzero()[0].tolist()
+            for i in starting:
                 self._start(i, None)
             after = self._measures()
         infos = self._infos(after, self._everywhere) | final
-        return self._observations(after), rewards, terminated, truncated, infos
+        if views is not None and starting:
+            views[starting] = self._batch.arrays.shown[starting]
+        return self._observations(after, views), rewards, terminated, truncated, infos
 
     def state(self, i: int) -> State:
         """Return environment ``i``'s episode: its arrays are views, which the next step changes."""
@@ -173,13 +172,16 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
     def _measures(self) -> Measures:
         return Measures.of(self._facts, self._batch.arrays, self.config)
 
-    def _observations(self, after: Measures) -> Observation:
+    def _observations(self, after: Measures, views: npt.NDArray[np.uint8] | None = None) -> Observation:
+        """Return what is observed, the caller's own where he wants copies; ``views`` are those of the maps, if any."""
         found = self._face.observe(self._batch.arrays, after)
         if not self._copy:
             return found
         if not isinstance(found, dict):
-            return self._copies["map"].of(found)
-        return {key: self._copies[key].of(part) if key in MAPS else part for key, part in found.items()}
+            return found.copy() if views is None else views[:, None]
+        own = {} if views is None else {"map": views[:, None]}
+        copied = {key: found[key].copy() for key in MAPS if key in found and key not in own}
+        return {**found, **copied, **own}
 
     def _infos(self, after: Measures, which: Bools) -> dict[str, Any]:
         infos: dict[str, Any] = {**self.task.report(after), "plan_id": self._plan_ids.copy()}

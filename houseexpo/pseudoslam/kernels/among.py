@@ -5,16 +5,30 @@ from __future__ import annotations
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.bodies import Disc
-from houseexpo.pseudoslam.kernels.crew import done, enter, leave, take
+from houseexpo.pseudoslam.kernels.crew import COPY, done, enter, leave, take
 from houseexpo.pseudoslam.kernels.dynamics import advance
-from houseexpo.pseudoslam.kernels.step import KEY, PEOPLE, STEPS, Episode, Rules, X, Y, episode_of, key_of, look, step
+from houseexpo.pseudoslam.kernels.step import (
+    KEY,
+    PEOPLE,
+    STEPS,
+    Copies,
+    Episode,
+    Rules,
+    X,
+    Y,
+    episode_of,
+    keep,
+    key_of,
+    look,
+    step,
+)
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Scratch
 
 
 @njit(cache=True, nogil=True)
 def transitions_among(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, crew: Counts,
-    epoch: int, thread: int,
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, copies: Copies, scratch: Scratch,
+    crew: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
     """Do as ``step.transitions`` does, after all else has moved; in an episode that has just begun nothing has."""
     i = enter(crew, epoch, thread)
@@ -28,6 +42,7 @@ def transitions_among(
                     key_of(episode.counts[KEY], PEOPLE), robot, rules.seconds,
                 )  # fmt: skip
             step(episode, motions[i, 0], motions[i, 1], rules, scratch, look)
+            keep(pool, copies, crew[COPY], i)
         done(crew)
         i = take(crew, epoch, thread)
     leave(crew, thread)

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.bodies import Bodies, Disc, Tracks, bodies_of, tracks_of, way_past_people
-from houseexpo.pseudoslam.kernels.crew import done, enter, leave, take
+from houseexpo.pseudoslam.kernels.crew import COPY, done, enter, leave, take
 from houseexpo.pseudoslam.kernels.crop import crop
 from houseexpo.pseudoslam.kernels.flow import Flow, flow_of
 from houseexpo.pseudoslam.kernels.goal import Field, field_at, field_of
@@ -36,10 +36,13 @@ obstacle; the key of the episode's noise."""
 WAY, CLEARANCE, TO_GOAL, START_X, START_Y = range(5)
 """What ``readings`` holds, pixels: the way gone, the room round the robot, the way that is left to the goal, and where
 the episode started."""
+COPIES = 3
+"""Arrays for copies of what robots are shown: the caller of a batch holds one or two, one is written."""
 BEAMS, ODOMETRY, REGISTRATION, PEOPLE = range(1, 5)
 """Kinds of chance, each with a key of its own (``key_of``)."""
 
 
+Copies: TypeAlias = tuple[Grid, ...]
 Look: TypeAlias = Callable[["Episode", "Rules", Scratch], None]
 """Scans from where the robot is, and merges what is seen into the map."""
 
@@ -86,8 +89,8 @@ class Rules(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def transitions(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, crew: Counts,
-    epoch: int, thread: int,
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, copies: Copies, scratch: Scratch,
+    crew: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
     """Turn, then go forward (backward where negative) until something is in the way; look; show what is known.
 
@@ -105,43 +108,55 @@ def transitions(
         (N, 2) turn and way forward, radians and pixels.
     wanted
         (N,) 1 where an environment steps, 0 where it stays as it is.
+    copies
+        Arrays (N, side, side), of which ``crew`` names one, or none: what the robots are shown is copied there.
     crew, epoch, thread
         What threads share, see ``crew``. Thread 0 begins a step and returns when it is done; others take part in steps
         until none has come for a while. All have ``scratch`` of their own.
     """
-    _steps(pool, sizes, motions, wanted, rules, scratch, crew, epoch, thread, look_at_sector)
+    _steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, look_at_sector)
 
 
 @njit(cache=True, nogil=True)
 def transitions_by_rays(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, crew: Counts,
-    epoch: int, thread: int,
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, copies: Copies, scratch: Scratch,
+    crew: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
     """Do as ``transitions`` does, looking along rays without errors."""
-    _steps(pool, sizes, motions, wanted, rules, scratch, crew, epoch, thread, look_along_rays)
+    _steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, look_along_rays)
 
 
 @njit(cache=True, nogil=True)
 def transitions_with_errors(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, crew: Counts,
-    epoch: int, thread: int,
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, copies: Copies, scratch: Scratch,
+    crew: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
     """Do as ``transitions`` does, looking as the rules say, with errors."""
-    _steps(pool, sizes, motions, wanted, rules, scratch, crew, epoch, thread, look)
+    _steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, look)
 
 
 @njit(inline="always")
 def _steps(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, scratch: Scratch, crew: Counts,
-    epoch: int, thread: int, look: Look,
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, copies: Copies, scratch: Scratch,
+    crew: Counts, epoch: int, thread: int, look: Look,
 ) -> None:  # fmt: skip
     i = enter(crew, epoch, thread)
     while i >= 0:
         if wanted[i] != 0:
             step(episode_of(pool, sizes, i), motions[i, 0], motions[i, 1], rules, scratch, look)
+            keep(pool, copies, crew[COPY], i)
         done(crew)
         i = take(crew, epoch, thread)
     leave(crew, thread)
+
+
+@njit(inline="always")
+def keep(pool: Episode, copies: Copies, copy: int, i: int) -> None:
+    """Copy what a robot is shown, while it is in the cache."""
+    if copy >= 0:
+        shown, kept = pool.shown[i].ravel(), copies[copy][i].ravel()
+        for k in range(len(shown)):
+            kept[np.uint64(k)] = shown[np.uint64(k)]
 
 
 @njit(inline="always")

@@ -1,0 +1,43 @@
+"""Copies of a batch's views, whose memory is used again when nobody holds them any more.
+
+The threads that draw the views copy each at once, while it is in their cache: one thread alone, afterwards, takes a
+tenth of a step to copy them all. Fresh memory would cost as much again: the system hands it out page by page, zeroed.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.pseudoslam.kernels.step import COPIES
+
+Array = npt.NDArray[Any]
+
+
+class Views:
+    """Arrays for copies of views, as many as the kernels take: one to write, and some that the caller may hold."""
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        memory = [bytearray(math.prod(shape)) for _ in range(COPIES)]
+        self.written: tuple[Array, ...] = tuple(np.ndarray(shape, np.uint8, buffer) for buffer in memory)
+        """What the kernels write, which hold it while they run."""
+        self.lent: tuple[Array, ...] = tuple(np.ndarray(shape, np.uint8, buffer) for buffer in memory)
+        """The same memory for the caller: whoever holds a view of one holds it itself, and only the caller does."""
+
+    def free(self) -> int:
+        """Return which array the caller does not hold; -1 where he holds all."""
+        holders = _holders(self.lent)
+        return holders.index(_NOBODY) if _NOBODY in holders else -1
+
+
+def _holders(arrays: tuple[Array, ...]) -> list[int]:
+    """Return how many references there are to each array."""
+    return [sys.getrefcount(array) for array in arrays]
+
+
+_NOBODY = _holders((np.empty(0),))[0]
+"""What is counted where only a tuple holds an array; how many of our own count with it is the interpreter's affair."""
