@@ -33,7 +33,7 @@ class Batch:
         self._leaves: list[Array] = []
         self._rest: dict[int, tuple[Any, ...]] = {}
         self._motions, self._wanted = np.zeros((number, 2)), np.zeros(number, np.uint8)
-        self._crew = Crew(kernel_of(config), number, [scratch_of(config) for _ in range(threads)])
+        self._crew = Crew(number, [scratch_of(config) for _ in range(threads)])
         self._views: Views
         self.arrays: Episode
 
@@ -73,7 +73,10 @@ class Batch:
     def _lay_out(self, state: State) -> None:
         """Make the pools those of the steps to come."""
         self.arrays = like(state.episode, self._leaves)
-        self._crew.take_on(self.arrays, self.sizes, self._motions, self._wanted, self._rules, self._views.written)
+        kernel = kernel_of(state.episode, self._rules)
+        self._crew.take_on(
+            kernel, self.arrays, self.sizes, self._motions, self._wanted, self._rules, self._views.written
+        )
 
     def close(self) -> None:
         """End the threads."""

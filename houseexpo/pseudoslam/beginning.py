@@ -19,7 +19,7 @@ from houseexpo.pseudoslam.kernels.step import COVERED, KEY, KNOWN, STEPS, Episod
 from houseexpo.pseudoslam.kernels.types import Grid, Scratch
 from houseexpo.pseudoslam.obstacles import Placement, place
 from houseexpo.pseudoslam.people import new_bodies, start_people
-from houseexpo.pseudoslam.rules import kernel_of, step_one
+from houseexpo.pseudoslam.rules import step_one
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.trajectories import swept_cells
 from houseexpo.pseudoslam.world import World, visible_cells
@@ -72,7 +72,7 @@ def begin(
     if config.known_map:
         episode.known[:] = np.where(placed.solid != 0, OBSTACLE, FREE)
         episode.counts[[KNOWN, COVERED]] = solid.size, state.countable_cells
-    step_one(kernel_of(config), state, np.zeros((1, 2)), rules, scratch)
+    step_one(state, np.zeros((1, 2)), rules, scratch)
     return state
 
 

@@ -19,19 +19,19 @@ from houseexpo.pseudoslam.kernels.types import Scratch
 class _Shared:
     """What the threads know; not the crew itself, so that it can go while they sleep."""
 
-    kernel: Callable[..., None]
     scratch: list[Scratch]
     words: npt.NDArray[np.int64]
     wakes: list[threading.Event]
-    arguments: tuple[tuple[Any, ...], int] = ((), 0)
-    """The kernel's first arguments and the epoch in which they hold, in one: either may be asked for at any time."""
+    work: tuple[Callable[..., None], tuple[Any, ...], int] | None = None
+    """The kernel, its first arguments, and the epoch in which they hold, in one: they may be asked for at any time."""
     errors: list[BaseException] = field(default_factory=list)
     ended: bool = False
 
     def run(self, thread: int) -> None:
         """Take part in steps; return when there is none, or none comes for a while."""
-        arguments, epoch = self.arguments
-        self.kernel(*arguments, self.scratch[thread], self.words, epoch, thread)
+        if self.work:
+            kernel, arguments, epoch = self.work
+            kernel(*arguments, self.scratch[thread], self.words, epoch, thread)
 
 
 class Crew:
@@ -42,20 +42,19 @@ class Crew:
     all.
     """
 
-    def __init__(self, kernel: Callable[..., None], number: int, scratch: list[Scratch]) -> None:
+    def __init__(self, number: int, scratch: list[Scratch]) -> None:
         wakes = [threading.Event() for _ in scratch[1:]]
-        self._kernel = kernel
-        self._shared = _Shared(kernel, scratch, new_crew(number, len(scratch)), wakes)
+        self._shared = _Shared(scratch, new_crew(number, len(scratch)), wakes)
         for thread, wake in enumerate(wakes, start=1):
             name = f"pseudoslam-{thread}"
             threading.Thread(target=_follow, args=(self._shared, thread, wake), name=name, daemon=True).start()
         self.close = weakref.finalize(self, _end, self._shared)
 
-    def take_on(self, *arguments: Any) -> None:
-        """Set the kernel's first arguments: the arrays that the steps to come are about; they are of the same types."""
-        shared, epoch = self._shared, self._shared.arguments[1] + 1
-        shared.kernel = _compiled(self._kernel, (*arguments, shared.scratch[0], shared.words, epoch, 0))
-        shared.arguments = arguments, epoch
+    def take_on(self, kernel: Callable[..., None], *arguments: Any) -> None:
+        """Set the kernel and its first arguments: the arrays that the steps to come are about."""
+        shared = self._shared
+        epoch = int(shared.words[EPOCH]) + 1
+        shared.work = _compiled(kernel, (*arguments, shared.scratch[0], shared.words, epoch, 0)), arguments, epoch
         shared.words[EPOCH] = epoch
 
     def step(self, copy: int = -1) -> None:

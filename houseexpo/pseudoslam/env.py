@@ -22,7 +22,7 @@ from houseexpo.pseudoslam.interface import (
     set_facts,
 )
 from houseexpo.pseudoslam.measures import Measures
-from houseexpo.pseudoslam.rules import kernel_of, step_one
+from houseexpo.pseudoslam.rules import step_one
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.tasks import Task
@@ -75,7 +75,6 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         self.task, self.config, self.render_mode = task, self._face.config, render_mode
         self.action_space, self.observation_space = self._face.action_space(), self._face.observation_space()
         self._rules, self._scratch = self._face.rules(), self._face.scratch()
-        self._kernel = kernel_of(self.config)
         self._simulator: Simulator | None = None
         self._state: State | None = None
         self._facts = new_facts(1)
@@ -114,7 +113,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         """Take one action."""
         state, before = self.state, self._measures()
         moves, ahead = self._face.motions(action)
-        step_one(self._kernel, state, moves, self._rules, self._scratch)
+        step_one(state, moves, self._rules, self._scratch)
         after = self._measures()
         reward = float(self.task.rewards(before, after, ahead)[0])
         ends = bool(self.task.terminated(after)[0]), bool(after.truncated()[0])

@@ -11,7 +11,14 @@ import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.among import transitions_among
-from houseexpo.pseudoslam.kernels.step import COPIES, Rules, transitions, transitions_by_rays, transitions_with_errors
+from houseexpo.pseudoslam.kernels.step import (
+    COPIES,
+    Episode,
+    Rules,
+    transitions,
+    transitions_by_rays,
+    transitions_in_full,
+)
 from houseexpo.pseudoslam.kernels.types import Errors, Robot, Scratch, Sensor
 from houseexpo.pseudoslam.people import walk_of
 from houseexpo.pseudoslam.state import State
@@ -69,16 +76,17 @@ def scratch_of(config: SimulatorConfig) -> Scratch:
     return Scratch(runs, hit, slopes, np.zeros((side, side) if config.noise.any else (1, 1), np.uint8))
 
 
-def kernel_of(config: SimulatorConfig) -> Kernel:
-    """Return the kernel that steps episodes: what is not asked for need not be compiled."""
-    if config.people.number or config.trajectories:
+def kernel_of(episode: Episode, rules: Rules) -> Kernel:
+    """Return the kernel that steps such episodes: what is not asked for need not be compiled."""
+    if len(episode.bodies.people) or len(episode.bodies.clocks):
         return transitions_among
-    if config.noise.any:
-        return transitions_with_errors
-    return transitions_by_rays if config.laser.rule == "rays" else transitions
+    if rules.errors.any or len(episode.ranges):
+        return transitions_in_full
+    return transitions_by_rays if rules.sensor.by_rays else transitions
 
 
-def step_one(kernel: Kernel, state: State, motion: npt.NDArray[np.float64], rules: Rules, scratch: Scratch) -> None:
+def step_one(state: State, motion: npt.NDArray[np.float64], rules: Rules, scratch: Scratch) -> None:
     """Step one episode by a ``motion`` (1, 2), turn and way forward, radians and pixels."""
     sizes, crew = state.place
+    kernel = kernel_of(state.episode, rules)
     kernel(state.pool, sizes, motion, _ONE, rules, _NO_COPIES, scratch, crew, 0, 0)

@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.config import FURTHEST_M, SimulatorConfig
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.step import COVERED, KNOWN, Rules
 from houseexpo.pseudoslam.kernels.types import Scratch
-from houseexpo.pseudoslam.rules import kernel_of, rules_of, scratch_of, step_one
+from houseexpo.pseudoslam.rules import rules_of, scratch_of, step_one
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.world import World
 from houseexpo.pseudoslam.worlds import world_for
@@ -60,7 +60,6 @@ class Simulator:
         self.world, self.config = world, config
         self.rules = rules or rules_of(config)
         self._scratch = scratch or scratch_of(config)
-        self._kernel = kernel_of(config)
         self._ppm = config.pixels_per_metre
         self._moves = motions(config)
 
@@ -97,7 +96,7 @@ class Simulator:
                 f"found a turn of {turn_rad!r} and {forward_m!r} m"
             )
         motion = np.array([[turn_rad, forward_m * self._ppm]])
-        step_one(self._kernel, state, motion, self.rules, self._scratch)
+        step_one(state, motion, self.rules, self._scratch)
 
     def pose(self, state: State) -> tuple[float, float, float]:
         """Return (x, y) in the plan's metres and the heading in radians, counter-clockwise from x."""

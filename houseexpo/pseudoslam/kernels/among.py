@@ -31,8 +31,11 @@ def transitions_among(
     crew: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
     """Do as ``step.transitions`` does, after all else has moved; in an episode that has just begun nothing has."""
-    i = enter(crew, epoch, thread)
-    while i >= 0:
+    enter(crew, thread)
+    while True:
+        i = take(crew, epoch, thread)
+        if i < 0:
+            break
         if wanted[i] != 0:
             episode = episode_of(pool, sizes, i)
             if episode.counts[STEPS] >= 0:
@@ -41,8 +44,7 @@ def transitions_among(
                     episode.solid, episode.bodies, episode.tracks, episode.flow, rules.walk,
                     key_of(episode.counts[KEY], PEOPLE), robot, rules.seconds,
                 )  # fmt: skip
-            step(episode, motions[i, 0], motions[i, 1], rules, scratch, look)
+            step(episode, motions[i, 0], motions[i, 1], rules, scratch, look, True)
             keep(pool, copies, crew[COPY], i)
         done(crew)
-        i = take(crew, epoch, thread)
     leave(crew, thread)

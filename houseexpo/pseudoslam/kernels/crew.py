@@ -36,14 +36,13 @@ def new_crew(number: int, threads: int) -> Counts:
 
 
 @njit(inline="always")
-def enter(crew: Counts, epoch: int, thread: int) -> int:
-    """Begin, as the leader where ``thread`` is 0, with a new step; return the first environment or -1 for none."""
+def enter(crew: Counts, thread: int) -> None:
+    """Begin: the leader, ``thread`` 0, with a new step."""
     if thread == 0:
         put(crew, DONE, 0)
         put(crew, OPEN, ((get(crew, OPEN) >> 2 * _BITS) + 1) << 2 * _BITS)
     else:
         put(crew, INSIDE + thread, 1)
-    return take(crew, epoch, thread)
 
 
 @njit(inline="always")

@@ -65,7 +65,7 @@ def march(is_open: Grid, row: int, col: int, side: int, distances: npt.NDArray[n
     distances[row, col] = 0.0
     heap_at[0], heap_by[0], size = row * cols + col, 0.0, 1
     while size > 0:
-        cell, size = heap_at[0], _pop(heap_at, heap_by, size)
+        cell, size = heap_at[0], _pop(heap_at, heap_by, size + 0)
         r, c = cell // cols, cell % cols
         if done[r, c] != 0:
             continue

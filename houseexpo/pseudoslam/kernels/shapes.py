@@ -55,7 +55,7 @@ def shape_spans(points: Floats, is_round: bool, thickness: float, rows: int, col
                 spans[count, 0], spans[count, 1], spans[count, 2] = row, start, stop
                 count += 1
     if thickness < 1.0 or count == 0:
-        count = _outline(points, is_round, rows, cols, spans, count)  # R2
+        count = _outline(points, is_round, rows, cols, spans, count + 0)  # R2; for the constant 0 numba compiles anew
     return spans, count, inside
 
 

@@ -95,8 +95,8 @@ def transitions(
     """Turn, then go forward (backward where negative) until something is in the way; look; show what is known.
 
     An episode that has not begun, ``counts[STEPS]`` is -1, begins: with a look round that is no step. This one looks at
-    sectors without errors; ``transitions_by_rays`` and ``transitions_with_errors`` do the same with other looks, so
-    that each is compiled when it is asked for.
+    sectors, without errors, and draws the view; ``transitions_by_rays`` and ``transitions_in_full`` can do other
+    things, so that each is compiled when it is asked for.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def transitions(
         What threads share, see ``crew``. Thread 0 begins a step and returns when it is done; others take part in steps
         until none has come for a while. All have ``scratch`` of their own.
     """
-    _steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, look_at_sector)
+    _steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, look_at_sector, False)
 
 
 @njit(cache=True, nogil=True)
@@ -122,31 +122,33 @@ def transitions_by_rays(
     pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, copies: Copies, scratch: Scratch,
     crew: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
-    """Do as ``transitions`` does, looking along rays without errors."""
-    _steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, look_along_rays)
+    """Do as ``transitions`` does, looking along rays."""
+    _steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, look_along_rays, False)
 
 
 @njit(cache=True, nogil=True)
-def transitions_with_errors(
+def transitions_in_full(
     pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, copies: Copies, scratch: Scratch,
     crew: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
-    """Do as ``transitions`` does, looking as the rules say, with errors."""
-    _steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, look)
+    """Do as ``transitions`` does, as the rules say: with errors, and ranges and an overview where there is room."""
+    _steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, look, True)
 
 
 @njit(inline="always")
 def _steps(
     pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, copies: Copies, scratch: Scratch,
-    crew: Counts, epoch: int, thread: int, look: Look,
+    crew: Counts, epoch: int, thread: int, look: Look, full: bool,
 ) -> None:  # fmt: skip
-    i = enter(crew, epoch, thread)
-    while i >= 0:
+    enter(crew, thread)
+    while True:
+        i = take(crew, epoch, thread)
+        if i < 0:
+            break
         if wanted[i] != 0:
-            step(episode_of(pool, sizes, i), motions[i, 0], motions[i, 1], rules, scratch, look)
+            step(episode_of(pool, sizes, i), motions[i, 0], motions[i, 1], rules, scratch, look, full)
             keep(pool, copies, crew[COPY], i)
         done(crew)
-        i = take(crew, epoch, thread)
     leave(crew, thread)
 
 
@@ -160,19 +162,19 @@ def keep(pool: Episode, copies: Copies, copy: int, i: int) -> None:
 
 
 @njit(inline="always")
-def step(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch, look: Look) -> None:
-    """Do one episode's step."""
+def step(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch, look: Look, full: bool) -> None:
+    """Do one episode's step; unless ``full``, a constant, there are no errors, no ranges and no overview."""
     counts, readings = episode.counts, episode.readings
     counts[STEPS] += 1
-    way = _go(episode, turn, forward, rules, scratch, look)
+    way = _go(episode, turn, forward, rules, scratch, look, full)
     counts[BLOCKED] = 1 if way < abs(forward) else 0
     counts[COLLISIONS] += counts[BLOCKED]
     readings[WAY] += way
-    _read(episode, rules, 2.0 * rules.sensor.range_px if counts[STEPS] > 0 else math.inf)
+    _read(episode, rules, 2.0 * rules.sensor.range_px if counts[STEPS] > 0 else math.inf, full)
 
 
 @njit(inline="always")
-def _read(episode: Episode, rules: Rules, spread_px: float) -> None:
+def _read(episode: Episode, rules: Rules, spread_px: float, full: bool) -> None:
     """Take the readings at the robot's place, and draw what it is shown, round where it believes to be.
 
     Of the overview, what lies within ``spread_px`` of it is drawn anew.
@@ -186,14 +188,14 @@ def _read(episode: Episode, rules: Rules, spread_px: float) -> None:
         way = field_at(episode.field, pose[X], pose[Y])
         if way < math.inf:  # in a gap without a block to stand on, the way known last stands
             readings[TO_GOAL] = way
-    if len(episode.ranges) > 0:
+    if full and len(episode.ranges) > 0:
         cast(
             episode.solid, pose[X], pose[Y], pose[HEADING], sensor.fan_cos, sensor.fan_sin, sensor.range_px,
             episode.ranges,
         )  # fmt: skip
         if rules.errors.any:
             _err(episode.ranges, episode.counts, rules)
-    if len(episode.overview) > 0:
+    if full and len(episode.overview) > 0:
         shrink(
             episode.known, readings[START_X], readings[START_Y], rules.overview_px, pose[SEEN_X], pose[SEEN_Y],
             spread_px, episode.overview,
@@ -215,7 +217,7 @@ def _err(ranges: Floats, counts: Counts, rules: Rules) -> None:
 
 
 @njit(inline="always")
-def _go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch, look: Look) -> float:
+def _go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch, look: Look, full: bool) -> float:
     """Turn and go, and merge what is seen on the way; return the way gone, pixels.
 
     Scans lie at most ``between_px`` and ``between_rad`` apart, the last at the end; there is one at least. Where
@@ -235,7 +237,7 @@ def _go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Sc
         way = min(way, way_past_people(episode.bodies.people, rules.walk.radius_px, disc, right, down, distance))
     goes = math.ceil(way / robot.between_px - 1e-9)
     seen_turn, seen_way = turn, sign * way
-    if errors.odometry:
+    if full and errors.odometry:
         key = key_of(episode.counts[KEY], ODOMETRY)
         seen_turn, seen_way = believed(errors, key, episode.counts[STEPS], turn, sign * way)
     for i in range(1, max(turns + goes, 1) + 1):
@@ -243,7 +245,7 @@ def _go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Sc
         pose[HEADING] = heading if i >= turns else _wrapped(start[HEADING] + turn * turned)
         if i > turns and goes > 0:
             pose[X], pose[Y] = start[X] + way * gone * right, start[Y] + way * gone * down
-        if errors.odometry:
+        if full and errors.odometry:
             seen = _wrapped(start[SEEN_HEADING] + seen_turn * turned)
             pose[SEEN_HEADING] = seen
             pose[SEEN_X] = start[SEEN_X] + seen_way * gone * math.cos(seen)
@@ -339,7 +341,7 @@ def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
 @njit(inline="always")
 def key_of(key: int, kind: int) -> int:
     """Return the key of one kind of noise."""
-    return int(uniform(key, kind) * 4611686018427387904.0)
+    return int(uniform(key, kind + 0) * 4611686018427387904.0)  # for each constant numba would compile anew
 
 
 @njit(inline="always")

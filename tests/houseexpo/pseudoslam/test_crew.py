@@ -19,19 +19,21 @@ from houseexpo.pseudoslam.kernels.crew import FAILED, INSIDE, done, enter, leave
 @njit(nogil=True)
 def counting(counts: np.ndarray, by: np.ndarray, scratch: int, crew: np.ndarray, epoch: int, thread: int) -> None:
     """Count how often each one is taken, and note by whom; each takes some time."""
-    i = enter(crew, epoch, thread)
-    while i >= 0:
+    enter(crew, thread)
+    while True:
+        i = take(crew, epoch, thread)
+        if i < 0:
+            break
         for _ in range(300):
             counts[i, 1] = (counts[i, 1] * 31 + 7) % 1009
         counts[i, 0] += 1
         by[i] = thread
         done(crew)
-        i = take(crew, epoch, thread)
     leave(crew, thread)
 
 
-def crew_of(kernel: Any, number: int, threads: int) -> Crew:
-    return Crew(kernel, number, [0] * threads)  # type: ignore[list-item]  # no scratch is needed here
+def crew_of(number: int, threads: int) -> Crew:
+    return Crew(number, [0] * threads)  # type: ignore[list-item]  # no scratch is needed here
 
 
 def wait_for(true: Any) -> None:
@@ -51,9 +53,9 @@ def test_alone_one_takes_all_from_the_first_on() -> None:
 
 @pytest.mark.parametrize(("number", "threads"), [(1, 2), (2, 3), (7, 2), (64, 3)])
 def test_each_is_taken_once_a_step(number: int, threads: int) -> None:
-    crew = crew_of(counting, number, threads)
+    crew = crew_of(number, threads)
     counts, by, seen = np.zeros((number, 2), np.int64), np.zeros(number, np.int64), set()
-    crew.take_on(counts, by)
+    crew.take_on(counting, counts, by)
     for k in range(1, 2001):
         crew.step()
         assert (counts[:, 0] == k).all()
@@ -66,10 +68,10 @@ def test_each_is_taken_once_a_step(number: int, threads: int) -> None:
 
 def test_arrays_change_between_two_steps() -> None:
     """Who looks out for a step of the old ones leaves; nothing is written where nothing is read any more."""
-    crew, expected = crew_of(counting, 9, 3), np.zeros(9, np.int64)
+    crew, expected = crew_of(9, 3), np.zeros(9, np.int64)
     for _ in range(300):
         counts = np.zeros((9, 2), np.int64)
-        crew.take_on(counts, np.zeros(9, np.int64))
+        crew.take_on(counting, counts, np.zeros(9, np.int64))
         for k in range(1, 4):
             crew.step()
             assert (counts[:, 0] == k).all()
@@ -80,7 +82,7 @@ def test_arrays_change_between_two_steps() -> None:
 
 def test_threads_end_with_their_crew() -> None:
     before = set(threading.enumerate())
-    crew, other = crew_of(counting, 4, 3), crew_of(counting, 4, 2)
+    crew, other = crew_of(4, 3), crew_of(4, 2)
     first, second, third = sorted(set(threading.enumerate()) - before, key=lambda thread: thread.ident or 0)
     assert all(thread.daemon for thread in (first, second, third))
     crew.close()
@@ -96,8 +98,8 @@ def test_a_thread_that_fails_is_heard_of() -> None:
         if arguments[-1] > 0:
             raise MemoryError("no room")
 
-    crew = crew_of(failing, 4, 2)
-    crew.take_on()
+    crew = crew_of(4, 2)
+    crew.take_on(failing)
     crew.step()
     wait_for(lambda: crew._shared.words[FAILED])
     with pytest.raises(RuntimeError, match="a thread of this batch has failed") as caught:
@@ -112,8 +114,8 @@ def in_a_fork(crew: Crew, counts: np.ndarray, answers: Any) -> None:
 
 @pytest.mark.filterwarnings("ignore:.*fork.*")
 def test_a_forked_process_goes_on_alone() -> None:
-    crew, counts = crew_of(counting, 6, 2), np.zeros((6, 2), np.int64)
-    crew.take_on(counts, np.zeros(6, np.int64))
+    crew, counts = crew_of(6, 2), np.zeros((6, 2), np.int64)
+    crew.take_on(counting, counts, np.zeros(6, np.int64))
     for _ in range(10):
         crew.step()
     crew._shared.words[INSIDE + 1] = 1  # as if the other looked out just now

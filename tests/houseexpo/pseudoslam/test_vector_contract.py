@@ -85,16 +85,16 @@ def calls_in_a_step(env: Any, actions: np.ndarray) -> list[str]:
 def compiled_calls_in_a_step(env: Any, actions: np.ndarray) -> int:
     """How often the caller's thread calls what is compiled."""
     shared, found = env.unwrapped._batch._crew._shared, []
-    compiled = shared.kernel
+    compiled, *rest = shared.work
     assert not hasattr(compiled, "__code__") or numba.config.DISABLE_JIT
 
     def counted(*args: Any) -> None:
         found.append(args[-1])
         compiled(*args)
 
-    shared.kernel = counted
+    shared.work = (counted, *rest)
     env.step(actions)
-    shared.kernel = compiled
+    shared.work = (compiled, *rest)
     return found.count(0)
 
 
