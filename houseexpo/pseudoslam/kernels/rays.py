@@ -19,7 +19,7 @@ from houseexpo.pseudoslam.kernels.mapping import FREE, UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
 
 _EVEN = 6755399441055744.0  # 1.5 * 2**52: adding and taking it away rounds, halves to even, as np.rint does
-_BLOCK = 32  # samples whose cells are found together, for the processor does four or eight at a time
+_BLOCK, _FEW = 32, 12  # samples whose cells are found at once: the processor does four together; near their end, few
 _LEAST = 1e-300  # for a ray along the grid: it leaves the other way nowhere
 
 
@@ -51,7 +51,7 @@ def ray_scan(
     for i in range(len(fan_cos)):
         k, safe, right, up = 0, stops[i], rights[i], ups[i]
         while k < samples:
-            found = _find(places, offsets, x, y, right, up, k, safe, rows, cols)
+            found = _find(places, offsets, x, y, right, up, k, safe, rows, cols, _BLOCK)
             if found == 0:
                 break
             for t in range(found):
@@ -88,11 +88,12 @@ def ray_merge(
     samples = _lay(known, x, y, heading, fan_cos, fan_sin, range_px, settled, rights, ups, starts, stops)
     places, offsets = np.empty(_BLOCK), np.arange(_BLOCK).astype(np.float64)
     cells = places.view(np.uint32)
+    most = _FEW if settled else _BLOCK  # settled, rays begin near the wall
     new, covered, n_hit = 0, 0, 0
     for i in range(len(fan_cos)):
         k, safe, right, up = starts[i], stops[i], rights[i], ups[i]
         while k < samples:
-            found = _find(places, offsets, x, y, right, up, k, safe, rows, cols)
+            found = _find(places, offsets, x, y, right, up, k, safe, rows, cols, most)
             if found == 0:
                 break
             for t in range(found):
@@ -184,7 +185,7 @@ def free_corner(known: Grid, col: int, row: int, across: int, along: int, far: i
 @njit(inline="always")
 def _find(
     places: Floats, offsets: Floats, x: float, y: float, right: float, up: float, k: int, safe: int,
-    rows: int, cols: int,
+    rows: int, cols: int, most: int,
 ) -> int:  # fmt: skip
     """Write the flat indices of samples, k and on, into the lower halves of ``places``, (32,); return how many.
 
@@ -193,7 +194,7 @@ def _find(
     x0, y0 = x - 0.5, y - 0.5
     first, width = float(k), float(cols)
     if k < safe:
-        found = min(safe - k, _BLOCK)
+        found = min(safe - k, most)
         for t in range(found):
             at = first + offsets[np.uint64(t)]
             col, row = x0 + at * right + _EVEN - _EVEN, y0 - at * up + _EVEN - _EVEN
