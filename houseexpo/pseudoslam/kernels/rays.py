@@ -187,7 +187,7 @@ def _find(
     places: Floats, offsets: Floats, x: float, y: float, right: float, up: float, k: int, safe: int,
     rows: int, cols: int, most: int,
 ) -> int:  # fmt: skip
-    """Write the flat indices of samples, k and on, into the lower halves of ``places``, (32,); return how many.
+    """Write the flat indices of up to ``most`` samples, k and on, into the lower halves of ``places``; return how many.
 
     Before ``safe`` they lie on the grid; from there on they are found one by one, none where the grid ends.
     """

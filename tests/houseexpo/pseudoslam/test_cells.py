@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.cells import count_before, nth_cell
+from houseexpo.pseudoslam.cells import count_before, nth_cell
 
 
 @pytest.mark.parametrize("value", [0, 1])
