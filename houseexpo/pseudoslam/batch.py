@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numba.core import config as config_of_numba
 
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.crew import Crew
@@ -27,7 +28,8 @@ class Batch:
     """
 
     def __init__(self, number: int, config: SimulatorConfig, rules: Rules, threads: int | None = None) -> None:
-        threads = min(threads or _cores(), number)
+        off = config_of_numba.DISABLE_JIT  # type: ignore[attr-defined]  # what is not compiled is for one thread
+        threads = 1 if off else min(threads or _cores(), number)
         self.sizes = np.zeros((number, 2), np.int64)
         self._number, self._rules = number, rules
         self._leaves: list[Array] = []

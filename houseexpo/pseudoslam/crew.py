@@ -29,9 +29,15 @@ class _Shared:
 
     def run(self, thread: int) -> None:
         """Take part in steps; return when there is none, or none comes for a while."""
-        if self.work:
-            kernel, arguments, epoch = self.work
+        if self.work is None:
+            return
+        kernel, arguments, epoch = self.work
+        try:
             kernel(*arguments, self.scratch[thread], self.words, epoch, thread)
+        except BaseException as error:
+            self.errors.append(error)
+            self.words[FAILED] = 1  # nobody waits for what is not done
+            raise
 
 
 class Crew:
@@ -45,17 +51,17 @@ class Crew:
     def __init__(self, number: int, scratch: list[Scratch]) -> None:
         wakes = [threading.Event() for _ in scratch[1:]]
         self._shared = _Shared(scratch, new_crew(number, len(scratch)), wakes)
+        self.close = weakref.finalize(self, _end, self._shared)
         for thread, wake in enumerate(wakes, start=1):
             name = f"pseudoslam-{thread}"
             threading.Thread(target=_follow, args=(self._shared, thread, wake), name=name, daemon=True).start()
-        self.close = weakref.finalize(self, _end, self._shared)
 
     def take_on(self, kernel: Callable[..., None], *arguments: Any) -> None:
         """Set the kernel and its first arguments: the arrays that the steps to come are about."""
         shared = self._shared
         epoch = int(shared.words[EPOCH]) + 1
-        shared.work = _compiled(kernel, (*arguments, shared.scratch[0], shared.words, epoch, 0)), arguments, epoch
-        shared.words[EPOCH] = epoch
+        compiled = _compiled(kernel, (*arguments, shared.scratch[0], shared.words, epoch, 0))
+        shared.work, shared.words[EPOCH] = (compiled, arguments, epoch), epoch
 
     def step(self, copy: int = -1) -> None:
         """Do one step of all environments; ``copy`` is the number of the array that takes copies, -1 for none."""
@@ -64,9 +70,12 @@ class Crew:
         for thread, wake in enumerate(shared.wakes, start=1):
             if not shared.words[INSIDE + thread]:
                 wake.set()
-        shared.run(0)
-        if shared.errors:
-            raise RuntimeError("a thread of this batch has failed; close it and make another") from shared.errors[0]
+        if not shared.errors and shared.work is not None and shared.work[2] == shared.words[EPOCH]:
+            shared.run(0)
+            if not shared.errors:
+                return
+        cause = shared.errors[0] if shared.errors else None
+        raise RuntimeError("a step of this batch has failed or was interrupted; make another") from cause
 
 
 def _compiled(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., None]:
@@ -86,9 +95,7 @@ def _follow(shared: _Shared, thread: int, wake: threading.Event) -> None:
             return
         try:
             shared.run(thread)
-        except BaseException as error:  # noqa: BLE001  # the caller's thread raises it
-            shared.errors.append(error)
-            shared.words[FAILED] = 1
+        except BaseException:  # noqa: BLE001  # the caller's thread hears of it
             return
 
 

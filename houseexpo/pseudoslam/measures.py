@@ -36,14 +36,14 @@ class Measures(NamedTuple):
     counts: Ints
     """(N, 7), see ``kernels.step``."""
     readings: Floats
-    """(N, 3), see ``kernels.step``."""
+    """(N, 5), see ``kernels.step``."""
     pose_px: Floats
     """(N, 6), see ``kernels.step``."""
     config: SimulatorConfig
 
     @classmethod
     def of(cls, facts: Facts, pool: Episode, config: SimulatorConfig) -> Measures:
-        """Return what the episodes of a pool have come to; later steps do not change it."""
+        """Return what the episodes of a pool have come to; later steps do not change it, but for ``facts``."""
         return cls(facts, pool.counts.copy(), pool.readings.copy(), pool.pose.copy(), config)
 
     @property

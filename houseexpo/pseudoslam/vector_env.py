@@ -19,6 +19,7 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.env import PseudoSlamEnv, plan_of
 from houseexpo.pseudoslam.fronts import ForExploration, ForNavigation, ForObstacleAvoidance
 from houseexpo.pseudoslam.interface import MAPS, Actions, Kind, Observation, interface_of, new_facts, set_facts
+from houseexpo.pseudoslam.kernels.crew import MOST
 from houseexpo.pseudoslam.measures import Measures
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
@@ -68,7 +69,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         threads: int | None = None,
         render_mode: str | None = None,
     ) -> None:
-        whole(num_envs, "num_envs", at_least=1)
+        whole(num_envs, "num_envs", at_least=1, at_most=MOST)
         whole(1 if threads is None else threads, "threads", at_least=1)
         if autoreset_mode not in set(AutoresetMode) | {mode.value for mode in AutoresetMode}:
             modes = ", ".join(mode.value for mode in AutoresetMode)

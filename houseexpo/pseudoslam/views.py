@@ -7,6 +7,7 @@ tenth of a step to copy them all. Fresh memory would cost as much again: the sys
 from __future__ import annotations
 
 import math
+import mmap
 import sys
 from typing import Any
 
@@ -22,7 +23,7 @@ class Views:
     """Arrays for copies of views, as many as the kernels take: one to write, and some that the caller may hold."""
 
     def __init__(self, shape: tuple[int, ...]) -> None:
-        memory = [bytearray(math.prod(shape)) for _ in range(COPIES)]
+        memory = [mmap.mmap(-1, max(math.prod(shape), 1)) for _ in range(COPIES)]  # none until it is written
         self.written: tuple[Array, ...] = tuple(np.ndarray(shape, np.uint8, buffer) for buffer in memory)
         """What the kernels write, which hold it while they run."""
         self.lent: tuple[Array, ...] = tuple(np.ndarray(shape, np.uint8, buffer) for buffer in memory)

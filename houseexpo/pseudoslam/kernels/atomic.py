@@ -1,6 +1,7 @@
 """Words in memory that many threads read and write, each time as a whole and in one order for all.
 
-``words`` are whole numbers of 64 bits, a word is named by its place.
+``words`` are whole numbers of 64 bits, a word is named by its place. What the functions say in Python holds for one
+thread; numba compiles instructions in their place.
 """
 
 from __future__ import annotations
@@ -12,8 +13,37 @@ from llvmlite import ir
 from numba import extending, types
 from numba.core import cgutils
 
+from houseexpo.pseudoslam.kernels.types import Counts
+
 intrinsic: Any = extending.intrinsic  # instructions that numba has no name for
 pointer_to: Any = cgutils.get_item_pointer
+
+
+def get(words: Counts, word: int) -> int:
+    """Return a word."""
+    return int(words[word])
+
+
+def put(words: Counts, word: int, value: int) -> None:
+    """Set a word."""
+    words[word] = value
+
+
+def add(words: Counts, word: int, value: int) -> None:
+    """Add to a word."""
+    words[word] += value
+
+
+def swap(words: Counts, word: int, old: int, new: int) -> bool:
+    """Replace a word if it still is ``old``; return whether."""
+    same = bool(words[word] == old)
+    if same:
+        words[word] = new
+    return same
+
+
+def pause() -> None:
+    """Let what shares the core with this thread go first."""
 
 
 def _place(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -24,9 +54,7 @@ def _place(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 
 @intrinsic
-def get(typing: Any, words: Any, word: Any) -> Any:  # noqa: ARG001
-    """Return a word."""
-
+def _get(typing: Any, words: Any, word: Any) -> Any:  # noqa: ARG001
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.load_atomic(_place(context, builder, signature, arguments), "seq_cst", 8)
 
@@ -34,9 +62,7 @@ def get(typing: Any, words: Any, word: Any) -> Any:  # noqa: ARG001
 
 
 @intrinsic
-def put(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
-    """Set a word."""
-
+def _put(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         builder.store_atomic(arguments[2], _place(context, builder, signature, arguments), "seq_cst", 8)
         return context.get_dummy_value()
@@ -45,9 +71,7 @@ def put(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
 
 
 @intrinsic
-def add(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
-    """Add to a word."""
-
+def _add(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         builder.atomic_rmw("add", _place(context, builder, signature, arguments), arguments[2], "seq_cst")
         return context.get_dummy_value()
@@ -56,9 +80,7 @@ def add(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
 
 
 @intrinsic
-def swap(typing: Any, words: Any, word: Any, old: Any, new: Any) -> Any:  # noqa: ARG001
-    """Replace a word if it still is ``old``; return whether."""
-
+def _swap(typing: Any, words: Any, word: Any, old: Any, new: Any) -> Any:  # noqa: ARG001
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         place = _place(context, builder, signature, arguments)
         return builder.extract_value(builder.cmpxchg(place, arguments[2], arguments[3], "seq_cst", "seq_cst"), 1)
@@ -67,9 +89,7 @@ def swap(typing: Any, words: Any, word: Any, old: Any, new: Any) -> Any:  # noqa
 
 
 @intrinsic
-def pause(typing: Any) -> Any:  # noqa: ARG001
-    """Let what shares the core with this thread go first."""
-
+def _pause(typing: Any) -> Any:  # noqa: ARG001
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:  # noqa: ARG001
         machine = llvmlite.binding.get_process_triple().partition("-")[0]
         nothing, hint = ir.VoidType(), ir.IntType(32)
@@ -82,3 +102,11 @@ def pause(typing: Any) -> Any:  # noqa: ARG001
         return context.get_dummy_value()
 
     return types.void(), build
+
+
+# ruff: noqa: ARG005, PLW0108  # numba compares the parameters of what it is given and of what that returns
+extending.overload(get)(lambda words, word: lambda words, word: _get(words, word))
+extending.overload(put)(lambda words, word, value: lambda words, word, value: _put(words, word, value))
+extending.overload(add)(lambda words, word, value: lambda words, word, value: _add(words, word, value))
+extending.overload(swap)(lambda words, word, old, new: lambda words, word, old, new: _swap(words, word, old, new))
+extending.overload(pause)(lambda: lambda: _pause())

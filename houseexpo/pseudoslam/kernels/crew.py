@@ -49,8 +49,10 @@ def enter(crew: Counts, thread: int) -> None:
 def take(crew: Counts, epoch: int, thread: int) -> int:
     """Return an environment that nobody has taken; -1 where there is none, or none comes for a while."""
     looks = 0
-    while get(crew, EPOCH) == epoch:
+    while True:
         now = get(crew, OPEN)
+        if get(crew, EPOCH) != epoch or get(crew, FAILED) != 0:  # asked after ``now``: a later step is not taken then
+            return -1
         first, last = now & MOST, crew[NUMBER] - 1 - (now >> _BITS & MOST)
         if first <= last:
             if swap(crew, OPEN, now, now + 1 if thread == 0 else now + (1 << _BITS)):
@@ -61,7 +63,6 @@ def take(crew: Counts, epoch: int, thread: int) -> int:
         else:
             looks += 1
             pause()
-    return -1
 
 
 @njit(inline="always")

@@ -52,10 +52,12 @@ def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
         in_x[k], in_y[k] = math.floor(j * down - i * right), math.floor(j * right + i * down)
     low_x, low_y = min(0, in_x[7], in_x[56], in_x[63]), min(0, in_y[7], in_y[56], in_y[63])
     tiles = (side + _TILE - 1) // _TILE
-    to, from_x, from_y = np.empty((3, tiles * tiles), np.int32)  # of the tiles that are not all the same
-    mixed = 0
+    to, from_x, from_y = np.empty((3, tiles), np.int32)  # of the tiles of a row that are not all the same
+    cells, found = np.empty(tiles * _CELLS, np.int32), np.empty(tiles * _CELLS, np.uint8)
+    lines = found.view(np.uint64)
     for tile_row in range(tiles):
         i = min(tile_row * _TILE, side - _TILE)
+        mixed = 0
         for tile_col in range(tiles):
             j = min(tile_col * _TILE, side - _TILE)
             at_x, at_y = int(left + j * down - i * right), int(top + j * right + i * down)
@@ -67,21 +69,19 @@ def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
                     view[np.uint64(first + a * side + b)] = kind & 255
             to[mixed], from_x[mixed], from_y[mixed] = first, at_x, at_y
             mixed += (kind & 255) + (kind >> 8) != 255
-    cells, found = np.empty(mixed * _CELLS, np.int32), np.empty(mixed * _CELLS, np.uint8)
-    for t in range(mixed):
-        at_x, at_y = from_x[t], from_y[t]
-        for k in range(_CELLS):
-            across = np.int32(np.int32(at_x + in_x[np.uint64(k)]) >> np.int32(_BITS))
-            along = np.int32(np.int32(at_y + in_y[np.uint64(k)]) >> np.int32(_BITS))
-            cells[np.uint64(t * _CELLS + k)] = np.int32(along * width) + across
-    for k in range(mixed * _CELLS):
-        found[np.uint64(k)] = window[np.uint32(cells[np.uint64(k)])]
-    lines = found.view(np.uint64)
-    for t in range(mixed):
-        for a in range(_TILE):
-            line, first = lines[np.uint64(t * _TILE + a)], np.uint64(to[t] + a * side)
-            for b in range(_TILE):  # one store, for the compiler sees that it is the line
-                view[first + np.uint64(b)] = np.uint8(line >> np.uint64(8 * b))
+        for t in range(mixed):
+            at_x, at_y = from_x[t], from_y[t]
+            for k in range(_CELLS):
+                across = np.int32(np.int32(at_x + in_x[np.uint64(k)]) >> np.int32(_BITS))
+                along = np.int32(np.int32(at_y + in_y[np.uint64(k)]) >> np.int32(_BITS))
+                cells[np.uint64(t * _CELLS + k)] = np.int32(along * width) + across
+        for k in range(mixed * _CELLS):
+            found[np.uint64(k)] = window[np.uint32(cells[np.uint64(k)])]
+        for t in range(mixed):
+            for a in range(_TILE):
+                line, first = lines[np.uint64(t * _TILE + a)], np.uint64(to[t] + a * side)
+                for b in range(_TILE):  # one store, for the compiler sees that it is the line
+                    view[first + np.uint64(b)] = np.uint8(line >> np.uint64(8 * b))
 
 
 @njit(cache=True, nogil=True)

@@ -123,7 +123,7 @@ def _lay(
 ) -> int:  # fmt: skip
     """Write each ray's direction, right and up, and the samples from which and up to which it needs no care.
 
-    ``fan`` is (4, n). Samples before the first of the two lie in cells known to be free; those before the second, on
+    All four are (n,). Samples before the first of the two lie in cells known to be free; those before the second, on
     the grid. Return how many there are within range. All rays at once: the processor does four at a time.
     """
     rows, cols = known.shape

@@ -217,6 +217,7 @@ def test_wrong_actions_of_one_are_refused(given: dict[str, Any], actions: Any, t
     ("given", "text"),
     [
         ({"num_envs": 0}, "num_envs: expected a whole number of at least 1, found 0"),
+        ({"num_envs": 1 << 20}, "num_envs: expected a whole number of at most 1048575"),
         ({"threads": 0}, "threads: expected a whole number of at least 1, found 0"),
         ({"threads": 1.5}, "threads: expected a whole number of at least 1, found 1.5"),
         ({"autoreset_mode": "Never"}, "autoreset_mode: expected one of NextStep, SameStep, Disabled; found 'Never'"),
