@@ -6,8 +6,6 @@ tenth of a step to copy them all. Fresh memory would cost as much again: the sys
 
 from __future__ import annotations
 
-import math
-import mmap
 import sys
 from typing import Any
 
@@ -19,14 +17,18 @@ from houseexpo.pseudoslam.kernels.step import COPIES
 Array = npt.NDArray[Any]
 
 
+class _Memory(np.ndarray):
+    """Owns memory. A view of a view holds the first view where the owner is of another kind, as here; else the owner."""
+
+
 class Views:
     """Arrays for copies of views, as many as the kernels take: one to write, and some that the caller may hold."""
 
     def __init__(self, shape: tuple[int, ...]) -> None:
-        memory = [mmap.mmap(-1, max(math.prod(shape), 1)) for _ in range(COPIES)]  # none until it is written
-        self.written: tuple[Array, ...] = tuple(np.ndarray(shape, np.uint8, buffer) for buffer in memory)
+        memory = [_Memory(shape, np.uint8) for _ in range(COPIES)]
+        self.written: tuple[Array, ...] = tuple(owner.view(np.ndarray) for owner in memory)
         """What the kernels write, which hold it while they run."""
-        self.lent: tuple[Array, ...] = tuple(np.ndarray(shape, np.uint8, buffer) for buffer in memory)
+        self.lent: tuple[Array, ...] = tuple(owner.view(np.ndarray) for owner in memory)
         """The same memory for the caller: whoever holds a view of one holds it itself, and only the caller does."""
 
     def free(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import sys
 import warnings
 from dataclasses import replace
@@ -52,6 +53,26 @@ def test_memory_that_nobody_holds_is_used_again() -> None:
     env.reset(seed=0)
     places = {env.step(np.ones(3, np.int64))[0].ctypes.data for _ in range(10)}
     assert len(places) <= 2
+
+
+def in_a_fork(env: Any) -> None:
+    for _ in range(4):
+        env.step(np.ones(3, np.int64))
+
+
+@pytest.mark.filterwarnings("ignore:.*fork.*")
+def test_a_forked_process_writes_copies_of_its_own() -> None:
+    env = explorers(3, threads=1)
+    env.reset(seed=0)
+    held, *_ = env.step(np.zeros(3, np.int64))
+    free = env.unwrapped._batch._views.written
+    before = [array.tobytes() for array in free]
+    child = multiprocessing.get_context("fork").Process(target=in_a_fork, args=(env,))
+    child.start()
+    child.join(60)
+    assert child.exitcode == 0
+    assert [array.tobytes() for array in free] == before
+    assert any(np.shares_memory(held, array) for array in free)
 
 
 def test_views_are_the_maps_themselves() -> None:
