@@ -18,7 +18,7 @@ Array = npt.NDArray[Any]
 
 
 class _Memory(np.ndarray):
-    """Owns memory. A view of a view holds the first view where the owner is of another kind, as here; else the owner."""
+    """Owns memory: a view of a view holds the first view where the owner is of another kind, as here, or the owner."""
 
 
 class Views:

@@ -11,12 +11,9 @@ from typing import Any
 import llvmlite.binding
 from llvmlite import ir
 from numba import extending, types
-from numba.core import cgutils
 
+from houseexpo.pseudoslam.kernels.instructions import intrinsic, place
 from houseexpo.pseudoslam.kernels.types import Counts
-
-intrinsic: Any = extending.intrinsic  # instructions that numba has no name for
-pointer_to: Any = cgutils.get_item_pointer
 
 
 def get(words: Counts, word: int) -> int:
@@ -46,17 +43,10 @@ def pause() -> None:
     """Let what shares the core with this thread go first."""
 
 
-def _place(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    """Return a pointer to the word that an intrinsic's first two arguments name."""
-    kind = signature.args[0]
-    array = context.make_array(kind)(context, builder, arguments[0])
-    return pointer_to(context, builder, kind, array, [arguments[1]])
-
-
 @intrinsic
 def _get(typing: Any, words: Any, word: Any) -> Any:  # noqa: ARG001
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.load_atomic(_place(context, builder, signature, arguments), "seq_cst", 8)
+        return builder.load_atomic(place(context, builder, signature, arguments), "seq_cst", 8)
 
     return types.int64(words, types.intp), build
 
@@ -64,7 +54,7 @@ def _get(typing: Any, words: Any, word: Any) -> Any:  # noqa: ARG001
 @intrinsic
 def _put(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        builder.store_atomic(arguments[2], _place(context, builder, signature, arguments), "seq_cst", 8)
+        builder.store_atomic(arguments[2], place(context, builder, signature, arguments), "seq_cst", 8)
         return context.get_dummy_value()
 
     return types.void(words, types.intp, types.int64), build
@@ -73,7 +63,7 @@ def _put(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
 @intrinsic
 def _add(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        builder.atomic_rmw("add", _place(context, builder, signature, arguments), arguments[2], "seq_cst")
+        builder.atomic_rmw("add", place(context, builder, signature, arguments), arguments[2], "seq_cst")
         return context.get_dummy_value()
 
     return types.void(words, types.intp, types.int64), build
@@ -82,8 +72,8 @@ def _add(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
 @intrinsic
 def _swap(typing: Any, words: Any, word: Any, old: Any, new: Any) -> Any:  # noqa: ARG001
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        place = _place(context, builder, signature, arguments)
-        return builder.extract_value(builder.cmpxchg(place, arguments[2], arguments[3], "seq_cst", "seq_cst"), 1)
+        word_at = place(context, builder, signature, arguments)
+        return builder.extract_value(builder.cmpxchg(word_at, arguments[2], arguments[3], "seq_cst", "seq_cst"), 1)
 
     return types.boolean(words, types.intp, types.int64, types.int64), build
 

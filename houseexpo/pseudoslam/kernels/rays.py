@@ -48,7 +48,7 @@ def ray_scan(
     places, offsets = np.empty(_BLOCK), np.arange(_BLOCK).astype(np.float64)
     cells = places.view(np.uint32)
     n_runs, n_hit = 0, 0
-    for i in range(len(fan_cos)):
+    for i in range(n):
         k, safe, right, up = 0, stops[i], rights[i], ups[i]
         while k < samples:
             found = _find(places, offsets, x, y, right, up, k, safe, rows, cols, _BLOCK)
@@ -90,7 +90,7 @@ def ray_merge(
     cells = places.view(np.uint32)
     most = _FEW if settled else _BLOCK  # settled, rays begin near the wall
     new, covered, n_hit = 0, 0, 0
-    for i in range(len(fan_cos)):
+    for i in range(n):
         k, safe, right, up = starts[i], stops[i], rights[i], ups[i]
         while k < samples:
             found = _find(places, offsets, x, y, right, up, k, safe, rows, cols, most)

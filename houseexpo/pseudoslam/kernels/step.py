@@ -43,6 +43,8 @@ BEAMS, ODOMETRY, REGISTRATION, PEOPLE = range(1, 5)
 
 
 Copies: TypeAlias = tuple[Grid, ...]
+Move: TypeAlias = Callable[["Episode", "Rules"], None]
+"""Moves what moves beside the robot."""
 Look: TypeAlias = Callable[["Episode", "Rules", Scratch], None]
 """Scans from where the robot is, and merges what is seen into the map."""
 
@@ -114,7 +116,7 @@ def transitions(
         What threads share, see ``crew``. Thread 0 begins a step and returns when it is done; others take part in steps
         until none has come for a while. All have ``scratch`` of their own.
     """
-    _steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, look_at_sector, False)
+    steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, _alone, look_at_sector, False)
 
 
 @njit(cache=True, nogil=True)
@@ -123,7 +125,7 @@ def transitions_by_rays(
     crew: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
     """Do as ``transitions`` does, looking along rays."""
-    _steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, look_along_rays, False)
+    steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, _alone, look_along_rays, False)
 
 
 @njit(cache=True, nogil=True)
@@ -132,24 +134,32 @@ def transitions_in_full(
     crew: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
     """Do as ``transitions`` does, as the rules say: with errors, and ranges and an overview where there is room."""
-    _steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, look, True)
+    steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, _alone, look, True)
 
 
 @njit(inline="always")
-def _steps(
+def steps(
     pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, copies: Copies, scratch: Scratch,
-    crew: Counts, epoch: int, thread: int, look: Look, full: bool,
+    crew: Counts, epoch: int, thread: int, move: Move, look: Look, full: bool,
 ) -> None:  # fmt: skip
+    """Take environments and step them, after all else has moved there."""
     enter(crew, thread)
     while True:
         i = take(crew, epoch, thread)
         if i < 0:
             break
         if wanted[i] != 0:
-            step(episode_of(pool, sizes, i), motions[i, 0], motions[i, 1], rules, scratch, look, full)
+            episode = episode_of(pool, sizes, i)
+            move(episode, rules)
+            step(episode, motions[i, 0], motions[i, 1], rules, scratch, look, full)
             keep(pool, copies, crew[COPY], i)
         done(crew)
     leave(crew, thread)
+
+
+@njit(inline="always")
+def _alone(episode: Episode, rules: Rules) -> None:
+    """Move nothing: there is nothing beside the robot that does."""
 
 
 @njit(inline="always")

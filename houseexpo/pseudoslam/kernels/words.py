@@ -7,12 +7,9 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import extending, types
-from numba.core import cgutils
 
+from houseexpo.pseudoslam.kernels.instructions import intrinsic, place
 from houseexpo.pseudoslam.kernels.types import Grid
-
-intrinsic: Any = extending.intrinsic  # an instruction that numba has no name for
-pointer_to: Any = cgutils.get_item_pointer
 
 
 def eight(flat: Grid, first: int) -> int:
@@ -23,9 +20,8 @@ def eight(flat: Grid, first: int) -> int:
 @intrinsic
 def _eight(typing: Any, flat: Any, first: Any) -> Any:  # noqa: ARG001
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        array = context.make_array(signature.args[0])(context, builder, arguments[0])
-        place = pointer_to(context, builder, signature.args[0], array, [arguments[1]])
-        return builder.load(builder.bitcast(place, ir.IntType(64).as_pointer()), align=1)
+        first_at = place(context, builder, signature, arguments)
+        return builder.load(builder.bitcast(first_at, ir.IntType(64).as_pointer()), align=1)
 
     return types.uint64(flat, types.intp), build
 
