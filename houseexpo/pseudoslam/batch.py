@@ -50,7 +50,8 @@ class Batch:
             self._leaves = [_wider(old, len(leaf)) for leaf, old in zip(parts, self._leaves, strict=True)]
             self._lay_out(state)
         for leaf, pool in zip(parts, self._leaves, strict=True):
-            pool[i, : len(leaf)] = leaf
+            if leaf.size:  # half of them are of what there is not
+                pool[i, : len(leaf)] = leaf
         self.sizes[i] = state.episode.solid.shape
         self._rest[i] = state.obstacles, state.goal_m, state.best_way_m
 

@@ -1,4 +1,4 @@
-"""How an episode begins: obstacles, the robot, people, a goal, and a first look round."""
+"""How an episode begins: obstacles, the robot, people and a goal."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from houseexpo.pseudoslam.kernels.step import COVERED, KEY, KNOWN, STEPS, Episod
 from houseexpo.pseudoslam.kernels.types import Grid, Scratch
 from houseexpo.pseudoslam.obstacles import Placement, place
 from houseexpo.pseudoslam.people import new_bodies, start_people
-from houseexpo.pseudoslam.rules import step_one
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.trajectories import swept_cells
 from houseexpo.pseudoslam.world import World, visible_cells
@@ -39,7 +38,9 @@ def begin(
     *,
     complete: bool = False,
 ) -> State:
-    """Return the state at the start of an episode in a world; ConfigError where the world cannot give what is asked.
+    """Return the state at the start of an episode in a world, before its first look (``rules.look_round``).
+
+    ConfigError where the world cannot give what is asked.
 
     ``complete`` has the overview and the ranges drawn, too.
     """
@@ -72,7 +73,6 @@ def begin(
     if config.known_map:
         episode.known[:] = np.where(placed.solid != 0, OBSTACLE, FREE)
         episode.counts[[KNOWN, COVERED]] = solid.size, state.countable_cells
-    step_one(state, np.zeros((1, 2)), rules, scratch)
     return state
 
 

@@ -22,7 +22,7 @@ from houseexpo.pseudoslam.interface import (
     set_facts,
 )
 from houseexpo.pseudoslam.measures import Measures
-from houseexpo.pseudoslam.rules import step_one
+from houseexpo.pseudoslam.rules import look_round, step_one
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.tasks import Task
@@ -103,6 +103,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         world = self._face.draw(self.np_random, plan_of(options))
         self._simulator = Simulator(world, self.config, self._rules, self._scratch)
         self._state = self._face.begin(world, self._rules, self._scratch, self.np_random)
+        look_round(self._state, self._rules, self._scratch)
         set_facts(self._facts, 0, self._state, world)
         self._trail = []
         self._show()

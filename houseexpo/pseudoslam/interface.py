@@ -121,14 +121,14 @@ class Interface:
             raise ConfigError(f"action: expected an array of shape {shape}, found {values.shape}")
         if values.dtype.kind not in kinds:
             strange = np.ones(shape, bool)
-        elif discrete:
-            strange = (values < 0) | (values >= len(ACTIONS))
+        elif discrete:  # what is negative is a huge number without a sign
+            strange = values.astype(np.int64, copy=False).view(np.uint64) >= len(ACTIONS)
         else:
             strange = ~((values >= -1) & (values <= 1))
         if np.count_nonzero(strange):  # a fraction of what strange.any() takes
             wanted = "0 (forward), 1 (left) or 2 (right)" if discrete else "(linear, angular), numbers from -1 to 1"
             raise ConfigError(f"action: expected {wanted}, found {values[strange].flat[0]!r}")
-        return values.reshape(-1).astype(np.int64) if discrete else values.reshape(-1, 2).astype(np.float64)
+        return values.reshape(-1).astype(np.int64, copy=False) if discrete else values.reshape(-1, 2).astype(np.float64)
 
     def observe(self, episode: Episode, measures: Measures) -> Observation:
         """Return the observations of a pool of episodes; ``MAPS`` are views."""
@@ -148,7 +148,7 @@ class Interface:
         return self.worlds[int(rng.integers(len(self.worlds)))]
 
     def begin(self, world: World, rules: Rules, scratch: Scratch, rng: np.random.Generator) -> State:
-        """Return the start of an episode."""
+        """Return the start of an episode; its first look round is the next step's to take (``rules.look_round``)."""
         return begin(world, self.config, rules, scratch, rng, complete=self.complete)
 
 
@@ -167,13 +167,12 @@ def interface_of(
 
 def new_facts(number: int) -> Facts:
     """Return the facts of so many episodes that have not begun."""
-    nowhere = np.full((number, 2), np.nan)
-    return Facts(nowhere.copy(), np.ones(number, np.int64), nowhere, np.zeros(number))
+    return Facts(np.full((number, 6), np.nan), np.ones(number), np.full((number, 2), np.nan), np.zeros(number))
 
 
 def set_facts(facts: Facts, i: int, state: State, world: World) -> None:
     """Set the facts of episode ``i``, which begins."""
-    facts.corner_m[i] = world.corner_m
+    facts.corner_m[i] = (*world.corner_m, 0.0) * 2
     facts.countable[i] = max(state.countable_cells, 1)
     facts.goal_m[i] = state.goal_m or (math.nan, math.nan)
     facts.best_way_m[i] = state.best_way_m

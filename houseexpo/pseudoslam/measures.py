@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.step import COVERED, KNOWN, START_X, STEPS, Episode
+from houseexpo.pseudoslam.kernels.step import BLOCKED, COVERED, KNOWN, START_X, STEPS, Episode
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -20,8 +21,8 @@ class Facts(NamedTuple):
     """What does not change in an episode; arrays of N."""
 
     corner_m: Floats
-    """(N, 2) the plan's (x, y) of the upper left corner of the first cell."""
-    countable: Ints
+    """(N, 6) the plan's (x, y) of the upper left corner of the first cell, and 0: twice, as ``pose`` holds poses."""
+    countable: Floats
     """Cells that coverage counts; 1 where there are none."""
     goal_m: Floats
     """(N, 2), not a number where there is none."""
@@ -29,8 +30,9 @@ class Facts(NamedTuple):
     """The way from the start to the goal."""
 
 
-class Measures(NamedTuple):
-    """What an episode has come to; arrays of N."""
+@dataclass(frozen=True, eq=False)
+class Measures:
+    """What an episode has come to; arrays of N. What is asked for again is computed once."""
 
     facts: Facts
     counts: Ints
@@ -51,40 +53,56 @@ class Measures(NamedTuple):
         """Side of a cell."""
         return 1.0 / self.config.pixels_per_metre
 
+    @property
     def pose(self) -> Floats:
-        """Return (N, 3): x, y in the plan's metres, heading in radians."""
-        return self._in_metres(self.pose_px[:, :3])
+        """(N, 3): x, y in the plan's metres, heading in radians."""
+        return self._poses[:, :3]
 
+    @property
     def believed_pose(self) -> Floats:
-        """Return (N, 3): where odometry has the robot, as ``pose`` does."""
-        return self._in_metres(self.pose_px[:, 3:])
+        """(N, 3): where odometry has the robot, as ``pose`` does."""
+        return self._poses[:, 3:]
 
-    def _in_metres(self, pose_px: Floats) -> Floats:
-        found: Floats = pose_px * _scale(self.config.pixels_per_metre)
-        found[:, :2] += self.facts.corner_m
+    @cached_property
+    def _poses(self) -> Floats:
+        """(N, 6): both."""
+        found: Floats = self.pose_px * _scale(self.config.pixels_per_metre, len(self.pose_px))
+        found += self.facts.corner_m
         return found
 
     def since_start(self) -> Floats:
         """Return (N, 3) the believed pose: x, y in metres from where the episode started, heading in radians."""
-        scale = _scale(self.config.pixels_per_metre)
+        scale = _scale(self.config.pixels_per_metre, 1)[0, 3:]
         found: Floats = self.pose_px[:, 3:] * scale
         found[:, :2] -= self.readings[:, START_X:] * scale[:2]
         return found
 
     def goal_ahead(self) -> Floats:
         """Return (N, 2) the goal as the robot sees it from where it believes to be: metres ahead and to the left."""
-        x, y, heading = self.believed_pose().T
+        x, y, heading = self.believed_pose.T
         right, up = self.facts.goal_m[:, 0] - x, self.facts.goal_m[:, 1] - y
         cos, sin = np.cos(heading), np.sin(heading)
         return np.stack([right * cos + up * sin, up * cos - right * sin], axis=1)
 
+    @cached_property
     def explored_m2(self) -> Floats:
-        """Return the area that is known."""
-        return np.multiply(self.counts[:, KNOWN], self.cell_m**2, dtype=np.float64)
+        """The area that is known."""
+        found: Floats = self.counts[:, KNOWN].astype(np.float64)
+        found *= self.cell_m**2
+        return found
 
+    @cached_property
     def coverage(self) -> Floats:
-        """Return the share of what can be seen that is known, 0 to 1."""
-        return np.divide(self.counts[:, COVERED], self.facts.countable)
+        """The share of what can be seen that is known, 0 to 1."""
+        found: Floats = self.counts[:, COVERED].astype(np.float64)
+        found /= self.facts.countable
+        return found
+
+    @property
+    def collided(self) -> Bools:
+        """Where something was in the way of the last step."""
+        found: Bools = self.counts[:, BLOCKED] != 0
+        return found
 
     def truncated(self) -> Bools:
         """Return where time is up."""
@@ -92,7 +110,7 @@ class Measures(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def _scale(pixels_per_metre: float) -> Floats:
-    """Return (3,) what a pose in pixels, y down, is multiplied by."""
+def _scale(pixels_per_metre: float, number: int) -> Floats:
+    """Return (number, 6) what poses in pixels, y down, are multiplied by: as many rows as there are, for speed."""
     cell_m = 1.0 / pixels_per_metre
-    return np.array([cell_m, -cell_m, 1.0])
+    return np.tile(np.array([cell_m, -cell_m, 1.0]), (number, 2))

@@ -27,6 +27,7 @@ from houseexpo.pseudoslam.world import scan_buffers
 Kernel: TypeAlias = Callable[..., None]
 
 _ONE = np.ones(1, np.uint8)
+_STILL = np.zeros((1, 2))
 _NO_COPIES = (np.empty((0, 0, 0), np.uint8),) * COPIES
 BETWEEN_M, BETWEEN_DEG = 0.3, 10.0
 """A robot looks at least so often on its way (section III-B: a map is built at each sub-pose)."""
@@ -90,3 +91,8 @@ def step_one(state: State, motion: npt.NDArray[np.float64], rules: Rules, scratc
     sizes, crew = state.place
     kernel = kernel_of(state.episode, rules)
     kernel(state.pool, sizes, motion, _ONE, rules, _NO_COPIES, scratch, crew, 0, 0)
+
+
+def look_round(state: State, rules: Rules, scratch: Scratch) -> None:
+    """Take the first look of an episode that has just begun: a step in place, which is not counted."""
+    step_one(state, _STILL, rules, scratch)

@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.config import FURTHEST_M, SimulatorConfig
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.step import COVERED, KNOWN, Rules
 from houseexpo.pseudoslam.kernels.types import Scratch
-from houseexpo.pseudoslam.rules import rules_of, scratch_of, step_one
+from houseexpo.pseudoslam.rules import look_round, rules_of, scratch_of, step_one
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.world import World
 from houseexpo.pseudoslam.worlds import world_for
@@ -77,7 +77,9 @@ class Simulator:
             Where ``start``, ``goal``, ``obstacles``, ``people`` or ``trajectories`` ask for what this house cannot
             give.
         """
-        return begin(self.world, self.config, self.rules, self._scratch, rng)
+        state = begin(self.world, self.config, self.rules, self._scratch, rng)
+        look_round(state, self.rules, self._scratch)
+        return state
 
     def step(self, state: State, action: Action) -> None:
         """Change a state by one action; ConfigError where there is no such action."""

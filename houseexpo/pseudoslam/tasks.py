@@ -17,7 +17,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.plan import FloorPlan
 from houseexpo.pseudoslam.checks import number
 from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.kernels.step import BLOCKED, CLEARANCE, COLLISIONS, KNOWN, TO_GOAL, WAY
+from houseexpo.pseudoslam.kernels.step import CLEARANCE, COLLISIONS, KNOWN, TO_GOAL, WAY
 from houseexpo.pseudoslam.measures import Bools, Floats, Measures
 from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
 
@@ -47,11 +47,11 @@ class Task(ABC):
     def report(self, after: Measures) -> dict[str, npt.NDArray[Any]]:
         """Return what ``info`` says, a value for each episode."""
         return {
-            "explored_m2": after.explored_m2(),
-            "coverage": after.coverage(),
+            "explored_m2": after.explored_m2,
+            "coverage": after.coverage,
             "collisions": after.counts[:, COLLISIONS].copy(),
-            "collided": after.counts[:, BLOCKED] != 0,
-            "pose": after.pose(),
+            "collided": after.collided,
+            "pose": after.pose,
             "is_success": self.success(after),
         }
 
@@ -74,14 +74,14 @@ class Exploration(Task):
 
     def rewards(self, before: Measures, after: Measures, ahead: Bools) -> Floats:  # noqa: ARG002
         """Return the newly known area."""
-        new = after.counts[:, KNOWN] - before.counts[:, KNOWN]
-        area: Floats = np.asarray(new * after.cell_m**2, np.float64)
+        area: Floats = (after.counts[:, KNOWN] - before.counts[:, KNOWN]).astype(np.float64)
+        area *= after.cell_m**2
         return area
 
     def success(self, after: Measures) -> Bools:
         """Return where enough is known."""
         least = math.inf if self.success_coverage is None else self.success_coverage
-        return after.coverage() >= least
+        return after.coverage >= least
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class ObstacleAvoidance(Task):
 
     def rewards(self, before: Measures, after: Measures, ahead: Bools) -> Floats:  # noqa: ARG002
         """Return the paper's reward."""
-        return np.where(after.counts[:, BLOCKED] != 0, -1.0, 0.9 * self._safety(after) + 0.1 * ahead)
+        return np.where(after.collided, -1.0, 0.9 * self._safety(after) + 0.1 * ahead)
 
     def _safety(self, after: Measures) -> Floats:
         return np.minimum(after.readings[:, CLEARANCE] * after.cell_m / self.safe_m, 1.0)
@@ -122,8 +122,7 @@ class ObstacleAvoidance(Task):
 
     def terminated(self, after: Measures) -> Bools:
         """Return where the robot has just collided, if that is to end the episode."""
-        collided: Bools = after.counts[:, BLOCKED] != 0
-        return collided if self.terminate_on_collision else np.zeros_like(collided)
+        return after.collided if self.terminate_on_collision else np.zeros(len(after.counts), bool)
 
     def report(self, after: Measures) -> dict[str, npt.NDArray[Any]]:
         """Add the clearance."""
@@ -156,7 +155,7 @@ class Navigation(Task):
 
     def success(self, after: Measures) -> Bools:
         """Return where the robot is at the goal."""
-        x, y = (after.facts.goal_m - after.pose()[:, :2]).T
+        x, y = (after.facts.goal_m - after.pose[:, :2]).T
         there: Bools = np.hypot(x, y) <= (after.config.goal or GoalConfig()).radius_m
         return there
 

@@ -94,6 +94,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self._begun = np.zeros(num_envs, bool)
         self._everywhere = np.ones(num_envs, bool)
         self._facts = new_facts(num_envs)
+        self._after: Measures
 
     def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Start episodes in all environments, or in those of ``options["reset_mask"]``."""
@@ -104,40 +105,40 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         for i in np.flatnonzero(which).tolist():
             if seeds[i] is not None or self._rngs[i] is None:
                 self._rngs[i] = seeding.np_random(seeds[i])[0]
-            self._start(i, plan_id)
-        after = self._measures()
-        return self._observations(after), self._infos(after, which)
+            self._begin(i, plan_id)
+        self._look_round(which)
+        self._begun |= which
+        return self._observations(self._after), self._infos(self._after, which)
 
     def step(self, actions: npt.NDArray[Any]) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
         """Take one action in each environment; actions (N,) or (N, 2)."""
-        waiting = self._ended | ~self._begun if self._mode == AutoresetMode.DISABLED else ~self._begun
-        if np.count_nonzero(waiting):
-            which = np.flatnonzero(waiting).tolist()
+        ready = self._begun & ~self._ended if self._mode == AutoresetMode.DISABLED else self._begun
+        if np.count_nonzero(ready) < self.num_envs:
+            which = np.flatnonzero(~ready).tolist()
             raise gymnasium.error.ResetNeeded(f"environments {which}: call reset() before the next step")
         motions, ahead = self._face.motions(actions, self.num_envs)
-        goes_on = ~self._ended
         starting = self._ended.nonzero()[0].tolist()  # only in NEXT_STEP is anything left to start here
-        before = self._measures()
-        views = self._batch.step(motions, goes_on.view(np.uint8), copy=self._copy)
         for i in starting:
-            self._start(i, None)
-        after = self._measures()
+            self._begin(i, None)
+            motions[i] = 0.0
+        before = self._after
+        views = self._batch.step(motions, self._everywhere.view(np.uint8), copy=self._copy)
+        after = self._after = self._measures()
         rewards = self.task.rewards(before, after, ahead)
         terminated, truncated = self.task.terminated(after), after.truncated()
         if starting:
-            rewards = np.where(goes_on, rewards, 0.0)
-            terminated, truncated = terminated & goes_on, truncated & goes_on
+            rewards[starting], terminated[starting], truncated[starting] = 0.0, False, False
         self._ended = terminated | truncated
         final: dict[str, Any] = {}
-        if self._mode == AutoresetMode.SAME_STEP and self._ended.any():
-            final, starting = self._finals(after), self._ended.nonzero()[0].tolist()
-            for i in starting:
-                self._start(i, None)
-            after = self._measures()
-        infos = self._infos(after, self._everywhere) | final
-        if views is not None and starting:
-            views[starting] = self._batch.arrays.shown[starting]
-        return self._observations(after, views), rewards, terminated, truncated, infos
+        if self._mode == AutoresetMode.SAME_STEP and np.count_nonzero(self._ended):
+            final, ended = self._finals(after), self._ended
+            for i in ended.nonzero()[0].tolist():
+                self._begin(i, None)
+            self._look_round(ended)
+            if views is not None:
+                views[ended] = self._batch.arrays.shown[ended]
+        infos = self._infos(self._after, self._everywhere) | final
+        return self._observations(self._after, views), rewards, terminated, truncated, infos
 
     def state(self, i: int) -> State:
         """Return environment ``i``'s episode: its arrays are views, which the next step changes."""
@@ -157,7 +158,8 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         """End the threads."""
         self._batch.close()
 
-    def _start(self, i: int, plan_id: str | None) -> None:
+    def _begin(self, i: int, plan_id: str | None) -> None:
+        """Put the start of an episode in place ``i``; it has not looked round yet."""
         rng = self._rngs[i]
         if rng is None:
             raise gymnasium.error.ResetNeeded(f"environment {i}: call reset() before anything else")
@@ -168,7 +170,12 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self._plan_ids[i] = world.plan_id
         if self.render_mode is not None:  # a simulator keeps its world's rasters
             self._simulators[i] = Simulator(world, self.config, self._rules, self._scratch)
-        self._ended[i], self._begun[i] = False, True
+
+    def _look_round(self, which: Bools) -> None:
+        """Take the first looks of the episodes that have just begun, together."""
+        self._batch.step(np.zeros((self.num_envs, 2)), which.view(np.uint8))
+        self._after = self._measures()
+        self._ended = self._ended & ~which
 
     def _measures(self) -> Measures:
         return Measures.of(self._facts, self._batch.arrays, self.config)
@@ -186,7 +193,9 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
 
     def _infos(self, after: Measures, which: Bools) -> dict[str, Any]:
         infos: dict[str, Any] = {**self.task.report(after), "plan_id": self._plan_ids.copy()}
-        return infos | {f"_{key}": which.copy() for key in infos}
+        masks = np.empty((len(infos), self.num_envs), bool)
+        masks[:] = which
+        return infos | {f"_{key}": mask for key, mask in zip(infos, masks, strict=True)}
 
     def _finals(self, after: Measures) -> dict[str, Any]:
         found = self._face.observe(self._batch.arrays, after)
