@@ -15,6 +15,7 @@ from numba import njit
 
 from houseexpo.pseudoslam.kernels.mapping import UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Grid, Kinds
+from houseexpo.pseudoslam.kernels.words import eight
 
 _BITS = 16  # for parts of a cell, in a signed word of 32 for places within a view of up to 20,000 cells
 _TILE, _CELLS = 8, 64  # a tile's side and its cells
@@ -54,7 +55,6 @@ def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
     tiles = (side + _TILE - 1) // _TILE
     to, from_x, from_y = np.empty((3, tiles), np.int32)  # of the tiles of a row that are not all the same
     cells, found = np.empty(tiles * _CELLS, np.int32), np.empty(tiles * _CELLS, np.uint8)
-    lines = found.view(np.uint64)
     for tile_row in range(tiles):
         i = min(tile_row * _TILE, side - _TILE)
         mixed = 0
@@ -79,7 +79,7 @@ def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
             found[np.uint64(k)] = window[np.uint32(cells[np.uint64(k)])]
         for t in range(mixed):
             for a in range(_TILE):
-                line, first = lines[np.uint64(t * _TILE + a)], np.uint64(to[t] + a * side)
+                line, first = np.uint64(eight(found, t * _CELLS + a * _TILE)), np.uint64(to[t] + a * side)
                 for b in range(_TILE):  # one store, for the compiler sees that it is the line
                     view[first + np.uint64(b)] = np.uint8(line >> np.uint64(8 * b))
 

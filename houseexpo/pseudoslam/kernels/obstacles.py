@@ -48,7 +48,7 @@ def set_down(
     return FITS
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _is_clear(solid: Grid, spans: Cells, count: int, gap: Cells) -> bool:
     """Whether no cell of the obstacle, nor of the gap round it, is solid."""
     rows, cols = solid.shape
@@ -63,7 +63,7 @@ def _is_clear(solid: Grid, spans: Cells, count: int, gap: Cells) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _take(stand: Grid, spans: Cells, count: int, robot: Cells, gone: Cells) -> int:
     """Clear the cells where the robot would touch the obstacle; list them, and return how many there were."""
     rows, cols = stand.shape
@@ -81,7 +81,7 @@ def _take(stand: Grid, spans: Cells, count: int, robot: Cells, gone: Cells) -> i
     return n_gone
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _pieces_beside(flat: Grid, cols: int, gone: Cells, n_taken: int, found: Cells, queue: Cells) -> int:
     """List a cell of each piece of the open cells round the taken ones (8-connected to them); return how many.
 
@@ -114,7 +114,7 @@ def _pieces_beside(flat: Grid, cols: int, gone: Cells, n_taken: int, found: Cell
     return n_found
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _give_up_pockets(
     flat: Grid, cols: int, gone: Cells, n_gone: int, found: Cells, n_found: int, least: int, queue: Cells
 ) -> tuple[int, int]:
@@ -146,7 +146,7 @@ def _give_up_pockets(
     return n_gone, n_kept
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _are_one(flat: Grid, cols: int, found: Cells, n_found: int, queue: Cells) -> bool:
     """Whether there is a way between all the cells listed; a way round is mostly short, and the search ends there."""
     for i in range(n_found):

@@ -106,7 +106,8 @@ def mark_visible(
                 x, y = seen % cols + 0.5, seen // cols + 0.5
                 n_runs, _ = sector_scan(solid, x, y, 0.0, math.pi, range_px, runs, hit, slopes)
                 for i in range(n_runs):
-                    flat[runs[i, 0] : runs[i, 1] + 1] = 1
+                    for cell in range(runs[i, 0], runs[i, 1] + 1):
+                        flat[cell] = 1
 
 
 @njit(inline="always")
