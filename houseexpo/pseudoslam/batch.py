@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from operator import gt
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,7 @@ class Batch:
         self.sizes = np.zeros((number, 2), np.int64)
         self._number, self._rules = number, rules
         self._leaves: list[Array] = []
+        self._room: list[int] = []
         self._rest: dict[int, tuple[Any, ...]] = {}
         self._motions, self._wanted = np.zeros((number, 2)), np.zeros(number, np.uint8)
         self._crew = Crew(number, [scratch_of(config) for _ in range(threads)])
@@ -41,12 +43,13 @@ class Batch:
 
     def put(self, i: int, state: State) -> None:
         """Copy an episode into place ``i``; the state that was there is no longer valid."""
-        parts = [leaf.ravel() if k < RASTERS else leaf for k, leaf in enumerate(leaves(state.episode))]
+        parts = list(leaves(state.episode))
+        parts[:RASTERS] = [raster.ravel() for raster in parts[:RASTERS]]
         if not self._leaves:
             self._leaves = [np.zeros((self._number, *leaf.shape), leaf.dtype) for leaf in parts]
             self._views = Views(self._leaves[SHOWN].shape)
             self._lay_out(state)
-        if any(len(leaf) > old.shape[1] for leaf, old in zip(parts, self._leaves, strict=True)):
+        if any(map(gt, map(len, parts), self._room)):
             self._leaves = [_wider(old, len(leaf)) for leaf, old in zip(parts, self._leaves, strict=True)]
             self._lay_out(state)
         for leaf, pool in zip(parts, self._leaves, strict=True):
@@ -75,6 +78,7 @@ class Batch:
 
     def _lay_out(self, state: State) -> None:
         """Make the pools those of the steps to come."""
+        self._room = [pool.shape[1] for pool in self._leaves]
         self.arrays = like(state.episode, self._leaves)
         kernel = kernel_of(state.episode, self._rules)
         self._crew.take_on(
