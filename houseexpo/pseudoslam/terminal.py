@@ -21,6 +21,7 @@ from houseexpo.pseudoslam.painting import Image
 _ENTER, _LEAVE = "\x1b[?1049h\x1b[?25l\x1b[2J", "\x1b[0m\x1b[?25h\x1b[?1049l"  # the other screen, without a cursor
 _KEY = re.compile(r"\x1b[\[O]([ABCD])|\x1b.?|(.)", re.DOTALL)
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
+_ENDINGS = signal.SIGTERM, signal.SIGHUP, signal.SIGINT
 _WORDS = 2  # lines below the picture
 _LEVELS = (0, 95, 135, 175, 215, 255)
 _TABLE = np.concatenate(
@@ -48,6 +49,7 @@ class Terminal:
         self._many = os.environ.get("COLORTERM") in {"truecolor", "24bit"}
         self._before: list[Any] = []
         self._handlers: dict[signal.Signals, Any] = {}
+        self._ending: BaseException | None = None
 
     def __enter__(self) -> Terminal:
         """Switch to a screen of its own, and to keys as they are pressed."""
@@ -56,7 +58,7 @@ class Terminal:
         ours = termios.tcgetattr(self._in)
         ours[3] &= ~(termios.ICANON | termios.ECHO)
         ours[6][termios.VSUSP] = b"\0"  # no going to the background with the terminal in this state
-        self._handlers = {ending: signal.signal(ending, _end) for ending in (signal.SIGTERM, signal.SIGHUP)}
+        self._handlers = {ending: signal.signal(ending, self._end) for ending in _ENDINGS}
         termios.tcsetattr(self._in, termios.TCSADRAIN, ours)
         self._write(_ENTER)
         return self
@@ -88,6 +90,8 @@ class Terminal:
 
     def keys(self, wait_s: float) -> list[str]:
         """Return the keys pressed, "up" or "q", waiting so long for one; "q", too, where the terminal is gone."""
+        if self._ending is not None:
+            raise self._ending
         if not select.select([self._in], [], [], wait_s)[0]:
             return []
         typed = os.read(self._in, 4096)
@@ -95,6 +99,11 @@ class Terminal:
             return ["q"]
         found = (_ARROWS.get(arrow, other) for arrow, other in _KEY.findall(typed.decode(errors="ignore")))
         return [key for key in found if key]
+
+    def _end(self, number: int, _: FrameType | None) -> None:
+        """End the block; raised in the middle of a finaliser this is lost, and ``keys`` raises it again."""
+        self._ending = KeyboardInterrupt() if number == signal.SIGINT else SystemExit(128 + number)
+        raise self._ending
 
     def _write(self, words: str) -> None:
         sys.stdout.write(words)
@@ -126,7 +135,3 @@ def half_blocks(image: Image, *, many: bool) -> list[str]:
 def _nearest(colours: npt.NDArray[np.uint8]) -> list[int]:
     away = ((colours[:, None].astype(int) - _TABLE) ** 2).sum(axis=2)
     return [16 + int(number) for number in away.argmin(axis=1)]
-
-
-def _end(number: int, _: FrameType | None) -> None:
-    raise SystemExit(128 + number)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import fcntl
+import io
 import os
 import pty
 import select
@@ -29,7 +30,7 @@ from houseexpo.pseudoslam.drive import Drive, drive
 from houseexpo.pseudoslam.env import ExplorationEnv
 from houseexpo.pseudoslam.painting import Image as Picture
 from houseexpo.pseudoslam.tasks import ROOM
-from houseexpo.pseudoslam.terminal import half_blocks
+from houseexpo.pseudoslam.terminal import Terminal, half_blocks
 
 CONFIG = SimulatorConfig(pixels_per_metre=20.0, start=StartConfig(random=False, x_m=1.0, y_m=1.0), max_steps=30)
 PATIENCE_S = 60.0  # the first one compiles
@@ -118,6 +119,24 @@ def test_the_terminal_is_given_back_whatever_happens(ending: signal.Signals) -> 
         person.wait_for(b"step 0:")
         person.program.send_signal(ending)
         assert person.leaves() == (0 if ending == signal.SIGINT else 128 + ending)
+
+
+def test_a_signal_that_a_finaliser_swallows_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Swallows:
+        def __del__(self) -> None:
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(1.0)
+
+    ours, theirs = pty.openpty()
+    with os.fdopen(theirs, "r+b", buffering=0) as raw, io.TextIOWrapper(raw, write_through=True) as stream:
+        monkeypatch.setattr(sys, "stdin", stream)
+        monkeypatch.setattr(sys, "stdout", stream)
+        monkeypatch.setattr(sys, "unraisablehook", lambda _: None)
+        with Terminal() as terminal:
+            Swallows()
+            with pytest.raises(KeyboardInterrupt):
+                terminal.keys(0.0)
+    os.close(ours)
 
 
 def test_without_a_terminal_it_says_so() -> None:
