@@ -102,6 +102,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         rest = dict(options or {})
         which = self._mask(rest.pop("reset_mask", None))
         plan_id = plan_of(rest)
+        self._begun &= ~which  # where a start fails, none of them is half begun
         for i in np.flatnonzero(which).tolist():
             if seeds[i] is not None or self._rngs[i] is None:
                 self._rngs[i] = seeding.np_random(seeds[i])[0]

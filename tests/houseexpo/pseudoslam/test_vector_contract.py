@@ -291,3 +291,15 @@ def test_nothing_steps_before_it_is_reset() -> None:
     assert truncated.all()
     with pytest.raises(gymnasium.error.ResetNeeded, match=r"environments \[0, 1\]"):
         env.step(np.zeros(2, np.int64))
+
+
+def test_a_reset_that_fails_leaves_nothing_half_begun() -> None:
+    env = explorers(3)
+    env.reset(seed=0)
+    with pytest.raises(ConfigError, match="plan_id"):
+        env.reset(options={"plan_id": "nowhere"})
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"environments \[0, 1, 2\]"):
+        env.step(np.zeros(3, np.int64))
+    env.reset(seed=0)
+    env.step(np.zeros(3, np.int64))
+    env.close()
