@@ -39,10 +39,17 @@ class Batch:
         self._motions, self._wanted = np.zeros((number, 2)), np.zeros(number, np.uint8)
         self._crew = Crew(number, [scratch_of(config) for _ in range(threads)])
         self._views: Views
+        self._drawn = -1
+        self._pools: tuple[Episode, ...] = ()
+        """The pool with each array that takes views, and last with its own: they differ in nothing else."""
         self.arrays: Episode
+        """The pool with the array that the views were drawn into last."""
 
     def put(self, i: int, state: State) -> None:
-        """Copy an episode into place ``i``; the state that was there is no longer valid."""
+        """Copy an episode into place ``i``; the state that was there is no longer valid.
+
+        What it is shown is to be drawn yet: the array of the last views may be the caller's.
+        """
         parts = list(leaves(state.episode))
         parts[:RASTERS] = [raster.ravel() for raster in parts[:RASTERS]]
         if not self._leaves:
@@ -63,27 +70,28 @@ class Batch:
         rows, cols = self.sizes[i].tolist()
         return State(one_of(self.arrays, i, (rows, cols)), *self._rest[i])
 
-    def step(
-        self, motions: npt.NDArray[np.float64], wanted: npt.NDArray[np.uint8], *, copy: bool = False
-    ) -> Array | None:
-        """Move the robots that are ``wanted`` (N,) by ``motions`` (N, 2), turn and way forward, radians and pixels.
+    def step(self, motions: npt.NDArray[np.float64], wanted: npt.NDArray[Any], *, fresh: bool = False) -> Array | None:
+        """Do what is ``wanted`` (N,), see ``kernels.step``: ``motions`` (N, 2) are turn and way, radians and pixels.
 
-        With ``copy``, return a copy of the views (N, side, side), of those that were wanted; None where the caller
-        holds so many that there is no array to use again.
+        With ``fresh``, views (N, side, side) are drawn into an array that nobody holds, which is returned: those left
+        are not in it. None where the caller holds so many that there is none. Otherwise they are drawn where they were
+        the last time.
         """
         self._motions[:], self._wanted[:] = motions, wanted
-        free = self._views.free() if copy else -1
-        self._crew.step(free)
-        return self._views.lent[free] if free >= 0 else None
+        if fresh:
+            self._drawn = self._views.free()
+            self.arrays = self._pools[self._drawn]
+        self._crew.step(self._drawn)
+        return self._views.lent[self._drawn] if fresh and self._drawn >= 0 else None
 
     def _lay_out(self, state: State) -> None:
         """Make the pools those of the steps to come."""
         self._room = [pool.shape[1] for pool in self._leaves]
-        self.arrays = like(state.episode, self._leaves)
+        own = like(state.episode, self._leaves)
+        self._pools = (*(own._replace(shown=views) for views in self._views.written), own)
+        self.arrays = self._pools[self._drawn]
         kernel = kernel_of(state.episode, self._rules)
-        self._crew.take_on(
-            kernel, self.arrays, self.sizes, self._motions, self._wanted, self._rules, self._views.written
-        )
+        self._crew.take_on(kernel, own, self.sizes, self._motions, self._wanted, self._rules, self._views.written)
 
     def close(self) -> None:
         """End the threads."""

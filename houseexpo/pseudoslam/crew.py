@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.kernels.crew import COPY, EPOCH, FAILED, INSIDE, new_crew
+from houseexpo.pseudoslam.kernels.crew import EPOCH, FAILED, INSIDE, VIEWS, new_crew
 from houseexpo.pseudoslam.kernels.types import Scratch
 
 
@@ -63,10 +63,10 @@ class Crew:
         compiled = _compiled(kernel, (*arguments, shared.scratch[0], shared.words, epoch, 0))
         shared.work, shared.words[EPOCH] = (compiled, arguments, epoch), epoch
 
-    def step(self, copy: int = -1) -> None:
-        """Do one step of all environments; ``copy`` is the number of the array that takes copies, -1 for none."""
+    def step(self, views: int = -1) -> None:
+        """Do one step of all environments; ``views`` says which array takes their views, -1: the pool's own."""
         shared = self._shared
-        shared.words[COPY] = copy
+        shared.words[VIEWS] = views
         for thread, wake in enumerate(shared.wakes, start=1):
             if not shared.words[INSIDE + thread]:
                 wake.set()

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.among import transitions_among
 from houseexpo.pseudoslam.kernels.step import (
-    COPIES,
+    ARRAYS,
+    MOVED,
     Episode,
     Rules,
     transitions,
@@ -26,9 +27,9 @@ from houseexpo.pseudoslam.world import scan_buffers
 
 Kernel: TypeAlias = Callable[..., None]
 
-_ONE = np.ones(1, np.uint8)
+_ONE = np.array([MOVED], np.uint8)
 _STILL = np.zeros((1, 2))
-_NO_COPIES = (np.empty((0, 0, 0), np.uint8),) * COPIES
+_NO_VIEWS = (np.empty((0, 0, 0), np.uint8),) * ARRAYS
 BETWEEN_M, BETWEEN_DEG = 0.3, 10.0
 """A robot looks at least so often on its way (section III-B: a map is built at each sub-pose)."""
 
@@ -90,7 +91,7 @@ def step_one(state: State, motion: npt.NDArray[np.float64], rules: Rules, scratc
     """Step one episode by a ``motion`` (1, 2), turn and way forward, radians and pixels."""
     sizes, crew = state.place
     kernel = kernel_of(state.episode, rules)
-    kernel(state.pool, sizes, motion, _ONE, rules, _NO_COPIES, scratch, crew, 0, 0)
+    kernel(state.pool, sizes, motion, _ONE, rules, _NO_VIEWS, scratch, crew, 0, 0)
 
 
 def look_round(state: State, rules: Rules, scratch: Scratch) -> None:

@@ -20,6 +20,7 @@ from houseexpo.pseudoslam.env import PseudoSlamEnv, plan_of
 from houseexpo.pseudoslam.fronts import ForExploration, ForNavigation, ForObstacleAvoidance
 from houseexpo.pseudoslam.interface import MAPS, Actions, Kind, Observation, interface_of, new_facts, set_facts
 from houseexpo.pseudoslam.kernels.crew import MOST
+from houseexpo.pseudoslam.kernels.step import DRAWN, LEFT, MOVED
 from houseexpo.pseudoslam.measures import Measures
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
@@ -92,7 +93,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self._simulators: dict[int, Simulator] = {}
         self._ended = np.ones(num_envs, bool)
         self._begun = np.zeros(num_envs, bool)
-        self._everywhere = np.ones(num_envs, bool)
+        self._everywhere, self._all = np.ones(num_envs, bool), np.full(num_envs, MOVED)
         self._facts = new_facts(num_envs)
         self._after: Measures
 
@@ -107,9 +108,9 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             if seeds[i] is not None or self._rngs[i] is None:
                 self._rngs[i] = seeding.np_random(seeds[i])[0]
             self._begin(i, plan_id)
-        self._look_round(which)
+        views = self._look_round(which, DRAWN)
         self._begun |= which
-        return self._observations(self._after), self._infos(self._after, which)
+        return self._observations(self._after, views), self._infos(self._after, which)
 
     def step(self, actions: npt.NDArray[Any]) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
         """Take one action in each environment; actions (N,) or (N, 2)."""
@@ -123,7 +124,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             self._begin(i, None)
             motions[i] = 0.0
         before = self._after
-        views = self._batch.step(motions, self._everywhere.view(np.uint8), copy=self._copy)
+        views = self._batch.step(motions, self._all, fresh=self._copy)
         after = self._after = self._measures()
         rewards = self.task.rewards(before, after, ahead)
         terminated, truncated = self.task.terminated(after), after.truncated()
@@ -135,9 +136,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             final, ended = self._finals(after), self._ended
             for i in ended.nonzero()[0].tolist():
                 self._begin(i, None)
-            self._look_round(ended)
-            if views is not None:
-                views[ended] = self._batch.arrays.shown[ended]
+            self._look_round(ended, LEFT)
         infos = self._infos(self._after, self._everywhere) | final
         return self._observations(self._after, views), rewards, terminated, truncated, infos
 
@@ -172,11 +171,13 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         if self.render_mode is not None:  # a simulator keeps its world's rasters
             self._simulators[i] = Simulator(world, self.config, self._rules, self._scratch)
 
-    def _look_round(self, which: Bools) -> None:
-        """Take the first looks of the episodes that have just begun, together."""
-        self._batch.step(np.zeros((self.num_envs, 2)), which.view(np.uint8))
+    def _look_round(self, which: Bools, others: int) -> npt.NDArray[np.uint8] | None:
+        """Take the first looks of the episodes that have just begun, together; the views are new if all are shown."""
+        wanted = np.where(which, MOVED, others)
+        views = self._batch.step(np.zeros((self.num_envs, 2)), wanted, fresh=self._copy and others == DRAWN)
         self._after = self._measures()
         self._ended = self._ended & ~which
+        return views
 
     def _measures(self) -> Measures:
         return Measures.of(self._facts, self._batch.arrays, self.config)

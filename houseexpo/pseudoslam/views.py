@@ -1,7 +1,7 @@
-"""Copies of a batch's views, whose memory is used again when nobody holds them any more.
+"""Views that are the caller's own, whose memory is used again when he holds them no more.
 
-The threads that draw the views copy each at once, while it is in their cache: one thread alone, afterwards, takes a
-tenth of a step to copy them all. Fresh memory would cost as much again: the system hands it out page by page, zeroed.
+They are drawn there at once: to copy them afterwards takes a tenth of a step. Fresh memory would cost as much again:
+the system hands it out page by page, zeroed.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.kernels.step import COPIES
+from houseexpo.pseudoslam.kernels.step import ARRAYS
 
 Array = npt.NDArray[Any]
 
@@ -22,10 +22,10 @@ class _Memory(np.ndarray):
 
 
 class Views:
-    """Arrays for copies of views, as many as the kernels take: one to write, and some that the caller may hold."""
+    """Arrays for views, as many as the kernels take: one to write, and some that the caller may hold."""
 
     def __init__(self, shape: tuple[int, ...]) -> None:
-        memory = [_Memory(shape, np.uint8) for _ in range(COPIES)]
+        memory = [_Memory(shape, np.uint8) for _ in range(ARRAYS)]
         self.written: tuple[Array, ...] = tuple(owner.view(np.ndarray) for owner in memory)
         """What the kernels write, which hold it while they run."""
         self.lent: tuple[Array, ...] = tuple(owner.view(np.ndarray) for owner in memory)

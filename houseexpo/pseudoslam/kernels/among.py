@@ -10,9 +10,9 @@ from houseexpo.pseudoslam.kernels.step import (
     KEY,
     PEOPLE,
     STEPS,
-    Copies,
     Episode,
     Rules,
+    Views,
     X,
     Y,
     key_of,
@@ -24,11 +24,11 @@ from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Scratch
 
 @njit(cache=True, nogil=True)
 def transitions_among(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, copies: Copies, scratch: Scratch,
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, views: Views, scratch: Scratch,
     crew: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
     """Do as ``step.transitions`` does, after all else has moved; in an episode that has just begun nothing has."""
-    steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, _advance, look, True)
+    steps(pool, sizes, motions, wanted, rules, views, scratch, crew, epoch, thread, _advance, look, True)
 
 
 @njit(inline="always")

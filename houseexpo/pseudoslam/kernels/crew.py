@@ -16,10 +16,10 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.atomic import add, get, pause, put, swap
 from houseexpo.pseudoslam.kernels.types import Counts
 
-OPEN, DONE, EPOCH, FAILED, NUMBER, COPY, INSIDE = 0, 8, 16, 17, 18, 19, 24
+OPEN, DONE, EPOCH, FAILED, NUMBER, VIEWS, INSIDE = 0, 8, 16, 17, 18, 19, 24
 """What ``crew`` holds: the step and what is taken of it; environments done; the epoch; whether somebody failed; how
-many environments there are; which array takes copies, -1 for none; and, from there on, whether a thread looks out or
-works. Words that many write lie apart.
+many environments there are; which array takes the views, -1 for the pool's own; and, from there on, whether a thread
+looks out or works. Words that many write lie apart.
 """
 MOST = (1 << 20) - 1
 """Environments that can be shared: bits of ``OPEN`` for those taken from either end; the rest count the steps."""
@@ -31,7 +31,7 @@ def new_crew(number: int, threads: int) -> Counts:
     """Return what threads share of a batch of so many environments; no step is open."""
     crew = np.zeros(INSIDE + threads, np.int64)
     crew[OPEN] = crew[NUMBER] = number
-    crew[COPY] = -1
+    crew[VIEWS] = -1
     return crew
 
 

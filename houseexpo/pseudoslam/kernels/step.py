@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.bodies import Bodies, Disc, Tracks, bodies_of, tracks_of, way_past_people
-from houseexpo.pseudoslam.kernels.crew import COPY, done, enter, leave, take
+from houseexpo.pseudoslam.kernels.crew import VIEWS, done, enter, leave, take
 from houseexpo.pseudoslam.kernels.crop import crop
 from houseexpo.pseudoslam.kernels.flow import Flow, flow_of
 from houseexpo.pseudoslam.kernels.goal import Field, field_at, field_of
@@ -36,13 +36,15 @@ obstacle; the key of the episode's noise."""
 WAY, CLEARANCE, TO_GOAL, START_X, START_Y = range(5)
 """What ``readings`` holds, pixels: the way gone, the room round the robot, the way that is left to the goal, and where
 the episode started."""
-COPIES = 3
-"""Arrays for copies of what robots are shown: the caller of a batch holds one or two, one is written."""
+LEFT, MOVED, DRAWN = range(3)
+"""What is ``wanted`` of an environment: nothing, a step, or to be shown again what it knows."""
+ARRAYS = 3
+"""Arrays for views beside the pool's: the caller of a batch holds one or two, one is written."""
 BEAMS, ODOMETRY, REGISTRATION, PEOPLE = range(1, 5)
 """Kinds of chance, each with a key of its own (``key_of``)."""
 
 
-Copies: TypeAlias = tuple[Grid, ...]
+Views: TypeAlias = tuple[Grid, ...]
 Move: TypeAlias = Callable[["Episode", "Rules"], None]
 """Moves what moves beside the robot."""
 Look: TypeAlias = Callable[["Episode", "Rules", Scratch], None]
@@ -91,7 +93,7 @@ class Rules(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def transitions(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, copies: Copies, scratch: Scratch,
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, views: Views, scratch: Scratch,
     crew: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
     """Turn, then go forward (backward where negative) until something is in the way; look; show what is known.
@@ -109,37 +111,38 @@ def transitions(
     motions
         (N, 2) turn and way forward, radians and pixels.
     wanted
-        (N,) 1 where an environment steps, 0 where it stays as it is.
-    copies
-        Arrays (N, side, side), of which ``crew`` names one, or none: what the robots are shown is copied there.
+        (N,) ``MOVED`` where an environment steps, ``DRAWN`` where it is only shown again, ``LEFT`` where neither.
+    views
+        Arrays (N, side, side), of which ``crew`` names one, or none: what robots are shown is drawn there, not in the
+        pool.
     crew, epoch, thread
         What threads share, see ``crew``. Thread 0 begins a step and returns when it is done; others take part in steps
         until none has come for a while. All have ``scratch`` of their own.
     """
-    steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, _alone, look_at_sector, False)
+    steps(pool, sizes, motions, wanted, rules, views, scratch, crew, epoch, thread, _alone, look_at_sector, False)
 
 
 @njit(cache=True, nogil=True)
 def transitions_by_rays(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, copies: Copies, scratch: Scratch,
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, views: Views, scratch: Scratch,
     crew: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
     """Do as ``transitions`` does, looking along rays."""
-    steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, _alone, look_along_rays, False)
+    steps(pool, sizes, motions, wanted, rules, views, scratch, crew, epoch, thread, _alone, look_along_rays, False)
 
 
 @njit(cache=True, nogil=True)
 def transitions_in_full(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, copies: Copies, scratch: Scratch,
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, views: Views, scratch: Scratch,
     crew: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
     """Do as ``transitions`` does, as the rules say: with errors, and ranges and an overview where there is room."""
-    steps(pool, sizes, motions, wanted, rules, copies, scratch, crew, epoch, thread, _alone, look, True)
+    steps(pool, sizes, motions, wanted, rules, views, scratch, crew, epoch, thread, _alone, look, True)
 
 
 @njit(inline="always")
 def steps(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, copies: Copies, scratch: Scratch,
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, views: Views, scratch: Scratch,
     crew: Counts, epoch: int, thread: int, move: Move, look: Look, full: bool,
 ) -> None:  # fmt: skip
     """Take environments and step them, after all else has moved there."""
@@ -148,11 +151,14 @@ def steps(
         i = take(crew, epoch, thread)
         if i < 0:
             break
-        if wanted[i] != 0:
+        if wanted[i] != LEFT:
             episode = episode_of(pool, sizes, i)
-            move(episode, rules)
-            step(episode, motions[i, 0], motions[i, 1], rules, scratch, look, full)
-            keep(pool, copies, crew[COPY], i)
+            if wanted[i] == MOVED:
+                move(episode, rules)
+                step(episode, motions[i, 0], motions[i, 1], rules, scratch, look, full)
+            pose, view = episode.pose, crew[VIEWS]
+            shown = views[view][i] if view >= 0 else episode.shown
+            crop(episode.known, pose[SEEN_X], pose[SEEN_Y], pose[SEEN_HEADING], shown)
         done(crew)
     leave(crew, thread)
 
@@ -163,17 +169,8 @@ def _alone(episode: Episode, rules: Rules) -> None:
 
 
 @njit(inline="always")
-def keep(pool: Episode, copies: Copies, copy: int, i: int) -> None:
-    """Copy what a robot is shown, while it is in the cache."""
-    if copy >= 0:
-        shown, kept = pool.shown[i].ravel(), copies[copy][i].ravel()
-        for k in range(len(shown)):
-            kept[np.uint64(k)] = shown[np.uint64(k)]
-
-
-@njit(inline="always")
 def step(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch, look: Look, full: bool) -> None:
-    """Do one episode's step; unless ``full``, a constant, there are no errors, no ranges and no overview."""
+    """Do one episode's step but for its view; unless ``full``, a constant, without errors, ranges and overview."""
     counts, readings = episode.counts, episode.readings
     counts[STEPS] += 1
     way = _go(episode, turn, forward, rules, scratch, look, full)
@@ -185,10 +182,7 @@ def step(episode: Episode, turn: float, forward: float, rules: Rules, scratch: S
 
 @njit(inline="always")
 def _read(episode: Episode, rules: Rules, spread_px: float, full: bool) -> None:
-    """Take the readings at the robot's place, and draw what it is shown, round where it believes to be.
-
-    Of the overview, what lies within ``spread_px`` of it is drawn anew.
-    """
+    """Take the readings at the robot's place; of the overview, draw anew what lies within ``spread_px``."""
     pose, readings, sensor = episode.pose, episode.readings, rules.sensor
     if rules.clearance_px > 0.0:
         readings[CLEARANCE] = clearance(
@@ -210,7 +204,6 @@ def _read(episode: Episode, rules: Rules, spread_px: float, full: bool) -> None:
             episode.known, readings[START_X], readings[START_Y], rules.overview_px, pose[SEEN_X], pose[SEEN_Y],
             spread_px, episode.overview,
         )  # fmt: skip
-    crop(episode.known, pose[SEEN_X], pose[SEEN_Y], pose[SEEN_HEADING], episode.shown)
 
 
 @njit(inline="always")

@@ -48,6 +48,20 @@ def test_copies_are_the_callers_for_as_long_as_he_holds_them() -> None:
         assert [tuple(part.tobytes() for part in one) for one in held] == kept
 
 
+def test_a_reset_of_some_shows_the_others_again_whatever_was_done_with_their_copies() -> None:
+    env = explorers(3, observation="dict")
+    env.reset(seed=0)
+    held = env.step(np.zeros(3, np.int64))[0]
+    seen = {key: part.copy() for key, part in held.items()}
+    for part in held.values():
+        part[:] = 9
+    parts, _ = env.reset(seed=5, options={"reset_mask": np.array([True, False, False])})
+    assert (parts["map"][0] != seen["map"][0]).any()
+    for key, part in parts.items():
+        np.testing.assert_array_equal(part[1:], seen[key][1:])
+        assert (held[key] == 9).all()
+
+
 def test_memory_that_nobody_holds_is_used_again() -> None:
     env = explorers(3)
     env.reset(seed=0)
