@@ -21,7 +21,7 @@ from houseexpo.pseudoslam.interface import (
     new_facts,
     set_facts,
 )
-from houseexpo.pseudoslam.measures import Measures
+from houseexpo.pseudoslam.measures import Bools, Measures
 from houseexpo.pseudoslam.rules import look_round, step_one
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
@@ -78,6 +78,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         self._simulator: Simulator | None = None
         self._state: State | None = None
         self._facts = new_facts(1)
+        self._after: Measures
         self._trail: list[npt.NDArray[np.float64]] = []
         self._window: Window | None = None
 
@@ -107,19 +108,21 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         set_facts(self._facts, 0, self._state, world)
         self._trail = []
         self._show()
-        after = self._measures()
-        return self._observation(after), self._info(after)
+        after = self._after = self._measures()
+        return self._observation(after), self._info(after, self.task.success(after))
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Take one action."""
-        state, before = self.state, self._measures()
+        state = self.state
         moves, ahead = self._face.motions(action)
+        before = self._after
         step_one(state, moves, self._rules, self._scratch)
-        after = self._measures()
-        reward = float(self.task.rewards(before, after, ahead)[0])
-        ends = bool(self.task.terminated(after)[0]), bool(after.truncated()[0])
+        after = self._after = self._measures()
+        success = self.task.success(after)
+        reward = float(self.task.rewards(before, after, ahead, success)[0])
+        ends = bool(self.task.terminated(after, success)[0]), bool(after.truncated()[0])
         self._show()
-        return self._observation(after), reward, *ends, self._info(after)
+        return self._observation(after), reward, *ends, self._info(after, success)
 
     def render(self) -> npt.NDArray[np.uint8] | None:
         """Return the map with the robot on it, (rows, cols, 3) uint8, row 0 at the highest y; or show it in a window.
@@ -165,8 +168,8 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         one: npt.NDArray[Any] = found[0].copy()
         return one
 
-    def _info(self, after: Measures) -> dict[str, Any]:
-        report = self.task.report(after)
+    def _info(self, after: Measures, success: Bools) -> dict[str, Any]:
+        report = self.task.report(after, success)
         info = {key: value[0] if value.ndim > 1 else value.item() for key, value in report.items()}
         return {**info, "plan_id": self.simulator.world.plan_id}
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -30,9 +29,8 @@ class Facts(NamedTuple):
     """The way from the start to the goal."""
 
 
-@dataclass(frozen=True, eq=False)
-class Measures:
-    """What an episode has come to; arrays of N. What is asked for again is computed once."""
+class Measures(NamedTuple):
+    """What episodes have come to; arrays of N."""
 
     facts: Facts
     counts: Ints
@@ -42,33 +40,43 @@ class Measures:
     pose_px: Floats
     """(N, 6), see ``kernels.step``."""
     config: SimulatorConfig
+    cell_m: float
+    """Side of a cell."""
+    explored_m2: Floats
+    """The area that is known."""
+    coverage: Floats
+    """The share of what can be seen that is known, 0 to 1."""
+    poses: Floats
+    """(N, 6): the pose and the believed one."""
 
     @classmethod
     def of(cls, facts: Facts, pool: Episode, config: SimulatorConfig) -> Measures:
         """Return what the episodes of a pool have come to; later steps do not change it, but for ``facts``."""
-        return cls(facts, pool.counts.copy(), pool.readings.copy(), pool.pose.copy(), config)
-
-    @property
-    def cell_m(self) -> float:
-        """Side of a cell."""
-        return 1.0 / self.config.pixels_per_metre
+        counts, pose_px, cell_m = pool.counts.copy(), pool.pose.copy(), 1.0 / config.pixels_per_metre
+        poses = pose_px * _scale(config.pixels_per_metre, len(pose_px))
+        poses += facts.corner_m
+        explored, coverage = np.multiply(counts[:, KNOWN], cell_m**2), np.divide(counts[:, COVERED], facts.countable)
+        return cls(facts, counts, pool.readings.copy(), pose_px, config, cell_m, explored, coverage, poses)
 
     @property
     def pose(self) -> Floats:
         """(N, 3): x, y in the plan's metres, heading in radians."""
-        return self._poses[:, :3]
+        return self.poses[:, :3]
 
     @property
     def believed_pose(self) -> Floats:
         """(N, 3): where odometry has the robot, as ``pose`` does."""
-        return self._poses[:, 3:]
+        return self.poses[:, 3:]
 
-    @cached_property
-    def _poses(self) -> Floats:
-        """(N, 6): both."""
-        found: Floats = self.pose_px * _scale(self.config.pixels_per_metre, len(self.pose_px))
-        found += self.facts.corner_m
+    @property
+    def collided(self) -> Bools:
+        """Where something was in the way of the last step."""
+        found: Bools = self.counts[:, BLOCKED] != 0
         return found
+
+    def truncated(self) -> Bools:
+        """Return where time is up."""
+        return self.counts[:, STEPS] >= self.config.max_steps
 
     def since_start(self) -> Floats:
         """Return (N, 3) the believed pose: x, y in metres from where the episode started, heading in radians."""
@@ -83,30 +91,6 @@ class Measures:
         right, up = self.facts.goal_m[:, 0] - x, self.facts.goal_m[:, 1] - y
         cos, sin = np.cos(heading), np.sin(heading)
         return np.stack([right * cos + up * sin, up * cos - right * sin], axis=1)
-
-    @cached_property
-    def explored_m2(self) -> Floats:
-        """The area that is known."""
-        found: Floats = self.counts[:, KNOWN].astype(np.float64)
-        found *= self.cell_m**2
-        return found
-
-    @cached_property
-    def coverage(self) -> Floats:
-        """The share of what can be seen that is known, 0 to 1."""
-        found: Floats = self.counts[:, COVERED].astype(np.float64)
-        found /= self.facts.countable
-        return found
-
-    @property
-    def collided(self) -> Bools:
-        """Where something was in the way of the last step."""
-        found: Bools = self.counts[:, BLOCKED] != 0
-        return found
-
-    def truncated(self) -> Bools:
-        """Return where time is up."""
-        return self.counts[:, STEPS] >= self.config.max_steps
 
 
 @lru_cache(maxsize=16)

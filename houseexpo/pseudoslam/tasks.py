@@ -33,18 +33,18 @@ class Task(ABC):
         return config or self.default
 
     @abstractmethod
-    def rewards(self, before: Measures, after: Measures, ahead: Bools) -> Floats:
+    def rewards(self, before: Measures, after: Measures, ahead: Bools, success: Bools) -> Floats:
         """Return the rewards of a step; ``ahead`` says where the action was to go forward."""
 
     @abstractmethod
     def success(self, after: Measures) -> Bools:
         """Return where the task is fulfilled."""
 
-    def terminated(self, after: Measures) -> Bools:
-        """Return where the episode ends for the task's sake."""
-        return self.success(after)
+    def terminated(self, after: Measures, success: Bools) -> Bools:  # noqa: ARG002  # other tasks use it
+        """Return where the episode ends for the task's sake, an array of its own."""
+        return success.copy()
 
-    def report(self, after: Measures) -> dict[str, npt.NDArray[Any]]:
+    def report(self, after: Measures, success: Bools) -> dict[str, npt.NDArray[Any]]:
         """Return what ``info`` says, a value for each episode."""
         return {
             "explored_m2": after.explored_m2,
@@ -52,7 +52,7 @@ class Task(ABC):
             "collisions": after.counts[:, COLLISIONS].copy(),
             "collided": after.collided,
             "pose": after.pose,
-            "is_success": self.success(after),
+            "is_success": success,
         }
 
 
@@ -72,10 +72,9 @@ class Exploration(Task):
             if self.success_coverage > 1:
                 raise ConfigError(f"success_coverage: expected at most 1, found {self.success_coverage!r}")
 
-    def rewards(self, before: Measures, after: Measures, ahead: Bools) -> Floats:  # noqa: ARG002
+    def rewards(self, before: Measures, after: Measures, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
         """Return the newly known area."""
-        area: Floats = (after.counts[:, KNOWN] - before.counts[:, KNOWN]).astype(np.float64)
-        area *= after.cell_m**2
+        area: Floats = np.multiply(after.counts[:, KNOWN] - before.counts[:, KNOWN], after.cell_m**2)
         return area
 
     def success(self, after: Measures) -> Bools:
@@ -108,7 +107,7 @@ class ObstacleAvoidance(Task):
         """How far round the robot its clearance is measured."""
         return self.safe_m
 
-    def rewards(self, before: Measures, after: Measures, ahead: Bools) -> Floats:  # noqa: ARG002
+    def rewards(self, before: Measures, after: Measures, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
         """Return the paper's reward."""
         return np.where(after.collided, -1.0, 0.9 * self._safety(after) + 0.1 * ahead)
 
@@ -120,13 +119,13 @@ class ObstacleAvoidance(Task):
         success: Bools = after.truncated() & (after.counts[:, COLLISIONS] == 0)
         return success
 
-    def terminated(self, after: Measures) -> Bools:
+    def terminated(self, after: Measures, success: Bools) -> Bools:  # noqa: ARG002
         """Return where the robot has just collided, if that is to end the episode."""
         return after.collided if self.terminate_on_collision else np.zeros(len(after.counts), bool)
 
-    def report(self, after: Measures) -> dict[str, npt.NDArray[Any]]:
+    def report(self, after: Measures, success: Bools) -> dict[str, npt.NDArray[Any]]:
         """Add the clearance."""
-        return {**super().report(after), "clearance_m": after.readings[:, CLEARANCE] * after.cell_m}
+        return {**super().report(after, success), "clearance_m": after.readings[:, CLEARANCE] * after.cell_m}
 
 
 @dataclass(frozen=True)
@@ -148,10 +147,10 @@ class Navigation(Task):
         config = config or self.default
         return config if config.goal else replace(config, goal=GoalConfig())
 
-    def rewards(self, before: Measures, after: Measures, ahead: Bools) -> Floats:  # noqa: ARG002
+    def rewards(self, before: Measures, after: Measures, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
         """Return the progress along the shortest way, and a reward for being there."""
         saved = (before.readings[:, TO_GOAL] - after.readings[:, TO_GOAL]) * after.cell_m
-        return saved + self.success_reward * self.success(after)
+        return saved + self.success_reward * success
 
     def success(self, after: Measures) -> Bools:
         """Return where the robot is at the goal."""
@@ -159,17 +158,17 @@ class Navigation(Task):
         there: Bools = np.hypot(x, y) <= (after.config.goal or GoalConfig()).radius_m
         return there
 
-    def report(self, after: Measures) -> dict[str, npt.NDArray[Any]]:
+    def report(self, after: Measures, success: Bools) -> dict[str, npt.NDArray[Any]]:
         """Add the way left, the way gone, and the success weighted by path length."""
         gone, best = after.readings[:, WAY] * after.cell_m, after.facts.best_way_m
         share = best / np.maximum(np.maximum(gone, best), 1e-12)
-        report = super().report(after)
+        report = super().report(after, success)
         return {
             **report,
             "to_goal_m": after.readings[:, TO_GOAL] * after.cell_m,
             "way_m": gone,
             "goal": after.facts.goal_m.copy(),
-            "spl": np.where(report["is_success"], share, 0.0),
+            "spl": np.where(success, share, 0.0),
         }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import Any
 
 import gymnasium
@@ -110,7 +111,8 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             self._begin(i, plan_id)
         views = self._look_round(which, DRAWN)
         self._begun |= which
-        return self._observations(self._after, views), self._infos(self._after, which)
+        infos = self._infos(self._after, self.task.success(self._after), which)
+        return self._observations(self._after, views), infos
 
     def step(self, actions: npt.NDArray[Any]) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
         """Take one action in each environment; actions (N,) or (N, 2)."""
@@ -126,18 +128,20 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         before = self._after
         views = self._batch.step(motions, self._all, fresh=self._copy)
         after = self._after = self._measures()
-        rewards = self.task.rewards(before, after, ahead)
-        terminated, truncated = self.task.terminated(after), after.truncated()
+        success = self.task.success(after)
+        rewards = self.task.rewards(before, after, ahead, success)
+        terminated, truncated = self.task.terminated(after, success), after.truncated()
         if starting:
             rewards[starting], terminated[starting], truncated[starting] = 0.0, False, False
         self._ended = terminated | truncated
         final: dict[str, Any] = {}
         if self._mode == AutoresetMode.SAME_STEP and np.count_nonzero(self._ended):
-            final, ended = self._finals(after), self._ended
+            final, ended = self._finals(after, success), self._ended
             for i in ended.nonzero()[0].tolist():
                 self._begin(i, None)
             self._look_round(ended, LEFT)
-        infos = self._infos(self._after, self._everywhere) | final
+            success = self.task.success(self._after)
+        infos = self._infos(self._after, success, self._everywhere) | final
         return self._observations(self._after, views), rewards, terminated, truncated, infos
 
     def state(self, i: int) -> State:
@@ -193,20 +197,21 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         copied = {key: found[key].copy() for key in MAPS if key in found and key not in own}
         return {**found, **copied, **own}
 
-    def _infos(self, after: Measures, which: Bools) -> dict[str, Any]:
-        infos: dict[str, Any] = {**self.task.report(after), "plan_id": self._plan_ids.copy()}
+    def _infos(self, after: Measures, success: Bools, which: Bools) -> dict[str, Any]:
+        infos: dict[str, Any] = {**self.task.report(after, success), "plan_id": self._plan_ids.copy()}
         masks = np.empty((len(infos), self.num_envs), bool)
         masks[:] = which
-        return infos | {f"_{key}": mask for key, mask in zip(infos, masks, strict=True)}
+        infos.update(zip(_names(*infos), masks, strict=True))
+        return infos
 
-    def _finals(self, after: Measures) -> dict[str, Any]:
+    def _finals(self, after: Measures, success: Bools) -> dict[str, Any]:
         found = self._face.observe(self._batch.arrays, after)
         last = np.full(self.num_envs, None, object)
         for i in np.flatnonzero(self._ended).tolist():
             one = {key: part[i].copy() for key, part in found.items()} if isinstance(found, dict) else found[i].copy()
             last[i] = one
         masks = {"_final_obs": self._ended.copy(), "_final_info": self._ended.copy()}
-        return {"final_obs": last, "final_info": self._infos(after, self._ended), **masks}
+        return {"final_obs": last, "final_info": self._infos(after, success, self._ended), **masks}
 
     def _seeds(self, seed: Seeds) -> list[int | None]:
         if seed is None or isinstance(seed, (int, np.integer)):
@@ -227,6 +232,12 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
                 f"found {mask!r}"
             )
         return mask
+
+
+@lru_cache(maxsize=8)
+def _names(*keys: str) -> list[str]:
+    """Return the names of the masks that say of which environments an info speaks."""
+    return [f"_{key}" for key in keys]
 
 
 class ExplorationVectorEnv(ForExploration, PseudoSlamVectorEnv):
