@@ -21,6 +21,7 @@ from houseexpo.raster import free_mask
 
 MOST_CELLS = 100_000_000
 """Of a grid: making a world takes some 30 bytes a cell."""
+_OWN = 0.5 - 1e-6  # cells from the middle of one that lie in it, in all directions
 _NEAR = 3.0  # robot radii within which a corner mostly sees where the robot can stand
 
 Cells = npt.NDArray[np.uint8]
@@ -149,12 +150,12 @@ def visible_cells(
         1 for the cells that it can be, where that is known: those that were seen before obstacles came.
     """
     wanted = _pieces_with(stand, solid) if among is None else (among > solid).view(np.uint8)
-    away = np.empty((*solid.shape, 2), np.int32)
-    find_standing(stand, wanted, away)
+    asked, away = np.empty(solid.size, np.int32), np.empty((solid.size, 2), np.int32)
+    n_asked = find_standing(stand, wanted, asked, away)
     visible = stand.copy()
-    mark_in_sight(solid, wanted, away, min(radius_px, range_px), range_px, visible)
+    n_asked = mark_in_sight(solid, asked, n_asked, away, min(radius_px + _OWN, range_px), range_px, visible)
     runs, hit, slopes = buffers or scan_buffers(range_px)
-    mark_visible(solid, stand, wanted, _NEAR * radius_px, range_px, visible, runs, hit, slopes)
+    mark_visible(solid, stand, asked, n_asked, _NEAR * radius_px, range_px, visible, runs, hit, slopes)
     return visible
 
 

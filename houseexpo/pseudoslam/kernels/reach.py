@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.ranges import distance
 from houseexpo.pseudoslam.kernels.sector import sector_scan
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
+from houseexpo.pseudoslam.kernels.words import eight
 
 NOWHERE = 1 << 14
 """Cells down and to the right where no standing cell was found, or nearly so many."""
 
 
 @njit(cache=True, nogil=True)
-def find_standing(stand: Grid, wanted: Grid, away: Cells) -> None:
-    """Write how many rows down and columns to the right of each wanted cell the nearest standing cell lies, or nearly.
+def find_standing(stand: Grid, wanted: Grid, asked: Cells, away: Cells) -> int:
+    """List the wanted cells where the robot cannot stand, and say where the nearest cell is where it can, or nearly.
 
     Neighbours tell each other which one is near them, once from the upper left on and once back: what lies behind
     corners finds none, or not the nearest.
@@ -24,57 +26,85 @@ def find_standing(stand: Grid, wanted: Grid, away: Cells) -> None:
     Parameters
     ----------
     stand, wanted
-        (rows, cols), not 0 where the robot can stand, and in the cells that are asked for: none of them on the border.
+        (rows, cols), 1 where the robot can stand, and in the cells that are asked for: none of them on the border.
+    asked
+        (rows * cols,) is filled with flat indices.
     away
-        (rows, cols, 2) is filled: 0 in standing cells, ``NOWHERE`` in others that are not wanted.
+        (rows * cols, 2) is filled: rows down and columns to the right. 0 in standing cells, ``NOWHERE`` in others that
+        are not wanted.
+
+    Returns
+    -------
+    How many cells are listed.
     """
-    rows, cols = stand.shape
-    for row in range(rows):
-        for col in range(cols):
-            far = 0 if stand[row, col] != 0 else NOWHERE
-            away[row, col, 0], away[row, col, 1] = far, far
-            if far > 0 and wanted[row, col] != 0:
-                _ask(away, row, col, -1, 0)
-                _ask(away, row, col, 0, -1)
-    for row in range(rows - 1, -1, -1):
-        for col in range(cols - 1, -1, -1):
-            if stand[row, col] == 0 and wanted[row, col] != 0:
-                _ask(away, row, col, 1, 0)
-                _ask(away, row, col, 0, 1)
+    cols = stand.shape[1]
+    standing, wants = stand.ravel(), wanted.ravel()
+    for cell in range(len(standing)):
+        far = np.int32(0) if standing[cell] != 0 else np.int32(NOWHERE)
+        away[cell, 0], away[cell, 1] = far, far
+    n_asked = 0
+    for first in range(0, len(standing), 8):
+        if first + 8 <= len(standing) and eight(wants, first) & ~eight(standing, first) == 0:
+            continue  # most of a house
+        for cell in range(first, min(first + 8, len(standing))):
+            asked[np.uint64(n_asked)] = cell
+            n_asked += wants[np.uint64(cell)] > standing[np.uint64(cell)]
+    for k in range(n_asked):
+        _ask(away, asked[k], -cols, -1)
+    for k in range(n_asked - 1, -1, -1):
+        _ask(away, asked[k], cols, 1)
+    return n_asked
 
 
 @njit(inline="always")
-def _ask(away: Cells, row: int, col: int, down: int, right: int) -> None:
-    """Take over a neighbour's standing cell where it is nearer than the own."""
-    far_down, far_right = away[row + down, col + right, 0] + down, away[row + down, col + right, 1] + right
-    if far_down**2 + far_right**2 < away[row, col, 0] ** 2 + away[row, col, 1] ** 2:
-        away[row, col, 0], away[row, col, 1] = far_down, far_right
+def _ask(away: Cells, cell: int, row_step: int, col_step: int) -> None:
+    """Take over the standing cell of the neighbour in the next row, or column, where it is nearer than the own."""
+    here = np.uint64(cell)
+    down, right = np.int64(away[here, 0]), np.int64(away[here, 1])
+    step = 1 if col_step > 0 else -1
+    above, beside = np.uint64(cell + row_step), np.uint64(cell + col_step)
+    far_down, far_right = np.int64(away[above, 0]) + step, np.int64(away[above, 1])
+    if far_down * far_down + far_right * far_right < down * down + right * right:
+        down, right = far_down, far_right
+    far_down, far_right = np.int64(away[beside, 0]), np.int64(away[beside, 1]) + step
+    if far_down * far_down + far_right * far_right < down * down + right * right:
+        down, right = far_down, far_right
+    away[here, 0], away[here, 1] = down, right
 
 
 @njit(cache=True, nogil=True)
-def mark_in_sight(solid: Grid, wanted: Grid, away: Cells, sure_px: float, range_px: float, visible: Grid) -> None:
-    """Set ``visible`` to 1 where what is ``wanted`` sees the middle of the standing cell that lies ``away``.
+def mark_in_sight(
+    solid: Grid, asked: Cells, n_asked: int, away: Cells, sure_px: float, range_px: float, visible: Grid
+) -> int:
+    """Set ``visible`` to 1 where what is asked sees the middle of the standing cell that lies ``away``.
 
-    Within ``sure_px``, at most the robot's radius, nothing can be between them, for the robot itself has room there.
+    Within ``sure_px`` nothing can be between them: the robot's radius, for it has room there, and half a cell, for what
+    is asked is free. The others are left in ``asked``; return how many.
     """
-    rows, cols = solid.shape
-    for row in range(rows):
-        for col in range(cols):
-            if wanted[row, col] == 0 or visible[row, col] != 0:
-                continue
-            down, right = away[row, col, 0], away[row, col, 1]
-            way = math.sqrt(down * down + right * right)
-            if way <= sure_px or (
-                way <= range_px and distance(solid, col + 0.5, row + 0.5, right / way, down / way, way) >= way
-            ):
-                visible[row, col] = 1
+    cols, flat = solid.shape[1], visible.ravel()
+    n_left = 0
+    for k in range(n_asked):
+        cell = np.int64(asked[k])
+        down, right = np.int64(away[np.uint64(cell), 0]), np.int64(away[np.uint64(cell), 1])
+        squared = float(down * down + right * right)
+        seen = squared <= sure_px * sure_px
+        if not seen and squared <= range_px * range_px:
+            way = math.sqrt(squared)
+            seen = distance(solid, cell % cols + 0.5, cell // cols + 0.5, right / way, down / way, way) >= way
+        if seen:
+            flat[cell] = 1
+        else:
+            asked[n_left] = cell
+            n_left += 1
+    return n_left
 
 
 @njit(cache=True, nogil=True)
 def mark_visible(
     solid: Grid,
     stand: Grid,
-    wanted: Grid,
+    asked: Cells,
+    n_asked: int,
     near_px: float,
     range_px: float,
     visible: Grid,
@@ -82,32 +112,32 @@ def mark_visible(
     hit: Cells,
     slopes: Floats,
 ) -> None:
-    """Set ``visible`` to 1 where the middle of a free cell is seen from the middle of a standing cell.
+    """Set ``visible`` to 1 where the middle of a free cell that is asked is seen from the middle of a standing cell.
 
-    What is ``wanted`` and not visible yet looks round itself, for sight goes both ways: as far as ``near_px`` first,
-    which is quick and mostly enough. A standing cell that was seen from afar looks back, for it sees the neighbours,
-    too. ``runs``, ``hit`` and ``slopes`` are ``sector_scan``'s.
+    What is asked and not visible yet looks round itself, for sight goes both ways: as far as ``near_px`` first, which
+    is quick and mostly enough. A standing cell that was seen from afar looks back, for it sees the neighbours, too.
+    ``runs``, ``hit`` and ``slopes`` are ``sector_scan``'s.
     """
-    rows, cols = solid.shape
+    cols = solid.shape[1]
     flat, standing = visible.ravel(), stand.ravel()
-    for row in range(rows):
-        for col in range(cols):
-            if wanted[row, col] == 0 or visible[row, col] != 0:
-                continue
-            x, y = col + 0.5, row + 0.5
-            n_runs, _ = sector_scan(solid, x, y, 0.0, math.pi, min(near_px, range_px), runs, hit, slopes)
-            if _first_of(standing, runs, n_runs) >= 0:
-                visible[row, col] = 1
-                continue
+    for k in range(n_asked):
+        cell = asked[k]
+        if flat[cell] != 0:
+            continue
+        x, y = cell % cols + 0.5, cell // cols + 0.5
+        n_runs, _ = sector_scan(solid, x, y, 0.0, math.pi, min(near_px, range_px), runs, hit, slopes)
+        if _first_of(standing, runs, n_runs) >= 0:
+            flat[cell] = 1
+            continue
+        n_runs, _ = sector_scan(solid, x, y, 0.0, math.pi, range_px, runs, hit, slopes)
+        seen = _first_of(standing, runs, n_runs)
+        if seen >= 0:
+            flat[cell] = 1
+            x, y = seen % cols + 0.5, seen // cols + 0.5
             n_runs, _ = sector_scan(solid, x, y, 0.0, math.pi, range_px, runs, hit, slopes)
-            seen = _first_of(standing, runs, n_runs)
-            if seen >= 0:
-                visible[row, col] = 1
-                x, y = seen % cols + 0.5, seen // cols + 0.5
-                n_runs, _ = sector_scan(solid, x, y, 0.0, math.pi, range_px, runs, hit, slopes)
-                for i in range(n_runs):
-                    for cell in range(runs[i, 0], runs[i, 1] + 1):
-                        flat[cell] = 1
+            for i in range(n_runs):
+                for other in range(runs[i, 0], runs[i, 1] + 1):
+                    flat[other] = 1
 
 
 @njit(inline="always")

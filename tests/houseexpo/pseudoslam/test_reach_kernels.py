@@ -54,15 +54,16 @@ def test_how_far_it_looks_first_changes_nothing(near_px: float) -> None:
     solid = house(9)
     stand = standing_cells(solid, 2.0)
     visible = np.zeros_like(solid)
-    mark_visible(solid, stand, 1 - solid, near_px, 15.0, visible, *scan_buffers(15.0))
+    asked = np.flatnonzero(solid == 0).astype(np.int32)
+    mark_visible(solid, stand, asked, len(asked), near_px, 15.0, visible, *scan_buffers(15.0))
     assert np.array_equal(visible, slow_visible(solid, stand, 15.0))
 
 
-def test_only_what_is_wanted_is_looked_for() -> None:
+def test_only_what_is_asked_is_looked_for() -> None:
     solid = house(1)
-    stand, wanted = standing_cells(solid, 2.0), np.zeros_like(solid)
-    visible = np.zeros_like(solid)
-    mark_visible(solid, stand, wanted, 4.0, 15.0, visible, *scan_buffers(15.0))
+    stand, visible = standing_cells(solid, 2.0), np.zeros_like(solid)
+    asked = np.flatnonzero(solid == 0).astype(np.int32)
+    mark_visible(solid, stand, asked, 0, 4.0, 15.0, visible, *scan_buffers(15.0))
     assert not visible.any()
 
 
@@ -85,9 +86,11 @@ def test_where_it_stands_near_a_cell(walls: bool) -> None:
     if not walls:
         solid[1:-1, 1:-1] = 0
     stand, wanted = standing_cells(solid, 2.0), 1 - solid
-    away = np.empty((*solid.shape, 2), np.int32)
-    find_standing(stand, wanted, away)
+    asked, away = np.empty(solid.size, np.int32), np.empty((solid.size, 2), np.int32)
+    n_asked = find_standing(stand, wanted, asked, away)
+    np.testing.assert_array_equal(asked[:n_asked], np.flatnonzero(wanted > stand))
     at, cells = np.argwhere(stand), np.argwhere(wanted)
+    away = away.reshape(*solid.shape, 2)
     found = away[tuple(cells.T)]
     near = np.abs(found).max(axis=1) < NOWHERE // 2
     assert stand[tuple((cells + found)[near].T)].all()
@@ -104,9 +107,10 @@ def test_a_standing_cell_counts_where_nothing_lies_between() -> None:
     solid = np.ones((3, 9), np.uint8)
     solid[1, 1:8] = 0
     solid[1, 4] = 1
-    wanted, away = 1 - solid, np.zeros((3, 9, 2), np.int32)
-    away[1, 1:8, 1] = 7 - np.arange(1, 8)
+    cells, away = np.flatnonzero(solid == 0).astype(np.int32), np.zeros((27, 2), np.int32)
+    away[10:17, 1] = 7 - np.arange(1, 8)
     for sure_px, range_px, seen in ((1.0, 9.0, [5, 6, 7]), (1.0, 1.5, [6, 7]), (5.0, 9.0, [2, 3, 5, 6, 7])):
-        visible = np.zeros_like(solid)
-        mark_in_sight(solid, wanted, away, sure_px, range_px, visible)
+        visible, asked = np.zeros_like(solid), cells.copy()
+        n_left = mark_in_sight(solid, asked, len(asked), away, sure_px, range_px, visible)
         assert np.flatnonzero(visible[1]).tolist() == seen
+        assert sorted([*asked[:n_left] - 9, *seen]) == [1, 2, 3, 5, 6, 7]
