@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from operator import gt
 from typing import Any
 
@@ -10,11 +9,12 @@ import numpy as np
 import numpy.typing as npt
 from numba.core import config as config_of_numba
 
+from houseexpo.pseudoslam.ahead import cores
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.crew import Crew
 from houseexpo.pseudoslam.kernels.step import Episode, Rules
 from houseexpo.pseudoslam.pools import RASTERS, SHOWN, Array, leaves, like, one_of
-from houseexpo.pseudoslam.rules import kernel_of, scratch_of
+from houseexpo.pseudoslam.rules import kernel_for, scratch_of
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.views import Views
 
@@ -30,7 +30,7 @@ class Batch:
 
     def __init__(self, number: int, config: SimulatorConfig, rules: Rules, threads: int | None = None) -> None:
         off = config_of_numba.DISABLE_JIT  # type: ignore[attr-defined]  # what is not compiled is for one thread
-        threads = 1 if off else min(threads or _cores(), number)
+        threads = 1 if off else min(threads or cores(), number)
         self.sizes = np.zeros((number, 2), np.int64)
         self._number, self._rules = number, rules
         self._leaves: list[Array] = []
@@ -90,7 +90,7 @@ class Batch:
         own = like(state.episode, self._leaves)
         self._pools = (*(own._replace(shown=views) for views in self._views.written), own)
         self.arrays = self._pools[self._drawn]
-        kernel = kernel_of(state.episode, self._rules)
+        kernel = kernel_for(state.episode, self._rules)
         self._crew.take_on(kernel, own, self.sizes, self._motions, self._wanted, self._rules, self._views.written)
 
     def close(self) -> None:
@@ -105,8 +105,3 @@ def _wider(pool: Array, length: int) -> Array:
     wider = np.zeros((len(pool), int(_SPARE * length), *pool.shape[2:]), pool.dtype)
     wider[:, : pool.shape[1]] = pool
     return wider
-
-
-def _cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

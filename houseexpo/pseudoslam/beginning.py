@@ -12,7 +12,7 @@ from houseexpo.pseudoslam.cells import count_before, nth_cell
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.kernels.bodies import Disc
 from houseexpo.pseudoslam.kernels.dynamics import stamp_bodies
-from houseexpo.pseudoslam.kernels.goal import Field, field_at, find_open, march
+from houseexpo.pseudoslam.kernels.goal import Field, field_at, find_open, march, no_field
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.motion import disc_is_free
 from houseexpo.pseudoslam.kernels.step import COVERED, KEY, KNOWN, STEPS, Episode, Rules
@@ -160,7 +160,7 @@ def _goal(
     A random goal is a standing cell at least so far from the start along the way, or the furthest where none is.
     """
     if config.goal is None:
-        return None, Field(np.zeros(3, np.int64), np.zeros(0, np.float32)), 0.0
+        return None, no_field(), 0.0
     x, y = pose[0], pose[1]
     if config.goal.random:
         away = _ways(stand, y, x, config.pixels_per_metre)

@@ -60,8 +60,8 @@ class Crew:
         """Set the kernel and its first arguments: the arrays that the steps to come are about."""
         shared = self._shared
         epoch = int(shared.words[EPOCH]) + 1
-        compiled = _compiled(kernel, (*arguments, shared.scratch[0], shared.words, epoch, 0))
-        shared.work, shared.words[EPOCH] = (compiled, arguments, epoch), epoch
+        ready = compiled(kernel, (*arguments, shared.scratch[0], shared.words, epoch, 0))
+        shared.work, shared.words[EPOCH] = (ready, arguments, epoch), epoch
 
     def step(self, views: int = -1) -> None:
         """Do one step of all environments; ``views`` says which array takes their views, -1: the pool's own."""
@@ -78,7 +78,7 @@ class Crew:
         raise RuntimeError("a step of this batch has failed or was interrupted; make another") from cause
 
 
-def _compiled(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., None]:
+def compiled(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., None]:
     """Return what a kernel is compiled to for arguments of such types: numba takes 10 us to find it at each call."""
     if not hasattr(kernel, "compile"):  # numba is off
         plain: Callable[..., None] = kernel

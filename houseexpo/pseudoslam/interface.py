@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.step import Episode, Rules
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.measures import Facts, Measures
-from houseexpo.pseudoslam.rules import rules_of, scratch_of
+from houseexpo.pseudoslam.rules import prepare, rules_of, scratch_of
 from houseexpo.pseudoslam.simulator import ACTIONS, motions
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.tasks import Task
@@ -162,7 +162,9 @@ def interface_of(
     if config is not None and not isinstance(config, SimulatorConfig):
         raise ConfigError(f"config: expected a SimulatorConfig or None, found {config!r}")
     config = task.configured(config)
-    return Interface(task, config, Worlds(dataset, config), actions, observation)
+    face = Interface(task, config, Worlds(dataset, config), actions, observation)
+    prepare(config, face.rules(), complete=face.complete)
+    return face
 
 
 def new_facts(number: int) -> Facts:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.pseudoslam.ahead import compile_ahead, wait_for
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.among import transitions_among
 from houseexpo.pseudoslam.kernels.step import (
@@ -27,6 +28,9 @@ from houseexpo.pseudoslam.world import scan_buffers
 
 Kernel: TypeAlias = Callable[..., None]
 
+_KERNELS: tuple[Any, ...] = (transitions, transitions_by_rays, transitions_in_full, transitions_among)
+KERNELS: dict[str, Kernel] = {kernel.__name__: kernel for kernel in _KERNELS}
+"""All kernels of steps, by their names."""
 _ONE = np.array([MOVED], np.uint8)
 _STILL = np.zeros((1, 2))
 _NO_VIEWS = (np.empty((0, 0, 0), np.uint8),) * ARRAYS
@@ -78,20 +82,37 @@ def scratch_of(config: SimulatorConfig) -> Scratch:
     return Scratch(runs, hit, slopes, np.zeros((side, side) if config.noise.any else (1, 1), np.uint8))
 
 
-def kernel_of(episode: Episode, rules: Rules) -> Kernel:
-    """Return the kernel that steps such episodes: what is not asked for need not be compiled."""
-    if len(episode.bodies.people) or len(episode.bodies.clocks):
+def kernel_of(rules: Rules, *, moving: bool, complete: bool) -> Kernel:
+    """Return the kernel of such steps, among what moves or not: what is not asked for need not be compiled."""
+    if moving:
         return transitions_among
-    if rules.errors.any or len(episode.ranges):
+    if rules.errors.any or complete:
         return transitions_in_full
     return transitions_by_rays if rules.sensor.by_rays else transitions
 
 
+def kernel_for(episode: Episode, rules: Rules) -> Kernel:
+    """Return the kernel that steps such episodes, ready."""
+    moving = len(episode.bodies.people) + len(episode.bodies.clocks) > 0
+    kernel = kernel_of(rules, moving=moving, complete=len(episode.ranges) > 0)
+    wait_for(kernel)
+    return kernel
+
+
+def prepare(config: SimulatorConfig, rules: Rules, *, complete: bool = False) -> None:
+    """Begin to compile what the steps of such episodes take, where that is to be done yet."""
+    compile_ahead(kernel_of(rules, moving=config.people.number > 0 or len(config.trajectories) > 0, complete=complete))
+
+
 def step_one(state: State, motion: npt.NDArray[np.float64], rules: Rules, scratch: Scratch) -> None:
     """Step one episode by a ``motion`` (1, 2), turn and way forward, radians and pixels."""
+    kernel_for(state.episode, rules)(*arguments_of(state, motion, rules, scratch))
+
+
+def arguments_of(state: State, motion: npt.NDArray[np.float64], rules: Rules, scratch: Scratch) -> tuple[Any, ...]:
+    """Return what a kernel takes to step one episode."""
     sizes, crew = state.place
-    kernel = kernel_of(state.episode, rules)
-    kernel(state.pool, sizes, motion, _ONE, rules, _NO_VIEWS, scratch, crew, 0, 0)
+    return state.pool, sizes, motion, _ONE, rules, _NO_VIEWS, scratch, crew, 0, 0
 
 
 def look_round(state: State, rules: Rules, scratch: Scratch) -> None:

@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.config import FURTHEST_M, SimulatorConfig
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.step import COVERED, KNOWN, Rules
 from houseexpo.pseudoslam.kernels.types import Scratch
-from houseexpo.pseudoslam.rules import look_round, rules_of, scratch_of, step_one
+from houseexpo.pseudoslam.rules import look_round, prepare, rules_of, scratch_of, step_one
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.world import World
 from houseexpo.pseudoslam.worlds import world_for
@@ -66,7 +66,9 @@ class Simulator:
     @classmethod
     def of(cls, plan: FloorPlan, config: SimulatorConfig) -> Simulator:
         """Return the simulator of a plan; ConfigError and PlanError as ``world_for`` raises them."""
-        return cls(world_for(plan, config), config)
+        rules = rules_of(config)
+        prepare(config, rules)
+        return cls(world_for(plan, config), config, rules)
 
     def start(self, rng: np.random.Generator) -> State:
         """Return the state at the start of an episode, after a first look round.

@@ -21,6 +21,11 @@ class Field(NamedTuple):
     """(rows * cols,) pixels from each block's middle; infinite where there is no way."""
 
 
+def no_field() -> Field:
+    """Return the ways where there is no goal."""
+    return Field(np.zeros(3, np.int64), np.zeros(0, np.float32))
+
+
 @njit(cache=True, nogil=True)
 def field_of(pool: Field, i: int) -> Field:
     """Return environment ``i``'s part of a pool, a view."""

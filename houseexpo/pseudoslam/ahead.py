@@ -1,0 +1,80 @@
+"""Compiling a step in a process of its own, while this one compiles what comes before it.
+
+numba compiles one function at a time and keeps it on disk for other processes. Nothing is compiled twice, or left out,
+where this cannot be done: then each kernel is compiled when it is called first.
+"""
+
+from __future__ import annotations
+
+import atexit
+import multiprocessing
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from numba.core import config as config_of_numba
+
+Kernel = Callable[..., None]
+
+_MOST_S = 120.0  # that anybody waits for the other process
+_running: dict[Kernel, subprocess.Popen[bytes]] = {}
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def compile_ahead(kernel: Any) -> None:
+    """Begin, where that saves time: the kernel is not on disk yet, and there is a core for it.
+
+    Processes that a pool has started do not: each would start another, for the same kernel.
+    """
+    if config_of_numba.DISABLE_JIT or kernel in _running or kernel.signatures or _is_kept(kernel):  # type: ignore[attr-defined]
+        return
+    if cores() < 2 or not sys.executable or multiprocessing.parent_process() is not None:
+        return
+    command = [sys.executable, "-m", "houseexpo.pseudoslam.compiling", kernel.__name__]
+    paths = os.pathsep.join(filter(None, sys.path))
+    try:
+        _running[kernel] = subprocess.Popen(  # noqa: S603  # this interpreter, and a name of ours
+            command,
+            env={**os.environ, "PYTHONPATH": paths, "PYTHONSAFEPATH": "1"},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+    except OSError:  # no more processes are allowed: it is compiled here
+        return
+
+
+def wait_for(kernel: Kernel) -> None:
+    """Wait until the other process is done with a kernel, if one is at it; what it has not done is done here."""
+    process = _running.pop(kernel, None) if _running else None
+    if process is None:
+        return
+    try:
+        process.wait(_MOST_S)
+    except subprocess.TimeoutExpired:
+        _end(process)
+
+
+def _is_kept(kernel: Any) -> bool:
+    """Whether a kernel has been compiled to disk before, for whatever it was called with."""
+    place, file = Path(kernel.stats.cache_path), Path(kernel.py_func.__code__.co_filename).stem
+    return any(place.glob(f"{file}.{kernel.__name__}-*.nbi"))
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    process.kill()
+    process.wait()
+
+
+@atexit.register
+def _end_all() -> None:
+    """End what nobody waited for."""
+    while _running:
+        _end(_running.popitem()[1])
