@@ -76,7 +76,8 @@ def ray_merge(
 ) -> tuple[int, int, int]:  # fmt: skip
     """Scan as ``ray_scan`` does and set the free cells of the map at once: noting them first takes twice as long.
 
-    Where ``settled``, what the map says is free is taken for free unseen: nothing moves, and the map has no errors.
+    Where ``settled``, what the map says is taken for true unseen: nothing moves, and the map has no errors. Obstacles
+    that it has are not listed in ``hit``.
 
     Returns
     -------
@@ -99,8 +100,11 @@ def ray_merge(
             for t in range(found):
                 cell = np.uint64(cells[np.uint64(2 * t)])
                 state = drawn[cell]
-                if state == FREE and settled:
-                    continue
+                if settled and state != UNKNOWN:
+                    if state == FREE:
+                        continue
+                    k = samples
+                    break
                 if flat[cell] == 0:
                     if state == UNKNOWN:
                         new += 1
