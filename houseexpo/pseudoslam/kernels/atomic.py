@@ -46,7 +46,7 @@ def pause() -> None:
 @intrinsic
 def _get(typing: Any, words: Any, word: Any) -> Any:  # noqa: ARG001
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.load_atomic(place(context, builder, signature, arguments), "seq_cst", 8)
+        return builder.load_atomic(place(context, builder, signature.args, arguments), "seq_cst", 8)
 
     return types.int64(words, types.intp), build
 
@@ -54,7 +54,7 @@ def _get(typing: Any, words: Any, word: Any) -> Any:  # noqa: ARG001
 @intrinsic
 def _put(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        builder.store_atomic(arguments[2], place(context, builder, signature, arguments), "seq_cst", 8)
+        builder.store_atomic(arguments[2], place(context, builder, signature.args, arguments), "seq_cst", 8)
         return context.get_dummy_value()
 
     return types.void(words, types.intp, types.int64), build
@@ -63,7 +63,7 @@ def _put(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
 @intrinsic
 def _add(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        builder.atomic_rmw("add", place(context, builder, signature, arguments), arguments[2], "seq_cst")
+        builder.atomic_rmw("add", place(context, builder, signature.args, arguments), arguments[2], "seq_cst")
         return context.get_dummy_value()
 
     return types.void(words, types.intp, types.int64), build
@@ -72,7 +72,7 @@ def _add(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
 @intrinsic
 def _swap(typing: Any, words: Any, word: Any, old: Any, new: Any) -> Any:  # noqa: ARG001
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        word_at = place(context, builder, signature, arguments)
+        word_at = place(context, builder, signature.args, arguments)
         return builder.extract_value(builder.cmpxchg(word_at, arguments[2], arguments[3], "seq_cst", "seq_cst"), 1)
 
     return types.boolean(words, types.intp, types.int64, types.int64), build

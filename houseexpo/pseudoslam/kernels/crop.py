@@ -15,7 +15,7 @@ from numba import njit
 
 from houseexpo.pseudoslam.kernels.mapping import UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Grid, Kinds
-from houseexpo.pseudoslam.kernels.words import eight
+from houseexpo.pseudoslam.kernels.words import LINE, copy_line, eight
 
 _BITS = 16  # for parts of a cell, in a signed word of 32 for places within a view of up to 20,000 cells
 _TILE, _CELLS = 8, 64  # a tile's side and its cells
@@ -100,16 +100,21 @@ def _cut(known: Grid, from_row: int, from_col: int, blocks: int, window: Grid, k
     rows, cols = known.shape
     flat, words, wide = known.ravel(), window.view(np.uint32), blocks * _BLOCK
     first, last = min(max(-from_col, 0), wide), max(min(cols - from_col, wide), 0)
+    top, bottom = min(max(-from_row, 0), wide), max(min(rows - from_row, wide), 0)
+    if min(last - first, bottom - top) < wide:
+        for k in range(wide * wide):
+            window[np.uint64(k)] = UNKNOWN
+    for i in range(top, bottom):
+        line, at = i * wide, (from_row + i) * cols + from_col
+        if last - first < LINE:
+            for j in range(first, last):
+                window[line + j] = flat[at + j]
+        else:
+            for j in range(first, last, LINE):
+                k = min(j, last - LINE)  # the last ones meet those before
+                copy_line(window, line + k, flat, at + k)
     down = np.empty(blocks**2, np.uint16)
     for block in range(blocks):
-        for i in range(block * _BLOCK, (block + 1) * _BLOCK):
-            line, at = i * wide, (from_row + i) * cols + from_col
-            start, stop = (first, last) if 0 <= from_row + i < rows else (0, 0)
-            if stop - start < wide:
-                for j in range(wide):
-                    window[np.uint64(line + j)] = UNKNOWN
-            for j in range(start, stop):
-                window[np.uint64(line + j)] = flat[np.uint64(at + j)]
         for col in range(blocks):
             k = block * _BLOCK * blocks + col
             one, two = words[np.uint64(k)], words[np.uint64(k + blocks)]

@@ -10,8 +10,8 @@ from numba.core import cgutils
 intrinsic: Any = extending.intrinsic
 
 
-def place(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    """Return a pointer to the element of a flat array that an intrinsic's first two arguments name."""
-    kind = signature.args[0]
+def place(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
+    """Return a pointer to the element of a flat array that an intrinsic's first two arguments, of these kinds, name."""
+    kind = kinds[0]
     array = context.make_array(kind)(context, builder, arguments[0])
     return cgutils.get_item_pointer(context, builder, kind, array, [arguments[1]])  # type: ignore[no-untyped-call]
