@@ -1,7 +1,7 @@
 """Compiling a step in a process of its own, while this one compiles what comes before it.
 
-numba compiles one function at a time and keeps it on disk for other processes. Nothing is compiled twice, or left out,
-where this cannot be done: then each kernel is compiled when it is called first.
+numba compiles one function at a time and keeps it on disk for other processes. Where that does not work, nothing is
+lost: what the other process has not done is compiled when it is called first.
 """
 
 from __future__ import annotations
@@ -20,6 +20,9 @@ from numba.core import config as config_of_numba
 Kernel = Callable[..., None]
 
 _MOST_S = 120.0  # that anybody waits for the other process
+_MARK = (
+    "HOUSEEXPO_COMPILES"  # in the other process's environment: it starts no further ones, whatever it turns out to be
+)
 _running: dict[Kernel, subprocess.Popen[bytes]] = {}
 
 
@@ -31,18 +34,19 @@ def cores() -> int:
 def compile_ahead(kernel: Any) -> None:
     """Begin, where that saves time: the kernel is not on disk yet, and there is a core for it.
 
-    Processes that a pool has started do not: each would start another, for the same kernel.
+    Processes that multiprocessing has started do not: each would start another, for the same kernel.
     """
     if config_of_numba.DISABLE_JIT or kernel in _running or kernel.signatures or _is_kept(kernel):  # type: ignore[attr-defined]
         return
-    if cores() < 2 or not sys.executable or multiprocessing.parent_process() is not None:
+    is_python = sys.executable and not getattr(sys, "frozen", False)
+    if cores() < 2 or not is_python or _MARK in os.environ or multiprocessing.parent_process() is not None:
         return
     command = [sys.executable, "-m", "houseexpo.pseudoslam.compiling", kernel.__name__]
-    paths = os.pathsep.join(filter(None, sys.path))
+    paths = os.pathsep.join(path or str(Path.cwd()) for path in sys.path)
     try:
         _running[kernel] = subprocess.Popen(  # noqa: S603  # this interpreter, and a name of ours
             command,
-            env={**os.environ, "PYTHONPATH": paths, "PYTHONSAFEPATH": "1"},
+            env={**os.environ, "PYTHONPATH": paths, "PYTHONSAFEPATH": "1", _MARK: "1"},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
@@ -53,19 +57,21 @@ def compile_ahead(kernel: Any) -> None:
 
 def wait_for(kernel: Kernel) -> None:
     """Wait until the other process is done with a kernel, if one is at it; what it has not done is done here."""
-    process = _running.pop(kernel, None) if _running else None
+    process = _running.get(kernel) if _running else None
     if process is None:
         return
     try:
         process.wait(_MOST_S)
     except subprocess.TimeoutExpired:
         _end(process)
+    _running.pop(kernel, None)
 
 
 def _is_kept(kernel: Any) -> bool:
-    """Whether a kernel has been compiled to disk before, for whatever it was called with."""
+    """Whether a kernel has been compiled to disk before, by such a Python."""
     place, file = Path(kernel.stats.cache_path), Path(kernel.py_func.__code__.co_filename).stem
-    return any(place.glob(f"{file}.{kernel.__name__}-*.nbi"))
+    python = f"py{sys.version_info.major}{sys.version_info.minor}"
+    return any(place.glob(f"{file}.{kernel.__name__}-*.{python}*.nbi"))
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

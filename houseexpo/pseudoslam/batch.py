@@ -55,6 +55,7 @@ class Batch:
         if not self._leaves:
             self._leaves = [np.zeros((self._number, *leaf.shape), leaf.dtype) for leaf in parts]
             self._views = Views(self._leaves[SHOWN].shape)
+        if not self._room:
             self._lay_out(state)
         if any(map(gt, map(len, parts), self._room)):
             self._leaves = [_wider(old, len(leaf)) for leaf, old in zip(parts, self._leaves, strict=True)]
@@ -86,12 +87,13 @@ class Batch:
 
     def _lay_out(self, state: State) -> None:
         """Make the pools those of the steps to come."""
-        self._room = [pool.shape[1] for pool in self._leaves]
+        self._room = []  # until it is done: it may be interrupted, for a kernel may have to be compiled
         own = like(state.episode, self._leaves)
         self._pools = (*(own._replace(shown=views) for views in self._views.written), own)
         self.arrays = self._pools[self._drawn]
         kernel = kernel_for(state.episode, self._rules)
         self._crew.take_on(kernel, own, self.sizes, self._motions, self._wanted, self._rules, self._views.written)
+        self._room = [pool.shape[1] for pool in self._leaves]
 
     def close(self) -> None:
         """End the threads."""

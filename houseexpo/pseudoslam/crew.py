@@ -35,9 +35,10 @@ class _Shared:
         try:
             kernel(*arguments, self.scratch[thread], self.words, epoch, thread)
         except BaseException as error:
-            self.errors.append(error)
-            self.words[FAILED] = 1  # nobody waits for what is not done
-            raise
+            if thread > 0 or isinstance(error, Exception):
+                self.errors.append(error)
+                self.words[FAILED] = 1  # nobody waits for what is not done
+            raise  # what interrupts the caller's thread does so before or after a step: its kernel hears nothing
 
 
 class Crew:
@@ -75,7 +76,7 @@ class Crew:
             if not shared.errors:
                 return
         cause = shared.errors[0] if shared.errors else None
-        raise RuntimeError("a step of this batch has failed or was interrupted; make another") from cause
+        raise RuntimeError("a step of this batch has failed; make another") from cause
 
 
 def compiled(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., None]:

@@ -106,9 +106,9 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         self._state = self._face.begin(world, self._rules, self._scratch, self.np_random)
         look_round(self._state, self._rules, self._scratch)
         set_facts(self._facts, 0, self._state, world)
+        after = self._after = self._measures()
         self._trail = []
         self._show()
-        after = self._after = self._measures()
         return self._observation(after), self._info(after, self.task.success(after))
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:

@@ -29,7 +29,7 @@ def walk_of(config: PeopleConfig, pixels_per_metre: float) -> Walk:
     return Walk(
         float(pixels_per_metre),
         radius_px,
-        config.relaxation_s,
+        float(config.relaxation_s),
         2 * radius_px,
         np.array(feelers),
         radius_px + max(_RINGS_M) * pixels_per_metre + 1e-6,

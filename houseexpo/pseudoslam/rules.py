@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.pseudoslam import kernels
 from houseexpo.pseudoslam.ahead import compile_ahead, wait_for
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.among import transitions_among
+from houseexpo.pseudoslam.kernels.stale import forget_stale
 from houseexpo.pseudoslam.kernels.step import (
     ARRAYS,
     MOVED,
@@ -31,6 +34,7 @@ Kernel: TypeAlias = Callable[..., None]
 _KERNELS: tuple[Any, ...] = (transitions, transitions_by_rays, transitions_in_full, transitions_among)
 KERNELS: dict[str, Kernel] = {kernel.__name__: kernel for kernel in _KERNELS}
 """All kernels of steps, by their names."""
+forget_stale(transitions, Path(kernels.__path__[0]))
 _ONE = np.array([MOVED], np.uint8)
 _STILL = np.zeros((1, 2))
 _NO_VIEWS = (np.empty((0, 0, 0), np.uint8),) * ARRAYS
@@ -43,7 +47,7 @@ def rules_of(config: SimulatorConfig, clearance_m: float = 0.0) -> Rules:
 
     ``clearance_m`` is how far round the robot its clearance is measured; 0: it is not.
     """
-    ppm, laser, noise = config.pixels_per_metre, config.laser, config.noise
+    ppm, laser, noise = float(config.pixels_per_metre), config.laser, config.noise  # a whole number makes other kernels
     half = math.radians(laser.fov_deg) / 2
     angles = np.arange(-half, half, math.radians(laser.resolution_deg))
     return Rules(

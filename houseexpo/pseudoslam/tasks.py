@@ -45,13 +45,13 @@ class Task(ABC):
         return success.copy()
 
     def report(self, after: Measures, success: Bools) -> dict[str, npt.NDArray[Any]]:
-        """Return what ``info`` says, a value for each episode."""
+        """Return what ``info`` says, a value for each episode: arrays of the caller's own."""
         return {
-            "explored_m2": after.explored_m2,
-            "coverage": after.coverage,
+            "explored_m2": after.explored_m2.copy(),
+            "coverage": after.coverage.copy(),
             "collisions": after.counts[:, COLLISIONS].copy(),
             "collided": after.collided,
-            "pose": after.pose,
+            "pose": after.pose.copy(),
             "is_success": success,
         }
 

@@ -94,7 +94,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self._simulators: dict[int, Simulator] = {}
         self._ended = np.ones(num_envs, bool)
         self._begun = np.zeros(num_envs, bool)
-        self._everywhere, self._all = np.ones(num_envs, bool), np.full(num_envs, MOVED)
+        self._everywhere, self._all = np.ones(num_envs, bool), np.full(num_envs, MOVED, np.uint8)
         self._facts = new_facts(num_envs)
         self._after: Measures
 
@@ -121,7 +121,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             which = np.flatnonzero(~ready).tolist()
             raise gymnasium.error.ResetNeeded(f"environments {which}: call reset() before the next step")
         motions, ahead = self._face.motions(actions, self.num_envs)
-        starting = self._ended.nonzero()[0].tolist()  # only in NEXT_STEP is anything left to start here
+        starting = self._ended.nonzero()[0].tolist()  # in NEXT_STEP, or where a start has failed
         for i in starting:
             self._begin(i, None)
             motions[i] = 0.0
@@ -145,7 +145,10 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         return self._observations(self._after, views), rewards, terminated, truncated, infos
 
     def state(self, i: int) -> State:
-        """Return environment ``i``'s episode: its arrays are views, which the next step changes."""
+        """Return environment ``i``'s episode: its arrays are views, which the next step changes.
+
+        Its ``view`` is the observation of the last step: the same memory, also where that is the caller's own.
+        """
         if not self._begun[i]:
             raise gymnasium.error.ResetNeeded(f"environment {i}: call reset() before anything else")
         return self._batch.state(i)

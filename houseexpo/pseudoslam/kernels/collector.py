@@ -25,10 +25,10 @@ class _Rest(Listener):
     def on_start(self, event: Event) -> None:
         """Compiling begins."""
         if self._is_ours(event):
-            if self._within == 0:
+            self._within += 1
+            if self._within == 1:
                 self._was_on = gc.isenabled()
                 gc.disable()
-            self._within += 1
 
     def on_end(self, event: Event) -> None:
         """Compiling has ended, or failed."""

@@ -12,6 +12,7 @@ from houseexpo.pseudoslam.kernels.sector import sector_scan
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
 from houseexpo.pseudoslam.kernels.words import eight
 
+_STRIP = 1e-4  # cells to either side of a line
 NOWHERE = 1 << 14
 """Cells down and to the right where no standing cell was found, or nearly so many."""
 
@@ -79,7 +80,7 @@ def mark_in_sight(
     """Set ``visible`` to 1 where what is asked sees the middle of the standing cell that lies ``away``.
 
     Within ``sure_px`` nothing can be between them: the robot's radius, for it has room there, and half a cell, for what
-    is asked is free. The others are left in ``asked``; return how many.
+    is asked is free. The others, and those whose sight is a matter of rounding, are left in ``asked``; return how many.
     """
     cols, flat = solid.shape[1], visible.ravel()
     n_left = 0
@@ -90,13 +91,22 @@ def mark_in_sight(
         seen = squared <= sure_px * sure_px
         if not seen and squared <= range_px * range_px:
             way = math.sqrt(squared)
-            seen = distance(solid, cell % cols + 0.5, cell // cols + 0.5, right / way, down / way, way) >= way
+            seen = _is_clear(solid, cell % cols + 0.5, cell // cols + 0.5, right / way, down / way, way)
         if seen:
             flat[cell] = 1
         else:
             asked[n_left] = cell
             n_left += 1
     return n_left
+
+
+@njit(inline="always")
+def _is_clear(solid: Grid, x: float, y: float, right: float, down: float, way: float) -> bool:
+    """Whether a narrow strip is free: a line that grazes a corner may be no sight to a sector scan."""
+    clear = True
+    for aside in (-_STRIP, _STRIP):
+        clear = clear and distance(solid, x - down * aside, y + right * aside, right, down, way) >= way
+    return clear
 
 
 @njit(cache=True, nogil=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,13 +15,17 @@ import pytest
 
 from houseexpo.pseudoslam import ahead
 from houseexpo.pseudoslam.compiling import example
-from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
+from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, ObservationConfig, SimulatorConfig
+from houseexpo.pseudoslam.dynamics_config import PeopleConfig
+from houseexpo.pseudoslam.interface import interface_of
 from houseexpo.pseudoslam.kernels.step import transitions
-from houseexpo.pseudoslam.rules import KERNELS, arguments_of, kernel_for
-from tests.builders.vectors import HUTS, native
+from houseexpo.pseudoslam.rules import arguments_of
+from houseexpo.pseudoslam.tasks import Exploration, Navigation, ObstacleAvoidance
+from tests.builders.vectors import HUTS
 
 compiled_only = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 POPEN = subprocess.Popen  # the tests replace it
+TASKS = {"Exploration": Exploration(), "ObstacleAvoidance": ObstacleAvoidance(), "Navigation": Navigation()}
 SMALL = SimulatorConfig(16.0, observation=ObservationConfig(3.0, global_cells=32))
 
 
@@ -56,17 +61,27 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     return commands
 
 
+CONFIGS = {
+    "whole numbers": SimulatorConfig(
+        16, laser=LaserConfig(5, 180, 1), observation=ObservationConfig(3), noise=NoiseConfig(laser_m=1)
+    ),
+    "people": replace(SMALL, people=PeopleConfig(2, relaxation_s=1)),
+    "rays": replace(SMALL, laser=LaserConfig(rule="rays")),
+    "sector": SMALL,
+}
+
+
 @compiled_only
 @pytest.mark.parametrize("task", ["Exploration", "ObstacleAvoidance", "Navigation"])
 @pytest.mark.parametrize("kind", ["map", "dict"])
-def test_it_is_compiled_for_what_environments_call_it_with(task: str, kind: str) -> None:
-    env: Any = native(task, 1, "NextStep", dataset=HUTS, config=SMALL, observation=kind).unwrapped
-    env.reset(seed=0)
-    state = env.state(0).copy()
-    called = arguments_of(state, np.zeros((1, 2)), env._rules, env._scratch)
+@pytest.mark.parametrize("name", CONFIGS)
+def test_it_is_compiled_for_what_environments_call_it_with(task: str, kind: Any, name: str) -> None:
+    face = interface_of(TASKS[task], HUTS, CONFIGS[name], "discrete", kind)
+    rng, rules, scratch = np.random.default_rng(0), face.rules(), face.scratch()
+    state = face.begin(face.draw(rng, None), rules, scratch, rng)
+    called = arguments_of(state, np.zeros((1, 2)), rules, scratch)
     kinds: Any = transitions
     assert list(map(kinds.typeof_pyval, called)) == list(map(kinds.typeof_pyval, example()))
-    assert kernel_for(state.episode, env._rules) in KERNELS.values()
 
 
 @compiled_only
@@ -84,25 +99,54 @@ def test_nothing_is_started_where_that_saves_no_time(
     tmp_path: Path, started: list[list[str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ahead.compile_ahead(kernel(tmp_path, signatures=["one"]))
-    (tmp_path / "step.transitions-95.py311.nbi").touch()
+    python = f"py{sys.version_info.major}{sys.version_info.minor}"
+    (tmp_path / f"step.transitions-95.{python}.nbi").touch()
     ahead.compile_ahead(kernel(tmp_path))
     monkeypatch.setattr(ahead, "cores", lambda: 1)
     ahead.compile_ahead(kernel(tmp_path / "elsewhere"))
     monkeypatch.setattr(ahead, "cores", lambda: 2)
-    monkeypatch.setattr(ahead.multiprocessing, "parent_process", lambda: "a pool's")
-    ahead.compile_ahead(kernel(tmp_path / "elsewhere"))
+    with monkeypatch.context() as patched:
+        patched.setattr(ahead.multiprocessing, "parent_process", lambda: "a pool's")
+        ahead.compile_ahead(kernel(tmp_path / "elsewhere"))
+    with monkeypatch.context() as patched:
+        patched.setattr(sys, "frozen", True, raising=False)  # it is no Python, but a program
+        ahead.compile_ahead(kernel(tmp_path / "elsewhere"))
+    with monkeypatch.context() as patched:
+        patched.setenv("HOUSEEXPO_COMPILES", "1")
+        ahead.compile_ahead(kernel(tmp_path / "elsewhere"))
     assert started == []
+    ahead.compile_ahead(kernel(tmp_path / "elsewhere"))
+    assert len(started) == 1
 
 
 @compiled_only
-def test_without_another_process_it_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: Any, **__: Any) -> None:
+def test_without_another_process_it_goes_on(
+    tmp_path: Path, started: list[list[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(command: list[str], **_: Any) -> None:
+        started.append(command)
         raise BlockingIOError("no more processes")
 
     monkeypatch.setattr(ahead.subprocess, "Popen", refuse)
     one = kernel(tmp_path)
     ahead.compile_ahead(one)
+    assert len(started) == 1
+    assert not ahead._running
     ahead.wait_for(one)
+
+
+def test_who_is_interrupted_while_waiting_leaves_nobody_behind(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def interrupted(_: float) -> None:
+        raise KeyboardInterrupt
+
+    one, process = kernel(tmp_path), sleeper(60.0)
+    monkeypatch.setattr(ahead, "_running", {one: process})
+    with monkeypatch.context() as patched:
+        patched.setattr(process, "wait", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            ahead.wait_for(one)
+    ahead._end_all()
+    assert process.returncode not in {None, 0}
 
 
 def test_who_hangs_is_ended(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

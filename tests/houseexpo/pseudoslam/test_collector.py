@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 from typing import Any
 
 import pytest
@@ -13,6 +14,7 @@ from numba.core.event import Event, Listener, install_listener
 from houseexpo.pseudoslam.kernels.collector import rest_while_compiling
 
 PACKAGE = "tests.somewhere"
+pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 
 
 @pytest.fixture(autouse=True, scope="module")

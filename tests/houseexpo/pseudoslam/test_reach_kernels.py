@@ -49,6 +49,19 @@ def test_all_that_is_seen_from_somewhere_counts_and_nothing_else(radius_px: floa
     assert 0.0 < min(shares) < 1.0
 
 
+def test_no_sight_is_a_matter_of_rounding() -> None:
+    """Lines from middle to middle graze corners; a cell that no scan sees would keep coverage below 1 for ever."""
+    tried = 0
+    for seed in range(2 if UNCOMPILED else 300):
+        rng = np.random.default_rng(seed)
+        solid, radius_px, range_px = house(seed), rng.uniform(1.2, 3.2), rng.uniform(3.0, 40.0)
+        stand = standing_cells(solid, radius_px)
+        tried += int(stand.any())
+        expected = slow_visible(solid, stand, range_px)
+        assert np.array_equal(visible_cells(solid, stand, radius_px, range_px), expected), seed
+    assert tried > 0
+
+
 @pytest.mark.parametrize("near_px", [0.5, 4.0, 50.0])
 def test_how_far_it_looks_first_changes_nothing(near_px: float) -> None:
     solid = house(9)

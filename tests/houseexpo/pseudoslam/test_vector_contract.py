@@ -18,6 +18,7 @@ from gymnasium.vector import AutoresetMode
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
+from houseexpo.pseudoslam.crew import Crew
 from houseexpo.pseudoslam.vector_env import PseudoSlamVectorEnv
 from tests.builders.vectors import HUTS, assert_same, native
 
@@ -307,13 +308,50 @@ def test_nothing_steps_before_it_is_reset() -> None:
         env.step(np.zeros(2, np.int64))
 
 
-def test_a_reset_that_fails_leaves_nothing_half_begun() -> None:
-    env = explorers(3)
+def test_a_reset_that_fails_leaves_nothing_half_begun(monkeypatch: pytest.MonkeyPatch) -> None:
+    env, begun = explorers(3), []
     env.reset(seed=0)
-    with pytest.raises(ConfigError, match="plan_id"):
-        env.reset(options={"plan_id": "nowhere"})
-    with pytest.raises(gymnasium.error.ResetNeeded, match=r"environments \[0, 1, 2\]"):
+    begin = env.unwrapped._begin
+
+    def fails_at_the_second(i: int, plan_id: str | None) -> None:
+        begun.append(i)
+        if len(begun) == 2:
+            raise ConfigError("obstacles: no place")
+        begin(i, plan_id)
+
+    monkeypatch.setattr(env.unwrapped, "_begin", fails_at_the_second)
+    with pytest.raises(ConfigError, match="no place"):
+        env.reset(options={"reset_mask": np.array([True, True, False])})
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"environments \[0, 1\]"):
         env.step(np.zeros(3, np.int64))
     env.reset(seed=0)
     env.step(np.zeros(3, np.int64))
     env.close()
+
+
+def test_an_interrupted_reset_can_be_made_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As by Ctrl-C while kernels are compiled for the first time."""
+    env = explorers(2)
+    with monkeypatch.context() as patched:
+        patched.setattr(Crew, "take_on", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            env.reset(seed=0)
+    found, _ = env.reset(seed=0)
+    expected, _ = explorers(2).reset(seed=0)
+    np.testing.assert_array_equal(found, expected)
+    env.step(np.zeros(2, np.int64))
+
+
+def interrupted(*_: Any) -> None:
+    raise KeyboardInterrupt
+
+
+def test_infos_are_the_callers_own() -> None:
+    envs = [explorers(3), explorers(3)]
+    for env in envs:
+        env.reset(seed=0)
+    for k in range(30):
+        (*_, one), (*_, other) = (env.step(np.full(3, k % 3)) for env in envs)
+        assert_same(one, other)
+        for value in other.values():
+            value[:] = value.dtype.type(0) if value.dtype != object else None
