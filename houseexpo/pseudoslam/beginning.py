@@ -82,7 +82,10 @@ def _furnished(world: World, config: SimulatorConfig, rng: np.random.Generator) 
         return Placement(world.solid, world.stand, ())
     radius_px = config.robot.radius_m * config.pixels_per_metre
     if not len(world.tracks.times_s):
-        return place(world.solid, world.stand, world.frame, radius_px=radius_px, config=config.obstacles, rng=rng)
+        return place(
+            world.solid, world.stand, world.frame,
+            radius_px=radius_px, config=config.obstacles, rng=rng, free_before=world.free_before,
+        )  # fmt: skip
     kept = swept_cells(world.tracks, world.solid.shape) & (world.solid == 0)
     solid = world.solid | kept.view(np.uint8)
     placed = place(solid, world.stand, world.frame, radius_px=radius_px, config=config.obstacles, rng=rng)

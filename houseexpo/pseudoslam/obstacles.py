@@ -12,7 +12,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.frame import GridFrame
 from houseexpo.pseudoslam.cells import count_before, nth_cell
 from houseexpo.pseudoslam.kernels.obstacles import FITS, OVERLAPS, set_down
-from houseexpo.pseudoslam.kernels.types import Cells, Grid
+from houseexpo.pseudoslam.kernels.types import Cells, Counts, Grid
 from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.shapes import Obstacle
 
@@ -47,6 +47,7 @@ def place(
     radius_px: float,
     config: ObstaclesConfig,
     rng: np.random.Generator,
+    free_before: Counts | None = None,
     into: Placement | None = None,
 ) -> Placement:
     """Set obstacles down so that the robot can still go everywhere.
@@ -66,6 +67,8 @@ def place(
         1 where the middle of a robot of ``radius_px`` can be, one piece, as ``standing_cells`` finds it.
     rng
         Drawn from only for random obstacles.
+    free_before
+        ``count_before`` of the free cells, if it is known.
     into
         Another placement in a house of this shape, done with: its arrays are written over and returned.
 
@@ -75,11 +78,15 @@ def place(
         Where an obstacle was told to stand where it cannot, or the random ones find no place.
     """
     wanted = int(rng.integers(*config.random.number, endpoint=True)) if config.random else 0
+    if free_before is None and wanted:
+        free_before = count_before(solid, 0)
     most = 0
     for _ in range(_ROUNDS):
         house = _House(solid, stand, frame, radius_px, into)
         _set_down_told(house, config.placed)
-        drawn = _set_down_drawn(house, config.random, wanted, rng) if config.random else []
+        drawn: list[Obstacle] = []
+        if config.random and free_before is not None:
+            drawn = _set_down_drawn(house, free_before, config.random, wanted, rng)
         if len(drawn) == wanted:
             return Placement(house.solid, house.stand, (*config.placed, *drawn))
         most = max(most, len(drawn))
@@ -128,9 +135,10 @@ def _set_down_told(house: _House, placed: tuple[Obstacle, ...]) -> None:
             raise ConfigError(f"{where} overlaps {what}; move it, or make it smaller")
 
 
-def _set_down_drawn(house: _House, config: RandomObstacles, wanted: int, rng: np.random.Generator) -> list[Obstacle]:
+def _set_down_drawn(
+    house: _House, before: Counts, config: RandomObstacles, wanted: int, rng: np.random.Generator
+) -> list[Obstacle]:
     """Set random obstacles down, up to the first that finds no place."""
-    before = count_before(house.empty, 0)
     n_free = int(before[-1])
     found: list[Obstacle] = []
     for _ in range(wanted if n_free else 0):

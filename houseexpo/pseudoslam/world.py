@@ -68,6 +68,11 @@ class World:
         return x, y
 
     @cached_property
+    def free_before(self) -> npt.NDArray[np.int64]:
+        """``count_before`` of the free cells."""
+        return count_before(self.solid, 0)
+
+    @cached_property
     def stand_before(self) -> npt.NDArray[np.int64]:
         """``count_before`` of the standing cells."""
         return count_before(self.stand, 1)
