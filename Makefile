@@ -33,7 +33,7 @@ dataset: setup ## build the demo data set: 300 houses made by the project, into 
 	@$(BIN)/houseexpo stats $(DATASET) --out $(DATASET)/.build/statistics.html
 
 test: setup ## run the tests (under 5 minutes on two cores)
-	@$(BIN)/python -m pytest -q -m 'not slow'
+	@$(BIN)/python -m pytest -q -m 'not slow' -n auto --maxprocesses 8 --dist loadfile
 
 test-all: setup ## run the slow tests too
 	@$(BIN)/python -m pytest -q
