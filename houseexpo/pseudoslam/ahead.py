@@ -20,9 +20,7 @@ from numba.core import config as config_of_numba
 Kernel = Callable[..., None]
 
 _MOST_S = 120.0  # that anybody waits for the other process
-_MARK = (
-    "HOUSEEXPO_COMPILES"  # in the other process's environment: it starts no further ones, whatever it turns out to be
-)
+_MARK = "HOUSEEXPO_COMPILES"  # in the environment of the other process: whatever it is, it starts no further ones
 _running: dict[Kernel, subprocess.Popen[bytes]] = {}
 
 
@@ -42,8 +40,8 @@ def compile_ahead(kernel: Any) -> None:
     if cores() < 2 or not is_python or _MARK in os.environ or multiprocessing.parent_process() is not None:
         return
     command = [sys.executable, "-m", "houseexpo.pseudoslam.compiling", kernel.__name__]
-    paths = os.pathsep.join(path or str(Path.cwd()) for path in sys.path)
     try:
+        paths = os.pathsep.join(path or str(Path.cwd()) for path in sys.path)
         _running[kernel] = subprocess.Popen(  # noqa: S603  # this interpreter, and a name of ours
             command,
             env={**os.environ, "PYTHONPATH": paths, "PYTHONSAFEPATH": "1", _MARK: "1"},
@@ -51,7 +49,7 @@ def compile_ahead(kernel: Any) -> None:
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
-    except OSError:  # no more processes are allowed: it is compiled here
+    except OSError:  # no more processes are allowed, or the folder is gone: it is compiled here
         return
 
 

@@ -12,7 +12,7 @@ from houseexpo.pseudoslam.kernels.instructions import intrinsic, place
 from houseexpo.pseudoslam.kernels.types import Grid
 
 LINE = 32
-"""Cells that ``copy_line`` copies: as many as the widest registers that are everywhere hold."""
+"""Cells that ``copy_line`` copies, with one or two instructions each way."""
 
 
 def eight(flat: Grid, first: int) -> int:
