@@ -20,6 +20,11 @@ THREADS: Final = (
 """Libraries read these when they are loaded."""
 
 
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 @contextmanager
 def single_threaded() -> Iterator[None]:
     """Have processes that start within compute with one thread."""

@@ -5,7 +5,6 @@ What is heavy is imported where a command runs, so that ``houseexpo --help`` ans
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -56,6 +55,7 @@ def build(
     """
     from rich.console import Console
 
+    from houseexpo.workers import cores
     from pipeline.build import build as run_build
     from pipeline.overrides import load_overrides
     from pipeline.report import outcome_table, plans_line, reasons_lines, write_report
@@ -72,7 +72,7 @@ def build(
     console = Console()
     with _progress(Console(stderr=True)) as bar:
         overrides, show = load_overrides(config), _shown(bar)
-        data_set = run_build(settings, out, overrides=overrides, workers=workers or _cores(), progress=show)
+        data_set = run_build(settings, out, overrides=overrides, workers=workers or cores(), progress=show)
         write_report(data_set, show)
     console.print(outcome_table(data_set.stats))
     if (line := plans_line(data_set.stats)) is not None:
@@ -146,8 +146,3 @@ def _shown(bar: Progress) -> Any:
         bar.update(tasks[what], completed=done, rate=f"{speed:.1f}/s" if speed and total > 1 else "")
 
     return show
-
-
-def _cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import msgspec
 
 from houseexpo.dataset import Dataset
+from houseexpo.workers import cores
 from stats.record import VERSION, Record, record, record_with_rooms
 from stats.summary import PlanSummary
 
@@ -56,7 +56,7 @@ def records(data_set: Dataset, *, geometry: bool = False, workers: int | None = 
         Processes; one a core by default.
     """
     name, measure = (f"statistics with rooms {VERSION}", record_with_rooms) if geometry else (_PLAIN, record)
-    found = data_set.derived(name, measure, workers or _cores())
+    found = data_set.derived(name, measure, workers or cores())
     return [msgspec.convert(values, Record) for values in found]
 
 
@@ -75,7 +75,3 @@ def add_up(data_set: Dataset, measured: Iterable[Record], *, geometry: bool = Fa
 
 
 _PLAIN = f"statistics {VERSION}"
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

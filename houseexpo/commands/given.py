@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,11 +10,6 @@ from houseexpo.errors import ConfigError
 if TYPE_CHECKING:
     from houseexpo.dataset import Dataset
     from houseexpo.plan import FloorPlan
-
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def data_set(path: Path | None) -> Dataset:

@@ -24,10 +24,10 @@ def split(
     from rich.console import Console
     from rich.table import Table
 
-    from houseexpo.commands.given import cores
     from houseexpo.dataset import open_dataset
     from houseexpo.splits import PAPER, write_split
     from houseexpo.splits import split as run_split
+    from houseexpo.workers import cores
 
     if out is None and not dataset.is_dir():
         raise ConfigError(f"{dataset}: an archive is not written to; say where with --out")

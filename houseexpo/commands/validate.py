@@ -20,9 +20,9 @@ def validate(
     from rich.console import Console
     from rich.table import Table
 
-    from houseexpo.commands.given import cores
     from houseexpo.validation import RULES
     from houseexpo.validation import validate as run_validate
+    from houseexpo.workers import cores
 
     report = run_validate(dataset, workers or cores())
     console = Console()

@@ -13,20 +13,18 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from numba.core import config as config_of_numba
 
-Kernel = Callable[..., None]
+from houseexpo.workers import cores
+
+Kernel: TypeAlias = Callable[..., None]
+"""One that makes the steps of environments."""
 
 _MOST_S = 120.0  # that anybody waits for the other process
 _MARK = "HOUSEEXPO_COMPILES"  # in the environment of the other process: whatever it is, it starts no further ones
 _running: dict[Kernel, subprocess.Popen[bytes]] = {}
-
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def compile_ahead(kernel: Any) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 from numba.core import config as config_of_numba
 
-from houseexpo.pseudoslam.ahead import cores
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.crew import Crew
 from houseexpo.pseudoslam.kernels.step import Episode, Rules
@@ -17,6 +16,7 @@ from houseexpo.pseudoslam.pools import RASTERS, SHOWN, Array, leaves, like, one_
 from houseexpo.pseudoslam.rules import kernel_for, scratch_of
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.views import Views
+from houseexpo.workers import cores
 
 _SPARE = 1.25  # room for the next bigger house
 

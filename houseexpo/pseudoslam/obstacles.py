@@ -78,15 +78,12 @@ def place(
         Where an obstacle was told to stand where it cannot, or the random ones find no place.
     """
     wanted = int(rng.integers(*config.random.number, endpoint=True)) if config.random else 0
-    if free_before is None and wanted:
-        free_before = count_before(solid, 0)
+    before = count_before(solid, 0) if free_before is None else free_before
     most = 0
     for _ in range(_ROUNDS):
         house = _House(solid, stand, frame, radius_px, into)
         _set_down_told(house, config.placed)
-        drawn: list[Obstacle] = []
-        if config.random and free_before is not None:
-            drawn = _set_down_drawn(house, free_before, config.random, wanted, rng)
+        drawn = _set_down_drawn(house, before, config.random, wanted, rng) if config.random else []
         if len(drawn) == wanted:
             return Placement(house.solid, house.stand, (*config.placed, *drawn))
         most = max(most, len(drawn))

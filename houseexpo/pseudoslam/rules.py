@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam import kernels
-from houseexpo.pseudoslam.ahead import compile_ahead, wait_for
+from houseexpo.pseudoslam.ahead import Kernel, compile_ahead, wait_for
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.among import transitions_among
-from houseexpo.pseudoslam.kernels.stale import forget_stale
 from houseexpo.pseudoslam.kernels.step import (
     ARRAYS,
     MOVED,
@@ -29,12 +25,9 @@ from houseexpo.pseudoslam.people import walk_of
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.world import scan_buffers
 
-Kernel: TypeAlias = Callable[..., None]
-
 _KERNELS: tuple[Any, ...] = (transitions, transitions_by_rays, transitions_in_full, transitions_among)
 KERNELS: dict[str, Kernel] = {kernel.__name__: kernel for kernel in _KERNELS}
 """All kernels of steps, by their names."""
-forget_stale(transitions, Path(kernels.__path__[0]))
 _ONE = np.array([MOVED], np.uint8)
 _STILL = np.zeros((1, 2))
 _NO_VIEWS = (np.empty((0, 0, 0), np.uint8),) * ARRAYS

@@ -34,7 +34,10 @@ class Task(ABC):
 
     @abstractmethod
     def rewards(self, before: Measures, after: Measures, ahead: Bools, success: Bools) -> Floats:
-        """Return the rewards of a step; ``ahead`` says where the action was to go forward."""
+        """Return the rewards of a step.
+
+        ``ahead`` says where the action was to go forward, ``success`` where the task is fulfilled now.
+        """
 
     @abstractmethod
     def success(self, after: Measures) -> Bools:

@@ -4,6 +4,11 @@ Positions are pixels: x across, y down, cell (row, col) spans [col, col + 1) x [
 counter-clockwise as one sees the grid with row 0 at the top. Grids are flat (rows * cols) where a cell is one number.
 """
 
+from pathlib import Path
+
 from houseexpo.pseudoslam.kernels.collector import rest_while_compiling
+from houseexpo.pseudoslam.kernels.mapping import merge_cells
+from houseexpo.pseudoslam.kernels.stale import forget_stale
 
 rest_while_compiling(__name__)
+forget_stale(merge_cells, Path(__file__).parent)  # before any kernel is looked for on disk
