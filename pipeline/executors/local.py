@@ -66,7 +66,7 @@ def run(
             if not running:
                 return
             done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in done:
+            for future in [one for one in running if one in done]:  # many may have ended: as they were handed over
                 outcome: Result | Failure = _outcome(future, limits)
                 yield running.pop(future), outcome
 

@@ -41,6 +41,15 @@ def test_an_item_that_fails_takes_no_other_with_it(workers: int) -> None:
     assert found["raise"] == Failure("raised", "ValueError: as told")
 
 
+def test_one_worker_gives_results_in_the_order_of_the_items_however_late_they_are_asked_for() -> None:
+    words = [f"word {i}" for i in range(8)]
+    results = run(behave, words, workers=1, limits=LIMITS)
+    found = [next(results)[0]]
+    time.sleep(0.3)  # the others end meanwhile, all of them before anybody looks
+    found += [word for word, _ in results]
+    assert found == words
+
+
 def test_workers_compute_with_one_thread_and_the_caller_keeps_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
     assert dict(run(threads, ["OMP_NUM_THREADS"], workers=1, limits=LIMITS)) == {"OMP_NUM_THREADS": "1"}
