@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from operator import gt
 from typing import Any
 
@@ -11,14 +12,15 @@ from numba.core import config as config_of_numba
 
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.crew import Crew
-from houseexpo.pseudoslam.kernels.step import Episode, Rules
-from houseexpo.pseudoslam.pools import RASTERS, SHOWN, Array, leaves, like, one_of
+from houseexpo.pseudoslam.kernels.step import KNOWN, Episode, Rules
+from houseexpo.pseudoslam.pools import MAP, RASTERS, SHOWN, Array, leaves, like, one_of
 from houseexpo.pseudoslam.rules import kernel_for, scratch_of
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.views import Views
 from houseexpo.workers import cores
 
 _SPARE = 1.25  # room for the next bigger house
+_NOTHING = np.empty(0, np.uint8)
 
 
 class Batch:
@@ -30,14 +32,14 @@ class Batch:
 
     def __init__(self, number: int, config: SimulatorConfig, rules: Rules, threads: int | None = None) -> None:
         off = config_of_numba.DISABLE_JIT  # type: ignore[attr-defined]  # what is not compiled is for one thread
-        threads = 1 if off else min(threads or cores(), number)
+        self.threads = 1 if off else min(threads or cores(), number)
         self.sizes = np.zeros((number, 2), np.int64)
         self._number, self._rules = number, rules
         self._leaves: list[Array] = []
         self._room: list[int] = []
         self._rest: dict[int, tuple[Any, ...]] = {}
         self._motions, self._wanted = np.zeros((number, 2)), np.zeros(number, np.uint8)
-        self._crew = Crew(number, [scratch_of(config) for _ in range(threads)])
+        self._crew = Crew(number, [scratch_of(config) for _ in range(self.threads)])
         self._views: Views
         self._drawn = -1
         self._pools: tuple[Episode, ...] = ()
@@ -50,7 +52,8 @@ class Batch:
 
         What it is shown is to be drawn yet: the array of the last views may be the caller's.
         """
-        parts = list(leaves(state.episode))
+        self._crew.finish()
+        parts = leaves(state.episode)
         parts[:RASTERS] = [raster.ravel() for raster in parts[:RASTERS]]
         if not self._leaves:
             self._leaves = [np.zeros((self._number, *leaf.shape), leaf.dtype) for leaf in parts]
@@ -60,30 +63,53 @@ class Batch:
         if any(map(gt, map(len, parts), self._room)):
             self._leaves = [_wider(old, len(leaf)) for leaf, old in zip(parts, self._leaves, strict=True)]
             self._lay_out(state)
+        if not state.counts[KNOWN]:
+            self._leaves[MAP][i, : len(parts[MAP])] = 0
+            parts[MAP] = _NOTHING
+        parts[SHOWN] = _NOTHING
         for leaf, pool in zip(parts, self._leaves, strict=True):
             if leaf.size:  # half of them are of what there is not
                 pool[i, : len(leaf)] = leaf
         self.sizes[i] = state.episode.solid.shape
-        self._rest[i] = state.obstacles, state.goal_m, state.best_way_m
+        self._rest[i] = state.countable_cells, state.obstacles, state.goal_m, state.best_way_m
 
     def state(self, i: int) -> State:
         """Return the episode that was put at place ``i``: its arrays are views, which the next step changes."""
         rows, cols = self.sizes[i].tolist()
         return State(one_of(self.arrays, i, (rows, cols)), *self._rest[i])
 
-    def step(self, motions: npt.NDArray[np.float64], wanted: npt.NDArray[Any], *, fresh: bool = False) -> Array | None:
+    def step(
+        self,
+        motions: npt.NDArray[np.float64],
+        wanted: npt.NDArray[Any],
+        *,
+        fresh: bool = False,
+        meanwhile: Callable[[], bool] | None = None,
+    ) -> None:
         """Do what is ``wanted`` (N,), see ``kernels.step``: ``motions`` (N, 2) are turn and way, radians and pixels.
 
-        With ``fresh``, views (N, side, side) are drawn into an array that nobody holds, which is returned: those left
-        are not in it. None where the caller holds so many that there is none. Otherwise they are drawn where they were
-        the last time.
+        Parameters
+        ----------
+        fresh
+            Draw views into an array that nobody holds: those left are not in it. Otherwise where they were drawn last.
+        meanwhile
+            Work for the caller's thread, see ``Crew.step``.
         """
+        self._crew.finish()
         self._motions[:], self._wanted[:] = motions, wanted
         if fresh:
             self._drawn = self._views.free()
             self.arrays = self._pools[self._drawn]
-        self._crew.step(self._drawn)
-        return self._views.lent[self._drawn] if fresh and self._drawn >= 0 else None
+        self._crew.step(self._drawn, meanwhile)
+
+    def views(self) -> Array | None:
+        """Return the last step's views (N, side, side), all drawn: the caller's own for as long as he holds them.
+
+        None where they were not to be ``fresh``, or the caller holds so many that there was no array for them: then
+        they are in ``arrays.shown``.
+        """
+        self._crew.finish()
+        return self._views.lent[self._drawn] if self._drawn >= 0 else None
 
     def _lay_out(self, state: State) -> None:
         """Make the pools those of the steps to come."""

@@ -37,17 +37,23 @@ def begin(
     rng: np.random.Generator,
     *,
     complete: bool = False,
+    own: bool = True,
 ) -> State:
     """Return the state at the start of an episode in a world, before its first look (``rules.look_round``).
 
     ConfigError where the world cannot give what is asked.
 
-    ``complete`` has the overview and the ranges drawn, too.
+    Parameters
+    ----------
+    complete
+        Have the overview and the ranges drawn, too.
+    own
+        Give the state rasters of its own; otherwise they may be the world's, not to be written to.
     """
     key = int(rng.integers(2**62))
     placed = _furnished(world, config, rng)
     bodies = new_bodies(len(world.tracks.times_s), config.people.number)
-    solid = placed.solid.copy()
+    solid = placed.solid.copy() if config.trajectories or config.people.number else placed.solid
     if config.trajectories:
         stamp_bodies(solid, new_bodies(len(config.trajectories), 0), world.tracks, rules.walk)
     pose = _random_pose(placed.stand, solid, world, config, rng)
@@ -60,7 +66,11 @@ def begin(
             config.people, placed.solid, bodies, world.tracks, world.flow, rules.walk, key, robot, world.plan_id
         )
         stamp_bodies(solid, bodies, world.tracks, rules.walk)
-    countable = _countable(world, placed, config, scratch)
+    countable, countable_cells = _countable(world, placed, config, scratch)
+    if own and solid is world.solid:
+        solid = solid.copy()
+    if own and countable is world.countable:
+        countable = countable.copy()
     poses = np.concatenate((pose, pose))  # where it is, and where it believes to be
     side, cells = config.side_px, config.observation.global_cells if complete else 0
     episode = Episode(
@@ -69,10 +79,10 @@ def begin(
         np.zeros(7, np.int64), np.array([0.0, 0.0, best, pose[0], pose[1]]), bodies, world.tracks, world.flow, field,
     )  # fmt: skip
     episode.counts[STEPS], episode.counts[KEY] = -1, key
-    state = State(episode, placed.obstacles, goal, best / config.pixels_per_metre)
+    state = State(episode, countable_cells, placed.obstacles, goal, best / config.pixels_per_metre)
     if config.known_map:
         episode.known[:] = np.where(placed.solid != 0, OBSTACLE, FREE)
-        episode.counts[[KNOWN, COVERED]] = solid.size, state.countable_cells
+        episode.counts[[KNOWN, COVERED]] = solid.size, countable_cells
     return state
 
 
@@ -93,12 +103,13 @@ def _furnished(world: World, config: SimulatorConfig, rng: np.random.Generator) 
     return placed
 
 
-def _countable(world: World, placed: Placement, config: SimulatorConfig, scratch: Scratch) -> Grid:
-    """Return what coverage counts: of what could be seen of the empty house, what still can."""
+def _countable(world: World, placed: Placement, config: SimulatorConfig, scratch: Scratch) -> tuple[Grid, int]:
+    """Return what coverage counts, of what could be seen of the empty house what still can, and how many cells."""
     if not placed.obstacles:
-        return world.countable.copy()
+        return world.countable, world.countable_cells
     radius_px, range_px = (size_m * config.pixels_per_metre for size_m in (config.robot.radius_m, config.laser.range_m))
-    return visible_cells(placed.solid, placed.stand, radius_px, range_px, buffers=scratch[:3], among=world.countable)
+    found = visible_cells(placed.solid, placed.stand, radius_px, range_px, buffers=scratch[:3], among=world.countable)
+    return found, int(np.count_nonzero(found.view(bool)))
 
 
 def _random_pose(

@@ -25,7 +25,7 @@ def example() -> tuple[Any, ...]:
         raster, raster, raster, raster, raster, np.zeros(1), np.zeros(6), np.zeros(7, np.int64), np.zeros(5),
         new_bodies(0, 0), no_tracks(), no_flow(), no_field(),
     )  # fmt: skip
-    return arguments_of(State(episode), np.zeros((1, 2)), rules_of(config), scratch_of(config))
+    return arguments_of(State(episode, 0), np.zeros((1, 2)), rules_of(config), scratch_of(config))
 
 
 if __name__ == "__main__":

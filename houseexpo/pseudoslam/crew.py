@@ -11,8 +11,23 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.kernels.crew import EPOCH, FAILED, INSIDE, VIEWS, new_crew
+from houseexpo.pseudoslam.kernels.crew import (
+    EPOCH,
+    FAILED,
+    INSIDE,
+    LEADER,
+    NUMBER,
+    REJOINING,
+    VIEWS,
+    new_crew,
+    outstanding,
+    post,
+    untaken,
+)
 from houseexpo.pseudoslam.kernels.types import Scratch
+
+_LAG = 16
+"""Views put off for each of the other threads: what it draws while the caller's makes rewards and infos of a step."""
 
 
 @dataclass(eq=False)
@@ -33,9 +48,9 @@ class _Shared:
             return
         kernel, arguments, epoch = self.work
         try:
-            kernel(*arguments, self.scratch[thread], self.words, epoch, thread)
+            kernel(*arguments, self.scratch[max(thread, LEADER)], self.words, epoch, thread)
         except BaseException as error:
-            if thread > 0 or isinstance(error, Exception):
+            if thread > LEADER or isinstance(error, Exception):
                 self.errors.append(error)
                 self.words[FAILED] = 1  # nobody waits for what is not done
             raise  # what interrupts the caller's thread does so before or after a step: its kernel hears nothing
@@ -51,7 +66,8 @@ class Crew:
 
     def __init__(self, number: int, scratch: list[Scratch]) -> None:
         wakes = [threading.Event() for _ in scratch[1:]]
-        self._shared = _Shared(scratch, new_crew(number, len(scratch)), wakes)
+        lag = min(_LAG * len(wakes), number)
+        self._shared = _Shared(scratch, new_crew(number, len(scratch), lag), wakes)
         self.close = weakref.finalize(self, _end, self._shared)
         for thread, wake in enumerate(wakes, start=1):
             name = f"pseudoslam-{thread}"
@@ -64,15 +80,45 @@ class Crew:
         ready = compiled(kernel, (*arguments, shared.scratch[0], shared.words, epoch, 0))
         shared.work, shared.words[EPOCH] = (ready, arguments, epoch), epoch
 
-    def step(self, views: int = -1) -> None:
-        """Do one step of all environments; ``views`` says which array takes their views, -1: the pool's own."""
+    def step(self, views: int = -1, meanwhile: Callable[[], bool] | None = None) -> None:
+        """Do one step of all environments, but for some views that others go on to draw: see ``finish``.
+
+        Parameters
+        ----------
+        views
+            Which array takes their views; -1: the pool's own.
+        meanwhile
+            Work for the caller's thread while others step: it is called until it returns False, or they have taken half
+            of the environments. Where there are no others, it is not called.
+        """
         shared = self._shared
         shared.words[VIEWS] = views
         for thread, wake in enumerate(shared.wakes, start=1):
             if not shared.words[INSIDE + thread]:
                 wake.set()
+        if meanwhile is None or not shared.wakes:
+            self._lead(LEADER)
+            return
+        try:
+            post(shared.words)
+            while 2 * untaken(shared.words) > shared.words[NUMBER] and meanwhile():
+                pass
+        finally:
+            self._lead(REJOINING)
+
+    def finish(self) -> None:
+        """Return when all views of the last step are drawn; with others, help to draw them.
+
+        It comes before the next step, and before arrays are changed.
+        """
+        while way := outstanding(self._shared.words):
+            self._lead(way)
+
+    def _lead(self, thread: int) -> None:
+        """Take part in a step as its leader, in one of its ways."""
+        shared = self._shared
         if not shared.errors and shared.work is not None and shared.work[2] == shared.words[EPOCH]:
-            shared.run(0)
+            shared.run(thread)
             if not shared.errors:
                 return
         cause = shared.errors[0] if shared.errors else None

@@ -17,9 +17,9 @@ from houseexpo.pseudoslam.interface import (
     Interface,
     Kind,
     Observation,
+    facts_of,
     interface_of,
     new_facts,
-    set_facts,
 )
 from houseexpo.pseudoslam.measures import Bools, Measures
 from houseexpo.pseudoslam.rules import look_round, step_one
@@ -105,7 +105,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         self._simulator = Simulator(world, self.config, self._rules, self._scratch)
         self._state = self._face.begin(world, self._rules, self._scratch, self.np_random)
         look_round(self._state, self._rules, self._scratch)
-        set_facts(self._facts, 0, self._state, world)
+        self._facts.rows[0] = facts_of(self._state, world)
         after = self._after = self._measures()
         self._trail = []
         self._show()

@@ -147,9 +147,11 @@ class Interface:
             return self.worlds[self.worlds.number_of(plan_id)]
         return self.worlds[int(rng.integers(len(self.worlds)))]
 
-    def begin(self, world: World, rules: Rules, scratch: Scratch, rng: np.random.Generator) -> State:
-        """Return the start of an episode; its first look round is the next step's to take (``rules.look_round``)."""
-        return begin(world, self.config, rules, scratch, rng, complete=self.complete)
+    def begin(
+        self, world: World, rules: Rules, scratch: Scratch, rng: np.random.Generator, *, own: bool = True
+    ) -> State:
+        """Return the start of an episode, see ``beginning.begin``; its first look round is the next step's to take."""
+        return begin(world, self.config, rules, scratch, rng, complete=self.complete, own=own)
 
 
 def interface_of(
@@ -169,12 +171,11 @@ def interface_of(
 
 def new_facts(number: int) -> Facts:
     """Return the facts of so many episodes that have not begun."""
-    return Facts(np.full((number, 6), np.nan), np.ones(number), np.full((number, 2), np.nan), np.zeros(number))
+    rows = np.full((number, 10), np.nan)
+    return Facts(rows, rows[:, :6], rows[:, 6], rows[:, 7], rows[:, 8:])
 
 
-def set_facts(facts: Facts, i: int, state: State, world: World) -> None:
-    """Set the facts of episode ``i``, which begins."""
-    facts.corner_m[i] = (*world.corner_m, 0.0) * 2
-    facts.countable[i] = max(state.countable_cells, 1)
-    facts.goal_m[i] = state.goal_m or (math.nan, math.nan)
-    facts.best_way_m[i] = state.best_way_m
+def facts_of(state: State, world: World) -> tuple[float, ...]:
+    """Return the facts of an episode that begins: a row of ``Facts.rows``."""
+    corner, goal = (*world.corner_m, 0.0), state.goal_m or (math.nan, math.nan)
+    return *corner, *corner, max(state.countable_cells, 1), state.best_way_m, *goal

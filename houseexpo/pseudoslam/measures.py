@@ -17,16 +17,18 @@ Bools = npt.NDArray[np.bool_]
 
 
 class Facts(NamedTuple):
-    """What does not change in an episode; arrays of N."""
+    """What does not change in an episode; arrays of N, parts of one."""
 
+    rows: Floats
+    """(N, 10): all that follows, side by side."""
     corner_m: Floats
     """(N, 6) the plan's (x, y) of the upper left corner of the first cell, and 0: twice, as ``pose`` holds poses."""
     countable: Floats
     """Cells that coverage counts; 1 where there are none."""
-    goal_m: Floats
-    """(N, 2), not a number where there is none."""
     best_way_m: Floats
     """The way from the start to the goal."""
+    goal_m: Floats
+    """(N, 2), not a number where there is none."""
 
 
 class Measures(NamedTuple):

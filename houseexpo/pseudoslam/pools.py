@@ -5,7 +5,7 @@ Some lie in an episode itself, some in tuples of arrays that are its parts: no d
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from itertools import islice
 from typing import Any
 
@@ -16,17 +16,19 @@ from houseexpo.pseudoslam.kernels.step import Episode
 
 Array = npt.NDArray[Any]
 
-RASTERS, SHOWN = 3, Episode._fields.index("shown")
-"""The first arrays of an episode are as big as its house, and lie flat in a pool; which one is its view."""
+RASTERS, MAP, SHOWN = 3, Episode._fields.index("known"), Episode._fields.index("shown")
+"""The first arrays of an episode are as big as its house, and lie flat in a pool; which is its map, and its view."""
 
 
-def leaves(episode: Episode) -> Iterator[Array]:
-    """Yield the arrays of an episode, one after the other."""
+def leaves(episode: Episode) -> list[Array]:
+    """Return the arrays of an episode, one after the other."""
+    found: list[Array] = []
     for part in episode:
         if isinstance(part, np.ndarray):
-            yield part
+            found.append(part)
         else:
-            yield from part
+            found.extend(part)
+    return found
 
 
 def like(episode: Episode, arrays: Iterable[Array]) -> Episode:

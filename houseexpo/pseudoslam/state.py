@@ -23,6 +23,8 @@ class State:
     episode
         All that changes, as arrays (``kernels.step.Episode``), and what is the episode's own: equal bytes there are
         equal episodes.
+    countable_cells
+        How many cells coverage counts.
     obstacles
         What was set down at the start, those told and those drawn.
     goal_m
@@ -32,6 +34,7 @@ class State:
     """
 
     episode: Episode
+    countable_cells: int
     obstacles: tuple[Obstacle, ...] = ()
     goal_m: tuple[float, float] | None = None
     best_way_m: float = 0.0
@@ -45,11 +48,6 @@ class State:
     def place(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
         """What kernels take beside the pool: its rasters' rows and columns, and a crew of one."""
         return np.array([self.episode.solid.shape], np.int64), new_crew(1, 1)
-
-    @cached_property
-    def countable_cells(self) -> int:
-        """How many cells coverage counts; they stay the same."""
-        return int(np.count_nonzero(self.episode.countable.view(bool)))
 
     @property
     def solid(self) -> npt.NDArray[np.uint8]:
@@ -89,7 +87,8 @@ class State:
     def copy(self) -> State:
         """Return a state that shares nothing with this one."""
         return State(
-            like(self.episode, (leaf.copy() for leaf in leaves(self.episode))),
+            like(self.episode, [leaf.copy() for leaf in leaves(self.episode)]),
+            self.countable_cells,
             self.obstacles,
             self.goal_m,
             self.best_way_m,

@@ -9,7 +9,6 @@ from typing import Any
 import gymnasium
 import numpy as np
 import numpy.typing as npt
-from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
@@ -19,11 +18,12 @@ from houseexpo.pseudoslam.checks import whole
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.env import PseudoSlamEnv, plan_of
 from houseexpo.pseudoslam.fronts import ForExploration, ForNavigation, ForObstacleAvoidance
-from houseexpo.pseudoslam.interface import MAPS, Actions, Kind, Observation, interface_of, new_facts, set_facts
+from houseexpo.pseudoslam.interface import MAPS, Actions, Kind, Observation, interface_of, new_facts
 from houseexpo.pseudoslam.kernels.crew import MOST
 from houseexpo.pseudoslam.kernels.step import DRAWN, LEFT, MOVED
 from houseexpo.pseudoslam.measures import Measures
 from houseexpo.pseudoslam.simulator import Simulator
+from houseexpo.pseudoslam.starts import Starts
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.tasks import Task
 from houseexpo.pseudoslam.worlds import Plans
@@ -89,11 +89,13 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._rules, self._scratch = self._face.rules(), self._face.scratch()
         self._batch = Batch(num_envs, self.config, self._rules, threads)
-        self._rngs: list[np.random.Generator | None] = [None] * num_envs
+        ahead = self._mode != AutoresetMode.DISABLED and self._batch.threads > 1
+        self._starts = Starts(self._face, self._rules, self._scratch, num_envs, ahead=ahead)
         self._plan_ids = np.full(num_envs, None, object)
         self._simulators: dict[int, Simulator] = {}
         self._ended = np.ones(num_envs, bool)
         self._begun = np.zeros(num_envs, bool)
+        self._are_begun = False
         self._everywhere, self._all = np.ones(num_envs, bool), np.full(num_envs, MOVED, np.uint8)
         self._facts = new_facts(num_envs)
         self._after: Measures
@@ -104,20 +106,20 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         rest = dict(options or {})
         which = self._mask(rest.pop("reset_mask", None))
         plan_id = plan_of(rest)
-        self._begun &= ~which  # where a start fails, none of them is half begun
+        self._are_begun, self._begun = False, self._begun & ~which  # where a start fails, none of them is half begun
         for i in np.flatnonzero(which).tolist():
-            if seeds[i] is not None or self._rngs[i] is None:
-                self._rngs[i] = seeding.np_random(seeds[i])[0]
+            self._starts.seed(i, seeds[i])
             self._begin(i, plan_id)
-        views = self._look_round(which, DRAWN)
+        self._look_round(which, DRAWN)
         self._begun |= which
+        self._are_begun = bool(self._begun.all())
         infos = self._infos(self._after, self.task.success(self._after), which)
-        return self._observations(self._after, views), infos
+        return self._observations(self._after), infos
 
     def step(self, actions: npt.NDArray[Any]) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
         """Take one action in each environment; actions (N,) or (N, 2)."""
-        ready = self._begun & ~self._ended if self._mode == AutoresetMode.DISABLED else self._begun
-        if np.count_nonzero(ready) < self.num_envs:
+        if not self._are_begun or (self._mode == AutoresetMode.DISABLED and np.count_nonzero(self._ended)):
+            ready = self._begun & ~self._ended if self._mode == AutoresetMode.DISABLED else self._begun
             which = np.flatnonzero(~ready).tolist()
             raise gymnasium.error.ResetNeeded(f"environments {which}: call reset() before the next step")
         motions, ahead = self._face.motions(actions, self.num_envs)
@@ -125,8 +127,8 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         for i in starting:
             self._begin(i, None)
             motions[i] = 0.0
-        before = self._after
-        views = self._batch.step(motions, self._all, fresh=self._copy)
+        before, prepare = self._after, self._starts.prepare if self._starts.lack else None
+        self._batch.step(motions, self._all, fresh=self._copy, meanwhile=prepare)
         after = self._after = self._measures()
         success = self.task.success(after)
         rewards = self.task.rewards(before, after, ahead, success)
@@ -142,7 +144,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             self._look_round(ended, LEFT)
             success = self.task.success(self._after)
         infos = self._infos(self._after, success, self._everywhere) | final
-        return self._observations(self._after, views), rewards, terminated, truncated, infos
+        return self._observations(self._after), rewards, terminated, truncated, infos
 
     def state(self, i: int) -> State:
         """Return environment ``i``'s episode: its arrays are views, which the next step changes.
@@ -167,31 +169,26 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
 
     def _begin(self, i: int, plan_id: str | None) -> None:
         """Put the start of an episode in place ``i``; it has not looked round yet."""
-        rng = self._rngs[i]
-        if rng is None:
-            raise gymnasium.error.ResetNeeded(f"environment {i}: call reset() before anything else")
-        world = self._face.draw(rng, plan_id)
-        state = self._face.begin(world, self._rules, self._scratch, rng)
+        world, state, self._facts.rows[i] = self._starts.next(i, plan_id)
         self._batch.put(i, state)
-        set_facts(self._facts, i, state, world)
         self._plan_ids[i] = world.plan_id
         if self.render_mode is not None:  # a simulator keeps its world's rasters
             self._simulators[i] = Simulator(world, self.config, self._rules, self._scratch)
 
-    def _look_round(self, which: Bools, others: int) -> npt.NDArray[np.uint8] | None:
+    def _look_round(self, which: Bools, others: int) -> None:
         """Take the first looks of the episodes that have just begun, together; the views are new if all are shown."""
         wanted = np.where(which, MOVED, others)
-        views = self._batch.step(np.zeros((self.num_envs, 2)), wanted, fresh=self._copy and others == DRAWN)
+        self._batch.step(np.zeros((self.num_envs, 2)), wanted, fresh=self._copy and others == DRAWN)
         self._after = self._measures()
         self._ended = self._ended & ~which
-        return views
 
     def _measures(self) -> Measures:
         return Measures.of(self._facts, self._batch.arrays, self.config)
 
-    def _observations(self, after: Measures, views: npt.NDArray[np.uint8] | None = None) -> Observation:
-        """Return what is observed, the caller's own where he wants copies; ``views`` are those of the maps, if any."""
+    def _observations(self, after: Measures) -> Observation:
+        """Return what is observed, the caller's own where he wants copies."""
         found = self._face.observe(self._batch.arrays, after)
+        views = self._batch.views()
         if not self._copy:
             return found
         if not isinstance(found, dict):
@@ -208,6 +205,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         return infos
 
     def _finals(self, after: Measures, success: Bools) -> dict[str, Any]:
+        self._batch.views()  # they are drawn now
         found = self._face.observe(self._batch.arrays, after)
         last = np.full(self.num_envs, None, object)
         for i in np.flatnonzero(self._ended).tolist():

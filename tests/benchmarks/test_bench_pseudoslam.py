@@ -91,8 +91,8 @@ def vector_run(name: str, rule: ScanRule, houses: list[FloorPlan], threads: int,
     rng, blocked = np.random.default_rng(0), [np.zeros(N, bool)]
 
     def run() -> int:
-        for _ in range(steps):
-            *_, info = env.step(np.where(blocked[0] | (rng.random(N) > 0.8), 1, 0))
+        for turns in rng.random((steps, N)) > 0.8:  # drawn at once, for it is not the policy that is measured
+            *_, info = env.step((turns | blocked[0]).astype(np.int64))
             blocked[0] = info["collided"]
         return N * steps
 

@@ -26,9 +26,11 @@ def put(words: Counts, word: int, value: int) -> None:
     words[word] = value
 
 
-def add(words: Counts, word: int, value: int) -> None:
-    """Add to a word."""
-    words[word] += value
+def add(words: Counts, word: int, value: int) -> int:
+    """Add to a word; return what it was before."""
+    before = int(words[word])
+    words[word] = before + value
+    return before
 
 
 def swap(words: Counts, word: int, old: int, new: int) -> bool:
@@ -63,10 +65,9 @@ def _put(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
 @intrinsic
 def _add(typing: Any, words: Any, word: Any, value: Any) -> Any:  # noqa: ARG001
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        builder.atomic_rmw("add", place(context, builder, signature.args, arguments), arguments[2], "seq_cst")
-        return context.get_dummy_value()
+        return builder.atomic_rmw("add", place(context, builder, signature.args, arguments), arguments[2], "seq_cst")
 
-    return types.void(words, types.intp, types.int64), build
+    return types.int64(words, types.intp, types.int64), build
 
 
 @intrinsic

@@ -5,6 +5,9 @@ takes them one by one from the first on, the others from the last on, so that ea
 still in its cache. When none is left, the leader waits for those that the others are at; the others wait a while for
 the next step, for to be woken would cost them as much as the step does.
 
+The leader has work of its own, in Python. So it may post a step and rejoin it later, and the last views of a step may
+be put off: it goes on without them, and comes back to finish what the others have not drawn meanwhile.
+
 Arrays may be replaced between two steps. Then the leader raises the epoch, and who came for an older one leaves.
 """
 
@@ -16,49 +19,88 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.atomic import add, get, pause, put, swap
 from houseexpo.pseudoslam.kernels.types import Counts
 
-OPEN, DONE, EPOCH, FAILED, NUMBER, VIEWS, INSIDE = 0, 8, 16, 17, 18, 19, 24
+OPEN, DONE, EPOCH, FAILED, NUMBER, VIEWS, LAG, SLOTS, PUT_OFF, TAKEN_UP, CAUGHT_UP, INSIDE = (
+    0, 8, 16, 17, 18, 19, 20, 21, 24, 32, 40, 48,
+)  # fmt: skip
 """What ``crew`` holds: the step and what is taken of it; environments done; the epoch; whether somebody failed; how
-many environments there are; which array takes the views, -1 for the pool's own; and, from there on, whether a thread
-looks out or works. Words that many write lie apart.
+many environments there are; which array takes the views, -1 for the pool's own; how many views may be put off, and
+where the list of them begins, a ring with room for all; how many were ever put off, taken up again and drawn; and, from
+there on, whether a thread looks out or works. Words that many write lie apart.
 """
+LEADER, REJOINING, FINISHING = 0, -1, -2
+"""The thread that posts a step and takes part in it; the same where it has posted it before, or wants its views."""
 MOST = (1 << 20) - 1
 """Environments that can be shared: bits of ``OPEN`` for those taken from either end; the rest count the steps."""
+ONLY_VIEW = MOST + 1
+"""What is added to an environment of which nothing but the view is to be drawn."""
 _BITS = 20
 _PATIENCE = 1 << 14  # looks for a next step, of some 30 ns each
+_NOTHING = -1  # in the list
 
 
-def new_crew(number: int, threads: int) -> Counts:
-    """Return what threads share of a batch of so many environments; no step is open."""
-    crew = np.zeros(INSIDE + threads, np.int64)
-    crew[OPEN] = crew[NUMBER] = number
-    crew[VIEWS] = -1
+def new_crew(number: int, threads: int, lag: int = 0) -> Counts:
+    """Return what threads share of a batch of so many environments; no step is open.
+
+    ``lag`` is how many views of a step may be put off.
+    """
+    crew = np.zeros(INSIDE + threads + number, np.int64)
+    crew[OPEN] = crew[DONE] = crew[NUMBER] = number
+    crew[VIEWS], crew[LAG], crew[SLOTS] = -1, lag, INSIDE + threads
+    crew[INSIDE + threads :] = _NOTHING
     return crew
+
+
+@njit(cache=True, nogil=True)
+def post(crew: Counts) -> None:
+    """Open a step to whoever looks out for one; the one before is done."""
+    put(crew, DONE, 0)
+    put(crew, OPEN, ((get(crew, OPEN) >> 2 * _BITS) + 1) << 2 * _BITS)
+
+
+def untaken(crew: Counts) -> int:
+    """Return how many environments of the step nobody has taken yet."""
+    now = int(crew[OPEN])
+    return int(crew[NUMBER]) - (now & MOST) - (now >> _BITS & MOST)
+
+
+@njit(cache=True, nogil=True)
+def outstanding(crew: Counts) -> int:
+    """Return what the leader is to come back for: ``REJOINING`` or ``FINISHING``; 0 where the last step is done."""
+    if get(crew, DONE) < crew[NUMBER]:
+        return REJOINING
+    return FINISHING if get(crew, CAUGHT_UP) < get(crew, PUT_OFF) else 0
 
 
 @njit(inline="always")
 def enter(crew: Counts, thread: int) -> None:
-    """Begin: the leader, ``thread`` 0, with a new step."""
-    if thread == 0:
-        put(crew, DONE, 0)
-        put(crew, OPEN, ((get(crew, OPEN) >> 2 * _BITS) + 1) << 2 * _BITS)
-    else:
+    """Begin: the leader with a new step, unless it comes back to one."""
+    if thread == LEADER:
+        post(crew)
+    elif thread > LEADER:
         put(crew, INSIDE + thread, 1)
 
 
 @njit(inline="always")
 def take(crew: Counts, epoch: int, thread: int) -> int:
-    """Return an environment that nobody has taken; -1 where there is none, or none comes for a while."""
+    """Return an environment that nobody has taken, with ``ONLY_VIEW`` where the rest is done.
+
+    -1 where there is none, or none comes for a while.
+    """
     looks = 0
     while True:
-        now = get(crew, OPEN)
-        if get(crew, EPOCH) != epoch or get(crew, FAILED) != 0:  # asked after ``now``: a later step is not taken then
+        now, view = get(crew, OPEN), get(crew, TAKEN_UP)
+        is_view = view < get(crew, PUT_OFF)
+        if get(crew, EPOCH) != epoch or get(crew, FAILED) != 0:  # asked after those: a later step is not taken then
             return -1
         first, last = now & MOST, crew[NUMBER] - 1 - (now >> _BITS & MOST)
         if first <= last:
-            if swap(crew, OPEN, now, now + 1 if thread == 0 else now + (1 << _BITS)):
-                found: int = first if thread == 0 else last
+            if swap(crew, OPEN, now, now + 1 if thread <= LEADER else now + (1 << _BITS)):
+                found: int = first if thread <= LEADER else last
                 return found
-        elif thread == 0 or looks == _PATIENCE:
+        elif is_view and (thread > LEADER or thread == FINISHING):
+            if swap(crew, TAKEN_UP, view, view + 1):
+                return _from_list(crew, view) + ONLY_VIEW
+        elif thread <= LEADER or looks == _PATIENCE:
             return -1
         else:
             looks += 1
@@ -66,16 +108,40 @@ def take(crew: Counts, epoch: int, thread: int) -> int:
 
 
 @njit(inline="always")
-def leave(crew: Counts, thread: int) -> None:
-    """End: the leader when all is done."""
-    if thread > 0:
-        put(crew, INSIDE + thread, 0)
-        return
-    while get(crew, DONE) < crew[NUMBER] and get(crew, FAILED) == 0:
-        pause()
+def puts_off(crew: Counts, i: int) -> bool:
+    """Put the view of an environment off, if it is one of the last; return whether."""
+    now = get(crew, OPEN)
+    if crew[NUMBER] - (now & MOST) - (now >> _BITS & MOST) >= crew[LAG]:
+        return False
+    put(crew, crew[SLOTS] + add(crew, PUT_OFF, 1) % crew[NUMBER], i)
+    return True
 
 
 @njit(inline="always")
-def done(crew: Counts) -> None:
-    """Say that an environment is done."""
-    add(crew, DONE, 1)
+def _from_list(crew: Counts, view: int) -> int:
+    """Return the environment whose view was put off as the ``view``-th: it is written just after it is counted."""
+    slot = crew[SLOTS] + view % crew[NUMBER]
+    while get(crew, slot) == _NOTHING:
+        pause()
+    found: int = get(crew, slot)
+    put(crew, slot, _NOTHING)
+    return found
+
+
+@njit(inline="always")
+def leave(crew: Counts, thread: int) -> None:
+    """End: the leader when all is done."""
+    if thread > LEADER:
+        put(crew, INSIDE + thread, 0)
+    elif thread == FINISHING:
+        while get(crew, CAUGHT_UP) < get(crew, PUT_OFF) and get(crew, FAILED) == 0:
+            pause()
+    else:
+        while get(crew, DONE) < crew[NUMBER] and get(crew, FAILED) == 0:
+            pause()
+
+
+@njit(inline="always")
+def done(crew: Counts, taken: int) -> None:
+    """Say that what was taken is done."""
+    add(crew, CAUGHT_UP if taken > MOST else DONE, 1)

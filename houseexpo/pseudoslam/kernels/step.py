@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.bodies import Bodies, Disc, Tracks, bodies_of, tracks_of, way_past_people
-from houseexpo.pseudoslam.kernels.crew import VIEWS, done, enter, leave, take
+from houseexpo.pseudoslam.kernels.crew import MOST, VIEWS, done, enter, leave, puts_off, take
 from houseexpo.pseudoslam.kernels.crop import crop
 from houseexpo.pseudoslam.kernels.flow import Flow, flow_of
 from houseexpo.pseudoslam.kernels.goal import Field, field_at, field_of
@@ -116,8 +116,8 @@ def transitions(
         Arrays (N, side, side), of which ``crew`` names one, or none: what robots are shown is drawn there, not in the
         pool.
     crew, epoch, thread
-        What threads share, see ``crew``. Thread 0 begins a step and returns when it is done; others take part in steps
-        until none has come for a while. All have ``scratch`` of their own.
+        What threads share, see ``crew``. Thread 0 begins a step and returns when it is done, but for views that it puts
+        off; others take part in steps until none has come for a while. All have ``scratch`` of their own.
     """
     steps(pool, sizes, motions, wanted, rules, views, scratch, crew, epoch, thread, _alone, look_at_sector, False)
 
@@ -148,18 +148,20 @@ def steps(
     """Take environments and step them, after all else has moved there."""
     enter(crew, thread)
     while True:
-        i = take(crew, epoch, thread)
-        if i < 0:
+        taken = take(crew, epoch, thread)
+        if taken < 0:
             break
+        i, is_moved = taken & MOST, taken <= MOST
         if wanted[i] != LEFT:
             episode = episode_of(pool, sizes, i)
-            if wanted[i] == MOVED:
+            if is_moved and wanted[i] == MOVED:
                 move(episode, rules)
                 step(episode, motions[i, 0], motions[i, 1], rules, scratch, look, full)
-            pose, view = episode.pose, crew[VIEWS]
-            shown = views[view][i] if view >= 0 else episode.shown
-            crop(episode.known, pose[SEEN_X], pose[SEEN_Y], pose[SEEN_HEADING], shown)
-        done(crew)
+            if not (is_moved and puts_off(crew, i)):
+                pose, view = episode.pose, crew[VIEWS]
+                shown = views[view][i] if view >= 0 else episode.shown
+                crop(episode.known, pose[SEEN_X], pose[SEEN_Y], pose[SEEN_HEADING], shown)
+        done(crew, taken)
     leave(crew, thread)
 
 

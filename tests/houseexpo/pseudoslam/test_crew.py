@@ -15,24 +15,42 @@ import pytest
 from numba import njit
 
 from houseexpo.pseudoslam.crew import Crew
-from houseexpo.pseudoslam.kernels.crew import FAILED, INSIDE, done, enter, leave, new_crew, take
+from houseexpo.pseudoslam.kernels.crew import (
+    FAILED,
+    FINISHING,
+    INSIDE,
+    LAG,
+    MOST,
+    done,
+    enter,
+    leave,
+    new_crew,
+    outstanding,
+    puts_off,
+    take,
+    untaken,
+)
 
 compiled_only = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="words are no atoms in Python")
 
 
 @njit(nogil=True)
 def counting(counts: np.ndarray, by: np.ndarray, scratch: int, crew: np.ndarray, epoch: int, thread: int) -> None:
-    """Count how often each one is taken, and note by whom; each takes some time."""
+    """Count how often each one is taken, and its view drawn, and note by whom; each takes some time."""
     enter(crew, thread)
     while True:
-        i = take(crew, epoch, thread)
-        if i < 0:
+        taken = take(crew, epoch, thread)
+        if taken < 0:
             break
+        i, is_moved = taken & MOST, taken <= MOST
         for _ in range(300):
             counts[i, 1] = (counts[i, 1] * 31 + 7) % 1009
-        counts[i, 0] += 1
-        by[i] = thread
-        done(crew)
+        if is_moved:
+            counts[i, 0] += 1
+            by[i] = thread
+        if not (is_moved and puts_off(crew, i)):
+            counts[i, 2] += 1
+        done(crew, taken)
     leave(crew, thread)
 
 
@@ -49,27 +67,31 @@ def wait_for(true: Any) -> None:
 
 
 def test_alone_one_takes_all_from_the_first_on() -> None:
-    crew, order = new_crew(5, 1), np.zeros((5, 2), np.int64)
+    crew, order = new_crew(5, 1), np.zeros((5, 3), np.int64)
     for k in range(1, 4):
         counting(order, np.full(5, 9), 0, crew, 0, 0)
-        assert (order[:, 0] == k).all()
+        assert (order[:, [0, 2]] == k).all()
+        assert not outstanding(crew)
 
 
 @compiled_only
 @pytest.mark.parametrize(("number", "threads"), [(1, 2), (2, 3), (7, 2), (64, 3)])
 def test_each_is_taken_once_a_step(number: int, threads: int) -> None:
     crew = crew_of(number, threads)
-    counts, by, seen = np.zeros((number, 2), np.int64), np.zeros(number, np.int64), set()
+    counts, by, seen = np.zeros((number, 3), np.int64), np.zeros(number, np.int64), set()
     crew.take_on(counting, counts, by)
     for k in range(1, 2001):
         crew.step()
         assert (counts[:, 0] == k).all()
         seen |= set(by.tolist())
+        crew.finish()
+        assert (counts[:, 2] == k).all()
         if k % 500 == 0:  # once they sleep
             time.sleep(0.01)
 
     def somebody_helps() -> bool:
         crew.step()
+        crew.finish()
         seen.update(by.tolist())
         return number == 1 or len(seen) > 1
 
@@ -82,13 +104,82 @@ def test_arrays_change_between_two_steps() -> None:
     """Who looks out for a step of the old ones leaves; nothing is written where nothing is read any more."""
     crew, expected = crew_of(9, 3), np.zeros(9, np.int64)
     for _ in range(300):
-        counts = np.zeros((9, 2), np.int64)
+        counts = np.zeros((9, 3), np.int64)
         crew.take_on(counting, counts, np.zeros(9, np.int64))
         for k in range(1, 4):
             crew.step()
-            assert (counts[:, 0] == k).all()
+            crew.finish()
+            assert (counts[:, [0, 2]] == k).all()
         expected += counts[:, 0]
     assert (expected == 900).all()
+    crew.close()
+
+
+def test_the_last_views_are_put_off() -> None:
+    """Here nobody draws them before the leader comes back for them."""
+    crew, counts = new_crew(5, 1, lag=2), np.zeros((5, 3), np.int64)
+    for k in range(1, 4):
+        counting(counts, np.zeros(5, np.int64), 0, crew, 0, 0)
+        assert counts[:, 0].tolist() == [k] * 5
+        assert counts[:, 2].tolist() == [k, k, k, k - 1, k - 1]
+        assert outstanding(crew) == FINISHING
+        counting(counts, np.zeros(5, np.int64), 0, crew, 0, FINISHING)
+        assert counts[:, 2].tolist() == [k] * 5
+        assert not outstanding(crew)
+
+
+@compiled_only
+def test_others_draw_views_while_the_leader_is_away() -> None:
+    crew, counts = crew_of(40, 2), np.zeros((40, 3), np.int64)
+    crew.take_on(counting, counts, np.zeros(40, np.int64))
+    assert 0 < crew._shared.words[LAG] < 40
+    for k in range(1, 50):
+        crew.step()
+        wait_for(lambda: not outstanding(crew._shared.words))  # nobody but the other can have drawn them
+        assert (counts[:, [0, 2]] == k).all()
+    crew.close()
+
+
+@compiled_only
+def test_the_leader_may_do_something_else_until_half_is_taken() -> None:
+    crew, counts, left = crew_of(40, 2), np.zeros((40, 3), np.int64), []
+    crew.take_on(counting, counts, np.zeros(40, np.int64))
+
+    def work() -> bool:
+        left.append(untaken(crew._shared.words))
+        return len(left) % 3 != 0
+
+    for k in range(1, 200):
+        before = len(left)
+        crew.step(meanwhile=work)
+        crew.finish()
+        assert (counts[:, [0, 2]] == k).all()
+        assert len(left) - before <= 3
+    assert len(left) > 200
+    alone = crew_of(4, 1)
+    alone.take_on(counting, np.zeros((4, 3), np.int64), np.zeros(4, np.int64))
+    alone.step(meanwhile=lambda: pytest.fail("alone there is no time for anything else"))
+    crew.close()
+
+
+@compiled_only
+def test_a_leader_who_is_interrupted_meanwhile_leaves_nothing_half_done() -> None:
+    crew, counts = crew_of(40, 2), np.zeros((40, 3), np.int64)
+    crew.take_on(counting, counts, np.zeros(40, np.int64))
+
+    def interrupted() -> bool:
+        raise KeyboardInterrupt
+
+    for k in range(1, 50):
+        with contextlib.suppress(KeyboardInterrupt):
+            crew.step(meanwhile=interrupted)
+        crew.finish()
+        assert (counts[:, [0, 2]] == k).all()
+    crew._lead = lambda _: None  # type: ignore[method-assign]  # interrupted once more, before it rejoins
+    crew.step(meanwhile=lambda: False)
+    del crew._lead
+    crew.finish()
+    assert (counts[:, [0, 2]] == 50).all()
     crew.close()
 
 
@@ -137,15 +228,18 @@ def test_an_interrupted_step_is_not_the_last() -> None:
 
 def in_a_fork(crew: Crew, counts: np.ndarray, answers: Any) -> None:
     crew.step()
-    answers.put(counts[:, 0].tolist())
+    crew.finish()
+    answers.put(counts[:, [0, 2]].ravel().tolist())
 
 
+@compiled_only
 @pytest.mark.filterwarnings("ignore:.*fork.*")
 def test_a_forked_process_goes_on_alone() -> None:
-    crew, counts = crew_of(6, 2), np.zeros((6, 2), np.int64)
+    crew, counts = crew_of(6, 2), np.zeros((6, 3), np.int64)
     crew.take_on(counting, counts, np.zeros(6, np.int64))
     for _ in range(10):
         crew.step()
+        crew.finish()
     crew._shared.words[INSIDE + 1] = 1  # as if the other looked out just now
     context = multiprocessing.get_context("fork")
     answers = context.SimpleQueue()
@@ -153,5 +247,5 @@ def test_a_forked_process_goes_on_alone() -> None:
     child.start()
     child.join(20)
     assert child.exitcode == 0
-    assert answers.get() == [11] * 6
+    assert answers.get() == [11] * 12
     crew.close()

@@ -18,7 +18,7 @@ def episode() -> Episode:
 
 
 def test_all_arrays_in_their_order(episode: Episode) -> None:
-    found = list(leaves(episode))
+    found = leaves(episode)
     assert all(isinstance(leaf, np.ndarray) for leaf in found)
     assert len(found) == 9 + 3 + 5 + 4 + 2
     assert found[0] is episode.solid

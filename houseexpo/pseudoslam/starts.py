@@ -1,0 +1,117 @@
+"""The episodes that environments begin next, which may be made ready while others are stepped."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import gymnasium
+import numpy as np
+from gymnasium.utils import seeding
+
+from houseexpo.pseudoslam.interface import Interface, facts_of
+from houseexpo.pseudoslam.kernels.step import Rules
+from houseexpo.pseudoslam.kernels.types import Scratch
+from houseexpo.pseudoslam.pools import RASTERS
+from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.world import World
+
+_MOST_READY = 100_000_000
+"""Bytes of rasters that wait: of some 700 episodes in houses of 120 m2 at 16 px/m."""
+
+
+class Start(NamedTuple):
+    """An episode that begins: its rasters may be the world's."""
+
+    world: World
+    state: State
+    facts: tuple[float, ...]
+    """A row of ``measures.Facts``."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Ready:
+    """A start that waits, its bytes, and its generator's state before it was drawn."""
+
+    start: Start
+    size: int
+    before: Any
+
+
+class Starts:
+    """The generators of N environments, and the episodes that are drawn from them.
+
+    With ``ahead``, ``prepare`` draws what is to come. That changes nothing but when it is drawn: where something else
+    is asked for after all, the generator goes back.
+    """
+
+    def __init__(self, face: Interface, rules: Rules, scratch: Scratch, number: int, *, ahead: bool) -> None:
+        self._face, self._rules, self._scratch, self._ahead = face, rules, scratch, ahead
+        self._rngs: list[np.random.Generator | None] = [None] * number
+        self._ready: dict[int, _Ready] = {}
+        self._lacking: dict[int, np.random.Generator] = {}  # in the order that they began in: so they end, mostly
+        self._size = 0
+
+    @property
+    def lack(self) -> bool:
+        """Whether there is an episode to be made ready, and room for it."""
+        return bool(self._lacking) and self._size < _MOST_READY
+
+    def seed(self, i: int, seed: int | None) -> None:
+        """Give environment ``i`` a generator; without a seed, only if it has none."""
+        if seed is not None or self._rngs[i] is None:
+            self._taken(i)
+            self._rngs[i] = seeding.np_random(seed)[0]
+
+    def next(self, i: int, plan_id: str | None) -> Start:
+        """Return the next episode of environment ``i``, in a plan or in a random one.
+
+        Raises
+        ------
+        ConfigError, PlanError
+            As ``Worlds`` and ``beginning.begin`` raise them.
+        ResetNeeded
+            Where it has no generator yet.
+        """
+        rng, ready = self._rngs[i], self._taken(i)
+        if rng is None:
+            raise gymnasium.error.ResetNeeded(f"environment {i}: call reset() before anything else")
+        if self._ahead:
+            self._lacking[i] = rng
+        if ready is not None:
+            if plan_id is None:
+                return ready.start
+            rng.bit_generator.state = ready.before
+        return self._drawn(rng, plan_id)
+
+    def prepare(self) -> bool:
+        """Make an episode ready that is not; return whether there is another one to make.
+
+        One that fails is left to ``next``, which fails, too.
+        """
+        i = next(iter(self._lacking))
+        rng = self._lacking.pop(i)
+        before = rng.bit_generator.state
+        try:
+            start = self._drawn(rng, None)
+            ready = _Ready(start, RASTERS * start.state.solid.nbytes, before)
+            self._size += ready.size
+            self._ready[i] = ready
+        except BaseException as error:
+            self._taken(i)
+            rng.bit_generator.state = before
+            if not isinstance(error, Exception):
+                raise
+        return self.lack
+
+    def _taken(self, i: int) -> _Ready | None:
+        """Return what was ready, and is no longer."""
+        ready = self._ready.pop(i, None)
+        if ready is not None:
+            self._size -= ready.size
+        return ready
+
+    def _drawn(self, rng: np.random.Generator, plan_id: str | None) -> Start:
+        world = self._face.draw(rng, plan_id)
+        state = self._face.begin(world, self._rules, self._scratch, rng, own=False)
+        return Start(world, state, facts_of(state, world))
