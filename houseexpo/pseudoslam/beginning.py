@@ -67,6 +67,7 @@ def begin(
         )
         stamp_bodies(solid, bodies, world.tracks, rules.walk)
     countable, countable_cells = _countable(world, placed, config, scratch)
+    known = np.zeros(solid.shape, np.uint8) if own or config.known_map else world.unknown
     if own and solid is world.solid:
         solid = solid.copy()
     if own and countable is world.countable:
@@ -74,7 +75,7 @@ def begin(
     poses = np.concatenate((pose, pose))  # where it is, and where it believes to be
     side, cells = config.side_px, config.observation.global_cells if complete else 0
     episode = Episode(
-        solid, countable, np.zeros(solid.shape, np.uint8), np.zeros((side, side), np.uint8),
+        solid, countable, known, np.zeros((side, side), np.uint8),
         np.zeros((cells, cells), np.uint8), np.zeros(len(rules.sensor.fan_cos) if complete else 0), poses,
         np.zeros(7, np.int64), np.array([0.0, 0.0, best, pose[0], pose[1]]), bodies, world.tracks, world.flow, field,
     )  # fmt: skip

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
+from numba import njit
 
-Grid = npt.NDArray[np.uint8]
-Counts = npt.NDArray[np.int64]
+from houseexpo.pseudoslam.kernels.types import Counts, Grid
 
 
 def count_before(raster: Grid, value: int) -> Counts:
@@ -17,7 +16,13 @@ def count_before(raster: Grid, value: int) -> Counts:
     return before
 
 
+@njit(cache=True, nogil=True)
 def nth_cell(raster: Grid, value: int, before: Counts, n: int) -> tuple[int, int]:
     """Return row and column of cell ``n`` of a value, from 0, less than ``before[-1]``."""
-    row = int(before.searchsorted(n, side="right")) - 1
-    return row, int((raster[row] == value).nonzero()[0][n - before[row]])
+    row = int(np.searchsorted(before, n, side="right")) - 1
+    left = n - before[row]
+    col = 0
+    while raster[row, col] != value or left > 0:
+        left -= raster[row, col] == value
+        col += 1
+    return row, col

@@ -68,6 +68,7 @@ class Crew:
         wakes = [threading.Event() for _ in scratch[1:]]
         lag = min(_LAG * len(wakes), number)
         self._shared = _Shared(scratch, new_crew(number, len(scratch), lag), wakes)
+        self._is_finished = True
         self.close = weakref.finalize(self, _end, self._shared)
         for thread, wake in enumerate(wakes, start=1):
             name = f"pseudoslam-{thread}"
@@ -91,7 +92,7 @@ class Crew:
             Work for the caller's thread while others step: it is called until it returns False, or they have taken half
             of the environments. Where there are no others, it is not called.
         """
-        shared = self._shared
+        self._is_finished, shared = False, self._shared
         shared.words[VIEWS] = views
         for thread, wake in enumerate(shared.wakes, start=1):
             if not shared.words[INSIDE + thread]:
@@ -111,8 +112,9 @@ class Crew:
 
         It comes before the next step, and before arrays are changed.
         """
-        while way := outstanding(self._shared.words):
+        while not self._is_finished and (way := outstanding(self._shared.words)):
             self._lead(way)
+        self._is_finished = True
 
     def _lead(self, thread: int) -> None:
         """Take part in a step as its leader, in one of its ways."""

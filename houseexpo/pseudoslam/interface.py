@@ -14,6 +14,7 @@ from gymnasium import spaces
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.beginning import begin
 from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.kernels.actions import look_up
 from houseexpo.pseudoslam.kernels.step import Episode, Rules
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.measures import Facts, Measures
@@ -93,10 +94,34 @@ class Interface:
         ``actions`` are so many, (N,) or (N, 2); without a number they are one, () or (2,). ConfigError where there is
         no such action.
         """
-        values = self._checked(actions, number)
-        if self.actions == "discrete":
-            return self._table.take(values, axis=0), values == 0
-        return np.ascontiguousarray(values[:, ::-1] * self._full), values[:, 0] > 0
+        discrete = self.actions == "discrete"
+        shape = number if discrete else (*number, 2)
+        try:
+            values = np.asarray(actions)
+        except ValueError as error:
+            raise ConfigError(f"action: expected an array of shape {shape}, found {actions!r}") from error
+        if values.shape != shape:
+            raise ConfigError(f"action: expected an array of shape {shape}, found {values.shape}")
+        return self._looked_up(values) if discrete else self._scaled(values)
+
+    def _looked_up(self, values: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+        """Return what ``motions`` does for numbered actions."""
+        is_whole = values.dtype.kind in "iu"
+        flat = values.ravel().astype(np.int64, copy=False) if is_whole else np.full(values.size, -1)
+        found, ahead = np.empty((len(flat), 2)), np.empty(len(flat), bool)
+        strange = look_up(flat, self._table, found, ahead)
+        if strange >= 0:
+            raise ConfigError(f"action: expected 0 (forward), 1 (left) or 2 (right), found {values.flat[strange]!r}")
+        return found, ahead
+
+    def _scaled(self, values: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+        """Return what ``motions`` does for continuous actions."""
+        strange = ~((values >= -1) & (values <= 1)) if values.dtype.kind in "iuf" else np.ones(values.shape, bool)
+        if np.count_nonzero(strange):  # a fraction of what strange.any() takes
+            wanted = "(linear, angular), numbers from -1 to 1"
+            raise ConfigError(f"action: expected {wanted}, found {values[strange].flat[0]!r}")
+        shares = values.reshape(-1, 2).astype(np.float64)
+        return np.ascontiguousarray(shares[:, ::-1] * self._full), shares[:, 0] > 0
 
     @cached_property
     def _table(self) -> npt.NDArray[np.float64]:
@@ -108,27 +133,6 @@ class Interface:
         """A step's whole turn and whole way, as ``motions`` returns them."""
         robot = self.config.robot
         return np.array([math.radians(robot.turn_deg), robot.step_m * self.config.pixels_per_metre])
-
-    def _checked(self, actions: object, number: tuple[int, ...]) -> npt.NDArray[Any]:
-        """Return actions as an array, one a row."""
-        discrete = self.actions == "discrete"
-        shape, kinds = (number, "iu") if discrete else ((*number, 2), "iuf")
-        try:
-            values = np.asarray(actions)
-        except ValueError as error:
-            raise ConfigError(f"action: expected an array of shape {shape}, found {actions!r}") from error
-        if values.shape != shape:
-            raise ConfigError(f"action: expected an array of shape {shape}, found {values.shape}")
-        if values.dtype.kind not in kinds:
-            strange = np.ones(shape, bool)
-        elif discrete:  # what is negative is a huge number without a sign
-            strange = values.astype(np.int64, copy=False).view(np.uint64) >= len(ACTIONS)
-        else:
-            strange = ~((values >= -1) & (values <= 1))
-        if np.count_nonzero(strange):  # a fraction of what strange.any() takes
-            wanted = "0 (forward), 1 (left) or 2 (right)" if discrete else "(linear, angular), numbers from -1 to 1"
-            raise ConfigError(f"action: expected {wanted}, found {values[strange].flat[0]!r}")
-        return values.reshape(-1).astype(np.int64, copy=False) if discrete else values.reshape(-1, 2).astype(np.float64)
 
     def observe(self, episode: Episode, measures: Measures) -> Observation:
         """Return the observations of a pool of episodes; ``MAPS`` are views."""

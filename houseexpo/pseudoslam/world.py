@@ -62,6 +62,13 @@ class World:
         return int(np.count_nonzero(self.countable))
 
     @cached_property
+    def unknown(self) -> Cells:
+        """(rows, cols) of 0: the map of who has seen nothing yet; not to be written to."""
+        unknown = np.zeros_like(self.solid)
+        unknown.flags.writeable = False
+        return unknown
+
+    @cached_property
     def corner_m(self) -> tuple[float, float]:
         """The plan's (x, y) of the upper left corner of the first cell."""
         x, y = self.frame.points_from_pixels([0.0, 0.0]).tolist()

@@ -1,0 +1,24 @@
+"""What numbered actions mean, for many robots in one go."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.types import Counts, Floats
+
+
+@njit(cache=True, nogil=True)
+def look_up(actions: Counts, table: Floats, motions: Floats, ahead: npt.NDArray[np.bool_]) -> int:
+    """Write the motions (N, 2) that actions (N,) mean, rows of a table, and which of them are the first one.
+
+    Return the place of an action that is not in the table; -1 where all are.
+    """
+    for i in range(len(actions)):
+        action = actions[i]
+        if action < 0 or action >= len(table):
+            return i
+        motions[i, 0], motions[i, 1] = table[action, 0], table[action, 1]
+        ahead[i] = action == 0
+    return -1
