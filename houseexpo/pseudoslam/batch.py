@@ -41,7 +41,7 @@ class Batch:
         self._motions, self._wanted = np.zeros((number, 2)), np.zeros(number, np.uint8)
         self._crew = Crew(number, [scratch_of(config) for _ in range(self.threads)])
         self._views: Views
-        self._drawn = -1
+        self._drawn = self._next = -1
         self._pools: tuple[Episode, ...] = ()
         """The pool with each array that takes views, and last with its own: they differ in nothing else."""
         self.arrays: Episode
@@ -98,9 +98,10 @@ class Batch:
         self._crew.finish()
         self._motions[:], self._wanted[:] = motions, wanted
         if fresh:
-            self._drawn = self._views.free()
+            self._drawn = self._next if self._next >= 0 else self._views.free()
             self.arrays = self._pools[self._drawn]
         self._crew.step(self._drawn, meanwhile)
+        self._next = self._views.free(besides=self._drawn)  # while others draw: it stays free, for nobody gets it
 
     def views(self) -> Array | None:
         """Return the last step's views (N, side, side), all drawn: the caller's own for as long as he holds them.

@@ -31,9 +31,11 @@ class Views:
         self.lent: tuple[Array, ...] = tuple(owner.view(np.ndarray) for owner in memory)
         """The same memory for the caller: whoever holds a view of one holds it itself, and only the caller does."""
 
-    def free(self) -> int:
-        """Return which array the caller does not hold; -1 where he holds all."""
+    def free(self, besides: int = -1) -> int:
+        """Return which array the caller does not hold, ``besides`` one that he is to get; -1 where there is none."""
         holders = _holders(self.lent)
+        if besides >= 0:
+            holders[besides] = 0
         return holders.index(_NOBODY) if _NOBODY in holders else -1
 
 
