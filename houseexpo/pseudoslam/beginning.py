@@ -109,7 +109,7 @@ def _countable(world: World, placed: Placement, config: SimulatorConfig, scratch
     if not placed.obstacles:
         return world.countable, world.countable_cells
     radius_px, range_px = (size_m * config.pixels_per_metre for size_m in (config.robot.radius_m, config.laser.range_m))
-    found = visible_cells(placed.solid, placed.stand, radius_px, range_px, buffers=scratch[:3], among=world.countable)
+    found = visible_cells(placed.solid, placed.stand, radius_px, range_px, buffers=scratch[:3], empty=world)
     return found, int(np.count_nonzero(found.view(bool)))
 
 

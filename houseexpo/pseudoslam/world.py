@@ -17,11 +17,13 @@ from houseexpo.pseudoslam.cells import count_before
 from houseexpo.pseudoslam.kernels.bodies import Tracks, no_tracks
 from houseexpo.pseudoslam.kernels.flow import Flow, no_flow
 from houseexpo.pseudoslam.kernels.reach import find_standing, mark_in_sight, mark_visible
+from houseexpo.pseudoslam.kernels.types import Offsets
 from houseexpo.raster import free_mask
 
 MOST_CELLS = 100_000_000
 """Of a grid: making a world takes some 30 bytes a cell."""
 _OWN = 0.5 - 1e-6  # cells from the middle of one that lie in it, in all directions
+_NO_OFFSETS = np.empty((0, 2), np.int16)
 _NEAR = 3.0  # robot radii within which a corner mostly sees where the robot can stand
 
 Cells = npt.NDArray[np.uint8]
@@ -73,6 +75,14 @@ class World:
         """The plan's (x, y) of the upper left corner of the first cell."""
         x, y = self.frame.points_from_pixels([0.0, 0.0]).tolist()
         return x, y
+
+    @cached_property
+    def nearest(self) -> Offsets:
+        """(cells, 2): where the nearest standing cell is, or nearly, from each countable one, see ``find_standing``."""
+        nearest = np.empty((self.solid.size, 2), np.int16)
+        asked, visible = np.empty(self.solid.size, np.int32), np.empty_like(self.solid)
+        find_standing(self.stand, self.countable, _NO_OFFSETS, 0.0, asked, nearest, visible)
+        return nearest
 
     @cached_property
     def free_before(self) -> npt.NDArray[np.int64]:
@@ -148,7 +158,7 @@ def visible_cells(
     range_px: float,
     *,
     buffers: Buffers | None = None,
-    among: Cells | None = None,
+    empty: World | None = None,
 ) -> Cells:
     """Return 1 for free cells whose middle is seen within range from the middle of a standing cell.
 
@@ -158,14 +168,16 @@ def visible_cells(
     ----------
     buffers
         ``scan_buffers``', if there are some already.
-    among
-        1 for the cells that it can be, where that is known: those that were seen before obstacles came.
+    empty
+        The house before obstacles came, if there is one: what was not seen then is not now, and who stood near most
+        cells still does.
     """
-    wanted = _pieces_with(stand, solid) if among is None else (among > solid).view(np.uint8)
-    asked, away = np.empty(solid.size, np.int32), np.empty((solid.size, 2), np.int32)
-    n_asked = find_standing(stand, wanted, asked, away)
+    wanted = (empty.countable > solid).view(np.uint8) if empty else _pieces_with(stand, solid)
+    before, sure_px = empty.nearest if empty else _NO_OFFSETS, min(radius_px + _OWN, range_px)
+    asked, away = np.empty(solid.size, np.int32), np.empty((solid.size, 2), np.int16)
     visible = stand.copy()
-    n_asked = mark_in_sight(solid, asked, n_asked, away, min(radius_px + _OWN, range_px), range_px, visible)
+    n_asked = find_standing(stand, wanted, before, sure_px, asked, away, visible)
+    n_asked = mark_in_sight(solid, asked, n_asked, away, sure_px, range_px, visible)
     runs, hit, slopes = buffers or scan_buffers(range_px)
     mark_visible(solid, stand, asked, n_asked, _NEAR * radius_px, range_px, visible, runs, hit, slopes)
     return visible

@@ -9,7 +9,7 @@ from numba import njit
 
 from houseexpo.pseudoslam.kernels.ranges import distance
 from houseexpo.pseudoslam.kernels.sector import sector_scan
-from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
+from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Offsets, Runs
 from houseexpo.pseudoslam.kernels.words import eight
 
 _STRIP = 1e-4  # cells to either side of a line
@@ -18,7 +18,9 @@ NOWHERE = 1 << 14
 
 
 @njit(cache=True, nogil=True)
-def find_standing(stand: Grid, wanted: Grid, asked: Cells, away: Cells) -> int:
+def find_standing(
+    stand: Grid, wanted: Grid, before: Offsets, sure_px: float, asked: Cells, away: Offsets, visible: Grid
+) -> int:
     """List the wanted cells where the robot cannot stand, and say where the nearest cell is where it can, or nearly.
 
     Neighbours tell each other which one is near them, once from the upper left on and once back: what lies behind
@@ -28,6 +30,10 @@ def find_standing(stand: Grid, wanted: Grid, asked: Cells, away: Cells) -> int:
     ----------
     stand, wanted
         (rows, cols), 1 where the robot can stand, and in the cells that are asked for: none of them on the border.
+    before
+        (rows * cols, 2), what ``away`` came to before some of the standing cells were lost; (0, 2) where that is not
+        known. What has kept a standing cell within ``sure_px``, so near that nothing can lie between, is not listed but
+        set to 1 in ``visible``.
     asked
         (rows * cols,) is filled with flat indices.
     away
@@ -39,17 +45,23 @@ def find_standing(stand: Grid, wanted: Grid, asked: Cells, away: Cells) -> int:
     How many cells are listed.
     """
     cols = stand.shape[1]
-    standing, wants = stand.ravel(), wanted.ravel()
+    standing, wants, seen = stand.ravel(), wanted.ravel(), visible.ravel()
+    both, far = away.ravel().view(np.int32), np.int32(NOWHERE << 16 | NOWHERE)
     for cell in range(len(standing)):
-        far = np.int32(0) if standing[cell] != 0 else np.int32(NOWHERE)
-        away[cell, 0], away[cell, 1] = far, far
+        both[cell] = np.int32(0) if standing[cell] != 0 else far
     n_asked = 0
     for first in range(0, len(standing), 8):
         if first + 8 <= len(standing) and eight(wants, first) & ~eight(standing, first) == 0:
             continue  # most of a house
-        for cell in range(first, min(first + 8, len(standing))):
-            asked[np.uint64(n_asked)] = cell
-            n_asked += wants[np.uint64(cell)] > standing[np.uint64(cell)]
+        for at in range(first, min(first + 8, len(standing))):
+            here = np.uint64(at)
+            if wants[here] <= standing[here]:
+                continue
+            if len(before) > 0 and _still_stands(standing, before, at, cols, sure_px):
+                away[here, 0], away[here, 1], seen[here] = before[here, 0], before[here, 1], 1
+            else:
+                asked[np.uint64(n_asked)] = at
+                n_asked += 1
     for k in range(n_asked):
         _ask(away, asked[k], -cols, -1)
     for k in range(n_asked - 1, -1, -1):
@@ -58,7 +70,16 @@ def find_standing(stand: Grid, wanted: Grid, asked: Cells, away: Cells) -> int:
 
 
 @njit(inline="always")
-def _ask(away: Cells, cell: int, row_step: int, col_step: int) -> None:
+def _still_stands(standing: Grid, before: Offsets, at: int, cols: int, sure_px: float) -> bool:
+    """Whether the standing cell that was near a cell is within a distance, and still is one."""
+    cell = np.uint64(at)
+    down, right = np.int64(before[cell, 0]), np.int64(before[cell, 1])
+    near = down * down + right * right <= sure_px * sure_px
+    return bool(near and standing[np.uint64(at + down * cols + right)] != 0)
+
+
+@njit(inline="always")
+def _ask(away: Offsets, cell: int, row_step: int, col_step: int) -> None:
     """Take over the standing cell of the neighbour in the next row, or column, where it is nearer than the own."""
     here = np.uint64(cell)
     down, right = np.int64(away[here, 0]), np.int64(away[here, 1])
@@ -75,7 +96,7 @@ def _ask(away: Cells, cell: int, row_step: int, col_step: int) -> None:
 
 @njit(cache=True, nogil=True)
 def mark_in_sight(
-    solid: Grid, asked: Cells, n_asked: int, away: Cells, sure_px: float, range_px: float, visible: Grid
+    solid: Grid, asked: Cells, n_asked: int, away: Offsets, sure_px: float, range_px: float, visible: Grid
 ) -> int:
     """Set ``visible`` to 1 where what is asked sees the middle of the standing cell that lies ``away``.
 

@@ -13,6 +13,8 @@ Kinds: TypeAlias = npt.NDArray[np.uint16]
 """What blocks of a map hold, see ``crop``."""
 Cells: TypeAlias = npt.NDArray[np.int32]
 """Flat indices, row * cols + col."""
+Offsets: TypeAlias = npt.NDArray[np.int16]
+"""(n, 2) rows down and columns to the right."""
 Runs: TypeAlias = npt.NDArray[np.int32]
 """(n, 2) flat indices: the first and the last of cells side by side in a row."""
 Floats: TypeAlias = npt.NDArray[np.float64]

@@ -8,11 +8,14 @@ import os
 import numpy as np
 import pytest
 
+from houseexpo.frame import GridFrame
 from houseexpo.pseudoslam.kernels.reach import NOWHERE, find_standing, mark_in_sight, mark_visible
 from houseexpo.pseudoslam.kernels.sector import sector_scan
-from houseexpo.pseudoslam.world import scan_buffers, standing_cells, visible_cells
+from houseexpo.pseudoslam.world import scan_buffers, standing_cells, visible_cells, world_of
 
 UNCOMPILED = "NUMBA_DISABLE_JIT" in os.environ  # a look from everywhere takes its time then
+
+UNKNOWN = np.empty((0, 2), np.int16)
 
 
 def slow_visible(solid: np.ndarray, stand: np.ndarray, range_px: float) -> np.ndarray:
@@ -80,16 +83,22 @@ def test_only_what_is_asked_is_looked_for() -> None:
     assert not visible.any()
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_of_what_was_seen_before_obstacles_came_the_rest_is_found(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    empty = house(seed)
-    before = visible_cells(empty, standing_cells(empty, 2.0), 2.0, 15.0)
-    solid = empty | (rng.random(empty.shape) < 0.02).astype(np.uint8)
-    stand = standing_cells(solid, 2.0)
-    expected = visible_cells(solid, stand, 2.0, 15.0)
-    assert np.array_equal(visible_cells(solid, stand, 2.0, 15.0, among=before), expected)
-    assert 0 < expected.sum() < (solid == 0).sum()
+@pytest.mark.parametrize("radius_px", [1.3, 2.0, 2.9])
+@pytest.mark.parametrize("range_px", [1.5, 15.0])
+def test_of_what_was_seen_before_obstacles_came_the_rest_is_found(radius_px: float, range_px: float) -> None:
+    shares = []
+    for seed in range(1 if UNCOMPILED else 30):
+        rng, walls = np.random.default_rng(1000 + seed), house(seed)
+        if not standing_cells(walls, radius_px).any():
+            continue
+        empty = world_of(walls, GridFrame((0.0, 0.0), 1.0, walls.shape), radius_px, range_px, "house")
+        solid = walls | (rng.random(walls.shape) < 0.02).astype(np.uint8)
+        stand = standing_cells(solid, radius_px) & empty.stand  # as after obstacles: what is lost stays lost
+        expected = slow_visible(solid, stand, range_px)
+        assert np.array_equal(visible_cells(solid, stand, radius_px, range_px, empty=empty), expected), seed
+        shares.append(expected.sum() / empty.countable.sum())
+    assert min(shares) < 1.0
+    assert max(shares) > 0.5
 
 
 @pytest.mark.parametrize("walls", [False, True])
@@ -99,12 +108,13 @@ def test_where_it_stands_near_a_cell(walls: bool) -> None:
     if not walls:
         solid[1:-1, 1:-1] = 0
     stand, wanted = standing_cells(solid, 2.0), 1 - solid
-    asked, away = np.empty(solid.size, np.int32), np.empty((solid.size, 2), np.int32)
-    n_asked = find_standing(stand, wanted, asked, away)
+    asked, away, visible = np.empty(solid.size, np.int32), np.empty((solid.size, 2), np.int16), np.zeros_like(solid)
+    n_asked = find_standing(stand, wanted, UNKNOWN, 9.0, asked, away, visible)
+    assert not visible.any()
     np.testing.assert_array_equal(asked[:n_asked], np.flatnonzero(wanted > stand))
     at, cells = np.argwhere(stand), np.argwhere(wanted)
     away = away.reshape(*solid.shape, 2)
-    found = away[tuple(cells.T)]
+    found = away[tuple(cells.T)].astype(int)
     near = np.abs(found).max(axis=1) < NOWHERE // 2
     assert stand[tuple((cells + found)[near].T)].all()
     assert near.mean() > 0.9
@@ -115,12 +125,30 @@ def test_where_it_stands_near_a_cell(walls: bool) -> None:
     assert (away[(wanted == 0) & (stand == 0)] == NOWHERE).all()
 
 
+def test_who_has_kept_a_standing_cell_close_by_is_not_asked_again() -> None:
+    """Seven cells in a row between walls; the robot could stand in the last three, and now in the last one."""
+    wanted = np.zeros((3, 9), np.uint8)
+    wanted[1, 1:8] = 1
+    stand = np.zeros_like(wanted)
+    stand[1, 5:8] = 1
+    asked, before, visible = np.empty(27, np.int32), np.empty((27, 2), np.int16), np.zeros_like(wanted)
+    assert find_standing(stand, wanted, UNKNOWN, 9.0, asked, before, visible) == 4
+    assert before[10:17].tolist() == [[0, 4], [0, 3], [0, 2], [0, 1], [0, 0], [0, 0], [0, 0]]
+    stand[1, 5] = 0
+    before[13, 1] = 2  # as if another one had been found
+    away = np.empty_like(before)
+    n_asked = find_standing(stand, wanted, before, 2.0, asked, away, visible)
+    assert np.flatnonzero(visible[1]).tolist() == [4]
+    assert (asked[:n_asked] - 9).tolist() == [1, 2, 3, 5]
+    assert away[10:17].tolist() == [[0, 5], [0, 4], [0, 3], [0, 2], [0, 1], [0, 0], [0, 0]]
+
+
 def test_a_standing_cell_counts_where_nothing_lies_between() -> None:
     """Five cells in a row: a wall stands between the second and the standing one, but for a radius nobody looks."""
     solid = np.ones((3, 9), np.uint8)
     solid[1, 1:8] = 0
     solid[1, 4] = 1
-    cells, away = np.flatnonzero(solid == 0).astype(np.int32), np.zeros((27, 2), np.int32)
+    cells, away = np.flatnonzero(solid == 0).astype(np.int32), np.zeros((27, 2), np.int16)
     away[10:17, 1] = 7 - np.arange(1, 8)
     for sure_px, range_px, seen in ((1.0, 9.0, [5, 6, 7]), (1.0, 1.5, [6, 7]), (5.0, 9.0, [2, 3, 5, 6, 7])):
         visible, asked = np.zeros_like(solid), cells.copy()
