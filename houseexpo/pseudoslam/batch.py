@@ -104,10 +104,10 @@ class Batch:
         self._next = self._views.free(besides=self._drawn)  # while others draw: it stays free, for nobody gets it
 
     def views(self) -> Array | None:
-        """Return the last step's views (N, side, side), all drawn: the caller's own for as long as he holds them.
+        """Return the views (N, side, side), all drawn: the caller's own for as long as he holds them.
 
-        None where they were not to be ``fresh``, or the caller holds so many that there was no array for them: then
-        they are in ``arrays.shown``.
+        None where none were ever to be ``fresh``, or the caller holds so many that there was no array for the last ones
+        that were: then they are in ``arrays.shown``.
         """
         self._crew.finish()
         return self._views.lent[self._drawn] if self._drawn >= 0 else None

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.cells import count_before, nth_cell
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.kernels.bodies import Disc
+from houseexpo.pseudoslam.kernels.cells import count_before, nth_cell
 from houseexpo.pseudoslam.kernels.dynamics import stamp_bodies
 from houseexpo.pseudoslam.kernels.goal import Field, field_at, find_open, march, no_field
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE

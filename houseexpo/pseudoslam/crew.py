@@ -43,7 +43,7 @@ class _Shared:
     ended: bool = False
 
     def run(self, thread: int) -> None:
-        """Take part in steps; return when there is none, or none comes for a while."""
+        """Take part in steps, the leader in one of its ways; return when there is none, or none comes for a while."""
         if self.work is None:
             return
         kernel, arguments, epoch = self.work
@@ -69,6 +69,8 @@ class Crew:
         lag = min(_LAG * len(wakes), number)
         self._shared = _Shared(scratch, new_crew(number, len(scratch), lag), wakes)
         self._is_finished = True
+        self._post: Callable[..., Any]
+        self._outstanding: Callable[..., Any]
         self.close = weakref.finalize(self, _end, self._shared)
         for thread, wake in enumerate(wakes, start=1):
             name = f"pseudoslam-{thread}"
@@ -78,6 +80,7 @@ class Crew:
         """Set the kernel and its first arguments: the arrays that the steps to come are about."""
         shared = self._shared
         epoch = int(shared.words[EPOCH]) + 1
+        self._post, self._outstanding = (compiled(one, (shared.words,)) for one in (post, outstanding))
         ready = compiled(kernel, (*arguments, shared.scratch[0], shared.words, epoch, 0))
         shared.work, shared.words[EPOCH] = (ready, arguments, epoch), epoch
 
@@ -90,20 +93,19 @@ class Crew:
             Which array takes their views; -1: the pool's own.
         meanwhile
             Work for the caller's thread while others step: it is called until it returns False, or they have taken half
-            of the environments. Where there are no others, it is not called.
+            of the environments. A crew of one does not call it.
         """
         self._is_finished, shared = False, self._shared
         shared.words[VIEWS] = views
-        for thread, wake in enumerate(shared.wakes, start=1):
-            if not shared.words[INSIDE + thread]:
-                wake.set()
         if meanwhile is None or not shared.wakes:
+            self._wake()
             self._lead(LEADER)
             return
         try:
-            post(shared.words)
+            self._post(shared.words)
+            self._wake()
             while 2 * untaken(shared.words) > shared.words[NUMBER] and meanwhile():
-                pass
+                self._wake()  # who fell asleep just before
         finally:
             self._lead(REJOINING)
 
@@ -112,27 +114,33 @@ class Crew:
 
         It comes before the next step, and before arrays are changed.
         """
-        while not self._is_finished and (way := outstanding(self._shared.words)):
+        while not self._is_finished and (way := self._outstanding(self._shared.words)):
             self._lead(way)
         self._is_finished = True
 
-    def _lead(self, thread: int) -> None:
+    def _wake(self) -> None:
+        """Wake those who neither work nor look out for work."""
+        for thread, wake in enumerate(self._shared.wakes, start=1):
+            if not self._shared.words[INSIDE + thread]:
+                wake.set()
+
+    def _lead(self, way: int) -> None:
         """Take part in a step as its leader, in one of its ways."""
         shared = self._shared
         if not shared.errors and shared.work is not None and shared.work[2] == shared.words[EPOCH]:
-            shared.run(thread)
+            shared.run(way)
             if not shared.errors:
                 return
         cause = shared.errors[0] if shared.errors else None
         raise RuntimeError("a step of this batch has failed; make another") from cause
 
 
-def compiled(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., None]:
+def compiled(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
     """Return what a kernel is compiled to for arguments of such types: numba takes 10 us to find it at each call."""
     if not hasattr(kernel, "compile"):  # numba is off
-        plain: Callable[..., None] = kernel
+        plain: Callable[..., Any] = kernel
         return plain
-    found: Callable[..., None] = kernel.compile(tuple(map(kernel.typeof_pyval, arguments)))
+    found: Callable[..., Any] = kernel.compile(tuple(map(kernel.typeof_pyval, arguments)))
     return found
 
 

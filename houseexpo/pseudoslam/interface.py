@@ -176,6 +176,7 @@ def interface_of(
 def new_facts(number: int) -> Facts:
     """Return the facts of so many episodes that have not begun."""
     rows = np.full((number, 10), np.nan)
+    rows[:, 6], rows[:, 7] = 1.0, 0.0
     return Facts(rows, rows[:, :6], rows[:, 6], rows[:, 7], rows[:, 8:])
 
 

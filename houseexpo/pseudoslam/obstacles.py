@@ -10,7 +10,7 @@ import numpy as np
 
 from houseexpo.errors import ConfigError
 from houseexpo.frame import GridFrame
-from houseexpo.pseudoslam.cells import count_before, nth_cell
+from houseexpo.pseudoslam.kernels.cells import count_before, nth_cell
 from houseexpo.pseudoslam.kernels.obstacles import FITS, OVERLAPS, set_down
 from houseexpo.pseudoslam.kernels.types import Cells, Counts, Grid
 from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles

@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.kernels.step import Episode
 Array = npt.NDArray[Any]
 
 RASTERS, MAP, SHOWN = 3, Episode._fields.index("known"), Episode._fields.index("shown")
-"""The first arrays of an episode are as big as its house, and lie flat in a pool; which is its map, and its view."""
+"""The first arrays of an episode are as big as its house, and lie flat in a pool; which are its map and its view."""
 
 
 def leaves(episode: Episode) -> list[Array]:

@@ -9,15 +9,17 @@ import gymnasium
 import numpy as np
 from gymnasium.utils import seeding
 
+from houseexpo.errors import ConfigError, PlanError
 from houseexpo.pseudoslam.interface import Interface, facts_of
 from houseexpo.pseudoslam.kernels.step import Rules
 from houseexpo.pseudoslam.kernels.types import Scratch
-from houseexpo.pseudoslam.pools import RASTERS
+from houseexpo.pseudoslam.pools import leaves
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.world import World
+from houseexpo.pseudoslam.worlds import OF_A_CELL
 
-_MOST_READY = 100_000_000
-"""Bytes of rasters that wait: of some 700 episodes in houses of 120 m2 at 16 px/m."""
+_MOST_READY = 200_000_000
+"""Bytes of episodes that wait, and of their worlds: some 400 in houses of 120 m2 at 16 px/m."""
 
 
 class Start(NamedTuple):
@@ -45,11 +47,11 @@ class Starts:
     is asked for after all, the generator goes back.
     """
 
-    def __init__(self, face: Interface, rules: Rules, scratch: Scratch, number: int, *, ahead: bool) -> None:
+    def __init__(self, face: Interface, rules: Rules, scratch: Scratch, *, ahead: bool) -> None:
         self._face, self._rules, self._scratch, self._ahead = face, rules, scratch, ahead
-        self._rngs: list[np.random.Generator | None] = [None] * number
+        self._rngs: dict[int, np.random.Generator] = {}
         self._ready: dict[int, _Ready] = {}
-        self._lacking: dict[int, np.random.Generator] = {}  # in the order that they began in: so they end, mostly
+        self._lacking: dict[int, None] = {}  # numbers, in the order that they began in: so they end, mostly
         self._size = 0
 
     @property
@@ -59,7 +61,7 @@ class Starts:
 
     def seed(self, i: int, seed: int | None) -> None:
         """Give environment ``i`` a generator; without a seed, only if it has none."""
-        if seed is not None or self._rngs[i] is None:
+        if seed is not None or i not in self._rngs:
             self._taken(i)
             self._rngs[i] = seeding.np_random(seed)[0]
 
@@ -73,11 +75,12 @@ class Starts:
         ResetNeeded
             Where it has no generator yet.
         """
-        rng, ready = self._rngs[i], self._taken(i)
+        rng, ready = self._rngs.get(i), self._taken(i)
         if rng is None:
             raise gymnasium.error.ResetNeeded(f"environment {i}: call reset() before anything else")
         if self._ahead:
-            self._lacking[i] = rng
+            self._lacking.pop(i, None)
+            self._lacking[i] = None
         if ready is not None:
             if plan_id is None:
                 return ready.start
@@ -87,21 +90,22 @@ class Starts:
     def prepare(self) -> bool:
         """Make an episode ready that is not; return whether there is another one to make.
 
-        One that fails is left to ``next``, which fails, too.
+        A world that cannot give what is asked is left to ``next``, which fails, too.
         """
         i = next(iter(self._lacking))
-        rng = self._lacking.pop(i)
+        del self._lacking[i]
+        rng = self._rngs[i]
         before = rng.bit_generator.state
         try:
             start = self._drawn(rng, None)
-            ready = _Ready(start, RASTERS * start.state.solid.nbytes, before)
-            self._size += ready.size
-            self._ready[i] = ready
+            size = OF_A_CELL * start.world.solid.nbytes + sum(leaf.nbytes for leaf in leaves(start.state.episode))
+            self._size += size
+            self._ready[i] = _Ready(start, size, before)
         except BaseException as error:
             self._taken(i)
             rng.bit_generator.state = before
-            if not isinstance(error, Exception):
-                raise
+            if not isinstance(error, (ConfigError, PlanError)):
+                raise  # a Ctrl-C may come out of compiled code as a SystemError
         return self.lack
 
     def _taken(self, i: int) -> _Ready | None:

@@ -90,7 +90,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self._rules, self._scratch = self._face.rules(), self._face.scratch()
         self._batch = Batch(num_envs, self.config, self._rules, threads)
         ahead = self._mode != AutoresetMode.DISABLED and self._batch.threads > 1
-        self._starts = Starts(self._face, self._rules, self._scratch, num_envs, ahead=ahead)
+        self._starts = Starts(self._face, self._rules, self._scratch, ahead=ahead)
         self._plan_ids = np.full(num_envs, None, object)
         self._simulators: dict[int, Simulator] = {}
         self._ended = np.ones(num_envs, bool)
@@ -112,7 +112,6 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             self._begin(i, plan_id)
         self._look_round(which, DRAWN)
         self._begun |= which
-        self._are_begun = bool(self._begun.all())
         infos = self._infos(self._after, self.task.success(self._after), which)
         return self._observations(self._after), infos
 
@@ -120,8 +119,10 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         """Take one action in each environment; actions (N,) or (N, 2)."""
         if not self._are_begun or (self._mode == AutoresetMode.DISABLED and np.count_nonzero(self._ended)):
             ready = self._begun & ~self._ended if self._mode == AutoresetMode.DISABLED else self._begun
-            which = np.flatnonzero(~ready).tolist()
-            raise gymnasium.error.ResetNeeded(f"environments {which}: call reset() before the next step")
+            if not ready.all():
+                which = np.flatnonzero(~ready).tolist()
+                raise gymnasium.error.ResetNeeded(f"environments {which}: call reset() before the next step")
+            self._are_begun = True
         motions, ahead = self._face.motions(actions, self.num_envs)
         starting = self._ended.nonzero()[0].tolist()  # in NEXT_STEP, or where a start has failed
         for i in starting:

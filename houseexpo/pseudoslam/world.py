@@ -13,8 +13,8 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.frame import GridFrame
 from houseexpo.plan import FloorPlan
-from houseexpo.pseudoslam.cells import count_before
 from houseexpo.pseudoslam.kernels.bodies import Tracks, no_tracks
+from houseexpo.pseudoslam.kernels.cells import count_before
 from houseexpo.pseudoslam.kernels.flow import Flow, no_flow
 from houseexpo.pseudoslam.kernels.reach import find_standing, mark_in_sight, mark_visible
 from houseexpo.pseudoslam.kernels.types import Offsets

@@ -25,9 +25,10 @@ Plans: TypeAlias = Union[str, "os.PathLike[str]", FloorPlan, Sequence[FloorPlan]
 
 MOST_KEPT = 1_000_000_000
 """Bytes of worlds that stay in memory. Packed, a house of 120 m2 takes 20 kB at 16 px/m: 10,000 of them fit easily."""
-MOST_OPEN = 100_000_000
-"""Bytes of worlds that stay in memory unpacked, too: some 300 such houses."""
-_OF_A_CELL = 8  # bytes, where obstacles are set down: three rasters, an empty map and the nearest standing cells
+MOST_OPEN = 150_000_000
+"""Bytes of worlds that stay in memory unpacked, too: some 400 such houses."""
+OF_A_CELL = 8
+"""Bytes of such a world, where obstacles are set down: three rasters, an empty map and the nearest standing cells."""
 
 
 def world_for(plan: FloorPlan, config: SimulatorConfig) -> World:
@@ -81,7 +82,7 @@ class Worlds:
             world = self._open.used(number)
             if world is None:
                 world = packed.unpacked()
-                self._open.keep(number, world, _OF_A_CELL * world.solid.nbytes)
+                self._open.keep(number, world, OF_A_CELL * world.solid.nbytes)
             return world
 
     def number_of(self, plan_id: str) -> int:

@@ -28,7 +28,7 @@ where the list of them begins, a ring with room for all; how many were ever put 
 there on, whether a thread looks out or works. Words that many write lie apart.
 """
 LEADER, REJOINING, FINISHING = 0, -1, -2
-"""The thread that posts a step and takes part in it; the same where it has posted it before, or wants its views."""
+"""The thread that posts a step and takes part in it; the same one where it has posted it before, or wants its views."""
 MOST = (1 << 20) - 1
 """Environments that can be shared: bits of ``OPEN`` for those taken from either end; the rest count the steps."""
 ONLY_VIEW = MOST + 1
@@ -130,7 +130,7 @@ def _from_list(crew: Counts, view: int) -> int:
 
 @njit(inline="always")
 def leave(crew: Counts, thread: int) -> None:
-    """End: the leader when all is done."""
+    """End: the leader when all have stepped, or when all views are drawn if it has come back for them."""
     if thread > LEADER:
         put(crew, INSIDE + thread, 0)
     elif thread == FINISHING:

@@ -163,6 +163,23 @@ def test_the_leader_may_do_something_else_until_half_is_taken() -> None:
 
 
 @compiled_only
+def test_who_sleeps_is_woken_while_the_leader_does_something_else() -> None:
+    crew, counts = crew_of(40, 2), np.zeros((40, 3), np.int64)
+    crew.take_on(counting, counts, np.zeros(40, np.int64))
+
+    def work_without_end() -> bool:
+        time.sleep(0.0005)
+        return True
+
+    for k in range(1, 20):
+        time.sleep(0.005 * (k % 3))  # it looks out for half a millisecond
+        crew.step(meanwhile=work_without_end)
+        crew.finish()
+        assert (counts[:, [0, 2]] == k).all()
+    crew.close()
+
+
+@compiled_only
 def test_a_leader_who_is_interrupted_meanwhile_leaves_nothing_half_done() -> None:
     crew, counts = crew_of(40, 2), np.zeros((40, 3), np.int64)
     crew.take_on(counting, counts, np.zeros(40, np.int64))

@@ -33,7 +33,7 @@ def face() -> Interface:
 
 
 def starts_of(face: Interface, *, ahead: bool) -> Starts:
-    found = Starts(face, face.rules(), face.scratch(), 2, ahead=ahead)
+    found = Starts(face, face.rules(), face.scratch(), ahead=ahead)
     for i in range(2):
         found.seed(i, 5 + i)
     return found
@@ -59,7 +59,7 @@ def test_what_is_made_ready_is_what_would_be_drawn(face: Interface) -> None:
         assert bytes_of(early.next(i, None)) == bytes_of(plain.next(i, None))
 
 
-@pytest.mark.parametrize("error", [ConfigError("no place"), KeyboardInterrupt()])
+@pytest.mark.parametrize("error", [ConfigError("no place"), KeyboardInterrupt(), SystemError("interrupted")])
 def test_what_fails_ahead_fails_when_it_is_asked_for(
     face: Interface, error: BaseException, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -71,7 +71,7 @@ def test_what_fails_ahead_fails_when_it_is_asked_for(
         return draw(self, rng, plan_id)
 
     monkeypatch.setattr(Starts, "_drawn", fails_half_of_the_time)
-    outcomes = []
+    outcomes, raised = [], 0
     for ahead in (False, True):
         found, outcome = starts_of(face, ahead=ahead), []
         for k in range(40):
@@ -82,10 +82,11 @@ def test_what_fails_ahead_fails_when_it_is_asked_for(
             while found.lack:
                 try:
                     found.prepare()
-                except KeyboardInterrupt:  # this goes up; what is wrong with a start is its own affair
-                    assert isinstance(error, KeyboardInterrupt)
+                except (KeyboardInterrupt, SystemError):  # what comes of a Ctrl-C goes up, a start's own trouble waits
+                    raised += 1
         outcomes.append(outcome)
     assert outcomes[0] == outcomes[1]
+    assert (raised > 0) == (not isinstance(error, ConfigError))
     assert 5 < outcomes[0].count(()) < 35
 
 
@@ -102,7 +103,7 @@ def test_no_more_are_made_ready_than_there_is_room_for(face: Interface, monkeypa
 
 def test_nothing_starts_without_a_generator(face: Interface) -> None:
     with pytest.raises(gymnasium.error.ResetNeeded, match="environment 1: call reset"):
-        Starts(face, face.rules(), face.scratch(), 2, ahead=True).next(1, None)
+        Starts(face, face.rules(), face.scratch(), ahead=True).next(1, None)
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])

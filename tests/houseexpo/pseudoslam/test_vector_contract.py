@@ -300,7 +300,9 @@ def test_nothing_steps_before_it_is_reset() -> None:
         env.step(np.zeros(2, np.int64))
     with pytest.raises(gymnasium.error.ResetNeeded):
         env.unwrapped.state(1)
-    env.reset(seed=0, options={"reset_mask": np.array([True, False])})
+    _, info = env.reset(seed=0, options={"reset_mask": np.array([True, False])})
+    assert info["_coverage"].tolist() == [True, False]
+    assert np.isfinite(info["coverage"]).all()
     with pytest.raises(gymnasium.error.ResetNeeded, match=r"environments \[1\]: call reset"):
         env.step(np.zeros(2, np.int64))
     env.reset(seed=0)

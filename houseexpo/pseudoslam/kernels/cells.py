@@ -14,10 +14,10 @@ def count_before(raster: Grid, value: int) -> Counts:
     rows, cols = raster.shape
     before = np.zeros(rows + 1, np.int64)
     for row in range(rows):
-        ones = 0
+        found = 0
         for col in range(cols):
-            ones += raster[row, col]
-        before[row + 1] = before[row] + (ones if value != 0 else cols - ones)
+            found += raster[row, col] == value
+        before[row + 1] = before[row] + found
     return before
 
 
