@@ -81,7 +81,8 @@ class World:
         """(cells, 2): where the nearest standing cell is, or nearly, from each countable one, see ``find_standing``."""
         nearest = np.empty((self.solid.size, 2), np.int16)
         asked, visible = np.empty(self.solid.size, np.int32), np.empty_like(self.solid)
-        find_standing(self.stand, self.countable, _NO_OFFSETS, 0.0, asked, nearest, visible)
+        stand, countable = self.stand.copy(), self.countable.copy()  # or it is compiled again, for arrays to be read
+        find_standing(stand, countable, _NO_OFFSETS, 0.0, asked, nearest, visible)
         return nearest
 
     @cached_property

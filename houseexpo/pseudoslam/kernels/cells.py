@@ -24,9 +24,10 @@ def count_before(raster: Grid, value: int) -> Counts:
 @njit(cache=True, nogil=True)
 def nth_cell(raster: Grid, value: int, before: Counts, n: int) -> tuple[int, int]:
     """Return row and column of cell ``n`` of a value, from 0, less than ``before[-1]``."""
-    row = int(np.searchsorted(before, n, side="right")) - 1
-    left = n - before[row]
-    col = 0
+    row = 0
+    while before[row + 1] <= n:
+        row += 1
+    left, col = n - before[row], 0
     while raster[row, col] != value or left > 0:
         left -= raster[row, col] == value
         col += 1
