@@ -70,6 +70,7 @@ class Crew:
         self._shared = _Shared(scratch, new_crew(number, len(scratch), lag), wakes)
         self._is_finished = True
         self._post: Callable[..., Any]
+        self._untaken: Callable[..., Any]
         self._outstanding: Callable[..., Any]
         self.close = weakref.finalize(self, _end, self._shared)
         for thread, wake in enumerate(wakes, start=1):
@@ -80,7 +81,8 @@ class Crew:
         """Set the kernel and its first arguments: the arrays that the steps to come are about."""
         shared = self._shared
         epoch = int(shared.words[EPOCH]) + 1
-        self._post, self._outstanding = (compiled(one, (shared.words,)) for one in (post, outstanding))
+        said = (compiled(one, (shared.words,)) for one in (post, untaken, outstanding))
+        self._post, self._untaken, self._outstanding = said
         ready = compiled(kernel, (*arguments, shared.scratch[0], shared.words, epoch, 0))
         shared.work, shared.words[EPOCH] = (ready, arguments, epoch), epoch
 
@@ -104,7 +106,7 @@ class Crew:
         try:
             self._post(shared.words)
             self._wake()
-            while 2 * untaken(shared.words) > shared.words[NUMBER] and meanwhile():
+            while 2 * self._untaken(shared.words) > shared.words[NUMBER] and meanwhile():
                 self._wake()  # who fell asleep just before
         finally:
             self._lead(REJOINING)

@@ -57,9 +57,10 @@ def post(crew: Counts) -> None:
     put(crew, OPEN, ((get(crew, OPEN) >> 2 * _BITS) + 1) << 2 * _BITS)
 
 
+@njit(cache=True, nogil=True)
 def untaken(crew: Counts) -> int:
     """Return how many environments of the step nobody has taken yet."""
-    now = int(crew[OPEN])
+    now = get(crew, OPEN)
     return int(crew[NUMBER]) - (now & MOST) - (now >> _BITS & MOST)
 
 
@@ -110,8 +111,7 @@ def take(crew: Counts, epoch: int, thread: int) -> int:
 @njit(inline="always")
 def puts_off(crew: Counts, i: int) -> bool:
     """Put the view of an environment off, if it is one of the last; return whether."""
-    now = get(crew, OPEN)
-    if crew[NUMBER] - (now & MOST) - (now >> _BITS & MOST) >= crew[LAG]:
+    if untaken(crew) >= crew[LAG]:
         return False
     put(crew, crew[SLOTS] + add(crew, PUT_OFF, 1) % crew[NUMBER], i)
     return True

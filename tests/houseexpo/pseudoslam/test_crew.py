@@ -58,6 +58,13 @@ def crew_of(number: int, threads: int) -> Crew:
     return Crew(number, [0] * threads)  # type: ignore[list-item]  # no scratch is needed here
 
 
+def counting_crew(number: int, threads: int) -> tuple[Crew, np.ndarray]:
+    """A crew that counts, and what it counts (number, 3): steps, anything, views."""
+    crew, counts = crew_of(number, threads), np.zeros((number, 3), np.int64)
+    crew.take_on(counting, counts, np.zeros(number, np.int64))
+    return crew, counts
+
+
 def wait_for(true: Any) -> None:
     """Return when something comes true; fail after ten seconds."""
     end = time.monotonic() + 10.0
@@ -130,8 +137,7 @@ def test_the_last_views_are_put_off() -> None:
 
 @compiled_only
 def test_others_draw_views_while_the_leader_is_away() -> None:
-    crew, counts = crew_of(40, 2), np.zeros((40, 3), np.int64)
-    crew.take_on(counting, counts, np.zeros(40, np.int64))
+    crew, counts = counting_crew(40, 2)
     assert 0 < crew._shared.words[LAG] < 40
     steps = 0
 
@@ -154,8 +160,7 @@ def test_others_draw_views_while_the_leader_is_away() -> None:
 
 @compiled_only
 def test_the_leader_may_do_something_else_until_half_is_taken() -> None:
-    crew, counts, left = crew_of(40, 2), np.zeros((40, 3), np.int64), []
-    crew.take_on(counting, counts, np.zeros(40, np.int64))
+    (crew, counts), left = counting_crew(40, 2), []
 
     def work() -> bool:
         left.append(untaken(crew._shared.words))
@@ -168,16 +173,14 @@ def test_the_leader_may_do_something_else_until_half_is_taken() -> None:
         assert (counts[:, [0, 2]] == k).all()
         assert len(left) - before <= 3
     assert len(left) > 50
-    alone = crew_of(4, 1)
-    alone.take_on(counting, np.zeros((4, 3), np.int64), np.zeros(4, np.int64))
+    alone, _ = counting_crew(4, 1)
     alone.step(meanwhile=lambda: pytest.fail("alone there is no time for anything else"))
     crew.close()
 
 
 @compiled_only
 def test_who_sleeps_is_woken_while_the_leader_does_something_else() -> None:
-    crew, counts = crew_of(40, 2), np.zeros((40, 3), np.int64)
-    crew.take_on(counting, counts, np.zeros(40, np.int64))
+    crew, counts = counting_crew(40, 2)
 
     def work_without_end() -> bool:
         time.sleep(0.0005)
@@ -193,8 +196,7 @@ def test_who_sleeps_is_woken_while_the_leader_does_something_else() -> None:
 
 @compiled_only
 def test_a_leader_who_is_interrupted_meanwhile_leaves_nothing_half_done() -> None:
-    crew, counts = crew_of(40, 2), np.zeros((40, 3), np.int64)
-    crew.take_on(counting, counts, np.zeros(40, np.int64))
+    crew, counts = counting_crew(40, 2)
 
     def interrupted() -> bool:
         raise KeyboardInterrupt
@@ -264,8 +266,7 @@ def in_a_fork(crew: Crew, counts: np.ndarray, answers: Any) -> None:
 @compiled_only
 @pytest.mark.filterwarnings("ignore:.*fork.*")
 def test_a_forked_process_goes_on_alone() -> None:
-    crew, counts = crew_of(6, 2), np.zeros((6, 3), np.int64)
-    crew.take_on(counting, counts, np.zeros(6, np.int64))
+    crew, counts = counting_crew(6, 2)
     for _ in range(10):
         crew.step()
         crew.finish()
