@@ -54,14 +54,27 @@ class SourceOpening:
 
 
 @dataclass(frozen=True, eq=False)
+class SourceObject:
+    """A thing that the source tells apart from the walls, with its own words for it; triangles in the level frame."""
+
+    words: tuple[str, ...]
+    mesh: Mesh
+
+
+@dataclass(frozen=True, eq=False)
 class Level:
     """One storey of a house, as a source hands it to the stages.
 
-    ``walls`` is cut; ``floor`` (the floor slabs' plan area, or None) serves the layout rules; ``furniture`` is cut too
-    where a source was asked for it. ``sills`` is True where doors are closed by a sill at h_g (SUNCG), so that the
-    paper's two planes are enough. ``ceiling_m``: height above the floor up to which walls may be looked at.
+    ``walls`` is all that may be wall: what the source names as wall, column or window, and all that it does not name.
+    ``leaves`` are what it names as doors (leaves, frames), ``furniture`` what it names as furniture; neither is in
+    ``walls``. ``floor`` is the plan area of the floor's faces, or None where the source has none. ``rooms`` and
+    ``openings`` are what the source says of them; ``named_openings`` is True where it names every one (IFC), so that
+    what it does not name is none.
+    ``sills`` is True where doors are closed by a sill at h_g (SUNCG), so that the paper's two planes are enough.
+    ``ceiling_m``: height above the floor up to which walls may be looked at.
     ``room_count``: rooms of this level as the source counts them, None where it names none. ``n_objects``: things that
-    are not walls, for telling a scene of objects only from an empty one.
+    are not walls, for telling a scene of objects only from an empty one. ``guesses`` names what the reader had to
+    guess: "units", "up", "scale", "levels".
     """
 
     id: str
@@ -69,8 +82,11 @@ class Level:
     ceiling_m: float
     frame: Frame
     floor: Polygon | MultiPolygon | None = None
-    furniture: Mesh | None = None
+    leaves: tuple[SourceObject, ...] = ()
+    furniture: tuple[SourceObject, ...] = ()
     sills: bool = False
+    named_openings: bool = False
+    guesses: tuple[str, ...] = ()
     rooms: tuple[SourceRoom, ...] = ()
     room_count: int | None = None
     openings: tuple[SourceOpening, ...] = ()

@@ -81,6 +81,7 @@ def _level(found: IfcLevel, shift: Shift, name: str, number: int, provenance: di
             for room in found.rooms
         ),
         room_count=found.room_count,
+        named_openings=bool(found.openings),
         openings=tuple(SourceOpening(translate(each.polygon, -x, -y), each.has_door) for each in found.openings),
         provenance=provenance,
     )

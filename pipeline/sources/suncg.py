@@ -22,7 +22,7 @@ from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import obj
 from pipeline.sources.suncg_house import House, Node, parse_house
-from pipeline.values import Input, Level, Mesh, RejectedLevel, SourceRoom
+from pipeline.values import Input, Level, Mesh, RejectedLevel, SourceObject, SourceRoom
 
 # Door leaves stand open or shut in their holes: as furniture they would block what Algorithm 1 opens.
 _DOORS = frozenset(
@@ -95,7 +95,7 @@ def _level(scene: _Scene, index: int, level_id: str) -> Level:
         ceiling_m=float(walls.vertices[:, 1].max() - foot) if len(walls.vertices) else 0.0,
         frame=Frame(((1.0, 0.0, float(origin[0])), (0.0, 1.0, float(origin[1]))), up="y", floor=foot, level=index),
         floor=_plan_area(_in_level(floors, to_level)),
-        furniture=_in_level(_furniture(objects, files, scale), to_level) if scene.furnished else None,
+        furniture=_furniture(objects, files, scale, to_level) if scene.furnished else (),
         sills=True,
         rooms=tuple(_room(node, scale, origin) for node in rooms),
         room_count=len(rooms),
@@ -201,9 +201,11 @@ def _room(node: Node, scale: float, origin: npt.NDArray[np.float64]) -> SourceRo
     return SourceRoom(words, tuple(label for label in labels if label is not None), box=box)
 
 
-def _furniture(nodes: list[Node], files: _Files, scale: float) -> Mesh:
-    """Return the objects but the door leaves, in scene metres; ``transform`` is column-major and mirrors by itself."""
-    meshes = []
+def _furniture(
+    nodes: list[Node], files: _Files, scale: float, origin: npt.NDArray[np.float64]
+) -> tuple[SourceObject, ...]:
+    """Return the objects but the door leaves; ``transform`` is column-major and mirrors by itself."""
+    found = []
     for node in nodes:
         numbers = node.matrix()
         if node.model_id in _DOORS or numbers is None:
@@ -211,5 +213,6 @@ def _furniture(nodes: list[Node], files: _Files, scale: float) -> Mesh:
         mesh = files.mesh(f"object/{node.model_id}/{node.model_id}{'_0' if node.state else ''}.obj")
         matrix = np.array(numbers).reshape(4, 4).T
         faces = mesh.faces[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else mesh.faces
-        meshes.append(Mesh(mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3], faces))
-    return _joined(meshes, scale)
+        placed = Mesh((mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3]) * scale, faces)
+        found.append(SourceObject((node.model_id,), _in_level(placed, origin)))
+    return tuple(found)

@@ -22,7 +22,7 @@ from pipeline.geometry.bridges import Bridge, distance_in_row
 from pipeline.geometry.closers import LAP_M
 from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE
-from pipeline.values import Closer, Layout, Level, Passage, SourceOpening, Spaces
+from pipeline.values import Closer, Layout, Level, Passage, Spaces
 
 PASSABLE = frozenset({"lintel", "sill", "gap"})
 
@@ -36,7 +36,7 @@ def find_doors(level: Level, layout: Layout, config: DoorsConfig) -> Spaces:
     spans = _spans([bridge for _, bridge in strips], config.post_m)
     for (closer, bridge), span in zip(strips, spans, strict=True):
         outside = OUTSIDE in bridge.sides
-        kind = _kind(closer, bridge, level.openings)
+        kind = _kind(closer, bridge, level)
         if not outside and (span > config.widest_m or kind is None):  # R3
             rooms[bridge.sides[0]], rooms[bridge.sides[1]] = _shared(bridge, rooms)
             joins.add((min(bridge.sides), max(bridge.sides)))
@@ -63,15 +63,15 @@ def _spans(bridges: list[Bridge], post_m: float) -> list[float]:
     return span
 
 
-def _kind(closer: Closer, bridge: Bridge, openings: tuple[SourceOpening, ...]) -> DoorKind | None:
+def _kind(closer: Closer, bridge: Bridge, level: Level) -> DoorKind | None:
     """R2; None where the source names its openings and has none here."""
     strip = bridge.strip()
-    for opening in openings:
+    for opening in level.openings:
         if overlap(strip, opening.polygon).area > 0.5 * min(strip.area, opening.polygon.area):
             return "door" if opening.has_door else "opening"
     if closer.kind == "gap":
         return "opening"
-    return None if openings else "door"
+    return None if level.named_openings else "door"
 
 
 def _shared(bridge: Bridge, rooms: list[Polygon]) -> tuple[Polygon, Polygon]:

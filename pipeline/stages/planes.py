@@ -38,7 +38,7 @@ STANDING = 0.5
 
 def cut_planes(level: Level, config: PlanesConfig) -> Planes:
     """Cut the level; raises Rejection where nothing stands at the door plane."""
-    cutter = Cutter(merged(level.walls, level.furniture))
+    cutter = Cutter(merged(level.walls, *(each.mesh for each in level.furniture)))
     door_height = near(config.door_m, cutter.heights)
     ground_height = near(config.ground_m, cutter.heights)
     heights: dict[str, float | list[float]] = {"ground": ground_height, "door": door_height}

@@ -8,7 +8,7 @@ from houseexpo.plan_json import decode, encode
 from pipeline.algorithm import plan_house
 from pipeline.config import LayoutConfig, PipelineConfig
 from pipeline.rejection import Reason, Rejection
-from pipeline.values import Mesh, SourceRoom
+from pipeline.values import Mesh, SourceObject, SourceRoom
 from tests.builders.houses import (
     Hole,
     Parts,
@@ -134,7 +134,7 @@ def test_a_ceiling_a_floor_slab_and_a_wall_cabinet_change_nothing() -> None:
 
 def test_furniture_is_in_the_plan_only_where_it_was_asked_for() -> None:
     table = joined([box((1.0, 1.0, 2.0, 2.0), 0.0, 0.75)])
-    plan = plan_of(level(two_rooms(DOOR), furniture=table))
+    plan = plan_of(level(two_rooms(DOOR), furniture=(SourceObject((), table),)))
     assert plan.area == pytest.approx(TWO_ROOMS.area - 1.0, abs=0.01)
     assert len(plan.holes) == 1
 

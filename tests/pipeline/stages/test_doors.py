@@ -86,7 +86,7 @@ def test_the_source_says_what_an_opening_is(has_door: bool, kind: str) -> None:
 
 def test_where_the_source_names_its_openings_others_are_beams() -> None:
     named = SourceOpening(shapely.box(3.9, 2.2, 4.3, 2.9), has_door=True)
-    found = doors(two_rooms(Hole(0.5, 1.4), Hole(2.2, 2.9)), openings=(named,))
+    found = doors(two_rooms(Hole(0.5, 1.4), Hole(2.2, 2.9)), openings=(named,), named_openings=True)
     assert kinds(found) == ["door"]
     assert found.joins == ((0, 1),)
 

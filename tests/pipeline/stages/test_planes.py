@@ -7,7 +7,7 @@ import shapely
 from pipeline.config import PlanesConfig
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.planes import cut_planes
-from pipeline.values import Planes
+from pipeline.values import Planes, SourceObject
 from tests.builders.houses import Hole, level, sheet_wall, shell, two_rooms, wall, window
 from tests.builders.meshes import Mesh, box, joined
 
@@ -63,7 +63,7 @@ def test_no_ceiling_slope_or_slab_is_wall() -> None:
     slope = Mesh(
         np.array([(0, 0, 1.9), (7, 0, 1.9), (7, 3, 2.4), (0, 3, 2.4)], float), np.array([(0, 1, 2), (0, 2, 3)])
     )
-    house = level([*two_rooms(Hole(1.0, 1.9)), slab], furniture=slope, ceiling_m=2.7)
+    house = level([*two_rooms(Hole(1.0, 1.9)), slab], furniture=(SourceObject((), slope),), ceiling_m=2.7)
     assert cut_planes(house, CONFIG).high.symmetric_difference(DOORWAY).area < 0.01
 
 
@@ -75,7 +75,7 @@ def test_a_stair_is_no_lintel() -> None:
 
 def test_low_furniture_is_no_tall_wall() -> None:
     table = joined([box((1, 1, 3, 1.1), 0.0, 0.75)])
-    found = planes([*shell((0, 0, 4, 3))], furniture=table)
+    found = planes([*shell((0, 0, 4, 3))], furniture=(SourceObject((), table),))
     assert found.door.covers(shapely.box(1.01, 1.01, 2.99, 1.09))
     assert not found.tall.intersects(shapely.box(1.01, 1.01, 2.99, 1.09))
 
