@@ -16,30 +16,33 @@ from pipeline.stages.cells import fill_cells
 from pipeline.stages.connectivity import connect
 from pipeline.stages.contour import trace_contour
 from pipeline.stages.doors import find_doors
+from pipeline.stages.evidence import gather
 from pipeline.stages.isolated import erase_isolated
 from pipeline.stages.layout import lay_out
 from pipeline.stages.planes import cut_planes
 from pipeline.stages.refine import refine
 from pipeline.stages.rooms import name_rooms
 from pipeline.stages.vectorise import vectorise
-from pipeline.values import Layout, Level, Planes, Spaces
+from pipeline.values import Evidence, Layout, Level, Planes, Spaces
 
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """What a stage made, for pictures; ``value`` is a Planes, a Layout, a Spaces or the FloorPlan."""
+    """What a stage made, for pictures; ``value`` is an Evidence, a Planes, a Layout, a Spaces or the FloorPlan."""
 
     stage: str
-    value: Planes | Layout | Spaces | FloorPlan
+    value: Evidence | Planes | Layout | Spaces | FloorPlan
 
 
 def stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Iterator[Snapshot]:
     """Run Algorithm 1 and show each step; raises Rejection where the house cannot become a plan."""
-    planes = cut_planes(level, config.planes)
+    evidence = gather(level, config.evidence)
+    yield Snapshot("evidence", evidence)
+    planes = cut_planes(level, evidence, config.planes)
     yield Snapshot("planes", planes)
     layout = lay_out(level, planes, config.layout)
     yield Snapshot("layout", layout)
-    spaces = find_doors(level, layout, config.doors)
+    spaces = find_doors(level, planes, layout, config.doors)
     yield Snapshot("doors", spaces)
     spaces = trace_contour(spaces)
     yield Snapshot("contour", spaces)

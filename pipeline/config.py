@@ -13,7 +13,18 @@ class PlanesConfig:
     door_m: float = 0.2  # h_d of the paper
     sheet_m: float = 0.05  # thickness given to a wall that is a single sheet
     solid_m: float = 0.7  # the widest face between wall surfaces that can be a wall's inside
+
+
+@dataclass(frozen=True)
+class EvidenceConfig:
+    """Where walls are looked for; heights are metres above the level's floor. ``furniture``: it is an obstacle too."""
+
+    sill_m: float = 0.45  # under a window stands wall at this height, on a door's threshold nothing
+    breast_m: float = 1.1  # above tables and counters, below what hangs on walls
     head_m: float = 1.8  # a lintel starts here or higher
+    sheet_m: float = 0.05  # thickness given to a wall that is a single sheet
+    solid_m: float = 0.7  # the widest face between wall surfaces that can be a wall's inside
+    furniture: bool = False
 
 
 @dataclass(frozen=True)
@@ -83,6 +94,7 @@ class DedupeConfig:
 class PipelineConfig:
     """All parameters of a build; stored with its output."""
 
+    evidence: EvidenceConfig = field(default_factory=EvidenceConfig)
     planes: PlanesConfig = field(default_factory=PlanesConfig)
     layout: LayoutConfig = field(default_factory=LayoutConfig)
     doors: DoorsConfig = field(default_factory=DoorsConfig)

@@ -131,11 +131,46 @@ class RejectedLevel:
 
 
 @dataclass(frozen=True, eq=False)
+class Doorway:
+    """Where a door is known to be: ``polygon`` from jamb to jamb and from face to face of the wall.
+
+    ``source`` says how: "named" by the source, a "leaf" that stands in it, or a "recess" under a lintel.
+    """
+
+    polygon: Polygon
+    source: Literal["named", "leaf", "recess"]
+    has_door: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Stage ``evidence``: what stands in a level and what it is, as plan areas.
+
+    ``walls`` stand from the floor to head height (``tall``), or end at a window or at a sloped roof. ``lintels`` hang
+    over free floor; ``rails`` are thin and end below head height; ``furniture`` is all else that stands. ``leaves`` are
+    the doors' leaves wherever they stand, ``doorways`` where doors are known to be. ``floor`` is the source's, or None.
+    ``names`` are plan points (x, y) with the source's words. ``heights`` are those of the cuts, metres.
+    """
+
+    walls: BaseGeometry
+    tall: BaseGeometry
+    lintels: BaseGeometry
+    rails: BaseGeometry
+    furniture: BaseGeometry
+    doorways: tuple[Doorway, ...] = ()
+    leaves: tuple[Polygon, ...] = ()
+    floor: BaseGeometry | None = None
+    names: tuple[tuple[tuple[float, float], str], ...] = ()
+    heights: Mapping[str, float | list[float]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
 class Planes:
     """Stage ``planes``: what stands at the door plane, and what closes its gaps at other heights.
 
-    ``door`` is P_d. ``low`` (sills, feet of parapets), ``high`` (lintels) and ``rails`` (between) are disjoint from it.
-    ``tall`` is the part of P_d that stands from the floor to above a person's head: walls, not furniture.
+    ``door`` is P_d. ``low`` (sills), ``high`` (lintels), ``rails`` and ``doorways`` (known doors) are disjoint from it.
+    ``tall`` is the part of P_d that stands from the floor to above a person's head. ``leaves`` are where door leaves
+    stand.
     """
 
     door: BaseGeometry
@@ -144,9 +179,11 @@ class Planes:
     rails: BaseGeometry
     tall: BaseGeometry
     heights: Mapping[str, float | list[float]]
+    doorways: tuple[Doorway, ...] = ()
+    leaves: tuple[Polygon, ...] = ()
 
 
-CloserKind: TypeAlias = Literal["lintel", "sill", "gap", "rail", "floor_edge", "wall_ends"]
+CloserKind: TypeAlias = Literal["opening", "door", "lintel", "sill", "gap", "rail", "floor_edge", "wall_ends"]
 
 
 @dataclass(frozen=True, eq=False)

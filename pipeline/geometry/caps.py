@@ -13,6 +13,10 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+OVER_FLOOR_M = 0.3
+SLOPE = (0.3, 0.985)
+"""|z| of a roof's unit normal: from 70 to 10 degrees."""
+
 Floats = npt.NDArray[np.float64]
 
 
@@ -30,6 +34,27 @@ class Caps:
     def close(self, points: Floats, height: float) -> npt.NDArray[np.bool_]:
         """For each plan point (n, 2) whether it lies, at this height, between a bottom and a top of a body."""
         return np.array([self._closes(point, height) for point in points], np.bool_).reshape(len(points))
+
+    def slopes_over(self, points: Floats, reach_m: float) -> npt.NDArray[np.bool_]:
+        """For each plan point (n, 2) whether a slope lies over it, and no level face but a wall's own top below that.
+
+        A wall's top lies at most ``reach_m`` under the slope.
+        """
+        return np.array([self._slope_over(point, reach_m) for point in points], np.bool_).reshape(len(points))
+
+    def _slope_over(self, point: Floats, reach_m: float) -> bool:
+        low, high = self._bounds
+        near = self.triangles[((low <= point) & (high >= point)).all(axis=1)]
+        near = near[_turns(near[:, :, :2] - point) != 0]
+        heights = _height_at(near, point)
+        above = heights > OVER_FLOOR_M
+        if not above.any():
+            return False
+        near, heights = near[above], heights[above]
+        normal = np.cross(near[:, 1] - near[:, 0], near[:, 2] - near[:, 0])
+        rise = np.abs(normal[:, 2]) / np.linalg.norm(normal, axis=1)
+        sloped = (rise > SLOPE[0]) & (rise < SLOPE[1])
+        return bool(sloped.any() and heights[sloped].min() - heights.min() <= reach_m)
 
     def _closes(self, point: Floats, height: float) -> bool:
         low, high = self._bounds

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import networkx
 import numpy as np
 import numpy.typing as npt
 import shapely
+from networkx.utils import UnionFind
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.bridges import REACH_M, bridges
 from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
-from pipeline.geometry.regions import OUTSIDE, WALL, enclosed, locate
+from pipeline.geometry.regions import OUTSIDE, WALL, enclosed, locate, opened
 from pipeline.values import Closer
 
 IN_LINE_M = 0.8
@@ -20,6 +22,8 @@ LAP_M = 0.002
 """A piece laps so far over what it joins, so that no crack of rounding stays open between them."""
 ROUNDING_M2 = 1e-9
 HAIR_M = 1e-5
+TOUCH_M = 1e-3
+CONTACT_M = 5e-3
 
 
 def lapped(piece: Polygon) -> Polygon:
@@ -65,29 +69,56 @@ def _divided(piece: Closer, in_line: BaseGeometry) -> list[Closer]:
 
 
 def needed(door: BaseGeometry, kept: list[Closer], pieces: list[Closer]) -> list[Closer]:
-    """Those of ``pieces`` without which, beside ``kept``, spaces would run into each other."""
+    """Those of ``pieces`` without which, beside ``kept``, spaces would run into each other.
+
+    The last piece is taken away first. Without it, all spaces and all pieces already taken away that it touches become
+    one: it may go as long as that holds no two spaces, the outside being one of them.
+    """
     if not pieces:
         return []
-    rooms = enclosed(_plane(door, [*kept, *pieces]))[1]
-    inside = np.array([shapely.get_coordinates(r.representative_point())[0] for r in rooms]).reshape(-1, 2)
-    if _apart(inside, _plane(door, kept)):
-        return []
+    plane, rooms = enclosed(_plane(door, [*kept, *pieces]))
+    spaces = [*rooms, _outside(plane)]
+    standing = _plane(door, kept)
+    shapes = [opened(subtract(piece.polygon, standing), TOUCH_M) for piece in pieces]
+    grown = shapely.buffer(shapes, TOUCH_M, join_style="mitre")
+    meets = networkx.Graph()
+    for (k, other), area in _shared_areas(grown, spaces).items():
+        if area > TOUCH_M * CONTACT_M:
+            meets.add_edge(("piece", k), ("space", other))
+    for (k, other), area in _shared_areas(grown, shapes).items():
+        if k != other and area > TOUCH_M * CONTACT_M:
+            meets.add_edge(("piece", k), ("piece", other))
+    sets = UnionFind([("space", k) for k in range(len(spaces))])
+    left = []
+    gone: set[int] = set()
     for k in range(len(pieces) - 1, -1, -1):
-        fewer = pieces[:k] + pieces[k + 1 :]
-        if _apart(inside, _plane(door, [*kept, *fewer])):
-            pieces = fewer
-    return pieces
-
-
-def _apart(points: npt.NDArray[np.float64], walls: BaseGeometry) -> bool:
-    """Whether each point still lies in an enclosed space of its own."""
-    walls, rooms = enclosed(walls)
-    at = locate(points, rooms, walls)
-    return bool((at >= 0).all() and len(np.unique(at)) == len(at))
+        node = ("piece", k)
+        touched = [n for n in meets[node] if n[0] == "space" or n[1] in gone] if node in meets else []
+        owners = {sets[n] for n in touched}
+        held = {sets[("space", space)] for space in range(len(spaces))} & owners
+        if len(held) > 1:
+            left.append(k)
+            continue
+        gone.add(k)
+        sets.union(node, *touched)
+    return [pieces[k] for k in sorted(left)]
 
 
 def _plane(door: BaseGeometry, closers: list[Closer]) -> BaseGeometry:
     return united([door, *(c.polygon for c in closers)])
+
+
+def _outside(plane: BaseGeometry) -> BaseGeometry:
+    """The air around a house, a metre of it."""
+    filled = united(Polygon(part.exterior) for part in polygons_of(plane))
+    return subtract(shapely.box(*shapely.bounds(filled)).buffer(1.0), filled)
+
+
+def _shared_areas(shapes: npt.NDArray[np.object_], others: list[Polygon]) -> dict[tuple[int, int], float]:
+    """The areas that shapes share with others, by their indices."""
+    pairs = shapely.STRtree(others).query(shapes, predicate="intersects").T
+    with_others = [(int(k), int(other)) for k, other in pairs]
+    return {(k, other): overlap(shapes[k], others[other]).area for k, other in with_others}
 
 
 def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry) -> list[Closer]:

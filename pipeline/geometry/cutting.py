@@ -109,7 +109,7 @@ class Cutter:
             crossing &= self._upright
         faces = np.flatnonzero(crossing)
         if not len(faces):
-            return Segments(np.zeros((0, 2, 2)), np.zeros(0, np.int64), height, self._caps)
+            return Segments(np.zeros((0, 2, 2)), np.zeros(0, np.int64), height, self.caps)
         segments, index = trimesh.intersections.mesh_plane(
             self._trimesh,
             plane_normal=[0.0, 0.0, 1.0],
@@ -124,10 +124,11 @@ class Cutter:
         # the outward normal must lie to the right of the segment: right of (dx, dy) is (dy, -dx)
         backwards = along[:, 1] * normal[:, 0] - along[:, 0] * normal[:, 1] < 0
         segments[backwards] = segments[backwards, ::-1]
-        return Segments(np.ascontiguousarray(segments), self._body[index], height, self._caps)
+        return Segments(np.ascontiguousarray(segments), self._body[index], height, self.caps)
 
     @cached_property
-    def _caps(self) -> Caps:
+    def caps(self) -> Caps:
+        """The faces that are not upright."""
         lying = np.abs(self._normals[:, 2]) > LYING
         return Caps(self.mesh.vertices[self.mesh.faces[lying]])
 

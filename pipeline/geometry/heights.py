@@ -33,6 +33,19 @@ def near(wanted: float, z: npt.NDArray[np.float64]) -> float:
     return float(edges[widest] + edges[widest + 1]) / 2
 
 
+def clear_of(wanted: float, z: npt.NDArray[np.float64], *, step: float = 0.005, most: int = 20) -> float:
+    """Return the height nearest to ``wanted``, in steps, that keeps its distance from every vertex height.
+
+    A scan has a vertex at every height: there ``wanted`` itself is as good as any.
+    """
+    near_by = z[np.abs(z - wanted) < (most + 1) * step]
+    for k in range(most):
+        for height in (wanted - k * step, wanted + k * step):
+            if not near_by.size or np.abs(near_by - height).min() >= CLEARANCE_M:
+                return height
+    return wanted
+
+
 def between(z: npt.NDArray[np.float64], low: float, high: float, *, smallest_gap: float, most: int) -> list[float]:
     """Heights that see every distinct section of a mesh of upright walls between ``low`` and ``high``.
 

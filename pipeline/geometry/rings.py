@@ -44,40 +44,55 @@ class Rings:
         return cls(rings, area, 2 * np.abs(area) / around)
 
 
-def closed_rings(ends: Floats, body: npt.NDArray[np.int64], grid_m: float) -> Rings | None:
-    """The counter-clockwise rings of oriented segments (n, 2, 2), body by body.
+def closed_rings(
+    ends: Floats, body: npt.NDArray[np.int64], grid_m: float, thickest_m: float = np.inf
+) -> tuple[Rings | None, npt.NDArray[np.bool_]]:
+    """The counter-clockwise rings of oriented segments (n, 2, 2), body by body, and which segments (n,) are in none.
 
-    Ends are the same where they round to the same place of the grid. None where a segment does not go on in exactly one
-    other of its body, or a ring runs clockwise: a hole, or a body turned inside out.
+    Ends are the same where they round to the same place of the grid. A body is left out as a whole where a segment of
+    it does not go on in exactly one other, where a ring runs clockwise (a hole, or a body turned inside out), or is
+    thicker than ``thickest_m``.
     """
     places = np.round(ends / grid_m).astype(np.int64)
     places -= places.min(axis=(0, 1))
     if places.max() >= 1 << 24 or body.max() >= 1 << 14:
-        return None  # larger than their keys: 1.6 km, 16,384 bodies
+        return None, np.ones(len(ends), np.bool_)  # larger than their keys: 1.6 km, 16,384 bodies
     keys = (body[:, None] << 48) + (places[:, :, 0] << 24) + places[:, :, 1]
+    good = np.ones(int(body.max()) + 1, np.bool_)
     order = np.argsort(keys[:, 0], kind="stable")
-    starts, stops = keys[order, 0], keys[:, 1]
-    if (starts[1:] == starts[:-1]).any() or not np.array_equal(np.sort(stops), starts):
-        return None
-    follows = order[np.searchsorted(starts, stops)].tolist()
-    cycles = [cycle for cycle in _cycles(follows) if len(cycle) > 2]
+    starts = keys[order, 0]
+    good[body[order[1:][starts[1:] == starts[:-1]]]] = False
+    good[body[~np.isin(keys[:, 1], starts) | ~np.isin(keys[:, 0], keys[:, 1])]] = False
+    order = order[good[body[order]]]
+    if not len(order):
+        return None, np.ones(len(ends), np.bool_)
+    follows = order[np.searchsorted(keys[order, 0], keys[order, 1])].tolist()
+    cycles = [cycle for cycle in _cycles(order.tolist(), follows) if len(cycle) > 2]
     if not cycles:
-        return None
+        return None, ~good[body]
     rings = Rings.of([ends[cycle, 0] for cycle in cycles])
-    return rings if (rings.area > 0).all() else None
+    of_ring = body[[cycle[0] for cycle in cycles]]
+    good[of_ring[(rings.area <= 0) | (rings.thickness >= thickest_m)]] = False
+    kept = np.flatnonzero(good[of_ring])
+    rest = ~good[body]
+    if not len(kept):
+        return None, rest
+    return Rings([rings.rings[k] for k in kept], rings.area[kept], rings.thickness[kept]), rest
 
 
-def _cycles(follows: list[int]) -> list[list[int]]:
-    seen = [False] * len(follows)
+def _cycles(segments: list[int], follows: list[int]) -> list[list[int]]:
+    """Rings of segments, each followed by the one at its place in ``follows``."""
+    after = dict(zip(segments, follows, strict=True))
+    seen: set[int] = set()
     found = []
-    for first in range(len(follows)):
-        if seen[first]:
+    for first in sorted(segments):
+        if first in seen:
             continue
         cycle, at = [], first
-        while not seen[at]:
-            seen[at] = True
+        while at not in seen:
+            seen.add(at)
             cycle.append(at)
-            at = follows[at]
+            at = after[at]
         found.append(cycle)
     return found
 

@@ -70,13 +70,19 @@ def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = Tru
         return Section(EMPTY, EMPTY)
     if _is_dense(snapped):
         return _arranged(replace(cut, ends=snapped, body=body), _drawn(snapped), sheet_m, solid_m, sheets=sheets)
-    rings = closed_rings(snapped, body, GRID_M)
-    if rings is not None and rings.thickness.max() < solid_m / 2:
-        slim = np.array([Polygon(rings.rings[k]) for k in np.flatnonzero(rings.thickness < SLIM * sheet_m)])
-        strips = shapely.orient_polygons(_strips(slim, sheet_m))
-        return Section(united_rings(rings.rings + [shapely.get_coordinates(s)[:-1] for s in strips], CRACK_M), EMPTY)
-    lines = shapely.linestrings(snapped)
-    return _arranged(replace(cut, ends=snapped, body=body), lines, sheet_m, solid_m, sheets=sheets)
+    rings, rest = closed_rings(snapped, body, GRID_M, solid_m / 2)
+    if rings is None:
+        return _arranged(
+            replace(cut, ends=snapped, body=body), shapely.linestrings(snapped), sheet_m, solid_m, sheets=sheets
+        )
+    slim = np.array([Polygon(rings.rings[k]) for k in np.flatnonzero(rings.thickness < SLIM * sheet_m)])
+    strips = shapely.orient_polygons(_strips(slim, sheet_m))
+    thin = united_rings(rings.rings + [shapely.get_coordinates(s)[:-1] for s in strips], CRACK_M)
+    if not rest.any():
+        return Section(thin, EMPTY)
+    loose = replace(cut, ends=snapped[rest], body=body[rest])
+    others = _arranged(loose, shapely.linestrings(snapped[rest]), sheet_m, solid_m, sheets=sheets)
+    return Section(close_cracks(united([thin, others.walls])), others.solids)
 
 
 def _is_dense(segments: Floats) -> bool:

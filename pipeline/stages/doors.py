@@ -1,8 +1,8 @@
 """Algorithm 1, line 3: doors are where the two planes differ, L = {u : P_g(u) != P_d(u)}.
 
 R1  A strip of L between two rooms is a passage if a robot may fit (``narrowest_m``); a narrower one stays wall.
-R2  It is a ``door`` under a lintel or over a sill, an ``opening`` in a gap of full height. Where the source names its
-    openings (IFC), it decides: with a door, without one, or no opening at all but a beam.
+R2  It is a ``door`` where a door is known, under a lintel, over a sill or with a leaf beside it, an ``opening`` in a
+    gap of full height. Where the source names its openings (IFC), a lintel over none of them is a beam.
 R3  Under a beam, and under a lintel wider than ``widest_m`` (posts within ``post_m`` do not divide it), two rooms meet
     without a door: each gets half of the strip.
 R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is none.
@@ -14,6 +14,7 @@ from dataclasses import replace
 from itertools import combinations
 
 import networkx as nx
+import shapely
 from shapely import Polygon
 
 from houseexpo.plan import DoorKind
@@ -22,21 +23,25 @@ from pipeline.geometry.bridges import Bridge, distance_in_row
 from pipeline.geometry.closers import LAP_M
 from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE
-from pipeline.values import Closer, Layout, Level, Passage, Spaces
+from pipeline.values import Closer, Layout, Level, Passage, Planes, Spaces
 
-PASSABLE = frozenset({"lintel", "sill", "gap"})
+PASSABLE = frozenset({"opening", "door", "lintel", "sill", "gap"})
+LEAF_BESIDE_M = 0.3
 
 
-def find_doors(level: Level, layout: Layout, config: DoorsConfig) -> Spaces:
+def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig) -> Spaces:
     """The rooms of a layout and the passages between them."""
     rooms = list(layout.rooms)
+    leaves = shapely.STRtree(planes.leaves)
     passages: list[Passage] = []
     joins: set[tuple[int, int]] = set()
     strips = [(c, c.bridge) for c in layout.closers if c.bridge is not None and c.kind in PASSABLE]
     spans = _spans([bridge for _, bridge in strips], config.post_m)
     for (closer, bridge), span in zip(strips, spans, strict=True):
+        if bridge.sides[0] == bridge.sides[1]:  # what they parted was no room
+            continue
         outside = OUTSIDE in bridge.sides
-        kind = _kind(closer, bridge, level)
+        kind = _kind(closer, bridge, level, leaves)
         if not outside and (span > config.widest_m or kind is None):  # R3
             rooms[bridge.sides[0]], rooms[bridge.sides[1]] = _shared(bridge, rooms)
             joins.add((min(bridge.sides), max(bridge.sides)))
@@ -63,14 +68,13 @@ def _spans(bridges: list[Bridge], post_m: float) -> list[float]:
     return span
 
 
-def _kind(closer: Closer, bridge: Bridge, level: Level) -> DoorKind | None:
+def _kind(closer: Closer, bridge: Bridge, level: Level, leaves: shapely.STRtree) -> DoorKind | None:
     """R2; None where the source names its openings and has none here."""
+    if closer.kind in {"door", "opening"}:
+        return "door" if closer.kind == "door" else "opening"
     strip = bridge.strip()
-    for opening in level.openings:
-        if overlap(strip, opening.polygon).area > 0.5 * min(strip.area, opening.polygon.area):
-            return "door" if opening.has_door else "opening"
     if closer.kind == "gap":
-        return "opening"
+        return "door" if len(leaves.query(strip, predicate="dwithin", distance=LEAF_BESIDE_M)) else "opening"
     return None if level.named_openings else "door"
 
 

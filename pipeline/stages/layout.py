@@ -10,6 +10,7 @@ R6  A gap is dropped where it would part off less than a room, and all strips ar
     ``walled`` of its edge along walls (what hangs from a ceiling is no room).
 R7  Walls that spell characters are no layout: strokes that stand apart from each other without a door in any of them,
     and that enclose little of what they span.
+R9  Where the house has floors, a space without one is no room, unless walls close it nearly all round (a stairwell).
 R8  What encloses less than ``area_m2`` after all this has no layout.
 """
 
@@ -17,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
@@ -25,12 +27,16 @@ from pipeline.config import LayoutConfig
 from pipeline.geometry.boundary import closes_most, from_floor, from_wall_ends
 from pipeline.geometry.closers import lapped, needed, parted, with_sides
 from pipeline.geometry.gaps import gaps
-from pipeline.geometry.overlay import polygons_of, subtract, united
-from pipeline.geometry.regions import OUTSIDE, enclosed
+from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
+from pipeline.geometry.regions import OUTSIDE, enclosed, opened
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Closer, Layout, Level, Planes
 
 STROKES = 3
+KNOWN_FLOOR = 0.5
+FLOORED = 0.25
+CLOSED = 0.8
+SHAFT_M = 0.7
 STROKE_M = 1.0
 
 
@@ -48,6 +54,7 @@ def lay_out(level: Level, planes: Planes, config: LayoutConfig) -> Layout:
             ground, rooms = enclosed(_plane(ground, more))
     standing = _plane(planes.door, fixed) if fixed else planes.door
     strips, ground, rooms = _settled(standing, *parted(standing, pieces, ground, rooms), config)
+    rooms = _on_floor(rooms, planes, level)
     closers = with_sides(strips + fixed, rooms, ground)
     area = sum(r.area for r in rooms)
     if area < config.area_m2:  # R8
@@ -65,6 +72,7 @@ def _pieces(planes: Planes, config: LayoutConfig) -> list[Closer]:
     low = subtract(planes.low, planes.high)
     pieces = [Closer(lapped(p), "lintel") for p in polygons_of(planes.high)]
     pieces += [Closer(lapped(p), "sill") for p in polygons_of(low)]
+    pieces += [Closer(lapped(d.polygon), "door" if d.has_door else "opening") for d in planes.doorways]
     filled = [planes.door, *(p.polygon for p in pieces)]
     return pieces + [Closer(p, "gap") for p in gaps(planes.tall, filled, config.gap_m)]
 
@@ -72,7 +80,7 @@ def _pieces(planes: Planes, config: LayoutConfig) -> list[Closer]:
 def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
     """R7."""
     strokes = [p for p in polygons_of(planes.door) if p.length > 2 * STROKE_M]
-    if len(strokes) < STROKES or not planes.high.is_empty or not planes.low.is_empty:
+    if len(strokes) < STROKES or planes.doorways or not (planes.high.is_empty and planes.low.is_empty):
         return
     spanned = shapely.convex_hull(united(strokes)).area
     inside = sum(room.area for room in rooms)
@@ -83,6 +91,27 @@ def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
             f"{len(strokes)} strokes of wall stand apart and enclose {inside:.1f} of {spanned:.1f} m2, without a door",
             "if it is a house after all, keep it in overrides.toml",
         )
+
+
+def _on_floor(rooms: list[Polygon], planes: Planes, level: Level) -> list[Polygon]:
+    """R9."""
+    if level.floor is None or not rooms:
+        return rooms
+    covered = np.array([overlap(room, level.floor).area for room in rooms])
+    area = shapely.area(rooms)
+    if covered.sum() < KNOWN_FLOOR * area.sum():
+        return rooms
+    walls = shapely.buffer(planes.door, 0.02, quad_segs=2)
+    kept = []
+    for room, share in zip(rooms, covered / area, strict=True):
+        walled = shapely.intersection(room.exterior, walls).length / room.exterior.length
+        if share >= FLOORED or (walled > CLOSED and not opened(room, SHAFT_M).is_empty) or _is_named(room, level):
+            kept.append(room)
+    return kept
+
+
+def _is_named(room: Polygon, level: Level) -> bool:
+    return any(overlap(room, each.polygon).area > 0.5 * room.area for each in level.rooms if each.polygon is not None)
 
 
 def _plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:

@@ -45,15 +45,15 @@ def test_two_rooms_and_a_door_come_out_to_the_centimetre() -> None:
 
 def test_the_stages_come_in_the_papers_order() -> None:
     assert list(snapshots(two_rooms(DOOR))) == [
-        "planes", "layout", "doors", "contour", "cells", "isolated", "connectivity", "refine", "plan",
+        "evidence", "planes", "layout", "doors", "contour", "cells", "isolated", "connectivity", "refine", "plan",
     ]  # fmt: skip
 
 
 def test_the_heights_used_and_what_the_rules_did_are_recorded() -> None:
     provenance = plan_of(level(two_rooms(), provenance={"source": "mesh"})).provenance
     assert provenance["source"] == "mesh"
-    assert provenance["heights"]["ground"] == 0.01
-    assert provenance["heights"]["door"] == 0.2
+    assert provenance["heights"]["sill"] == 0.45
+    assert provenance["heights"]["breast"] == 1.1
     assert provenance["notes"] == {"cuts": 1}
 
 

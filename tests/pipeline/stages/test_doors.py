@@ -100,6 +100,7 @@ def test_an_open_front_is_no_entrance() -> None:
 
 def test_the_stage_alone_needs_a_layout_only() -> None:
     house = level(two_rooms(Hole(1, 1.9)))
-    layout = snapshots(house)["layout"]
-    found = find_doors(house, layout, DoorsConfig())
+    made = snapshots(house)
+    layout = made["layout"]
+    found = find_doors(house, made["planes"], layout, DoorsConfig())
     np.testing.assert_array_equal([r.area for r in found.rooms], [r.area for r in layout.rooms])

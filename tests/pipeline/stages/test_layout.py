@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.config import LayoutConfig, PlanesConfig
+from pipeline.config import EvidenceConfig, LayoutConfig, PlanesConfig
 from pipeline.geometry.regions import OUTSIDE
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.layout import lay_out
+from pipeline.stages.evidence import gather
 from pipeline.stages.planes import cut_planes
 from pipeline.values import Layout
 from tests.builders.houses import Hole, Parts, gap, level, shell, two_rooms, wall
@@ -16,7 +17,7 @@ from tests.builders.meshes import box
 
 def layout(parts: Parts, config: LayoutConfig | None = None, **values: object) -> Layout:
     house = level(parts, **values)
-    return lay_out(house, cut_planes(house, PlanesConfig()), config or LayoutConfig())
+    return lay_out(house, cut_planes(house, gather(house, EvidenceConfig()), PlanesConfig()), config or LayoutConfig())
 
 
 def areas(found: Layout) -> list[float]:

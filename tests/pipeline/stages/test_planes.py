@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 import shapely
+import trimesh
 
-from pipeline.config import PlanesConfig
+from pipeline.config import EvidenceConfig, PlanesConfig
 from pipeline.rejection import Reason, Rejection
+from pipeline.stages.evidence import gather
 from pipeline.stages.planes import cut_planes
-from pipeline.values import Planes, SourceObject
+from pipeline.values import Level, Planes, SourceObject
 from tests.builders.houses import Hole, level, sheet_wall, shell, two_rooms, wall, window
 from tests.builders.meshes import Mesh, box, joined
 
@@ -15,8 +17,12 @@ DOORWAY = shapely.box(4.0, 1.0, 4.2, 1.9)
 CONFIG = PlanesConfig()
 
 
+def cut(house: Level, config: PlanesConfig = CONFIG) -> Planes:
+    return cut_planes(house, gather(house, EvidenceConfig()), config)
+
+
 def planes(parts: list, **values: object) -> Planes:
-    return cut_planes(level(parts, **values), CONFIG)
+    return cut(level(parts, **values))
 
 
 def test_a_door_is_open_in_one_plane_and_closed_in_the_other() -> None:
@@ -64,7 +70,7 @@ def test_no_ceiling_slope_or_slab_is_wall() -> None:
         np.array([(0, 0, 1.9), (7, 0, 1.9), (7, 3, 2.4), (0, 3, 2.4)], float), np.array([(0, 1, 2), (0, 2, 3)])
     )
     house = level([*two_rooms(Hole(1.0, 1.9)), slab], furniture=(SourceObject((), slope),), ceiling_m=2.7)
-    assert cut_planes(house, CONFIG).high.symmetric_difference(DOORWAY).area < 0.01
+    assert cut(house).high.symmetric_difference(DOORWAY).area < 0.01
 
 
 def test_a_stair_is_no_lintel() -> None:
@@ -73,19 +79,23 @@ def test_a_stair_is_no_lintel() -> None:
     assert found.high.is_empty
 
 
-def test_low_furniture_is_no_tall_wall() -> None:
-    table = joined([box((1, 1, 3, 1.1), 0.0, 0.75)])
-    found = planes([*shell((0, 0, 4, 3))], furniture=(SourceObject((), table),))
-    assert found.door.covers(shapely.box(1.01, 1.01, 2.99, 1.09))
-    assert not found.tall.intersects(shapely.box(1.01, 1.01, 2.99, 1.09))
+def test_low_furniture_is_no_wall_whether_the_source_names_it_or_not() -> None:
+    table = box((1, 1, 3, 2.1), 0.0, 0.75)
+    for found in (planes([*shell((0, 0, 4, 3)), table]), planes(shell((0, 0, 4, 3)), furniture=(_named(table),))):
+        assert not found.door.intersects(shapely.box(1.01, 1.01, 2.99, 2.09))
 
 
-def test_no_cut_runs_through_coplanar_faces() -> None:
-    step = [box((1, 1, 3, 1.1), 0.0, 0.2), box((1, 2, 3, 2.1), 0.01, 1.0)]
-    heights = planes([*shell((0, 0, 4, 3)), *step]).heights
-    assert heights["door"] not in {0.2, 0.01}
-    assert 0.1 <= heights["door"] <= 0.3
-    assert heights["ground"] != 0.01
+def _named(part: trimesh.Trimesh) -> SourceObject:
+    return SourceObject(("table",), joined([part]))
+
+
+@pytest.mark.parametrize("sills", [True, False])
+def test_no_cut_runs_through_coplanar_faces(sills: bool) -> None:
+    levels = [0.01, 0.2, 0.45, 1.1, 1.7]
+    steps = [box((1, 1 + 0.1 * k, 3, 1.1 + 0.1 * k), 0.0, top) for k, top in enumerate(levels)]
+    heights = planes([*shell((0, 0, 4, 3)), *steps], sills=sills).heights
+    for height in heights.values():
+        assert np.abs(np.array(levels)[:, None] - np.atleast_1d(height)).min() > 1e-3
 
 
 def test_sheets_have_lintels_too() -> None:
@@ -96,13 +106,13 @@ def test_sheets_have_lintels_too() -> None:
 @pytest.mark.parametrize("n_objects", [0, 12])
 def test_a_scene_of_objects_only_has_no_layout(n_objects: int) -> None:
     empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
-    with pytest.raises(Rejection, match="nothing stands") as caught:
-        cut_planes(level(empty, n_objects=n_objects), CONFIG)
+    with pytest.raises(Rejection, match="no wall stands") as caught:
+        cut(level(empty, n_objects=n_objects))
     assert (caught.value.stage, caught.value.reason) == ("planes", Reason.NO_LAYOUT)
     assert (f"{n_objects} objects" in str(caught.value)) == bool(n_objects)
 
 
 def test_other_heights_can_be_asked_for() -> None:
-    parts = wall((0, 0, 4, 0.2), Hole(1, 2, 0.0, 0.5))
-    high = cut_planes(level([*parts, *shell((0, 0, 4, 3))]), PlanesConfig(door_m=0.6))
-    assert high.heights["door"] == 0.6
+    parts = [*wall((0, 0, 4, 0.2), Hole(1, 2, 0.0, 0.5)), *shell((0, 0, 4, 3))]
+    assert cut(level(parts, sills=True), PlanesConfig(door_m=0.6)).heights["door"] == 0.6
+    assert gather(level(parts), EvidenceConfig(breast_m=1.3)).heights["breast"] == 1.3

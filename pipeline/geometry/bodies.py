@@ -1,0 +1,139 @@
+"""The bodies of a mesh: what hangs together by its corners, with the upright box that each of them fills.
+
+R1  Faces that share corners are one body. A closed one is never joined to another, though they touch: a leaf and its
+    frame, a frame and its wall.
+R2  Many exporters write a corner once for each face that meets there (normals, textures), which leaves open pieces:
+    these are joined where their corners are at one place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from pipeline.values import Mesh
+
+WELD_M = 1e-4
+MAX_FACES = 500_000
+"""A mesh of more faces is a scan: one body, in which nothing can be told apart this way."""
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """An upright box: ``centre`` (2,), unit ``along`` its longer side in plan, sizes and heights in metres."""
+
+    centre: Floats
+    along: Floats
+    width: float
+    thickness: float
+    low: float
+    high: float
+
+    @property
+    def across(self) -> Floats:
+        """Unit vector of the shorter side."""
+        return np.array([-self.along[1], self.along[0]])
+
+    @property
+    def height(self) -> float:
+        """Metres from its lowest to its highest point."""
+        return self.high - self.low
+
+
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """The bodies of ``mesh``: ``of_face`` (m,) numbers them; ``low`` and ``high`` (n, 3) are their bounds."""
+
+    mesh: Mesh
+    of_face: npt.NDArray[np.int64]
+    low: Floats
+    high: Floats
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> Bodies:
+        """Take a mesh apart."""
+        faces = mesh.faces
+        if not len(faces) or len(faces) > MAX_FACES:
+            low = mesh.vertices.min(axis=0, initial=np.inf)[None]
+            return cls(mesh, np.zeros(len(faces), np.int64), low, mesh.vertices.max(axis=0, initial=-np.inf)[None])
+        label = _connected(faces, len(mesh.vertices))
+        loose = ~_closed(faces, label)[label]
+        if loose.any():  # R2
+            place = _places(mesh.vertices)
+            joined = _connected(place[faces[loose]], len(mesh.vertices))
+            label = label.copy()
+            label[loose] = len(faces) + joined
+        of_face = np.unique(label, return_inverse=True)[1].astype(np.int64)
+        count = int(of_face.max()) + 1
+        low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+        points = mesh.vertices[faces]
+        np.minimum.at(low, of_face, points.min(axis=1))
+        np.maximum.at(high, of_face, points.max(axis=1))
+        return cls(mesh, of_face, low, high)
+
+    @cached_property
+    def _order(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        order = np.argsort(self.of_face, kind="stable")
+        return order, np.searchsorted(self.of_face[order], np.arange(len(self.low) + 1))
+
+    def faces(self, body: int) -> npt.NDArray[np.int64]:
+        """Indices of a body's faces."""
+        order, start = self._order
+        return order[start[body] : start[body + 1]]
+
+    def box(self, body: int) -> Box:
+        """The smallest upright box around a body."""
+        points = self.mesh.vertices[np.unique(self.mesh.faces[self.faces(body)])]
+        return box_around(points)
+
+    def without(self, bodies: list[int]) -> Mesh:
+        """The mesh without these bodies."""
+        return self._chosen(~np.isin(self.of_face, bodies)) if bodies else self.mesh
+
+    def only(self, bodies: list[int]) -> Mesh:
+        """The mesh of these bodies alone."""
+        return self._chosen(np.isin(self.of_face, bodies))
+
+    def _chosen(self, faces: npt.NDArray[np.bool_]) -> Mesh:
+        return Mesh(self.mesh.vertices, self.mesh.faces[faces])
+
+
+def box_around(points: Floats) -> Box:
+    """The smallest upright box around points (n, 3)."""
+    middle = points[:, :2].mean(axis=0)
+    (x, y), (w, h), degrees = cv2.minAreaRect((points[:, :2] - middle).astype(np.float32))
+    angle = np.deg2rad(degrees + (0.0 if w >= h else 90.0))
+    along = np.array([np.cos(angle), np.sin(angle)])
+    low, high = float(points[:, 2].min()), float(points[:, 2].max())
+    return Box(middle + (x, y), along, float(max(w, h)), float(min(w, h)), low, high)
+
+
+def _connected(faces: npt.NDArray[np.int64], n_vertices: int) -> npt.NDArray[np.int64]:
+    """For each face (m, 3) a number of the piece that it is connected to by its corners."""
+    i, j = np.concatenate([faces[:, :2], faces[:, 1:]]).T
+    links = coo_matrix((np.ones(len(i), np.int8), (i, j)), shape=(n_vertices, n_vertices))
+    return np.asarray(connected_components(links, directed=False)[1][faces[:, 0]], np.int64)
+
+
+def _closed(faces: npt.NDArray[np.int64], label: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    """For each piece whether all of its edges have a face on both sides."""
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    key = edges[:, 0] * (int(faces.max()) + 1) + edges[:, 1]
+    _, first, count = np.unique(key, return_index=True, return_counts=True)
+    closed = np.ones(int(label.max()) + 1, np.bool_)
+    closed[np.tile(label, 3)[first[count < 2]]] = False
+    return closed
+
+
+def _places(vertices: Floats) -> npt.NDArray[np.int64]:
+    """For each corner the number of its place."""
+    cells = np.round(vertices / WELD_M).astype(np.int64)
+    return np.asarray(np.unique(cells, axis=0, return_inverse=True)[1].reshape(-1), np.int64)

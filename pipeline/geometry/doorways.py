@@ -1,0 +1,113 @@
+"""A doorway from what stands in it: from jamb to jamb, between the two faces of the wall.
+
+A leaf, or an opening as a source draws it, tells where a door is, but not its exact depth and width: leaves are thinner
+than the wall, frames and play leave a few centimetres at the sides, openings stick out of the wall.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.bodies import Box
+from pipeline.geometry.overlay import clipped
+
+PLAY_M = 0.35
+"""A leaf ends at most so far from the jamb: the play and the frame are between."""
+INTO_M = 0.04
+THICKEST_M = 0.7
+NEAR_M = 1.0
+
+Floats = npt.NDArray[np.float64]
+
+
+def rectangle(box: Box, *, width: float | None = None, depth: float | None = None) -> Polygon:
+    """The plan of a box, or of one as wide and deep in its place."""
+    a = box.along * (box.width if width is None else width) / 2
+    d = box.across * (box.thickness if depth is None else depth) / 2
+    c = box.centre
+    return Polygon([c - a - d, c + a - d, c + a + d, c - a + d])
+
+
+def seated(polygon: Polygon, walls: BaseGeometry) -> Polygon:
+    """A doorway as its source draws it, drawn in to the faces of the wall that it lies in, where that is known."""
+    found = doorway(box_of(polygon), walls)
+    return polygon if found is None else rectangle(found)
+
+
+def box_of(polygon: Polygon) -> Box:
+    """The smallest rectangle around a plan polygon, as a box without height."""
+    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(polygon))[:4]
+    edge = corners[1] - corners[0], corners[2] - corners[1]
+    length = [float(np.hypot(*e)) for e in edge]
+    k = int(length[1] > length[0])
+    along = edge[k] / max(length[k], 1e-9)
+    return Box(corners.mean(axis=0), along, length[k], length[1 - k], 0.0, 0.0)
+
+
+def doorway(box: Box, walls: BaseGeometry) -> Box | None:
+    """The doorway in which a leaf stands closed, as a box as deep as the wall; None where it stands in none.
+
+    Either walls meet both of its ends within ``PLAY_M``, or it stands in a wall that runs on through it.
+    """
+    reach = box.width / 2 + PLAY_M + NEAR_M
+    (x, y) = box.centre
+    near = clipped(walls, x - reach, y - reach, x + reach, y + reach)
+    if near.is_empty:
+        return None
+    faces, ends = [], []
+    for sign in (-1.0, 1.0):
+        end = _jamb(box, sign, near)
+        if end is None:
+            return None
+        ends.append(end)
+        face = _faces(box, sign * (end + INTO_M), near)
+        if face is not None:
+            faces.append(face)
+    if not faces:
+        return None
+    low, high = max(f[0] for f in faces), min(f[1] for f in faces)
+    if high - low < 0.02:  # the walls at the two ends stand apart: the thinner one decides
+        low, high = min(faces, key=lambda f: f[1] - f[0])
+    if high < -box.thickness / 2 - INTO_M or low > box.thickness / 2 + INTO_M:
+        return None
+    centre = box.centre + (ends[1] - ends[0]) / 2 * box.along + (low + high) / 2 * box.across
+    return Box(centre, box.along, ends[0] + ends[1], high - low, box.low, box.high)
+
+
+def _jamb(box: Box, sign: float, walls: BaseGeometry) -> float | None:
+    """How far from the box's centre the wall begins at one end, or None where none does within reach."""
+    half = box.width / 2
+    on = sign * box.along
+    offsets = (0.0, -0.3 * box.thickness, 0.3 * box.thickness)
+    found = []
+    for aside in offsets:
+        start = box.centre + aside * box.across
+        if shapely.intersects_xy(walls, *(start + (half - INTO_M) * on)) and shapely.intersects_xy(
+            walls, *(start + (half / 2) * on)
+        ):
+            found.append(half)  # it stands in a wall that runs on
+            continue
+        ray = shapely.linestrings([start + half / 2 * on, start + (half + PLAY_M) * on])
+        hit = shapely.intersection(ray, walls)
+        if not hit.is_empty:
+            found.append(float(np.min((shapely.get_coordinates(hit) - start) @ on)))
+    return float(np.median(found)) if len(found) >= 2 or (found and box.thickness < INTO_M) else None
+
+
+def _faces(box: Box, at: float, walls: BaseGeometry) -> tuple[float, float] | None:
+    """Where the wall's two faces lie across the box at a distance along it; None where the wall is too thick."""
+    point = box.centre + at * box.along
+    line = shapely.linestrings([point - THICKEST_M * box.across, point + THICKEST_M * box.across])
+    best: tuple[float, float] | None = None
+    for part in shapely.get_parts(shapely.intersection(line, walls)):
+        across = (shapely.get_coordinates(part) - point) @ box.across
+        low, high = float(across.min()), float(across.max())
+        if high - low > 1e-3 and (best is None or abs(low + high) < abs(best[0] + best[1])):
+            best = (low, high)
+    if best is None or best[1] - best[0] > THICKEST_M:
+        return None
+    return best

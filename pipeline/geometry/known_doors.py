@@ -1,0 +1,94 @@
+"""Doors that are known before any gap is looked at: named by the source, or by the leaf that stands in them.
+
+R1  A leaf that stands proud of the wall on both sides (a frame) is a door.
+R2  A leaf that goes up to the ceiling, or with wall above it that is no thicker than itself, is a piece of wall.
+R3  A leaf between two ends of one wall stands closed in a doorway.
+R4  Any other leaf stands open, or is furniture where it is too thick for a leaf.
+R5  A leaf that is one body with its wall shows by the recess under its lintel (``geometry.recesses``).
+R6  An opening that the source names is a doorway, whatever stands in it, and so is a door that it names in a wall.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.bodies import Bodies, Box, box_around
+from pipeline.geometry.doorways import doorway, rectangle, seated
+from pipeline.geometry.leaves import DEEPEST_M, PLATE_M, WIDTH_M, Leaf, find_leaves
+from pipeline.geometry.overlay import clipped, overlap, united
+from pipeline.geometry.recesses import leaves_in_recesses
+from pipeline.values import Doorway, Level, Mesh
+
+PROUD_M = 0.04
+CEILING_M = 0.1
+SHEET_M = 0.05
+ABOVE = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """What the leaves are: doorways, leaves closed or open, bodies that are wall after all, furniture (plan areas)."""
+
+    doorways: tuple[Doorway, ...]
+    leaves: tuple[Polygon, ...]
+    walls: tuple[int, ...]
+    furniture: BaseGeometry
+
+
+def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeometry, ceiling_m: float) -> Judged:
+    """Judge what is shaped as a door; ``walls`` and ``hanging`` are without it."""
+    doorways, found, pieces, things = [], [], [], []
+    for leaf in leaves:
+        way = doorway(leaf.box, walls)
+        plan = rectangle(leaf.box, depth=max(leaf.box.thickness, SHEET_M))
+        over = _thickness_above(leaf.box, hanging)
+        if way is not None and leaf.box.thickness >= way.thickness + PROUD_M and leaf.plate_m < way.thickness:  # R1
+            doorways.append(Doorway(rectangle(way), "leaf"))
+            found.append(plan)
+        elif leaf.box.high > ceiling_m - CEILING_M or 0 < over <= 1.25 * max(leaf.plate_m, SHEET_M):  # R2
+            pieces += leaf.bodies
+        elif way is not None:  # R3
+            doorways.append(Doorway(rectangle(way), "leaf"))
+            found.append(plan)
+        elif over > 0:
+            pieces += leaf.bodies
+        elif leaf.box.thickness <= PLATE_M:  # R4
+            found.append(plan)
+        else:
+            things.append(plan)
+    return Judged(tuple(doorways), tuple(found), tuple(pieces), united(things))
+
+
+def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
+    """How thick the wall is over a leaf, metres; 0 where none is over half of it."""
+    x, y = box.centre
+    near = clipped(hanging, x - box.width, y - box.width, x + box.width, y + box.width)
+    if overlap(rectangle(box, depth=SHEET_M), near).area < ABOVE * box.width * SHEET_M:
+        return 0.0
+    wide = overlap(rectangle(box, depth=2 * DEEPEST_M), near)
+    return float(wide.area / box.width)
+
+
+def known_doorways(level: Level, walls: BaseGeometry, lintels: BaseGeometry) -> tuple[list[Doorway], list[Polygon]]:
+    """R5, R6: doorways in ``walls`` as they stand, and the leaves that the source names, closed or open."""
+    found = [Doorway(seated(each.polygon, walls), "named", each.has_door) for each in level.openings]
+    found += [Doorway(strip, "recess") for strip in leaves_in_recesses(lintels, walls)]
+    leaves = []
+    for box in (box for each in level.leaves for box in _boxes(each.mesh)):
+        leaves.append(rectangle(box, depth=max(box.thickness, SHEET_M)))
+        way = doorway(box, walls)
+        if way is not None:
+            found.append(Doorway(rectangle(way), "named"))
+    return found, leaves
+
+
+def _boxes(mesh: Mesh) -> list[Box]:
+    """The box of a leaf, or those of its parts where it is no plate as a whole (a leaf open in its frame)."""
+    whole = box_around(mesh.vertices[mesh.faces].reshape(-1, 3))
+    if WIDTH_M[0] <= whole.width <= 2 * WIDTH_M[1] and whole.thickness <= DEEPEST_M:
+        return [whole]
+    return [leaf.box for leaf in find_leaves(Bodies.of(mesh))]

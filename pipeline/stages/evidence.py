@@ -1,0 +1,131 @@
+"""What stands in a house and what it is, before the two planes are put together from it.
+
+The paper cuts at one height, which serves SUNCG: its furniture is known, and every door has a sill. Other houses have
+neither, so that each thing is judged by where it begins and where it ends.
+
+R1  A wall stands from the floor to head height: it is there at breast height and at head height.
+R2  Below and above a window stands wall too: what stands at sill height and goes on over the opening.
+R3  Under a sloped roof a wall may end at the roof before head height.
+R4  Two sheets with an edge of the same wall over them are one wall: the slit between them is filled.
+R5  What is thick and ends below the walls beside it is furniture (a cupboard); so is all that ends below head height,
+    but for what is thin: that may be a railing or a parapet.
+R6  A lintel hangs over free floor from head height up to where the walls beside it end; what ends below is none.
+R7  A leaf, found by its shape or named by the source, is no wall; where it stands closed there is a doorway
+    (``stages.doorways``).
+R8  No cut runs through coplanar faces; the heights used are recorded.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.config import EvidenceConfig
+from pipeline.geometry.bodies import Bodies
+from pipeline.geometry.closers import LAP_M
+from pipeline.geometry.cutting import Cutter
+from pipeline.geometry.doorways import box_of
+from pipeline.geometry.footprints import footprint
+from pipeline.geometry.heights import between, clear_of
+from pipeline.geometry.known_doors import judge_leaves, known_doorways
+from pipeline.geometry.leaves import find_leaves
+from pipeline.geometry.overlay import EMPTY, mitred, overlap, polygons_of, subtract, united
+from pipeline.geometry.regions import opened
+from pipeline.geometry.sections import Sections
+from pipeline.geometry.tops import ending_below, hanging_free, under_slopes
+from pipeline.geometry.walls import close_cracks
+from pipeline.values import Evidence, Level
+
+MOST_HEIGHTS = 8
+SMALLEST_GAP_M = 0.08
+HANDRAIL_M = 0.02  # a handrail may be no higher, and closes what its balusters do not
+WIDEST_RAIL_M = 0.3
+SLIVER_M = 0.04  # less than a sheet gets, more than a baluster has
+SLIT_M = 0.38  # narrower than any door
+CUPBOARD_M = 0.28
+LARGEST_CUPBOARD_M2 = 2.5
+
+
+def gather(level: Level, config: EvidenceConfig) -> Evidence:
+    """Judge all that stands in a level; a level without walls gives empty evidence."""
+    if level.sills or not len(level.walls.faces):
+        return Evidence(EMPTY, EMPTY, EMPTY, EMPTY, _furniture(level), floor=level.floor)
+    bodies = Bodies.of(level.walls)
+    leaves = find_leaves(bodies)
+    cutter = Cutter(bodies.without([k for leaf in leaves for k in leaf.bodies]))
+    sections = Sections(cutter, config.sheet_m, config.solid_m)
+    heights = _Heights.of(cutter, level, config)
+    foot = sections.foot(heights.sill)
+    above = [sections.at(height, foot) for height in heights.above]
+    full = overlap(sections.at(heights.breast, foot), sections.at(heights.head, foot))  # R1
+    full = _without_slits(full, united(above))  # R4
+    cupboards = united(p for p in ending_below(full, above) if _is_cupboard(p))  # R5
+    full = subtract(full, cupboards)
+    hanging = hanging_free(above, united([full, cupboards]))  # R6
+    judged = judge_leaves(leaves, full, hanging, level.ceiling_m)  # R7
+    if judged.walls:
+        again = Sections(Cutter(bodies.only(list(judged.walls))), config.sheet_m, config.solid_m)
+        full = close_cracks(united([full, again.foot(heights.breast)]))
+    windows = opened(overlap(hanging, foot), SLIVER_M)  # R2
+    low = opened(subtract(foot, united([full, hanging, cupboards])), SLIVER_M)
+    walls = united([full, windows, *under_slopes(polygons_of(low), cutter)])  # R3
+    lintels = opened(subtract(hanging, walls), SLIVER_M)
+    doorways, open_leaves = known_doorways(level, walls, lintels)
+    rails = [foot, *(sections.at(height, foot) for height in heights.between)]
+    standing = opened(subtract(united(rails), united([walls, lintels, cupboards])), SLIVER_M)
+    thick = opened(standing, WIDEST_RAIL_M)
+    return Evidence(
+        walls=walls,
+        tall=full,
+        lintels=lintels,
+        rails=subtract(standing, thick),
+        furniture=united([cupboards, thick, judged.furniture, _furniture(level)]),
+        doorways=(*doorways, *judged.doorways),
+        leaves=(*open_leaves, *judged.leaves),
+        floor=level.floor,
+        heights=heights.recorded,
+    )
+
+
+def _furniture(level: Level) -> BaseGeometry:
+    return united([footprint(each.mesh) for each in level.furniture]) if level.furniture else EMPTY
+
+
+@dataclass(frozen=True)
+class _Heights:
+    """Where a level is cut, metres above its floor (R8)."""
+
+    sill: float
+    breast: float
+    head: float
+    above: list[float]
+    between: list[float]
+
+    @classmethod
+    def of(cls, cutter: Cutter, level: Level, config: EvidenceConfig) -> _Heights:
+        z = cutter.heights
+        sill, breast, head = (clear_of(h, z) for h in (config.sill_m, config.breast_m, config.head_m - 0.1))
+        top = max(level.ceiling_m, config.head_m + SMALLEST_GAP_M)
+        above = between(z, config.head_m, top, smallest_gap=SMALLEST_GAP_M, most=MOST_HEIGHTS)
+        railings = between(z, config.sill_m, config.head_m, smallest_gap=HANDRAIL_M, most=MOST_HEIGHTS // 2)
+        return cls(sill, breast, head, above, railings)
+
+    @property
+    def recorded(self) -> dict[str, float | list[float]]:
+        return {"sill": self.sill, "breast": self.breast, "head": self.head, "lintels": self.above}
+
+
+def _without_slits(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
+    """R4: two sheets drawn together, as far as wall lies over what is between them."""
+    closed = mitred(mitred(full, SLIT_M / 2), -SLIT_M / 2)
+    slits = opened(overlap(subtract(closed, full), above), SLIVER_M)
+    long = [mitred(p, LAP_M) for p in polygons_of(slits) if box_of(p).width > SLIT_M]
+    return united([full, *long]) if long else full
+
+
+def _is_cupboard(part: Polygon) -> bool:
+    """R5: thick, once it is filled: cupboards are often made of boards around nothing."""
+    whole = Polygon(part.exterior)
+    return whole.area <= LARGEST_CUPBOARD_M2 and not opened(whole, CUPBOARD_M).is_empty
