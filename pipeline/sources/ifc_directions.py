@@ -1,7 +1,8 @@
 """Which way the wall runs at a hole.
 
 R1  Where the door's width is known and one side of the hole has it, the wall runs along that side.
-R2  Else it runs where more of the wall lies before and behind the hole; where that does not tell, along the longer side.
+R2  Else it runs where more of the wall lies before and behind the hole; where that does not tell, along the longer
+    side.
 """
 
 from __future__ import annotations

@@ -23,7 +23,14 @@ WALLS = ("IfcWall", "IfcColumn", "IfcChimney", "IfcCurtainWall", "IfcWindow")
 LOOSE = ("IfcBuildingElementProxy", "IfcPlate", "IfcMember", "IfcBuildingElementPart")
 HOSTS = ("IfcWall", "IfcCurtainWall")
 COVERS = ("IfcSlab", "IfcRoof", "IfcCovering")
-FURNITURE = ("IfcFurnishingElement", "IfcFlowTerminal", "IfcStair", "IfcStairFlight", "IfcRailing", "IfcTransportElement")
+FURNITURE = (
+    "IfcFurnishingElement",
+    "IfcFlowTerminal",
+    "IfcStair",
+    "IfcStairFlight",
+    "IfcRailing",
+    "IfcTransportElement",
+)
 AREAS = frozenset({"GFA", "EXTERNAL"})  # PredefinedType of a space that is no room (IFC4)
 NO_BUILDING = re.compile(
     r"tree|plant|shrub|hedge|\bcar\b|vehicle|person|people|human|\btext\b|entourage|topograph|terrain|parking"

@@ -3,7 +3,7 @@
 R1  An opening's body may be shallower or much deeper than the wall: its rectangle runs through all that stands there as
     one wall (leaves of a cavity wall, linings), and no farther.
 R2  A hole without a door that does not reach through its wall is a niche; one that starts above the knee or ends below
-    the head is a hatch. Neither is an opening.
+    the head is a hatch; a narrow one is a duct. None of them is an opening.
 R3  A door belongs to the highest level that it can be reached from, a step or half a storey up, whichever storey holds
     it; one that lies (a hatch in a floor) to none.
 R4  Holes that overlap (one in each leaf of a wall) are one opening, with a door if one of them has it.
@@ -36,7 +36,8 @@ SKIN_M = 0.002  # the rectangle reaches beyond the wall's faces, so that a cut l
 LEAST_DEPTH_M = 0.1
 JAMB_M = 0.12
 NICHE_M = 0.03  # what is left of a wall behind a niche
-SAME = 0.3  # share of the smaller of two holes that overlap as one
+SAME = 0.5  # intersection over union of two holes that are one
+NARROW_M = 0.4  # what has no door and is narrower lets pipes through
 SWUNG_M = 0.1  # a door's body wider than the door by so much has its leaf drawn open
 
 
@@ -90,7 +91,7 @@ def _opening(hole: Hole, walls: StandingWalls) -> SourceOpening | None:
     if hole.host is None and hole.width_m and along[1] - along[0] > hole.width_m + SWUNG_M:
         middle = (along[0] + along[1]) / 2
         along = middle - hole.width_m / 2, middle + hole.width_m / 2
-    if along[1] - along[0] < LEAST_DEPTH_M:
+    if along[1] - along[0] < (LEAST_DEPTH_M if hole.has_door else NARROW_M):
         return None
     if not hole.has_door and hole.host is not None:
         wall = _depth(axis, along, across, shadow(hole.host))
@@ -144,4 +145,5 @@ def _merged(found: list[SourceOpening]) -> Iterator[SourceOpening]:
 
 
 def _overlap(one: Polygon, other: Polygon) -> bool:
-    return bool(one.intersection(other).area > SAME * min(one.area, other.area))
+    shared = one.intersection(other).area
+    return bool(shared > SAME * (one.area + other.area - shared))
