@@ -4,7 +4,7 @@ R1  Walls, columns and chimneys stand; so do curtain walls with their plates and
     roofs and slabs: full-height glazing parts rooms, and a pane closes the hole that it fills.
 R2  A wall that is an aggregate without a body of its own is its parts.
 R3  What may be a partition by another name (proxies, loose plates, members and parts) is ``loose``: the levels decide
-    by its shape. Plants, cars, people and texts are neither.
+    by its shape; in a file without walls they are the walls. Plants, cars, people and texts are neither.
 R4  Openings count where they void a wall or a wall's part, not where they void a slab, a roof or a space.
 R5  Spaces count unless they lie outside, measure a whole storey, or only group spaces that are in the file themselves;
     the parts of a space that has a body of its own do not.
@@ -65,6 +65,8 @@ def elements_of(model: Any) -> Elements:
     walls = _walls(model)
     known = {element.id() for element in walls}
     loose = [e for name in LOOSE for e in _of_type(model, name) if e.id() not in known and _may_be_wall(e)]
+    if not any(wall.is_a(name) for wall in walls for name in HOSTS):  # R3
+        walls, loose = walls + loose, []
     return Elements(
         walls=walls,
         loose=loose,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,7 @@ from pipeline.sources.ifc_elements import Elements, elements_of, filled_by, host
 from pipeline.sources.ifc_text import open_model
 from pipeline.values import Mesh
 
-KERNEL = "hybrid-cgal-simple-opencascade"  # flat-faced bodies go through a plain triangulation, the rest through OCC
+KERNEL: Final = "hybrid-cgal-simple-opencascade"  # flat-faced bodies go a quick way, the rest through OCC
 DOOR_WIDTH_M, DOOR_HEIGHT_M, DOOR_DEPTH_M = 0.9, 2.0, 0.1  # of a door that has neither body nor size
 
 
@@ -112,15 +112,18 @@ def _building(model: Any, schema: str, path: Path) -> Building:
         raise Rejection("source", Reason.NO_LEVEL, detail, "export the building with its storeys, or as a mesh")
     elements = elements_of(model)
     meshes = dict(_triangulate(model, elements.all()))
-    kinds = (elements.walls, elements.loose, elements.beams, elements.slabs, elements.spaces)
     return Building(
-        schema,
-        tuple(sorted(storeys, key=lambda s: (s.elevation_m, s.key))),
-        *(tuple(_parts(kind, meshes)) for kind in kinds),
-        tuple(_holes(elements, meshes, metres)),
-        tuple(_parts(elements.doors, meshes)),
-        tuple(_parts(elements.furniture, meshes)),
-        bool(elements.openings),
+        schema=schema,
+        storeys=tuple(sorted(storeys, key=lambda s: (s.elevation_m, s.key))),
+        walls=_parts(elements.walls, meshes),
+        loose=_parts(elements.loose, meshes),
+        beams=_parts(elements.beams, meshes),
+        slabs=_parts(elements.slabs, meshes),
+        spaces=_parts(elements.spaces, meshes),
+        holes=tuple(_holes(elements, meshes, metres)),
+        leaves=_parts(elements.doors, meshes),
+        furniture=_parts(elements.furniture, meshes),
+        named_openings=bool(elements.openings),
     )
 
 
@@ -154,10 +157,9 @@ def _triangulate(model: Any, elements: Iterable[Any]) -> Iterator[tuple[int, Mes
             return
 
 
-def _parts(elements: Iterable[Any], meshes: dict[int, Mesh]) -> Iterator[Part]:
-    for element in sorted(elements, key=lambda each: each.id()):
-        if element.id() in meshes:
-            yield Part(meshes[element.id()], _storey_of(element), words_of(element))
+def _parts(elements: Iterable[Any], meshes: dict[int, Mesh]) -> tuple[Part, ...]:
+    bodied = (each for each in sorted(elements, key=lambda each: each.id()) if each.id() in meshes)
+    return tuple(Part(meshes[each.id()], _storey_of(each), words_of(each)) for each in bodied)
 
 
 def _storey_of(element: Any) -> int | None:
@@ -200,7 +202,7 @@ def _door_frame(door: Any, metres: float) -> tuple[tuple[float, float] | None, f
     """The direction of a door's width in plan (the x axis of its placement) and its width in metres, where known."""
     matrix = _placement(door, metres)
     width = door.OverallWidth * metres if door.OverallWidth else None
-    if matrix is None or abs(matrix[2, 0]) > 0.1:  # noqa: PLR2004 - an x axis that is not level is no width in plan
+    if matrix is None or abs(matrix[2, 0]) > 0.1:  # an x axis that is not level is no width in plan
         return None, width
     return (float(matrix[0, 0]), float(matrix[1, 0])), width
 

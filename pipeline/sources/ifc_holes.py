@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
@@ -54,10 +53,11 @@ class StandingWalls:
         """What stands about a body, as one plan shape."""
         low, high = mesh.vertices.min(axis=0) - REACH_M, mesh.vertices.max(axis=0) + REACH_M
         touching = (self._boxes[:, :3] <= high).all(axis=1) & (self._boxes[:, 3:] >= low).all(axis=1)
-        for k in np.flatnonzero(touching):
-            if int(k) not in self._shadows:
-                self._shadows[int(k)] = shadow(self._meshes[k])
-        return shapely.union_all([self._shadows[int(k)] for k in np.flatnonzero(touching)], grid_size=1e-4)
+        found = [int(k) for k in np.flatnonzero(touching)]
+        for k in found:
+            if k not in self._shadows:
+                self._shadows[k] = shadow(self._meshes[k])
+        return shapely.union_all([self._shadows[k] for k in found])
 
 
 def openings_of(

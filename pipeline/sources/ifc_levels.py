@@ -3,7 +3,7 @@
 R1  A wall belongs to each level of its building through whose height it runs, whichever storey contains it.
 R2  A beam with its underside between head height and 3 m is a lintel; higher ones hang over a room or carry a roof.
 R3  A loose part (IfcBuildingElementProxy, a plate or member by itself) is wall where it stands like one: upright, from
-    the floor to head height, thin; in a file without walls, always.
+    the floor to head height, thin.
 R4  A door's leaf belongs to the level that its door is entered from; a thing to the level whose storey holds it, else
     to the one on whose floor it stands.
 """
@@ -60,7 +60,7 @@ def _level(
     building: Building, standing: Standing, floors: Sequence[float], of_building: dict[int, int | None]
 ) -> IfcLevel:
     floor = standing.floor_z
-    parts = [*building.walls, *(part for part in building.loose if _is_wall(part, floor, building))]
+    parts = [*building.walls, *(part for part in building.loose if _is_wall(part, floor))]
     here = [part for part in parts if _runs_through(part, floor + 0.1, standing.above - 0.1)]  # R1
     here = [part for part in here if part.storey is None or of_building.get(part.storey) in standing.buildings]
     walls = united([*here, *(part for part in building.beams if _is_lintel(part, floor))])
@@ -89,10 +89,8 @@ def _is_lintel(beam: Part, floor: float) -> bool:
     return floor + TALL_M <= beam.bottom < floor + HIGHEST_LINTEL_M
 
 
-def _is_wall(part: Part, floor: float, building: Building) -> bool:
+def _is_wall(part: Part, floor: float) -> bool:
     """R3."""
-    if not building.walls:
-        return True
     if part.bottom > floor + KNEE_M or part.top < floor + TALL_M:
         return False
     points = part.mesh.vertices
