@@ -11,11 +11,11 @@ from shapely.affinity import translate
 from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.ifc_file import load_building
+from pipeline.sources.ifc_file import Part, load_building
 from pipeline.sources.ifc_levels import IfcLevel, storey_levels
 from pipeline.sources.naming import base_id, level_id, list_files, sha256
 from pipeline.sources.placing import Shift, near_shift
-from pipeline.values import Input, Level, Mesh, SourceOpening, SourceRoom
+from pipeline.values import Input, Level, Mesh, SourceObject, SourceOpening, SourceRoom
 
 SUFFIXES = (".ifc",)
 
@@ -70,18 +70,25 @@ def read(item: Input) -> Iterator[Level]:
 def _level(found: IfcLevel, shift: Shift, name: str, number: int, provenance: dict[str, str]) -> Level:
     """Move a level into its own frame: near the origin, the floor at z = 0."""
     x, y = shift[:2]
+
+    def moved(part: Part) -> SourceObject:
+        return SourceObject(part.words, Mesh(part.mesh.vertices - (x, y, found.floor_z), part.mesh.faces))
+
     return Level(
         id=name,
         walls=Mesh(found.walls.vertices - (x, y, found.floor_z), found.walls.faces),
         ceiling_m=found.ceiling_m,
         frame=Frame(((1.0, 0.0, x), (0.0, 1.0, y)), "z", found.floor_z, number),
         floor=found.floor and translate(found.floor, -x, -y),
+        leaves=tuple(moved(leaf) for leaf in found.leaves),
+        furniture=tuple(moved(thing) for thing in found.furniture),
         rooms=tuple(
             SourceRoom(room.words, room.labels, room.polygon and translate(room.polygon, -x, -y))
             for room in found.rooms
         ),
-        room_count=found.room_count,
-        named_openings=bool(found.openings),
+        room_count=len(found.rooms) or None,
+        named_openings=found.named_openings,
         openings=tuple(SourceOpening(translate(each.polygon, -x, -y), each.has_door) for each in found.openings),
+        n_objects=len(found.furniture),
         provenance=provenance,
     )

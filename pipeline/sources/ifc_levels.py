@@ -1,36 +1,35 @@
-"""A building's storeys as levels.
+"""A building's storeys as levels: what stands on each, its rooms, its openings, its things.
 
-R1  A storey is a level where walls of 1.8 m stand on its floor and it holds a wall or a room itself: the roof, the
-    foundation and a mere reference height have neither. One without is passed over, not rejected.
-R2  Storeys less than 0.9 m apart are one level with steps; so are those less than 1.8 m apart unless both have rooms
-    (a crawl space under a floor). The one with rooms, then with more walls, gives the height.
-R3  A wall belongs to each level through whose height it runs, whichever storey contains it.
-R4  A beam with its underside between head height and 3 m is a lintel; higher ones hang over a room or carry a roof.
-R5  The floor's height is the storey's elevation; where that lies off its walls' feet (elevations that an exporter left
-    at 0), the feet.
+R1  A wall belongs to each level of its building through whose height it runs, whichever storey contains it.
+R2  A beam with its underside between head height and 3 m is a lintel; higher ones hang over a room or carry a roof.
+R3  A loose part (IfcBuildingElementProxy, a plate or member by itself) is wall where it stands like one: upright, from
+    the floor to head height, thin.
+R4  A door's leaf belongs to the level that its door is entered from; a thing to the level whose storey holds it, else
+    to the one on whose floor it stands.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from pipeline.sources.ifc_file import Building, Part, Storey
-from pipeline.sources.room_names import is_outside_the_count, labels_for
-from pipeline.sources.surfaces import Surfaces, WallProfile, cut
+from pipeline.sources.ifc_file import Building, Part
+from pipeline.sources.ifc_height import OFF_M, TALL_M
+from pipeline.sources.ifc_holes import StandingWalls, level_of_door, openings_of
+from pipeline.sources.ifc_rooms import rooms_of
+from pipeline.sources.ifc_shapes import footprint, united
+from pipeline.sources.ifc_storeys import MARGIN_M, Standing, standing_storeys
+from pipeline.sources.surfaces import Surfaces, WallProfile
 from pipeline.values import Mesh, SourceOpening, SourceRoom
 
-TALL_M = 1.8
-APART_M = 0.9
-OFF_M = 0.6  # an elevation farther than this from the walls' feet is not theirs
-SHORTEST_WALLS_M = 4.0
-MARGIN_M = 0.05
 HIGHEST_LINTEL_M = 3.0
-KNEE_M = 0.5  # an opening that starts higher is no passage
+KNEE_M = 0.5
+THIN_M = 0.5
+LEAN_M = 0.3  # an upright part's head stands over its foot but for this
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,129 +42,75 @@ class IfcLevel:
     walls: Mesh
     floor: Polygon | MultiPolygon | None
     rooms: tuple[SourceRoom, ...]
-    room_count: int | None
     openings: tuple[SourceOpening, ...]
-
-
-@dataclass(frozen=True)
-class _Standing:
-    """A storey that may be a level: its floor height, and the storeys whose elements it takes."""
-
-    storey: Storey
-    floor_z: float
-    keys: frozenset[int]
-    has_rooms: bool
-    own_walls_m: float
+    leaves: tuple[Part, ...]
+    furniture: tuple[Part, ...]
+    named_openings: bool
 
 
 def storey_levels(building: Building) -> list[IfcLevel]:
-    """Return the levels from the lowest to the highest; empty where no storey has walls."""
-    candidates = [found for storey in building.storeys if (found := _standing(building, storey))]
-    kept: list[_Standing] = []
-    for candidate in sorted(candidates, key=lambda each: (not each.has_rooms, -each.own_walls_m, each.floor_z)):
-        near = next((i for i, other in enumerate(kept) if _are_one(other, candidate)), None)
-        if near is None:
-            kept.append(candidate)
-        else:  # R2
-            kept[near] = replace(kept[near], keys=kept[near].keys | candidate.keys)
-    kept.sort(key=lambda each: each.floor_z)
-    above = [each.floor_z for each in kept[1:]] + [np.inf] * bool(kept)
-    return [_level(building, each, height) for each, height in zip(kept, above, strict=True)]
+    """Return the levels from the lowest to the highest; empty where no storey has walls or rooms."""
+    found = standing_storeys(building)
+    of_building = {storey.key: storey.building for storey in building.storeys}
+    floors = [each.floor_z for each in found]
+    return [_level(building, each, floors, of_building) for each in found]
 
 
-def _standing(building: Building, storey: Storey) -> _Standing | None:
-    """R1, R5."""
-    own = [part for part in building.walls if part.storey == storey.key]
-    rooms = [part for part in building.spaces if part.storey == storey.key]
-    if not own and not rooms:
-        return None
-    tall = [part for part in own if np.ptp(part.mesh.vertices[:, 2]) >= TALL_M]
-    floor = storey.elevation_m
-    if tall:
-        feet = float(np.median([part.mesh.vertices[:, 2].min() for part in tall]))
-        floor = feet if abs(feet - floor) > OFF_M else floor
-    if _wall_length(building.walls, floor) < SHORTEST_WALLS_M:
-        return None
-    return _Standing(storey, floor, frozenset({storey.key}), bool(rooms), _wall_length(own, floor))
-
-
-def _are_one(one: _Standing, other: _Standing) -> bool:
-    """R2."""
-    return abs(one.floor_z - other.floor_z) < (APART_M if one.has_rooms and other.has_rooms else TALL_M)
-
-
-def _wall_length(parts: Iterable[Part], floor: float) -> float:
-    """Length in plan of the walls that reach 1.8 m over a floor; half of it, since a wall has two faces."""
-    surfaces = Surfaces.of(_united(parts))
-    segments = cut(surfaces, surfaces.walls(), floor + TALL_M - MARGIN_M)
-    return float(np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum()) / 2
-
-
-def _united(parts: Iterable[Part]) -> Mesh:
-    """Put the parts' triangles into one mesh."""
-    meshes = [part.mesh for part in parts]
-    if not meshes:
-        return Mesh(np.empty((0, 3)), np.empty((0, 3), np.int64))
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
-    faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)])
-    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), faces)
-
-
-def _level(building: Building, standing: _Standing, above: float) -> IfcLevel:
+def _level(
+    building: Building, standing: Standing, floors: Sequence[float], of_building: dict[int, int | None]
+) -> IfcLevel:
     floor = standing.floor_z
-    standing_here = [part for part in building.walls if _runs_through(part, floor + 0.1, above - 0.1)]  # R3
-    walls = _united([*standing_here, *(part for part in building.beams if _is_lintel(part, floor))])
+    parts = [*building.walls, *(part for part in building.loose if _is_wall(part, floor))]
+    here = [part for part in parts if _runs_through(part, floor + 0.1, standing.above - 0.1)]  # R1
+    here = [part for part in here if part.storey is None or of_building.get(part.storey) in standing.buildings]
+    walls = united([*here, *(part for part in building.beams if _is_lintel(part, floor))])
     surfaces = Surfaces.of(walls)
     top = WallProfile.of(surfaces, surfaces.walls()).end_above(floor + TALL_M, floor + 0.3)
-    rooms = tuple(_room(part) for part in building.spaces if part.storey in standing.keys)
-    counted = [room for room in rooms if not is_outside_the_count(room.words)]
     return IfcLevel(
         name=standing.storey.name,
         floor_z=floor,
-        ceiling_m=min(top, above - MARGIN_M) - floor,
+        ceiling_m=max(min(top, standing.above - MARGIN_M) - floor, TALL_M),
         walls=walls,
         floor=_floor(building, standing),
-        rooms=tuple(counted),
-        room_count=len(counted) or None,
-        openings=tuple(_openings(building, floor)),
+        rooms=rooms_of([space for space in building.spaces if _is_on(space, standing, floors)]),
+        openings=openings_of(building.holes, StandingWalls([part.mesh for part in here]), floor, floors),
+        leaves=tuple(leaf for leaf in building.leaves if level_of_door(leaf.bottom, floors) == floor),
+        furniture=tuple(thing for thing in building.furniture if _is_on(thing, standing, floors)),
+        named_openings=building.named_openings,
     )
 
 
 def _runs_through(part: Part, low: float, high: float) -> bool:
-    heights = part.mesh.vertices[:, 2]
-    return bool(heights.min() < high and heights.max() > low)
+    return part.bottom < high and part.top > low
 
 
 def _is_lintel(beam: Part, floor: float) -> bool:
-    """R4."""
-    underside = float(beam.mesh.vertices[:, 2].min())
-    return floor + TALL_M <= underside < floor + HIGHEST_LINTEL_M
+    """R2."""
+    return floor + TALL_M <= beam.bottom < floor + HIGHEST_LINTEL_M
 
 
-def footprint(mesh: Mesh) -> Polygon:
-    """Return the plan shadow of a body, its largest piece."""
-    triangles = shapely.polygons(mesh.vertices[mesh.faces][:, :, :2])
-    shadow = shapely.union_all(triangles[shapely.area(triangles) > 1e-9], grid_size=1e-4)
-    pieces = [piece for piece in shapely.get_parts(shadow) if isinstance(piece, Polygon)]
-    return max(pieces, key=lambda piece: piece.area, default=Polygon())
+def _is_wall(part: Part, floor: float) -> bool:
+    """R3."""
+    if part.bottom > floor + KNEE_M or part.top < floor + TALL_M:
+        return False
+    points = part.mesh.vertices
+    middle = (part.bottom + part.top) / 2
+    foot, head = points[points[:, 2] < middle, :2], points[points[:, 2] >= middle, :2]
+    leans = np.abs([*(foot.min(axis=0) - head.min(axis=0)), *(foot.max(axis=0) - head.max(axis=0))]).max()
+    corners = np.asarray(shapely.oriented_envelope(footprint(part.mesh)).boundary.coords)
+    sides = np.hypot(*np.diff(corners[:3], axis=0).T)
+    return bool(leans < LEAN_M and len(sides) > 1 and sides.min() < THIN_M)
 
 
-def _room(part: Part) -> SourceRoom:
-    shape = footprint(part.mesh)
-    return SourceRoom(part.names, labels_for(part.names), None if shape.is_empty else shape)
+def _is_on(part: Part, standing: Standing, floors: Sequence[float]) -> bool:
+    """R4; the same holds for rooms."""
+    if part.storey is not None:
+        return part.storey in standing.keys
+    return max((floor for floor in floors if floor <= part.bottom + KNEE_M), default=None) == standing.floor_z
 
 
-def _floor(building: Building, standing: _Standing) -> Polygon | MultiPolygon | None:
+def _floor(building: Building, standing: Standing) -> Polygon | MultiPolygon | None:
     """Slabs whose top lies at the floor, whichever storey contains them."""
-    tops = [part for part in building.slabs if abs(part.mesh.vertices[:, 2].max() - standing.floor_z) < OFF_M]
+    tops = [part for part in building.slabs if abs(part.top - standing.floor_z) < OFF_M]
     shape = shapely.union_all([footprint(part.mesh) for part in tops], grid_size=1e-3)
     return shape if isinstance(shape, Polygon | MultiPolygon) and not shape.is_empty else None
-
-
-def _openings(building: Building, floor: float) -> Iterable[SourceOpening]:
-    for part in building.openings:
-        heights = part.mesh.vertices[:, 2]
-        if heights.min() < floor + KNEE_M and heights.max() > floor + TALL_M - MARGIN_M:
-            shape = footprint(part.mesh)
-            if not shape.is_empty:
-                yield SourceOpening(shape, part.has_door)

@@ -61,7 +61,10 @@ class TinyBuilding:
         self.model.createIfcRelVoidsElement(ifcopenshell.guid.new(), None, None, None, wall, opening)
         if filling:
             leaf = self._root(filling, "leaf")
-            leaf.Representation = self._body(box)
+            x1, y1, z1, x2, y2, z2 = box
+            thin = (y1 + y2) / 2 if x2 - x1 > y2 - y1 else (x1 + x2) / 2
+            flat = (x1, thin - 0.02, z1, x2, thin + 0.02, z2)
+            leaf.Representation = self._body(flat if x2 - x1 > y2 - y1 else (thin - 0.02, y1, z1, thin + 0.02, y2, z2))
             self.model.createIfcRelFillsElement(ifcopenshell.guid.new(), None, None, None, opening, leaf)
 
     def write(self, path: Path) -> Path:

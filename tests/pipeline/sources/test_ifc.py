@@ -37,6 +37,18 @@ def storey_of(case: Path) -> tuple[dict[str, Any], Level]:
     return truth, next(level for level in levels if level.provenance["storey"] == truth["storey"])
 
 
+def in_source_axes(level: Level, shape: shapely.Geometry) -> shapely.Geometry:
+    """Take a shape of the level frame back to the file's axes."""
+    shift = np.asarray(level.frame.matrix)[:, 2]
+    return shapely.transform(shape, lambda points: points + shift)
+
+
+def section_area(level: Level, height: float) -> shapely.Geometry:
+    """What stands at a height, as areas."""
+    found = wall_section(Cutter(level.walls).cut(height), sheet_m=0.05, solid_m=0.7)
+    return shapely.union_all([found.walls, found.solids])
+
+
 def section(level: Level, height: float) -> shapely.Geometry:
     """Outline of what stands at a height, from the raw segments."""
     surfaces = Surfaces.of(level.walls)
@@ -69,10 +81,11 @@ def test_openings_tell_doors_from_gaps_and_leave_windows_out(tmp_path):
     ground, upper = read(tiny_house().write(tmp_path / "house.ifc"))
     found = sorted((opening.polygon.bounds, opening.has_door) for opening in ground.openings)
     assert [door for _, door in found] == [True, True]
-    assert found[0][0] == pytest.approx((1.0, -0.1, 2.0, 0.3))
+    assert found[0][0] == pytest.approx((1.0, 0.0, 2.0, 0.2), abs=0.01)  # through the wall and no farther
     (gap,) = upper.openings
     assert not gap.has_door
-    assert gap.polygon.bounds == pytest.approx((3.9, 2.0, 4.3, 2.9))
+    assert gap.polygon.bounds == pytest.approx((4.0, 2.0, 4.2, 2.9), abs=0.01)
+    assert ground.named_openings
 
 
 def test_furniture_leaves_and_railings_are_no_walls(tmp_path):
@@ -94,7 +107,7 @@ def test_a_house_far_away_is_brought_near(tmp_path):
     assert len(moved.walls.faces) == len(still.walls.faces)
 
 
-def test_proxies_are_walls_only_in_a_file_without_any(tmp_path):
+def test_in_a_file_without_walls_proxies_are_the_walls(tmp_path):
     house = TinyBuilding()
     storey = house.storey("Level 0", 0.0)
     for x1, y1, x2, y2 in ((0, 0, 6, 0.2), (0, 3.8, 6, 4), (0, 0.2, 0.2, 3.8), (5.8, 0.2, 6, 3.8)):
@@ -102,10 +115,7 @@ def test_proxies_are_walls_only_in_a_file_without_any(tmp_path):
     (level,) = read(house.write(tmp_path / "proxies.ifc"))
     assert len(level.walls.faces) == 48
     assert level.room_count is None
-    house.element("IfcWall", storey, (2, 0, 0, 2.2, 4, 2.5), "wall")
-    house.element("IfcWall", storey, (0, 2, 0, 6, 2.2, 2.5), "wall")
-    (level,) = read(house.write(tmp_path / "walls.ifc"))
-    assert len(level.walls.faces) == 24
+    assert not level.named_openings
 
 
 def rejection(path: Path) -> Rejection:
@@ -149,25 +159,50 @@ def test_options_are_refused(tmp_path):
         list(ifc.find(str(tmp_path), units="mm"))
 
 
-@needs_data
-@pytest.mark.parametrize("case", CASES, ids=lambda path: path.stem)
-def test_real_buildings_have_the_rooms_and_height_of_the_case(case):
-    truth, level = storey_of(case)
-    assert level.frame.floor == pytest.approx(truth["floor_z"], abs=0.05)
-    assert sorted(room.words[0] for room in level.rooms) == sorted(room["label"] for room in truth["rooms"])
-    for room in truth["rooms"]:
-        shape = shapely.Polygon(room["polygon"], room["holes"])
-        overlaps = [shape.intersection(each.polygon).area / shape.union(each.polygon).area for each in level.rooms]
-        assert max(overlaps) > 0.98
+def matched(truth: list[shapely.Polygon], found: list[shapely.Polygon]) -> list[float]:
+    """For each shape the best intersection over union among those found."""
+    return [max(a.intersection(b).area / a.union(b).area for b in found) for a in truth]
 
 
 @needs_data
 @pytest.mark.parametrize("case", CASES, ids=lambda path: path.stem)
-def test_real_walls_are_those_of_the_mesh_cut_from_the_same_building(case):
+def test_real_rooms_are_those_of_the_case(case):
     truth, level = storey_of(case)
-    (mesh,) = mesh_file.read(Input("case", "mesh_file", str(DATA / truth["mesh"])))
-    areas = []
-    for each in (level, mesh):
-        found = wall_section(Cutter(each.walls).cut(1.0 - each.frame.floor), sheet_m=0.05, solid_m=0.7)
-        areas.append(shapely.union_all([found.walls, found.solids]))
-    assert areas[0].intersection(areas[1]).area / areas[0].union(areas[1]).area > 0.98
+    assert level.frame.floor == pytest.approx(truth["floor_z"], abs=0.2)  # where people stand, not the raw slab
+    rooms = [shapely.Polygon(room["polygon"], room["holes"]) for room in truth["rooms"]]
+    found = [in_source_axes(level, room.polygon) for room in level.rooms if room.polygon]
+    assert min(matched(rooms, found)) > 0.98
+    for room, shape in zip(truth["rooms"], rooms, strict=True):
+        best = max(level.rooms, key=lambda each: in_source_axes(level, each.polygon).intersection(shape).area)
+        assert room["label"] in best.words
+
+
+@needs_data
+@pytest.mark.parametrize("case", CASES, ids=lambda path: path.stem)
+def test_real_doors_are_all_found_and_nothing_else(case):
+    truth, level = storey_of(case)
+    places = [np.asarray(door["centre"]) for door in truth["doors"]]
+    doors = [in_source_axes(level, each.polygon).centroid for each in level.openings if each.has_door]
+    assert len(doors) == len(places)
+    for place, door in zip(places, truth["doors"], strict=True):
+        near = min(level.openings, key=lambda each: in_source_axes(level, each.polygon).distance(shapely.Point(place)))
+        assert in_source_axes(level, near.polygon).centroid.distance(shapely.Point(place)) < 0.35
+        assert near.has_door
+        sides = np.hypot(*np.diff(np.asarray(near.polygon.exterior.coords)[:3], axis=0).T)
+        assert np.abs(sides - door["width"]).min() < 0.2
+    assert level.named_openings
+    assert len(level.leaves) == len(places)
+
+
+@needs_data
+@pytest.mark.parametrize("case", CASES, ids=lambda path: path.stem)
+def test_real_walls_hold_those_of_the_mesh_and_stand_in_no_room(case):
+    truth, level = storey_of(case)
+    rooms = shapely.union_all([shapely.Polygon(room["polygon"], room["holes"]).buffer(-0.1) for room in truth["rooms"]])
+    standing = in_source_axes(level, section_area(level, 0.3))
+    assert standing.intersection(rooms).area < 0.02 * rooms.area
+    if truth["mesh"].endswith(".ply"):
+        mesh, *_ = mesh_file.read(Input("case", "mesh_file", str(DATA / truth["mesh"])))
+        lines = in_source_axes(mesh, section(mesh, level.frame.floor + 0.3 - mesh.frame.floor))
+        found = in_source_axes(level, section(level, 0.3))
+        assert lines.intersection(found.buffer(0.03)).length > 0.94 * lines.length  # some meshes hold stairs
