@@ -117,6 +117,11 @@ def _floor(surfaces: Surfaces, walls: Bools, layer: Layer, layers: list[Layer], 
     return FloorSurface(layer, region, area, layer.faces) if lined >= WALLED else None
 
 
+def enclosed_cells(surfaces: Surfaces, walls: Bools, foot: float, grid: PlanGrid) -> Cells:
+    """Return the convex hull of the walls that stand a metre over ``foot``: the most that a storey there can hold."""
+    return _hull(grid.trace(cut(surfaces, walls, foot + 1.0)))
+
+
 def _hull(mask: Cells) -> Cells:
     """Convex hull of the marked cells: where walls could enclose something."""
     out = np.zeros_like(mask)
