@@ -196,3 +196,22 @@ def test_what_is_called_floor_is_its_area():
     (level,) = find_levels(mesh, called)
     assert level.floor is not None
     assert level.floor.area == pytest.approx(3.8 * 5.6)
+
+
+def test_the_underside_of_a_thin_slab_is_no_part_of_the_floor():
+    wide = (-1.0, -1.0, 9.0, 7.0)  # under an overhang of a metre
+    tops = trimesh.Trimesh([(0, 0, 0.2), (8, 0, 0.2), (8, 6, 0.2), (0, 6, 0.2)], [[0, 1, 2], [0, 2, 3]], process=False)
+    under = trimesh.Trimesh([(-1, -1, 0), (9, -1, 0), (9, 7, 0), (-1, 7, 0)], [[0, 2, 1], [0, 3, 2]], process=False)
+    porch = storey(0.0, 2.7, [(wide[0], wide[1], wide[2], -0.9), (wide[0], 6.9, wide[2], wide[3])])
+    (level,) = find_levels(joined([*storey(0.2, 2.7, WALLS), *porch, tops, under]))
+    assert level.floor is not None
+    assert level.floor.area == pytest.approx(48.0)
+
+
+def test_ground_at_the_floors_height_is_no_floor_outside():
+    plain = trimesh.Trimesh(
+        [(-50, -50, 0), (50, -50, 0), (50, 50, 0), (-50, 50, 0)], [[0, 1, 2], [0, 2, 3]], process=False
+    )
+    (level,) = find_levels(joined([*storey(0.0, 2.5, WALLS), plain]))
+    assert level.floor is not None
+    assert level.floor.area < 1.5 * 48.0
