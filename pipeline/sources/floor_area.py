@@ -10,6 +10,8 @@ from shapely import MultiPolygon, Polygon
 from pipeline.sources.plan_grid import Cells, Floats, PlanGrid
 
 EXACT_TRIANGLES = 20_000
+TERRAIN = 2.0  # times what the walls enclose
+AROUND_M = 0.5
 
 
 def floor_area(triangles: Floats, region: Cells, grid: PlanGrid) -> Polygon | MultiPolygon | None:
@@ -20,6 +22,9 @@ def floor_area(triangles: Floats, region: Cells, grid: PlanGrid) -> Polygon | Mu
         parts = shapely.polygons(triangles)
         parts = parts[shapely.area(parts) > 1e-8]
     area = shapely.union_all(parts, grid_size=0.001)
+    if area.area > TERRAIN * grid.area(region):  # ground that goes on outside, at the floor's own height
+        hull = shapely.union_all(_outlines(region, grid)).convex_hull
+        area = area.intersection(hull.buffer(AROUND_M, join_style="mitre"))
     pieces = [piece for piece in shapely.get_parts(area) if isinstance(piece, Polygon) and piece.area > 0]
     if not pieces:
         return None

@@ -17,6 +17,7 @@ WALLED = 0.5  # share of a floor's outer boundary along which walls stand
 WALL_REACH_M = 0.5
 APART_M = 0.9  # floors closer than this in height are one storey with steps
 WINDOW_M = 0.06  # half the window in which faces make one surface: coverings, scans
+TURNED = 0.1  # share of area that may be wound the other way in a mesh that is wound with care
 HALF_ROOM_M = 0.4  # narrower surfaces are wall tops, sills, shelves and steps
 
 
@@ -92,10 +93,20 @@ def find_floors(surfaces: Surfaces, walls: Bools, layers: list[Layer], grid: Pla
         near = [i for i, other in enumerate(kept) if abs(other.layer.top - floor.layer.top) < APART_M]
         if near:  # a step within the storey of a larger floor
             other = kept[near[0]]
+            ups = _looks_up(surfaces, other.layer), _looks_up(surfaces, floor.layer)
+            if min(ups) < TURNED and max(ups) > 1 - TURNED:  # one is the underside of the other's slab
+                kept[near[0]] = other if ups[0] > ups[1] else floor
+                continue
             kept[near[0]] = FloorSurface(other.layer, other.region, other.area_m2, other.faces | floor.faces)
         elif floor.area_m2 >= SHARE * floors[0].area_m2:
             kept.append(floor)
     return sorted(kept, key=lambda floor: floor.layer.top)
+
+
+def _looks_up(surfaces: Surfaces, layer: Layer) -> float:
+    """Share of a layer's area that is wound to look up."""
+    area = surfaces.area[layer.faces]
+    return float(area[surfaces.normal[layer.faces, 2] > 0].sum() / area.sum())
 
 
 def _floor(surfaces: Surfaces, walls: Bools, layer: Layer, layers: list[Layer], grid: PlanGrid) -> FloorSurface | None:
@@ -115,6 +126,11 @@ def _floor(surfaces: Surfaces, walls: Bools, layer: Layer, layers: list[Layer], 
         return None
     lined = np.count_nonzero(rim & grid.grown(standing, WALL_REACH_M)) / np.count_nonzero(rim)
     return FloorSurface(layer, region, area, layer.faces) if lined >= WALLED else None
+
+
+def enclosed_cells(surfaces: Surfaces, walls: Bools, foot: float, grid: PlanGrid) -> Cells:
+    """Return the convex hull of the walls that stand a metre over ``foot``: the most that a storey there can hold."""
+    return _hull(grid.trace(cut(surfaces, walls, foot + 1.0)))
 
 
 def _hull(mask: Cells) -> Cells:

@@ -2,10 +2,13 @@
 
 R1  A floor is a level surface with room to stand on and 1.8 m of wall around and clear height above it
     (``floors.find_floors``): slabs, ceilings, table tops, sills and wall tops have area too and are none.
+    A floor less than 2.15 m over another one of the same place, and smaller than half of it, is a landing, a row of
+    shelves or of door heads.
 R2  Walls without a floor are a house of one level that begins at the foot of the walls; such a level may also lie
     below the lowest floor, where a full storey of walls goes down from it.
 R3  Walls may be looked at up to the underside of what closes the level: the next floor's slab, a roof slab, else the
     top of the walls. A hung ceiling above which the walls go on does not close it.
+R4  What the source calls floor is the floor's area where it is most of it; what it calls ceiling or roof is no floor.
 """
 
 from __future__ import annotations
@@ -17,8 +20,8 @@ from shapely import MultiPolygon, Polygon
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.floor_area import floor_area
-from pipeline.sources.floors import CLEAR_M, FloorSurface, Layer, find_floors, find_layers
-from pipeline.sources.plan_grid import PlanGrid
+from pipeline.sources.floors import APART_M, CLEAR_M, FloorSurface, Layer, enclosed_cells, find_floors, find_layers
+from pipeline.sources.plan_grid import Cells, PlanGrid
 from pipeline.sources.surfaces import Bools, Surfaces, WallProfile, weighted_quantile
 from pipeline.values import Mesh
 
@@ -27,6 +30,9 @@ MARGIN_M = 0.05  # the last height stays this far under what closes the level
 SLAB_M = 0.65  # the thickest slab between two storeys
 ATTIC_M = 1.0  # walls that go on so far over a slab are an attic's; over less, it may be a hung ceiling
 SHORTEST_WALLS_M = 2.0
+LOWEST_STOREY_M = 2.15  # from floor to floor, where one lies over the other
+LEAST_SHARE = 0.1  # of the house's plan; a smaller upper floor is the head of a stair, or a row of shelves
+NAMED_SHARE = 0.5  # of a surface, beyond which its names are believed
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +45,12 @@ class FoundLevel:
     floor: Polygon | MultiPolygon | None
 
 
-def find_levels(mesh: Mesh) -> tuple[FoundLevel, ...]:
+def find_levels(
+    mesh: Mesh, named_floor: Bools | None = None, named_ceiling: Bools | None = None
+) -> tuple[FoundLevel, ...]:
     """Return the levels of a z-up mesh in metres, from the lowest to the highest.
+
+    ``named_floor`` and ``named_ceiling`` mark the faces (m,) that the source calls so.
 
     Raises
     ------
@@ -56,18 +66,58 @@ def find_levels(mesh: Mesh) -> tuple[FoundLevel, ...]:
         raise Rejection("source", Reason.NO_LEVEL, detail, "check the up axis and the units, or give --up and --units")
     grid = PlanGrid.over(*wall_bounds(surfaces, walls))
     layers = find_layers(surfaces, grid)
-    floors: list[FloorSurface | None] = list(find_floors(surfaces, walls, layers, grid))
+    none = np.zeros(len(mesh.faces), np.bool_)
+    names = none if named_floor is None else named_floor, none if named_ceiling is None else named_ceiling
+    candidates = [layer for layer in layers if not _is_named(surfaces, layer, names[1])]
+    floors: list[FloorSurface | None] = list(find_floors(surfaces, walls, candidates, grid))
     heights = [floor.layer.top for floor in floors if floor]
     if not heights or foot < heights[0] - CLEAR_M:  # R2
-        floors, heights = [None, *floors], [foot, *heights]
+        floors = [None, *floors]
+    enclosed = enclosed_cells(surfaces, walls, foot, grid)
+    floors = _storeys(floors, foot, grid.area(enclosed))
+    heights = [floor.layer.top if floor else foot for floor in floors]
     found = []
     for floor, height in zip(floors, heights, strict=True):
         around = _profile_around(surfaces, walls, floor, grid) if len(heights) > 1 else profile
-        ceiling = _ceiling(around, layers, floor, height, _next_floor(floor, height, floors))
+        region = floor.region if floor else enclosed
+        ceiling = _ceiling(around, layers, region, height, _next_floor(floor, height, floors))
         part = mesh if len(heights) == 1 else _slice(surfaces, height - BELOW_M, height + ceiling)
-        area = floor_area(surfaces.triangles(floor.faces)[:, :, :2], floor.region, grid) if floor else None
+        area = _area(surfaces, floor, names[0], grid) if floor else None
         found.append(FoundLevel(height, ceiling, _lowered(part, height), area))
     return tuple(found)
+
+
+def _storeys(floors: list[FloorSurface | None], foot: float, enclosed_m2: float) -> list[FloorSurface | None]:
+    """R1: leave out what lies too close over a larger floor; the first may be the unseen floor of the walls' foot."""
+    kept: list[FloorSurface | None] = []
+    for floor in floors:
+        below = kept[-1] if kept else None
+        if kept and floor is not None:
+            size = below.area_m2 if below else enclosed_m2
+            height = below.layer.top if below else foot
+            shared = np.count_nonzero(floor.region & below.region) if below else np.count_nonzero(floor.region)
+            over = shared >= 0.5 * np.count_nonzero(floor.region)
+            if over and floor.layer.top - height < LOWEST_STOREY_M and floor.area_m2 < 0.5 * size:
+                continue
+            if floor.area_m2 < LEAST_SHARE * enclosed_m2:
+                continue
+        kept.append(floor)
+    return kept
+
+
+def _is_named(surfaces: Surfaces, layer: Layer, named: Bools) -> bool:
+    """Tell whether most of a layer's area is called so."""
+    named_area = float(surfaces.area[layer.faces & named].sum())
+    return named_area > NAMED_SHARE * float(surfaces.area[layer.faces].sum())
+
+
+def _area(surfaces: Surfaces, floor: FloorSurface, named: Bools, grid: PlanGrid) -> Polygon | MultiPolygon | None:
+    """R4: plan area of the faces that the source calls floor, where they are most of it, else of all at its height."""
+    height = (surfaces.low[:, 2] + surfaces.high[:, 2]) / 2
+    called = named & surfaces.flats() & (np.abs(height - floor.layer.top) < APART_M)
+    flat = float(surfaces.area[called].sum())
+    faces = called if flat > NAMED_SHARE * floor.area_m2 else floor.faces
+    return floor_area(surfaces.triangles(faces)[:, :, :2], floor.region, grid)
 
 
 def wall_bounds(surfaces: Surfaces, walls: Bools) -> tuple[np.ndarray, np.ndarray]:
@@ -110,18 +160,14 @@ def _next_floor(floor: FloorSurface | None, height: float, floors: list[FloorSur
     return None
 
 
-def _ceiling(
-    profile: WallProfile, layers: list[Layer], floor: FloorSurface | None, height: float, above: float | None
-) -> float:
+def _ceiling(profile: WallProfile, layers: list[Layer], region: Cells, height: float, above: float | None) -> float:
     """R3: height above the floor up to which this level's walls may be looked at."""
     end = above if above is not None else profile.end_above(height + CLEAR_M, height + 0.3)
-    region = floor.region if floor else None
-    size = np.count_nonzero(region) if region is not None else 0
+    size = np.count_nonzero(region)
     covers = [
         layer
         for layer in layers
-        if height + CLEAR_M < layer.top <= end + 0.07
-        and (region is None or np.count_nonzero(layer.cells & region) >= size / 2)
+        if height + CLEAR_M < layer.top <= end + 0.07 and np.count_nonzero(layer.cells & region) >= size / 2
     ]
     closing = [cover for cover in covers if end - cover.top < 0.1]
     if not closing and above is None:  # a slab under an attic or a parapet, on which walls go on

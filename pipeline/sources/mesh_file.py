@@ -14,10 +14,13 @@ import numpy as np
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
+from pipeline.sources.level_names import share_out
 from pipeline.sources.levels import FoundLevel, find_levels
-from pipeline.sources.mesh_load import SUFFIXES, convention, load_triangles
+from pipeline.sources.mesh_load import SUFFIXES, convention, load_scene
+from pipeline.sources.named_scene import sort_faces, structural
 from pipeline.sources.naming import base_id, level_id, list_files, sha256
 from pipeline.sources.placing import Shift, near_shift
+from pipeline.sources.scene import Scene
 from pipeline.sources.units import UNITS, UPS, Frame3D, detect
 from pipeline.values import Input, Level, Mesh
 
@@ -52,11 +55,15 @@ def read(item: Input) -> Iterator[Level]:
     """
     options = dict(item.options)
     path = Path(item.path)
-    raw = load_triangles(path)
-    found = detect(raw, convention(path), options.get("up", "auto"), options.get("units", "auto"), path.name)
-    upright = _upright(raw, found)
+    raw = load_scene(path)
+    found = detect(
+        structural(raw), convention(path), options.get("up", "auto"), options.get("units", "auto"), path.name
+    )
+    upright = _upright(raw.mesh, found)
     shift = near_shift(upright.vertices)
-    levels = find_levels(Mesh(upright.vertices - shift, upright.faces))
+    named = sort_faces(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
+    levels = find_levels(named.solid, named.floor, named.ceiling)
+    shares = share_out(named, [level.floor_z for level in levels])
     provenance = {
         "source": "mesh",
         "file": options.get("file", path.name),
@@ -64,13 +71,19 @@ def read(item: Input) -> Iterator[Level]:
         "units": found.units,
         "up": found.up,
     }
-    for number, level in enumerate(levels):
+    for number, (level, share) in enumerate(zip(levels, shares, strict=True)):
         yield Level(
             id=level_id(item.id, number, len(levels)),
             walls=level.walls,
             ceiling_m=level.ceiling_m,
             frame=_frame(level, found, shift, number),
             floor=level.floor,
+            leaves=share.leaves,
+            furniture=share.furniture,
+            rooms=share.rooms,
+            room_count=share.room_count,
+            openings=share.openings,
+            n_objects=len(share.furniture),
             provenance=provenance,
         )
 

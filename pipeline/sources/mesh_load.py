@@ -1,11 +1,12 @@
-"""A mesh file into plain triangles, as the file has them; whatever is wrong with it becomes a Rejection."""
+"""A mesh file into named triangles, as the file has them; whatever is wrong with it becomes a Rejection."""
 
 from __future__ import annotations
 
 import logging
+import math
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,9 +15,11 @@ import numpy as np
 import trimesh
 
 from pipeline.rejection import Reason, Rejection
+from pipeline.sources import dae_file, gltf_file, obj_file
 from pipeline.sources.mesh_count import HEAD_BYTES, declared_faces
+from pipeline.sources.named_scene import without_starting_cube
 from pipeline.sources.naming import check_file
-from pipeline.values import Mesh
+from pipeline.sources.scene import Part, Piece, Scene
 
 SUFFIXES = (".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 MAX_FACES = 5_000_000
@@ -42,15 +45,27 @@ def convention(path: Path) -> Convention:
         with path.open("rb") as stream:
             head = stream.read(HEAD_BYTES)
         up = re.search(rb"<up_axis>\s*([XYZ])_UP", head)
-        unit = re.search(rb"<unit[^>]*\bmeter\s*=\s*[\"']([0-9.eE+-]+)[\"']", head)
-        return Convention("z" if up and up[1] == b"Z" else "y", float(unit[1]) if unit else None, up is not None)
+        unit = re.search(rb"<unit\b[^>]{0,200}?\bmeter\s*=\s*[\"']([^\"']{0,80})[\"']", head)
+        metres = _metres(unit[1].decode("utf-8", "replace"), path) if unit else None
+        return Convention("z" if up and up[1] == b"Z" else "y", metres, up is not None)
     if suffix in {".glb", ".gltf"}:
         return Convention("y", 1.0, binding=True)
     return Convention("y" if suffix == ".obj" else "z", None)
 
 
-def load_triangles(path: Path, max_faces: int = MAX_FACES) -> Mesh:
-    """Read the file's triangles, scenes put together with their transforms, in the file's own axes and unit.
+def _metres(text: str, path: Path) -> float:
+    try:
+        metres = float(text)
+    except ValueError:
+        metres = math.nan
+    if not (math.isfinite(metres) and metres > 0):
+        detail = f"{path.name} says that its unit is {text!r} metres; expected a number above 0"
+        raise Rejection("source", Reason.UNREADABLE, detail, "correct <unit meter>, or export the file again")
+    return metres
+
+
+def load_scene(path: Path, max_faces: int = MAX_FACES) -> Scene:
+    """Read the file's triangles with their names, each at its place, in the file's own axes and unit.
 
     Raises
     ------
@@ -63,14 +78,29 @@ def load_triangles(path: Path, max_faces: int = MAX_FACES) -> Mesh:
         raise _too_large(path, declared, max_faces)
     try:
         with _quiet():
-            scene = trimesh.load_scene(path, process=False, skip_materials=True)
-            vertices, faces = _flatten(scene)
-    except MemoryError:
+            scene = Scene.of(_reader(path)(path, max_faces))
+    except (MemoryError, Rejection):
         raise
     except Exception as error:  # the loaders raise whatever broken bytes lead them to
-        detail = f"{path.name} cannot be read as {path.suffix[1:]}: {type(error).__name__}: {str(error)[:200]}"
+        found = " ".join(str(error).replace(f"{path.parent}/", "").split())[:200]
+        detail = f"{path.name} cannot be read as {path.suffix[1:]}: {type(error).__name__}: {found}"
         raise Rejection("source", Reason.UNREADABLE, detail, "export or copy the file again") from error
-    return _checked(path, vertices, faces, declared, max_faces)
+    return without_starting_cube(_checked(path, scene, declared, max_faces))
+
+
+def _reader(path: Path) -> Callable[[Path, int], Iterator[Piece]]:
+    suffix = path.suffix.lower()
+    if suffix in {".glb", ".gltf"}:
+        return gltf_file.load
+    return {".dae": dae_file.load, ".obj": obj_file.load}.get(suffix, _load_plain)
+
+
+def _load_plain(path: Path, _max_faces: int) -> Iterator[Piece]:
+    """Yield the one mesh of a format that holds no names."""
+    scene = trimesh.load_scene(path, process=False, skip_materials=True)
+    for part in scene.geometry.values():
+        if isinstance(part, trimesh.Trimesh):
+            yield Piece(Part(), np.asarray(part.vertices, np.float64), np.asarray(part.faces, np.int64))
 
 
 def _can_hold(path: Path, declared: int) -> bool:
@@ -99,26 +129,8 @@ def _quiet() -> Iterator[None]:
             logger.disabled = disabled
 
 
-def _flatten(scene: trimesh.Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Unite the meshes of a scene, each at its place; a mirroring transform turns its faces over."""
-    vertices, faces, offset = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], 0
-    for node in scene.graph.nodes_geometry:
-        transform, name = scene.graph[node]
-        part = scene.geometry[name]
-        if not isinstance(part, trimesh.Trimesh):
-            continue
-        points = np.asarray(part.vertices, np.float64)
-        corners = np.asarray(part.faces, np.int64)
-        if not np.array_equal(transform, np.eye(4)):
-            points = points @ transform[:3, :3].T + transform[:3, 3]
-            corners = corners[:, ::-1] if np.linalg.det(transform[:3, :3]) < 0 else corners
-        vertices.append(points)
-        faces.append(corners + offset)
-        offset += len(points)
-    return np.concatenate(vertices), np.concatenate(faces)
-
-
-def _checked(path: Path, vertices: np.ndarray, faces: np.ndarray, declared: int | None, max_faces: int) -> Mesh:
+def _checked(path: Path, scene: Scene, declared: int | None, max_faces: int) -> Scene:
+    vertices, faces = scene.mesh.vertices, scene.mesh.faces
     if declared is not None and len(faces) < declared:
         detail = f"{path.name} announces {declared:,} faces and holds {len(faces):,}"
         raise Rejection("source", Reason.UNREADABLE, detail, "the file is truncated: copy it again")
@@ -133,4 +145,4 @@ def _checked(path: Path, vertices: np.ndarray, faces: np.ndarray, declared: int 
     if bad:
         detail = f"{path.name} has {bad:,} vertices that are NaN or infinite"
         raise Rejection("source", Reason.NOT_FINITE, detail, "repair the mesh, or export it again")
-    return Mesh(vertices, faces)
+    return scene

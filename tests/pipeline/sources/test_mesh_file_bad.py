@@ -7,7 +7,7 @@ import trimesh
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import mesh_file
-from pipeline.sources.mesh_load import SUFFIXES, load_triangles
+from pipeline.sources.mesh_load import SUFFIXES, load_scene
 from pipeline.values import Mesh
 from tests.builders.meshes import as_trimesh, joined, one_level, table, y_up
 
@@ -129,7 +129,7 @@ def test_too_many_faces_are_refused_before_they_are_read(tmp_path, suffix, monke
     as_trimesh(one_level()).export(path)
     monkeypatch.setattr(trimesh, "load_scene", lambda *_, **__: pytest.fail("was read"))
     with pytest.raises(Rejection, match="the limit is 50") as caught:
-        load_triangles(path, max_faces=50)
+        load_scene(path, max_faces=50)
     assert caught.value.reason is Reason.TOO_LARGE
 
 

@@ -1,0 +1,143 @@
+"""One COLLADA geometry into triangles, material by material."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from xml.etree import ElementTree as Xml
+
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.sources.polygons import triangulated
+
+Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class DaeMesh:
+    """Triangles of one material, in the geometry's own frame; ``material`` is the symbol that an instance binds."""
+
+    vertices: Floats
+    faces: Indices
+    material: str
+
+
+def kind(element: Xml.Element) -> str:
+    """Tag without its namespace."""
+    return element.tag.rpartition("}")[2]
+
+
+def children(element: Xml.Element, *kinds: str) -> list[Xml.Element]:
+    """Direct children of these kinds, in order."""
+    return [each for each in element if kind(each) in kinds]
+
+
+def first(element: Xml.Element, *kinds: str) -> Xml.Element | None:
+    """Return the first direct child of these kinds, or None."""
+    return next(iter(children(element, *kinds)), None)
+
+
+def floats(element: Xml.Element, count: int | None = None) -> Floats:
+    """Numbers of an element's text; ValueError where they are none, or not ``count`` of them."""
+    words = (element.text or "").split()
+    if count is not None and len(words) != count:
+        raise ValueError(f"<{kind(element)}> holds {len(words)} numbers; expected {count}")
+    return np.array(list(map(float, words)), np.float64)
+
+
+def read_mesh(geometry: Xml.Element, by_id: Mapping[str, Xml.Element]) -> Iterator[DaeMesh]:
+    """Yield the triangles of each primitive; lines, points and splines are left out.
+
+    Raises
+    ------
+    ValueError, LookupError
+        Where indices or sources are broken.
+    """
+    mesh = first(geometry, "mesh")
+    if mesh is None:
+        return
+    positions: dict[str, Floats] = {}
+    for primitive in mesh:
+        found = _polygons(primitive)
+        if found is None:
+            continue
+        rows, counts = found
+        offset, source = _position(primitive, by_id)
+        if source not in positions:
+            positions[source] = _source(by_id[source])
+        vertices = positions[source]
+        corners = rows[:, offset]
+        if len(corners) and not 0 <= corners.min() <= corners.max() < len(vertices):
+            raise ValueError(f"a face names vertex {int(corners.max()):,} of {len(vertices):,}")
+        faces = triangulated(vertices, corners, counts)[0]
+        used, packed = np.unique(faces, return_inverse=True)
+        yield DaeMesh(vertices[used], packed.reshape(-1, 3).astype(np.int64), primitive.get("material", ""))
+
+
+def _polygons(primitive: Xml.Element) -> tuple[Indices, Indices] | None:
+    """Return index rows (k, inputs), one a corner, and the corners of each polygon (p,); None for no surface."""
+    name = kind(primitive)
+    if name not in {"triangles", "polylist", "polygons", "trifans", "tristrips"}:
+        return None
+    width = 1 + max((int(each.get("offset", 0)) for each in children(primitive, "input")), default=0)
+    lists = [_indices(each, width) for each in primitive.iter() if kind(each) == "p"]
+    rows = np.concatenate([np.empty((0, width), np.int64), *lists])
+    if name == "triangles":
+        return rows, np.full(len(rows) // 3, 3)
+    if name == "polylist":
+        vcount = first(primitive, "vcount")
+        counts = np.array(list(map(int, ((vcount.text if vcount is not None else "") or "").split())), np.int64)
+        if counts.sum() != len(rows):
+            raise ValueError(f"<vcount> asks for {counts.sum():,} corners; <p> holds {len(rows):,}")
+        return rows, counts
+    if name == "polygons":
+        return rows, np.array([len(each) for each in lists], np.int64)
+    turns = [_strip(each) if name == "tristrips" else _fan(each) for each in lists if len(each) >= 3]
+    rows = np.concatenate([np.empty((0, width), np.int64), *turns])
+    return rows, np.full(len(rows) // 3, 3)
+
+
+def _indices(element: Xml.Element, width: int) -> Indices:
+    numbers = np.array(list(map(int, (element.text or "").split())), np.int64)
+    if len(numbers) % width:
+        raise ValueError(f"<p> holds {len(numbers):,} indices; expected a multiple of {width}")
+    return numbers.reshape(-1, width)
+
+
+def _fan(rows: Indices) -> Indices:
+    middle = np.stack([np.repeat(rows[:1], len(rows) - 2, axis=0), rows[1:-1], rows[2:]], axis=1)
+    return middle.reshape(-1, rows.shape[1])
+
+
+def _strip(rows: Indices) -> Indices:
+    faces = np.stack([rows[:-2], rows[1:-1], rows[2:]], axis=1)
+    faces[1::2] = faces[1::2, ::-1]
+    return faces.reshape(-1, rows.shape[1])
+
+
+def _position(primitive: Xml.Element, by_id: Mapping[str, Xml.Element]) -> tuple[int, str]:
+    """Return which index of a corner is its position's, and the id of the source of positions."""
+    for each in children(primitive, "input"):
+        if each.get("semantic") == "VERTEX":
+            vertices = by_id[each.get("source", "").removeprefix("#")]
+            for inner in children(vertices, "input"):
+                if inner.get("semantic") == "POSITION":
+                    return int(each.get("offset", 0)), inner.get("source", "").removeprefix("#")
+    raise ValueError(f"<{kind(primitive)}> has no positions")
+
+
+def _source(source: Xml.Element) -> Floats:
+    """Positions (n, 3) of a source, by its accessor's stride and offset."""
+    array = first(source, "float_array")
+    if array is None:
+        raise ValueError(f"the source {source.get('id')!r} holds no numbers")
+    values = floats(array)
+    accessor = source.find("./{*}technique_common/{*}accessor")
+    stride = int(accessor.get("stride", 1)) if accessor is not None else 3
+    start = int(accessor.get("offset", 0)) if accessor is not None else 0
+    if stride < 3 or start < 0:
+        raise ValueError(f"the source {source.get('id')!r} has {stride} numbers a vertex; expected 3 or more")
+    rows = (len(values) - start) // stride
+    return values[start : start + rows * stride].reshape(-1, stride)[:, :3]

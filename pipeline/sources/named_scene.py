@@ -1,0 +1,206 @@
+"""The faces of an upright scene by what they are: names propose, shapes decide.
+
+R1  A piece called door that is no door by its shape (6 m wide, a wall with a hole) stays with the walls.
+R2  A part called floor is evidence for floors where it is flat; its faces stay with the walls, as those do that are
+    called wall, ceiling, roof or nothing.
+R3  Furniture, and what is left out, are dropped from the walls unless one piece of them is as large as the house.
+R4  Ground that ends with the house is its floor.
+R5  Where dropping leaves nothing that stands, the names are wrong and nothing is dropped.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.sources.name_tables import Role
+from pipeline.sources.pieces import Indices, box, pieces, taken, things
+from pipeline.sources.role_shapes import fills, is_door, is_floor, is_space
+from pipeline.sources.roles import Named, role_of_part, room_words
+from pipeline.sources.scene import Part, Scene
+from pipeline.sources.surfaces import Surfaces
+from pipeline.values import Mesh, SourceObject
+
+Bools = npt.NDArray[np.bool_]
+
+TOUCH_M = 0.1
+HANDLE_M = 0.03
+LEAST_WALLS = 0.15  # of all upright area; names that leave less to stand are wrong
+TERRAIN_BEYOND = 1.15  # a ground this much longer than the rest is terrain
+
+
+@dataclass(frozen=True, eq=False)
+class NamedBody:
+    """The body of a room (a space, a floor) with the source's words for it, empty where it has none."""
+
+    words: tuple[str, ...]
+    mesh: Mesh
+
+
+@dataclass(frozen=True, eq=False)
+class NamedScene:
+    """``solid`` is what may be wall, floor or ceiling, with masks over its faces; the rest are things of their own."""
+
+    solid: Mesh
+    floor: Bools
+    ceiling: Bools
+    leaves: tuple[SourceObject, ...] = ()
+    furniture: tuple[SourceObject, ...] = ()
+    floors: tuple[NamedBody, ...] = ()
+    spaces: tuple[NamedBody, ...] = ()
+    openings: tuple[Mesh, ...] = ()
+
+    @classmethod
+    def plain(cls, mesh: Mesh) -> NamedScene:
+        """Return a mesh of which nothing is named."""
+        none = np.zeros(len(mesh.faces), np.bool_)
+        return cls(mesh, none, none)
+
+
+def structural(scene: Scene) -> Mesh:
+    """Return what the names alone leave as building, in the scene's own frame, for finding its axis and unit."""
+    dropped = {Role.DOOR, Role.FURNITURE, Role.LEFT_OUT, Role.TERRAIN, Role.SPACE, Role.OPENING}
+    keep = [not ((named := role_of_part(part)) and named.role in dropped) for part in scene.parts]
+    chosen = np.array(keep, np.bool_)[scene.owner]
+    return taken(scene.mesh, chosen) if 0.1 * len(chosen) <= chosen.sum() < len(chosen) else scene.mesh
+
+
+def without_starting_cube(scene: Scene) -> Scene:
+    """Drop the cube of side 2 about the origin with which Blender begins, where it was left among many parts."""
+    for index, part in enumerate(scene.parts):
+        if len(scene.parts) < 5 or "Cube" not in {part.mesh, *part.groups[-1:]}:
+            continue
+        faces = scene.owner == index
+        corners = scene.mesh.vertices[scene.mesh.faces[faces]]
+        if faces.sum() == 12 and np.allclose(np.abs(corners), 1.0, atol=1e-6):
+            return Scene(Mesh(scene.mesh.vertices, scene.mesh.faces[~faces]), scene.owner[~faces], scene.parts)
+    return scene
+
+
+def sort_faces(scene: Scene) -> NamedScene:
+    """Sort an upright scene in metres by role."""
+    roles = [role_of_part(part) for part in scene.parts]
+    if not any(roles):
+        return NamedScene.plain(scene.mesh)
+    found = _Sorter(scene, roles).sorted()
+    surfaces = Surfaces.of(found.solid)
+    walls = surfaces.walls()
+    whole = Surfaces.of(scene.mesh)
+    before = float(whole.area[whole.walls()].sum())
+    if float(surfaces.area[walls].sum()) < LEAST_WALLS * before:  # R5
+        return NamedScene.plain(scene.mesh)
+    return found
+
+
+class _Sorter:
+    """Goes through the nodes of a scene; what it takes out of the walls is marked in ``out``."""
+
+    def __init__(self, scene: Scene, roles: list[Named | None]) -> None:
+        self.mesh, self.parts = scene.mesh, scene.parts
+        self.surfaces = Surfaces.of(scene.mesh)
+        self.out = np.zeros(len(scene.mesh.faces), np.bool_)
+        self.floor, self.ceiling = self.out.copy(), self.out.copy()
+        self.nodes = _by_node(scene, roles)
+        plain = [faces for named, _, faces in self.nodes if named is None or named.role is Role.WALL]
+        rest = np.concatenate(plain) if plain else np.arange(len(scene.mesh.faces))
+        self.low, self.high = box(self.mesh, rest)
+
+    def sorted(self) -> NamedScene:
+        leaves, furniture = [*self._doors()], [*self._furniture()]
+        openings = tuple(taken(self.mesh, faces) for _, faces in self._each(Role.OPENING))
+        self._drop(Role.OPENING)
+        self._drop(Role.LEFT_OUT)
+        self._terrain()
+        spaces, floors = tuple(self._spaces()), tuple(self._floors())
+        for _, faces in self._each(Role.CEILING):
+            self.ceiling[faces] = True
+        keep = ~self.out
+        return NamedScene(
+            taken(self.mesh, keep),
+            self.floor[keep],
+            self.ceiling[keep],
+            tuple(leaves),
+            tuple(furniture),
+            floors,
+            spaces,
+            openings,
+        )
+
+    def _each(self, role: Role) -> Iterator[tuple[Part, Indices]]:
+        for named, part, faces in self.nodes:
+            if named is not None and named.role is role:
+                yield part, faces
+
+    def _doors(self) -> Iterator[SourceObject]:
+        """R1."""
+        for named, _, faces in self.nodes:
+            if named is None or named.role is not Role.DOOR:
+                continue
+            doors = [piece for piece in pieces(self.mesh, faces) if is_door(self.mesh, piece, named.sure)]
+            for thing in things(self.mesh, doors, HANDLE_M):
+                self.out[thing] = True
+                yield SourceObject((named.words,), taken(self.mesh, thing))
+
+    def _furniture(self) -> Iterator[SourceObject]:
+        """R3."""
+        for named, _, faces in self.nodes:
+            if named is None or named.role is not Role.FURNITURE:
+                continue
+            found = pieces(self.mesh, faces)
+            if any(self._fills(piece) for piece in found):
+                continue
+            for thing in things(self.mesh, found, TOUCH_M):
+                self.out[thing] = True
+                yield SourceObject((named.words,), taken(self.mesh, thing))
+
+    def _drop(self, role: Role) -> None:
+        """R3."""
+        for _, faces in self._each(role):
+            if not any(self._fills(piece) for piece in pieces(self.mesh, faces)):
+                self.out[faces] = True
+
+    def _terrain(self) -> None:
+        """R4."""
+        for _, faces in self._each(Role.TERRAIN):
+            low, high = box(self.mesh, faces)
+            beyond = (high - low)[:2] > TERRAIN_BEYOND * (self.high - self.low)[:2]
+            if beyond.any():
+                self.out[faces] = True
+            elif is_floor(self.surfaces, faces):
+                self.floor[faces] = True
+
+    def _floors(self) -> Iterator[NamedBody]:
+        """R2."""
+        for part, faces in self._each(Role.FLOOR):
+            if is_floor(self.surfaces, faces):
+                self.floor[faces] = True
+                yield NamedBody(room_words(part), taken(self.mesh, faces))
+
+    def _spaces(self) -> Iterator[NamedBody]:
+        for part, faces in self._each(Role.SPACE):
+            self.out[faces] = True
+            if is_space(self.mesh, faces):
+                yield NamedBody(room_words(part), taken(self.mesh, faces))
+
+    def _fills(self, faces: Indices) -> bool:
+        return fills(self.mesh, faces, self.low, self.high)
+
+
+def _by_node(scene: Scene, roles: list[Named | None]) -> list[tuple[Named | None, Part, Indices]]:
+    """Faces of each node and role: the materials of one node that say the same are one."""
+    order = np.argsort(scene.owner, kind="stable")
+    counts = np.bincount(scene.owner, minlength=len(scene.parts))
+    each = np.split(order, np.cumsum(counts)[:-1]) if len(counts) else []
+    groups: dict[tuple[object, ...], list[int]] = defaultdict(list)
+    for index, part in enumerate(scene.parts):
+        named = roles[index]
+        groups[(part.groups, part.mesh, named and (named.role, named.words))].append(index)
+    return [
+        (roles[indices[0]], scene.parts[indices[0]], np.concatenate([each[i] for i in indices]))
+        for indices in groups.values()
+        if sum(len(each[i]) for i in indices)
+    ]

@@ -1,0 +1,65 @@
+"""A scene as its file has it: triangles, and for each of them the part, with all its names, to which it belongs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.values import Mesh
+
+Owners = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Part:
+    """What a file calls a piece: ``groups`` from the outermost to the piece's own node, its mesh, its material."""
+
+    groups: tuple[str, ...] = ()
+    mesh: str = ""
+    material: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A part and its triangles: ``vertices`` (n, 3), ``faces`` (m, 3), both in the scene's frame."""
+
+    part: Part
+    vertices: npt.NDArray[np.float64]
+    faces: npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """All triangles as one mesh; ``owner`` (m,) is the index of each face's part in ``parts``."""
+
+    mesh: Mesh
+    owner: Owners
+    parts: tuple[Part, ...]
+
+    @classmethod
+    def of(cls, pieces: Iterable[Piece]) -> Scene:
+        """Put pieces together in their order."""
+        vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), np.int64)]
+        owners = [np.empty(0, np.int32)]
+        parts: list[Part] = []
+        offset = 0
+        for piece in pieces:
+            vertices.append(piece.vertices)
+            faces.append(piece.faces + offset)
+            owners.append(np.full(len(piece.faces), len(parts), np.int32))
+            parts.append(piece.part)
+            offset += len(piece.vertices)
+        return cls(Mesh(np.concatenate(vertices), np.concatenate(faces)), np.concatenate(owners), tuple(parts))
+
+
+def placed(
+    vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64], matrix: npt.NDArray[np.float64]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    """Put triangles at their place by a (4, 4) matrix; a mirroring one turns the faces over."""
+    if np.array_equal(matrix, np.eye(4)):
+        return vertices, faces
+    points = vertices @ matrix[:3, :3].T + matrix[:3, 3]
+    return points, faces[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else faces

@@ -1,0 +1,138 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from pipeline.sources import mesh_file
+from pipeline.values import Level
+from tests.builders.meshes import L_FLOOR, box, slab, storey
+
+WALLS = storey(0.0, 2.5)
+LEAF = (3.0, 3.08, 4.8, 3.12)  # would close the gap of the inner wall
+TABLE = (1.0, 1.0, 3.0, 2.0)
+
+
+def write(path: Path, nodes: dict[str, list[trimesh.Trimesh]]) -> Path:
+    """Write named nodes as GLB, which is y-up."""
+    scene = trimesh.Scene()
+    turn = trimesh.transformations.rotation_matrix(-np.pi / 2, (1, 0, 0))
+    for name, parts in nodes.items():
+        scene.add_geometry(
+            trimesh.util.concatenate(parts), node_name=name, geom_name=f"geometry {len(scene.graph.nodes)}"
+        )
+    scene.apply_transform(turn)
+    scene.export(path)
+    return path
+
+
+def only_level(path: Path) -> Level:
+    (level,) = (level for item in mesh_file.find(str(path)) for level in mesh_file.read(item))
+    return level
+
+
+def area_of(level: Level) -> float:
+    return float(trimesh.Trimesh(level.walls.vertices, level.walls.faces, process=False).area)
+
+
+def test_leaves_and_furniture_are_things_of_their_own(tmp_path):
+    nodes = {
+        "Wall": WALLS,
+        "Floor": slab(-0.2, 0.0),
+        "Door_1": [box(LEAF, 0.0, 2.0)],
+        "Dining Table": [box(TABLE, 0, 0.7)],
+    }
+    level = only_level(write(tmp_path / "house.glb", nodes))
+    bare = only_level(write(tmp_path / "bare.glb", {"Wall": WALLS, "Floor": slab(-0.2, 0.0)}))
+    assert [leaf.words for leaf in level.leaves] == [("Door_1",)]
+    assert level.leaves[0].mesh.vertices[:, 2].min() == pytest.approx(0.0, abs=1e-6)
+    assert [thing.words for thing in level.furniture] == [("Dining Table",)]
+    assert area_of(level) == pytest.approx(area_of(bare))
+
+
+def test_what_nobody_names_stays_with_the_walls(tmp_path):
+    nodes = {"Cube.001": WALLS, "Cube.002": slab(-0.2, 0.0), "Cube.003": [box(LEAF, 0.0, 2.0)]}
+    level = only_level(write(tmp_path / "house.glb", nodes))
+    assert not level.leaves
+    assert len(level.walls.faces) == 12 * (len(WALLS) + len(L_FLOOR) + 1)
+
+
+def test_one_node_of_two_doors_is_two_leaves(tmp_path):
+    doors = [box(LEAF, 0.0, 2.0), box((2.0, 0.05, 2.9, 0.1), 0.0, 2.0)]
+    level = only_level(write(tmp_path / "house.glb", {"Wall": WALLS, "Floor": slab(-0.2, 0.0), "Doors": doors}))
+    assert len(level.leaves) == 2
+
+
+@pytest.mark.parametrize(
+    "absurd",
+    [
+        [box((0.0, 6.0, 6.0, 6.2), 0.0, 2.5)],
+        [box((3.0, 3.0, 3.3, 3.2), 0.0, 2.4), box((4.4, 3.0, 4.8, 3.2), 0.0, 2.4), box((3.0, 3.0, 4.8, 3.2), 2.4, 2.5)],
+    ],
+    ids=["six metres wide", "a wall with a hole"],
+)
+def test_a_name_that_the_shape_belies_is_not_believed(tmp_path, absurd):
+    whole = [trimesh.boolean.union(absurd, engine="manifold")]
+    level = only_level(write(tmp_path / "house.glb", {"Cube": WALLS, "Floor": slab(-0.2, 0.0), "Door": whole}))
+    assert not level.leaves
+
+
+def test_a_frame_with_its_leaf_open_is_a_door(tmp_path):
+    frame = [
+        box((3.0, 3.0, 3.06, 3.2), 0, 2.1),
+        box((4.0, 3.0, 4.06, 3.2), 0, 2.1),
+        box((3.0, 3.0, 4.06, 3.2), 2.05, 2.1),
+    ]
+    leaf = box((3.06, 3.2, 3.1, 4.1), 0.0, 2.05)
+    nodes = {"Wall": WALLS, "Floor": slab(-0.2, 0.0), "Door": [trimesh.boolean.union(frame, engine="manifold"), leaf]}
+    assert len(only_level(write(tmp_path / "house.glb", nodes)).leaves) == 1
+
+
+def test_a_house_called_floor_is_a_house(tmp_path):
+    level = only_level(
+        write(tmp_path / "house.glb", {"Floor_1": [*WALLS, *slab(-0.2, 0.0)], "Plant": [box(TABLE, 0, 1)]})
+    )
+    assert len(level.walls.faces) == 12 * (len(WALLS) + len(L_FLOOR))
+
+
+def test_a_house_called_table_is_a_house(tmp_path):
+    level = only_level(write(tmp_path / "house.glb", {"table_scene": [*WALLS, *slab(-0.2, 0.0)]}))
+    assert len(level.walls.faces) == 12 * (len(WALLS) + len(L_FLOOR))
+
+
+def test_floors_name_rooms_and_give_the_floors_area(tmp_path):
+    rooms = {
+        "floor_Bedroom": [box((0.2, 0.2, 7.8, 2.8), -0.1, 0.0)],
+        "Kitchen_floor": [box((0.2, 3.2, 4.8, 5.8), -0.1, 0.0)],
+    }
+    level = only_level(write(tmp_path / "house.glb", {"Wall": WALLS, **rooms}))
+    assert {room.labels: round(room.polygon.area, 2) for room in level.rooms} == {
+        ("Bedroom",): 19.76,
+        ("Kitchen",): 11.96,
+    }
+    assert level.floor.area == pytest.approx(19.76 + 11.96)
+    assert level.room_count is None
+
+
+def test_spaces_are_rooms_and_never_solid(tmp_path):
+    spaces = {"IfcSpace/Bedroom": [box((0.2, 0.2, 7.8, 2.8), 0.0, 2.5)]}
+    level = only_level(
+        write(tmp_path / "house.glb", {"IfcWall/Wall": WALLS, "IfcSlab/Floor": slab(-0.2, 0.0), **spaces})
+    )
+    assert [(room.words, round(room.polygon.area, 2)) for room in level.rooms] == [(("Bedroom",), 19.76)]
+    assert level.room_count == 1
+    assert len(level.walls.faces) == 12 * (len(WALLS) + len(L_FLOOR))
+
+
+def test_ground_beyond_the_house_is_left_out_and_a_ground_plate_is_its_floor(tmp_path):
+    plate = only_level(write(tmp_path / "plate.glb", {"Wall": WALLS, "Ground": slab(-0.2, 0.0)}))
+    assert plate.floor.area == pytest.approx(39.0, abs=0.01)
+    wide = {"Wall": WALLS, "Ground": [box((-30, -30, 30, 30), -0.3, -0.2)], "Floor": slab(-0.2, 0.0)}
+    assert only_level(write(tmp_path / "wide.glb", wide)).walls.vertices[:, 0].min() == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_cube_that_an_editor_begins_with_is_dropped(tmp_path):
+    nodes = {f"Wall_{i}": [wall] for i, wall in enumerate(WALLS)}
+    cube = {"Cube": [box((-1, -1, 1, 1), -1, 1)]}
+    level = only_level(write(tmp_path / "house.glb", {**nodes, "Floor": slab(-0.2, 0.0), **cube}))
+    assert len(level.walls.faces) == 12 * (len(WALLS) + len(L_FLOOR))
