@@ -69,7 +69,9 @@ def building(storey: Storey, joinery: Joinery, rng: Generator, words: dict[str, 
         parts += [Part(words["floor"], flat(r, 0.0), "floor", words["floor"]) for r in storey.rooms]
         parts.append(Part(words["floor"], flat(storey.footprint, -0.02), "floor", words["floor"]))
     if rng.random() < 0.2:
-        parts.append(Part(words["ceiling"], prism(storey.footprint, storey.height, storey.height + 0.15), "roof", "roof"))
+        parts.append(
+            Part(words["ceiling"], prism(storey.footprint, storey.height, storey.height + 0.15), "roof", "roof")
+        )
     if rng.random() < 0.15:
         x1, y1, x2, y2 = storey.footprint.bounds
         parts.append(Part(words["ground"], box(x1 - 4, y1 - 4, -0.4, x2 + 4, y2 + 4, -0.25), "ground", words["ground"]))
@@ -103,7 +105,9 @@ def numbered(parts: list[Part], rng: Generator) -> list[Part]:
     for part in parts:
         base = part.name.rstrip("0123456789_")
         count = seen[base] = seen.get(base, 0) + 1
-        name = (base if count == 1 else f"{base}.{count - 1:03d}", f"{base}_{count}", f"{base.capitalize()} {count}")[style]
+        name = (base if count == 1 else f"{base}.{count - 1:03d}", f"{base}_{count}", f"{base.capitalize()} {count}")[
+            style
+        ]
         made.append(replace(part, name=name))
     return made
 

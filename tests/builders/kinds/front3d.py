@@ -56,4 +56,8 @@ def shell(storey: Storey, rng: Generator) -> list[Part]:
             parts.append(Part("Threshold", flat(storey.gap(o), 0.0), "floor", "threshold"))
         if lined and o.kind in LEADS_IN:
             parts.append(Part("Pocket", jambs(storey, o, high), "frame", "pocket"))
-    return [p for p in parts if isinstance(p.mesh, trimesh.Trimesh) and len(p.mesh.faces) > 0 and np.isfinite(p.mesh.vertices).all()]
+    return [
+        p
+        for p in parts
+        if isinstance(p.mesh, trimesh.Trimesh) and len(p.mesh.faces) > 0 and np.isfinite(p.mesh.vertices).all()
+    ]

@@ -54,7 +54,11 @@ def dining_table(rng: Generator, _: float) -> list[trimesh.Trimesh]:
     """A table with chairs on both sides, some round; it stands free."""
     if rng.random() < 0.3:
         radius = float(rng.uniform(0.45, 0.65))
-        parts = [cylinder(0, 1.2, radius, 0.71, 0.75, 24), cylinder(0, 1.2, 0.05, 0.0, 0.71), cylinder(0, 1.2, 0.3, 0, 0.03)]
+        parts = [
+            cylinder(0, 1.2, radius, 0.71, 0.75, 24),
+            cylinder(0, 1.2, 0.05, 0.0, 0.71),
+            cylinder(0, 1.2, 0.3, 0, 0.03),
+        ]
         return parts + seats([(0.0, 1.2 - radius - 0.3), (0.0, 1.2 + radius + 0.3)])
     half = float(rng.uniform(0.6, 0.95))
     parts = [box(-half, 0.8, 0.71, half, 1.65, 0.75), *legs(-half, 0.8, half, 1.65, 0.71, 0.06)]
@@ -83,7 +87,11 @@ def desk(rng: Generator, _: float) -> list[trimesh.Trimesh]:
     parts = [box(-half, 0.02, 0.71, half, 0.7, 0.74), box(half - 0.4, 0.05, 0.0, half, 0.65, 0.71)]
     parts += [box(-half, 0.02, 0.0, -half + 0.04, 0.7, 0.71), box(-0.28, 0.2, 0.85, 0.28, 0.22, 1.2)]
     parts += [box(-0.1, 0.15, 0.74, 0.1, 0.3, 0.76), box(-0.02, 0.2, 0.74, 0.02, 0.23, 0.9)]
-    parts += [cylinder(-0.1, 1.0, 0.25, 0.42, 0.5), cylinder(-0.1, 1.0, 0.03, 0.05, 0.42), cylinder(-0.1, 1.0, 0.28, 0, 0.05)]
+    parts += [
+        cylinder(-0.1, 1.0, 0.25, 0.42, 0.5),
+        cylinder(-0.1, 1.0, 0.03, 0.05, 0.42),
+        cylinder(-0.1, 1.0, 0.28, 0, 0.05),
+    ]
     return parts
 
 
@@ -93,7 +101,9 @@ def wardrobe(rng: Generator, ceiling: float) -> list[trimesh.Trimesh]:
     parts = [box(-half, 0.0, 0.0, half, 0.56, high)]
     count = max(2, round(2 * half / 0.5))
     ends = np.linspace(-half, half, count + 1)
-    parts += [box(a + 0.003, 0.56, 0.06, b - 0.003, 0.58, high - 0.02) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    parts += [
+        box(a + 0.003, 0.56, 0.06, b - 0.003, 0.58, high - 0.02) for a, b in zip(ends[:-1], ends[1:], strict=True)
+    ]
     return parts + [box(b - 0.04, 0.58, 1.0, b - 0.02, 0.61, 1.2) for b in ends[1:]]
 
 
@@ -124,7 +134,11 @@ def dresser(rng: Generator, _: float) -> list[trimesh.Trimesh]:
 
 def television(rng: Generator, _: float) -> list[trimesh.Trimesh]:
     """A television on a low board."""
-    return [box(-0.8, 0.0, 0.1, 0.8, 0.4, 0.45), box(-0.6, 0.15, 0.55, 0.6, 0.2, 1.25), box(-0.2, 0.1, 0.45, 0.2, 0.3, 0.56)]
+    return [
+        box(-0.8, 0.0, 0.1, 0.8, 0.4, 0.45),
+        box(-0.6, 0.15, 0.55, 0.6, 0.2, 1.25),
+        box(-0.2, 0.1, 0.45, 0.2, 0.3, 0.56),
+    ]
 
 
 def bathtub(rng: Generator, _: float) -> list[trimesh.Trimesh]:
@@ -135,12 +149,20 @@ def bathtub(rng: Generator, _: float) -> list[trimesh.Trimesh]:
 
 def toilet(rng: Generator, _: float) -> list[trimesh.Trimesh]:
     """A toilet with its cistern."""
-    return [box(-0.2, 0.0, 0.4, 0.2, 0.18, 0.8), cylinder(0, 0.4, 0.19, 0.0, 0.4, 16), box(-0.12, 0.1, 0.0, 0.12, 0.4, 0.35)]
+    return [
+        box(-0.2, 0.0, 0.4, 0.2, 0.18, 0.8),
+        cylinder(0, 0.4, 0.19, 0.0, 0.4, 16),
+        box(-0.12, 0.1, 0.0, 0.12, 0.4, 0.35),
+    ]
 
 
 def basin(rng: Generator, _: float) -> list[trimesh.Trimesh]:
     """A wash basin with a mirror."""
-    return [box(-0.3, 0.0, 0.72, 0.3, 0.45, 0.86), cylinder(0, 0.2, 0.07, 0.0, 0.72), box(-0.3, 0.0, 1.2, 0.3, 0.03, 1.8)]
+    return [
+        box(-0.3, 0.0, 0.72, 0.3, 0.45, 0.86),
+        cylinder(0, 0.2, 0.07, 0.0, 0.72),
+        box(-0.3, 0.0, 1.2, 0.3, 0.03, 1.8),
+    ]
 
 
 def shower(rng: Generator, _: float) -> list[trimesh.Trimesh]:
@@ -202,7 +224,18 @@ PROGRAMS = {
     "Bedroom": ["bed", "wardrobe", "dresser", "chair", "lamp", "rug", "wall_shelf", "plant"],
     "Child_Room": ["bed", "desk", "shelf", "wardrobe", "lamp", "rug"],
     "Guest_Room": ["bed", "wardrobe", "chair", "lamp"],
-    "Living_Room": ["sofa", "tv", "shelf", "coffee_table", "plant", "floor_lamp", "rug", "lamp", "chair", "dining_table"],
+    "Living_Room": [
+        "sofa",
+        "tv",
+        "shelf",
+        "coffee_table",
+        "plant",
+        "floor_lamp",
+        "rug",
+        "lamp",
+        "chair",
+        "dining_table",
+    ],
     "Dining_Room": ["dining_table", "dresser", "lamp", "plant"],
     "Kitchen": ["kitchen", "dining_table", "lamp"],
     "Bathroom": ["toilet", "basin", "bathtub", "shower"],

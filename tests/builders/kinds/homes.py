@@ -32,7 +32,9 @@ class Style:
 def thicknesses(rng: Generator, style: Style) -> tuple[float, float]:
     """Outer and inner walls; every fifth house has one thickness throughout."""
     inner = round(float(rng.uniform(*style.inner_m)), 3)
-    outer = inner if rng.random() < 0.2 else round(float(rng.uniform(max(style.outer_m[0], inner), style.outer_m[1])), 3)
+    outer = (
+        inner if rng.random() < 0.2 else round(float(rng.uniform(max(style.outer_m[0], inner), style.outer_m[1])), 3)
+    )
     return outer, inner
 
 
@@ -119,7 +121,12 @@ def upper(draft: Draft, rng: Generator, stair: int) -> Draft:
     hall = shapely.union_all([s for label, s in zip(draft.labels, draft.shapes, strict=True) if label in HALLS])
     x1, y1, x2, y2 = shapes[stair].bounds
     deep = float(np.round(rng.uniform(1.1, 1.4), 2))
-    options = [box(x1, y1, x2, y1 + deep), box(x1, y2 - deep, x2, y2), box(x1, y1, x1 + deep, y2), box(x2 - deep, y1, x2, y2)]
+    options = [
+        box(x1, y1, x2, y1 + deep),
+        box(x1, y2 - deep, x2, y2),
+        box(x1, y1, x1 + deep, y2),
+        box(x2 - deep, y1, x2, y2),
+    ]
     landing = max(options, key=lambda o: o.intersection(hall).length)
     labels[stair] = "Stair"
     well = shapes[stair].difference(landing)

@@ -100,7 +100,9 @@ def handle(area: shapely.Polygon) -> trimesh.Trimesh:
     lever = [end - 0.05 * across, end - 0.05 * across - 0.11 * along, end - 0.035 * across - 0.11 * along,
              end - 0.035 * across]  # fmt: skip
     other = [p + deep + 0.085 * across for p in lever]
-    return joined([prism(shapely.Polygon(rod), 1.0, 1.02), *(prism(shapely.Polygon(p), 1.0, 1.02) for p in (lever, other))])
+    return joined(
+        [prism(shapely.Polygon(rod), 1.0, 1.02), *(prism(shapely.Polygon(p), 1.0, 1.02) for p in (lever, other))]
+    )
 
 
 def frame(wall: Wall, o: Opening, lining: float, architrave: bool) -> trimesh.Trimesh:

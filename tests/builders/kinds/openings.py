@@ -218,7 +218,9 @@ def add_windows(chooser: Chooser, share: float) -> None:
             wide = round(float(rng.uniform(0.5, 0.9) if wet else rng.uniform(0.9, min(2.4, max(1.0, length / 2)))), 2)
             french = not wet and n == 0 and rng.random() < 0.15
             sill = 0.0 if french else float(rng.choice([1.2, 1.4]) if wet else rng.choice([0.75, 0.85, 0.9, 1.0]))
-            chooser.put(k, wide, "french" if french else "window", sill, heads.window, 0.5 if rng.random() < 0.6 else None)
+            chooser.put(
+                k, wide, "french" if french else "window", sill, heads.window, 0.5 if rng.random() < 0.6 else None
+            )
 
 
 def with_leaf(storey: Storey, opening: Opening, rng: Generator) -> Opening:
@@ -226,7 +228,9 @@ def with_leaf(storey: Storey, opening: Opening, rng: Generator) -> Opening:
     if opening.kind not in {"door", "entrance"}:
         return opening
     count = 2 if opening.width > 1.15 else 1
-    options = [(h, s) for h in (0, 1) for s in (1, -1) if storey.walls[opening.wall].sides[0 if s == 1 else 1] != OUTSIDE]
+    options = [
+        (h, s) for h in (0, 1) for s in (1, -1) if storey.walls[opening.wall].sides[0 if s == 1 else 1] != OUTSIDE
+    ]
     rng.shuffle(options)
     best = max(options, key=lambda o: free_to_swing(storey, opening, o[0], o[1]))
     hinges = (best[0],) if count == 1 else (0, 1)

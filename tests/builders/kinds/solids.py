@@ -23,7 +23,9 @@ FORMATS = (".ply", ".obj", ".glb", ".stl", ".dae", ".off")
 def make(rng: Generator, folder: Path, name: str) -> Member:
     """Write one house into a folder."""
     count = int(rng.choice([1, 1, 1, 2, 3]))
-    storeys = random_storeys(rng, Style(size=str(rng.choice(["home", "home", "small"])) if count == 1 else "home"), count)
+    storeys = random_storeys(
+        rng, Style(size=str(rng.choice(["home", "home", "small"])) if count == 1 else "home"), count
+    )
     return render(storeys, rng, folder, name)
 
 

@@ -67,7 +67,12 @@ def parallel(a: LineString, b: LineString) -> bool:
 
 
 def storey_of(
-    cells: list[Cell], merged: list[tuple[int, int]], outer_m: float, inner_m: float, height: float, party_m: float = 0.0
+    cells: list[Cell],
+    merged: list[tuple[int, int]],
+    outer_m: float,
+    inner_m: float,
+    height: float,
+    party_m: float = 0.0,
 ) -> Storey:
     """Walls of their thickness on all borders but those of merged cells; ``party_m`` is that between units."""
     apart = {frozenset(pair) for pair in merged}
