@@ -32,7 +32,9 @@ def outcomes(kinds: list[str], members: int, seed: int, folder: Path, keep: str)
     tasks = [(kind, number) for kind in kinds for number in range(members)]
     with ProcessPool(max_workers=WORKERS, context=context) as pool:
         futures = [
-            pool.schedule(measure, args=(kind, number, seed, str(folder / kind), keep and f"{keep}/{kind}"), timeout=LIMIT_S)
+            pool.schedule(
+                measure, args=(kind, number, seed, str(folder / kind), keep and f"{keep}/{kind}"), timeout=LIMIT_S
+            )
             for kind, number in tasks
         ]
         for (kind, number), future in zip(tasks, futures, strict=True):
@@ -55,7 +57,9 @@ def test_the_kinds_against_the_table(tmp_path: Path, request: pytest.FixtureRequ
     for outcome in outcomes(kinds, option("--members"), option("--seed"), tmp_path, option("--keep") or ""):
         found[outcome.kind].append(outcome)
         if not outcome.met:
-            console.print(f"{outcome.kind} {outcome.number}: {', '.join(outcome.failing)}; {outcome.detail}", style="dim")
+            console.print(
+                f"{outcome.kind} {outcome.number}: {', '.join(outcome.failing)}; {outcome.detail}", style="dim"
+            )
     console.print(table(found, option("--seed")))
     assert all(len(made) == option("--members") for made in found.values())
 

@@ -31,12 +31,12 @@ def make_named(rng: Generator, folder: Path, name: str) -> Member:
     return make(rng, folder, name, named=True)
 
 
-def make_unnamed(rng: Generator, folder: Path, name: str) -> Member:
-    """Write one house whose nodes say nothing."""
-    return make(rng, folder, name, named=False)
+def make_unnamed(rng: Generator, folder: Path, name: str, scale: float = 1.0) -> Member:
+    """Write one house whose nodes say nothing; ``scale`` is 20 for a model at 1:20."""
+    return make(rng, folder, name, named=False, scale=scale)
 
 
-def make(rng: Generator, folder: Path, name: str, named: bool) -> Member:
+def make(rng: Generator, folder: Path, name: str, named: bool, scale: float = 1.0) -> Member:
     """Write one furnished house."""
     (storey,) = random_storeys(rng, Style(size=str(rng.choice(["small", "home", "home"])), height_m=(2.4, 3.1)), 1)
     joinery = replace(Joinery.draw(rng), doors=str(rng.choice(["closed", "closed", "ajar", "open", "mixed", "none"])))
@@ -49,9 +49,9 @@ def make(rng: Generator, folder: Path, name: str, named: bool) -> Member:
         parts += curtains(storey, words)
     parts = [parts[k] for k in rng.permutation(len(parts))]
     parts = numbered(parts, rng) if named else nameless(parts, rng)
-    suffix = str(rng.choice([".glb", ".glb", ".glb", ".obj", ".dae"]))
+    suffix = str(rng.choice([".glb", ".glb", ".glb", ".obj", ".dae" if scale == 1.0 else ".obj"]))
     up = "y" if suffix == ".dae" and rng.random() < 0.4 else UP_OF[suffix]
-    placing = random_placing(rng, up, ("m",) if suffix == ".glb" else ("m", "cm", "in"), turned=0.25)
+    placing = random_placing(rng, up, ("m",) if suffix == ".glb" else ("m", "cm", "in"), turned=0.25, scale=scale)
     path = write(parts, folder / f"{name}{suffix}", placing)
     about = f"{language}, doors {joinery.doors}, frames {joinery.frames}, {len(parts)} parts"
     return Member(path, (truth_of(storey, placing, "furnished", name),), about)

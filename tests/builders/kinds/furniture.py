@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -101,9 +102,7 @@ def wardrobe(rng: Generator, ceiling: float) -> list[trimesh.Trimesh]:
     parts = [box(-half, 0.0, 0.0, half, 0.56, high)]
     count = max(2, round(2 * half / 0.5))
     ends = np.linspace(-half, half, count + 1)
-    parts += [
-        box(a + 0.003, 0.56, 0.06, b - 0.003, 0.58, high - 0.02) for a, b in zip(ends[:-1], ends[1:], strict=True)
-    ]
+    parts += [box(a + 0.003, 0.56, 0.06, b - 0.003, 0.58, high - 0.02) for a, b in itertools.pairwise(ends)]
     return parts + [box(b - 0.04, 0.58, 1.0, b - 0.02, 0.61, 1.2) for b in ends[1:]]
 
 

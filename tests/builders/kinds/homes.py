@@ -98,9 +98,9 @@ def stair_of(draft: Draft) -> int | None:
         taken = k in draft.private.values() or k in draft.private or any(k in pair for pair in draft.merged)
         rectangular = shape.area > 0.999 * shape.envelope.area
         touches = any(shape.intersection(h).length > 1.4 for h in halls)
-        if not taken and rectangular and touches and draft.labels[k] not in HALLS | {"Kitchen", "Living_Room"}:
-            if 1.8 <= short <= 3.4 and 3.0 <= long <= 5.0:
-                best.append((shape.area, k))
+        common = draft.labels[k] in HALLS | {"Kitchen", "Living_Room"}
+        if not taken and not common and rectangular and touches and 1.8 <= short <= 3.4 and 3.0 <= long <= 5.0:
+            best.append((shape.area, k))
     return min(best)[1] if best else None
 
 

@@ -17,7 +17,7 @@ import numpy as np
 import shapely
 from numpy.random import Generator
 
-from tests.builders.kinds.values import OUTSIDE, Leaf, Opening, Storey
+from tests.builders.kinds.values import OUTSIDE, Leaf, Opening, Storey, Wall
 
 HALLS = {"Corridor", "Hallway", "Hall", "Entryway", "Lobby", "Stair", "CORRIDOR"}
 LIVING = {"Living_Room", "Kitchen", "Dining_Room"}
@@ -47,16 +47,16 @@ class Chooser:
     def __init__(self, storey: Storey, heads: Heads, rng: Generator) -> None:
         self.storey, self.heads, self.rng = storey, heads, rng
         self.made: list[Opening] = []
+        self.tree = shapely.STRtree([shapely.LineString([w.a, w.b]) for w in storey.walls])
         self.open = [self._open(k) for k in range(len(storey.walls))]
 
     def _open(self, index: int) -> tuple[float, float]:
         """The stretch of a wall that rooms see on both sides."""
-        wall, line = self.storey.walls[index], None
+        wall = self.storey.walls[index]
         line = shapely.LineString([wall.a, wall.b])
-        blocked = shapely.union_all(
-            [w.strip(-w.thickness / 2, w.length + w.thickness / 2) for k, w in enumerate(self.storey.walls) if k != index
-             and not same_line(w, wall)]
-        )  # fmt: skip
+        near = [k for k in self.tree.query(line.buffer(0.5)) if k != index]
+        others = [w for w in (self.storey.walls[k] for k in near) if not same_line(w, wall)]
+        blocked = shapely.union_all([w.strip(-w.thickness / 2, w.length + w.thickness / 2) for w in others])
         rest = line.difference(blocked)
         parts = [g for g in shapely.get_parts(rest) if g.length > 0.3]
         if not parts:
@@ -88,10 +88,10 @@ class Chooser:
         return True
 
 
-def same_line(one: object, other: object) -> bool:
+def same_line(one: Wall, other: Wall) -> bool:
     """Whether two walls lie on one line (they then go on, and block nothing)."""
-    cross = one.along[0] * other.along[1] - one.along[1] * other.along[0]  # type: ignore[attr-defined]
-    return bool(abs(cross) < 1e-6 and abs(other.across @ (np.array(one.a) - other.a)) < 1e-6)  # type: ignore[attr-defined]
+    cross = one.along[0] * other.along[1] - one.along[1] * other.along[0]
+    return bool(abs(cross) < 1e-6 and abs(other.across @ (np.array(one.a) - other.a)) < 1e-6)
 
 
 def furnish_openings(
@@ -234,7 +234,7 @@ def with_leaf(storey: Storey, opening: Opening, rng: Generator) -> Opening:
     rng.shuffle(options)
     best = max(options, key=lambda o: free_to_swing(storey, opening, o[0], o[1]))
     hinges = (best[0],) if count == 1 else (0, 1)
-    return replace(opening, leaves=tuple(Leaf(h, best[1], 0.0, 0.04) for h in hinges))
+    return replace(opening, leaves=tuple(Leaf(h, best[1]) for h in hinges))
 
 
 def free_to_swing(storey: Storey, opening: Opening, hinge: int, swing: int) -> float:

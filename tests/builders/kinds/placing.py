@@ -46,15 +46,23 @@ class Placing:
 
 
 def random_placing(
-    rng: Generator, up: Literal["y", "z"], units: Sequence[str] = ("m",), turned: float = 0.35, far: float = 0.1
+    rng: Generator,
+    up: Literal["y", "z"],
+    units: Sequence[str] = ("m",),
+    turned: float = 0.35,
+    far: float = 0.1,
+    scale: float = 1.0,
 ) -> Placing:
-    """Most houses stand along the axes, some turned by quarters, some by any angle; few stand far from the origin."""
+    """Most houses stand along the axes, some turned by quarters, some by any angle; few stand far from the origin.
+
+    ``scale`` is 20 for a model at 1:20.
+    """
     pick = rng.random()
     turn = rng.uniform(0, 2 * math.pi) if pick < turned else math.pi / 2 * int(rng.integers(4))
     reach = 400.0 if rng.random() < far else 12.0
     lift = 0.0 if rng.random() < 0.6 else float(rng.uniform(-1.5, 3.0))
     shift = (*(float(v) for v in rng.uniform(-reach, reach, 2)), lift)
-    return Placing(float(turn), shift, up, UNITS[str(rng.choice(list(units)))])
+    return Placing(float(turn), shift, up, scale * UNITS[str(rng.choice(list(units)))])
 
 
 def truth_of(storey: Storey, placing: Placing, row: str, name: str, floor_z: float = 0.0) -> dict[str, Any]:
@@ -87,7 +95,7 @@ def door_of(storey: Storey, index: int, placing: Placing) -> dict[str, Any]:
     return {
         "centre": [round(float(v), 4) for v in centre],
         "width": round(opening.width, 4),
-        "thickness": round(wall.thickness, 4),
+        "thickness": round(max(wall.thickness, 0.02), 4),
         "direction": [round(float(v), 6) for v in direction],
         "interior": opening.kind in LEADS_IN,
     }

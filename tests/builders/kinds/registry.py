@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from tests.builders.kinds import artist, front3d, solids
+from tests.builders.kinds import artist, front3d, gazebo, office, procthor, rowhouses, scale_models, scan, solids
 from tests.builders.kinds.values import Member
 
 Maker = Callable[[Generator, Path, str], Member]
@@ -17,8 +17,15 @@ Maker = Callable[[Generator, Path, str], Member]
 KINDS: dict[str, Maker] = {
     "solids": solids.make,
     "front3d": front3d.make,
+    "procthor": procthor.make,
     "artist_named": artist.make_named,
     "artist_unnamed": artist.make_unnamed,
+    "scan5": scan.make_5,
+    "scan20": scan.make_20,
+    "gazebo": gazebo.make,
+    "office": office.make,
+    "rowhouses": rowhouses.make,
+    "scale_models": scale_models.make,
 }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -22,7 +23,7 @@ def sheet_ring(
     for ring in rings:
         turned = shapely.geometry.polygon.orient(Polygon(ring)).exterior
         points = np.asarray(turned.coords)
-        for a, b in zip(points[:-1], points[1:], strict=True):
+        for a, b in itertools.pairwise(points):
             ends = (a, b) if inward is not (ring is polygon.exterior) else (b, a)
             made += sheet(storey, ends[0], ends[1], openings, low, high)
     return made

@@ -18,18 +18,20 @@ from tests.builders.kinds.wall_bodies import STYLES, wall_bodies
 from tests.builders.kinds.writers import UP_OF, write
 
 FORMATS = (".ply", ".obj", ".glb", ".stl", ".dae", ".off")
+UNDECLARED = (".ply", ".obj", ".stl", ".off")
+"""Formats that say nothing of their unit."""
 
 
-def make(rng: Generator, folder: Path, name: str) -> Member:
-    """Write one house into a folder."""
+def make(rng: Generator, folder: Path, name: str, scale: float = 1.0) -> Member:
+    """Write one house into a folder; ``scale`` is 20 for a model at 1:20."""
     count = int(rng.choice([1, 1, 1, 2, 3]))
     storeys = random_storeys(
         rng, Style(size=str(rng.choice(["home", "home", "small"])) if count == 1 else "home"), count
     )
-    return render(storeys, rng, folder, name)
+    return render(storeys, rng, folder, name, scale)
 
 
-def render(storeys: list[Storey], rng: Generator, folder: Path, name: str) -> Member:
+def render(storeys: list[Storey], rng: Generator, folder: Path, name: str, scale: float = 1.0) -> Member:
     """Write storeys as solids in a random manner."""
     style, joinery = str(rng.choice(STYLES)), Joinery.draw(rng)
     slab = round(float(rng.uniform(0.15, 0.35)), 2)
@@ -52,10 +54,10 @@ def render(storeys: list[Storey], rng: Generator, folder: Path, name: str) -> Me
         parts.append(Part("ceiling", prism(storeys[-1].footprint, top, top + slab), "roof", "roof"))
         parts.append(Part("roof", pitched_roof(storeys[-1], top + slab, rng), "roof", "roof"))
     order = rng.permutation(len(parts)) if rng.random() < 0.5 else np.arange(len(parts))
-    suffix = str(rng.choice(FORMATS))
+    suffix = str(rng.choice(FORMATS if scale == 1.0 else UNDECLARED))
     up = "z" if suffix == ".obj" and rng.random() < 0.3 else UP_OF[suffix]
     units = ("m",) if suffix == ".glb" else ("m", "m", "m", "cm", "mm", "in")
-    placing = random_placing(rng, up, units)
+    placing = random_placing(rng, up, units, scale=scale)
     path = write([parts[k] for k in order], folder / f"{name}{suffix}", placing)
     truths = [truth_of(s, placing, "solid", f"{name}_{k}", floors_z[k]) for k, s in enumerate(storeys)]
     about = f"{len(storeys)} storeys, {style}, doors {joinery.doors}, frames {joinery.frames}, floors {floors}, {cover}"

@@ -26,8 +26,7 @@ def borders(shapes: list[Polygon]) -> list[tuple[LineString, int, int]]:
             sides = tuple(inside(shapes, tree, middle + s * EPS * left) for s in (1, -1))
             merged.setdefault(sides, []).append(LineString([start, end]))
     for (left_, right_), pieces in merged.items():
-        for straight in straight_runs(pieces):
-            found.append((straight, left_, right_))
+        found += [(straight, left_, right_) for straight in straight_runs(pieces)]
     return sorted(found, key=lambda f: (f[0].coords[0], f[0].coords[-1]))
 
 

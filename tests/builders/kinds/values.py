@@ -7,7 +7,7 @@ lines of its walls; a room is what the walls' bodies leave of its cell.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -26,7 +26,10 @@ LEADS_IN = ("door", "opening")
 
 @dataclass(frozen=True)
 class Cell:
-    """A room up to its walls' centre lines; ``unit`` numbers the flats of a building, ``floor`` is False over a void."""
+    """A room up to its walls' centre lines; ``unit`` numbers the flats of a building.
+
+    ```floor`` is False over a void.
+    """
 
     label: str
     polygon: Polygon
@@ -81,11 +84,10 @@ class Wall:
 
 @dataclass(frozen=True)
 class Leaf:
-    """How a door's leaf stands: ``hinge`` at 0 (start) or 1, swung ``angle`` degrees to the side ``swing`` (+1 left)."""
+    """Where a door's leaf hangs: ``hinge`` at 0 (start) or 1 of its opening; ``swing`` +1 opens it to the left."""
 
     hinge: int = 0
     swing: int = 1
-    angle: float = 0.0
     thickness: float = 0.04
 
 
@@ -121,12 +123,37 @@ class Storey:
     openings: tuple[Opening, ...]
     height: float
     zones: tuple[tuple[int, ...], ...]
-    low_walls: tuple[int, ...] = field(default=())
 
     @cached_property
     def wall_area(self) -> shapely.Geometry:
         """All walls' bodies in the plan, corners filled."""
-        return shapely.union_all([body(self.walls, k) for k in range(len(self.walls))])
+        return shapely.union_all([self.body(k) for k in range(len(self.walls))])
+
+    @cached_property
+    def joints(self) -> dict[Point, list[int]]:
+        """Which walls end at a point (to a tenth of a millimetre)."""
+        found: dict[Point, list[int]] = {}
+        for k, wall in enumerate(self.walls):
+            for end in (wall.a, wall.b):
+                found.setdefault(joint(end), []).append(k)
+        return found
+
+    def body(self, index: int) -> Polygon:
+        """A wall's rectangle, drawn out at each end by half of the thickest wall that it meets there at an angle."""
+        wall = self.walls[index]
+        return wall.strip(-self.reach(index, wall.a), wall.length + self.reach(index, wall.b))
+
+    def reach(self, index: int, end: Point) -> float:
+        """How far a wall's body runs beyond one of its ends to fill the corner there."""
+        wall, most = self.walls[index], 0.0
+        for k in self.joints[joint(end)]:
+            other = self.walls[k]
+            sine = abs(float(wall.along[0] * other.along[1] - wall.along[1] * other.along[0]))
+            if k == index or sine < 0.02 or other.thickness < wall.thickness - 1e-9:
+                continue
+            cosine = abs(float(wall.along @ other.along))
+            most = max(most, (other.thickness - wall.thickness * cosine) / 2 / sine)
+        return most
 
     @cached_property
     def rooms(self) -> tuple[Polygon, ...]:
@@ -159,26 +186,9 @@ def largest(shape: shapely.Geometry) -> Polygon:
     return max(polygons, key=lambda g: g.area, default=Polygon())
 
 
-def body(walls: tuple[Wall, ...], index: int) -> Polygon:
-    """A wall's rectangle, drawn out at each end by half of the thickest wall that it meets there at an angle."""
-    wall = walls[index]
-    before, after = (reach(walls, index, end) for end in (wall.a, wall.b))
-    return wall.strip(-before, wall.length + after)
-
-
-def reach(walls: tuple[Wall, ...], index: int, end: Point) -> float:
-    """How far a wall's body runs beyond one of its ends to fill the corner there."""
-    wall, most = walls[index], 0.0
-    for k, other in enumerate(walls):
-        if k == index:
-            continue
-        sine = abs(float(wall.along[0] * other.along[1] - wall.along[1] * other.along[0]))
-        if sine < 0.02 or other.thickness < wall.thickness - 1e-9:
-            continue
-        if min(math.dist(end, other.a), math.dist(end, other.b)) < 1e-6:
-            cosine = abs(float(wall.along @ other.along))
-            most = max(most, (other.thickness - wall.thickness * cosine) / 2 / sine)
-    return most
+def joint(point: Point) -> Point:
+    """A point as a key."""
+    return round(point[0], 4), round(point[1], 4)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import manifold3d
@@ -15,7 +16,7 @@ import shapely
 import trimesh
 
 from tests.builders.kinds.solids3d import mesh_of, prism, solid
-from tests.builders.kinds.values import Opening, Storey, Wall, reach
+from tests.builders.kinds.values import Opening, Storey, Wall
 
 STYLES = ("boxes", "holes", "courses", "one")
 CUT_M = 0.02
@@ -55,7 +56,7 @@ def courses(storey: Storey, foot: float, high: float) -> list[trimesh.Trimesh]:
     """The house in level courses."""
     heights = sorted({foot, high} | {v for o in storey.openings for v in (o.sill, o.head) if foot < v < high})
     made = []
-    for low, up in zip(heights[:-1], heights[1:], strict=True):
+    for low, up in itertools.pairwise(heights):
         gaps = [storey.gap(o, CUT_M) for o in storey.openings if o.sill < up - 1e-9 and o.head > low + 1e-9]
         made.append(prism(storey.wall_area.difference(shapely.union_all(gaps)), low, up))
     return made
@@ -80,7 +81,7 @@ def runs(storey: Storey) -> list[tuple[Wall, list[Opening], float, float]]:
         for k in group:
             shift = math.dist(run.a, storey.walls[k].a)
             openings += [Opening(-1, o.start + shift, o.end + shift, o.kind, o.sill, o.head) for o in storey.on(k)]
-        ends = reach(storey.walls, group[0], start.a), reach(storey.walls, group[-1], end.b)
+        ends = storey.reach(group[0], start.a), storey.reach(group[-1], end.b)
         found.append((run, openings, *ends))
     return found
 
