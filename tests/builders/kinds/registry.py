@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from tests.builders.kinds import artist, front3d, gazebo, office, procthor, rowhouses, scale_models, scan, solids
+from tests.builders.kinds import artist, front3d, gazebo, ifc, office, procthor, rowhouses, scale_models, scan, solids
 from tests.builders.kinds.values import Member
 
 Maker = Callable[[Generator, Path, str], Member]
@@ -22,6 +22,7 @@ KINDS: dict[str, Maker] = {
     "artist_unnamed": artist.make_unnamed,
     "scan5": scan.make_5,
     "scan20": scan.make_20,
+    "ifc": ifc.make,
     "gazebo": gazebo.make,
     "office": office.make,
     "rowhouses": rowhouses.make,

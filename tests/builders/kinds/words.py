@@ -2,7 +2,39 @@
 
 from __future__ import annotations
 
-_KEYS = ["wall", "floor", "ceiling", "ground", "skirting", "door", "frame", "handle", "window", "bed", "sofa", "chair", "dining_table", "coffee_table", "desk", "wardrobe", "shelf", "kitchen", "dresser", "tv", "bathtub", "toilet", "basin", "shower", "plant", "rug", "floor_lamp", "lamp", "wall_shelf", "car", "curtain"]
+_KEYS = [
+    "wall",
+    "floor",
+    "ceiling",
+    "ground",
+    "skirting",
+    "door",
+    "frame",
+    "handle",
+    "window",
+    "bed",
+    "sofa",
+    "chair",
+    "dining_table",
+    "coffee_table",
+    "desk",
+    "wardrobe",
+    "shelf",
+    "kitchen",
+    "dresser",
+    "tv",
+    "bathtub",
+    "toilet",
+    "basin",
+    "shower",
+    "plant",
+    "rug",
+    "floor_lamp",
+    "lamp",
+    "wall_shelf",
+    "car",
+    "curtain",
+]
 
 _WORDS = {
     "english": "Wall Floor Ceiling Ground Baseboard Door Frame Handle Window Bed Sofa Chair DiningTable CoffeeTable Desk "
