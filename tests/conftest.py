@@ -9,6 +9,11 @@ import pytest
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--benchmarks", action="store_true", help="run tests/benchmarks too, and print what they measure")
+    kit = parser.getgroup("kinds", "houses of each kind (tests/benchmarks/test_bench_kinds.py)")
+    kit.addoption("--members", type=int, default=100, help="how many houses of each kind")
+    kit.addoption("--kinds", default="", help="which kinds, separated by commas; all by default")
+    kit.addoption("--seed", type=int, default=0, help="another seed gives other houses")
+    kit.addoption("--keep", default="", metavar="DIR", help="write the houses that fail, their plans and pictures there")
 
 
 @pytest.fixture(scope="session", autouse=True)

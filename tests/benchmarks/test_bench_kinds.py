@@ -1,0 +1,78 @@
+"""How many houses of each kind of the kit meet the table of what must hold, and what fails most.
+
+``make bench`` runs 100 members a kind. While developing, e.g.::
+
+    python -m pytest -s tests/benchmarks/test_bench_kinds.py --benchmarks --members 10 --kinds solids,front3d --keep out
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import TimeoutError as Late
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pebble import ProcessExpired, ProcessPool
+from rich.console import Console
+from rich.table import Table
+
+from tests.builders.kinds.measuring import Outcome, measure
+from tests.builders.kinds.registry import KINDS
+from tests.builders.shared import needs_shared
+
+WORKERS, LIMIT_S = 2, 60
+
+
+def outcomes(kinds: list[str], members: int, seed: int, folder: Path, keep: str) -> Iterator[Outcome]:
+    """Measure members in worker processes; one that dies or takes too long is an outcome too."""
+    context = multiprocessing.get_context("spawn")
+    tasks = [(kind, number) for kind in kinds for number in range(members)]
+    with ProcessPool(max_workers=WORKERS, context=context) as pool:
+        futures = [
+            pool.schedule(
+                measure, args=(kind, number, seed, str(folder / kind), keep and f"{keep}/{kind}"), timeout=LIMIT_S
+            )
+            for kind, number in tasks
+        ]
+        for (kind, number), future in zip(tasks, futures, strict=True):
+            try:
+                yield future.result()
+            except Late:
+                yield Outcome(kind, number, ("too slow",), float(LIMIT_S))
+            except ProcessExpired as error:
+                yield Outcome(kind, number, ("worker died",), detail=str(error))
+            except Exception as error:  # noqa: BLE001 - a house that fails must not end the benchmark
+                yield Outcome(kind, number, ("error",), detail=f"{type(error).__name__}: {error}"[:300])
+
+
+@needs_shared
+def test_the_kinds_against_the_table(tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    option = request.config.getoption
+    kinds = option("--kinds").split(",") if option("--kinds") else list(KINDS)
+    found: dict[str, list[Outcome]] = {kind: [] for kind in kinds}
+    console = Console(width=150)
+    for outcome in outcomes(kinds, option("--members"), option("--seed"), tmp_path, option("--keep") or ""):
+        found[outcome.kind].append(outcome)
+        if not outcome.met:
+            console.print(
+                f"{outcome.kind} {outcome.number}: {', '.join(outcome.failing)}; {outcome.detail}", style="dim"
+            )
+    console.print(table(found, option("--seed")))
+    assert all(len(made) == option("--members") for made in found.values())
+
+
+def table(found: dict[str, list[Outcome]], seed: int) -> Table:
+    """One row a kind."""
+    made = Table(title=f"Houses of each kind that meet the table (seed {seed})")
+    for k, heading in enumerate(("kind", "met", "of", "fails most", "median s", "longest s")):
+        made.add_column(heading, justify="left" if k in {0, 3} else "right")
+    for kind, results in found.items():
+        failing = Counter(column for outcome in results for column in outcome.failing)
+        most = ", ".join(f"{column} {count}" for column, count in failing.most_common(4))
+        seconds = [outcome.seconds for outcome in results]
+        median, longest = (f"{f(seconds):.2f}" for f in (np.median, np.max))
+        made.add_row(kind, str(sum(o.met for o in results)), str(len(results)), most, median, longest)
+    return made

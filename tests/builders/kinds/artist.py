@@ -1,0 +1,123 @@
+"""Kinds ``artist_named`` and ``artist_unnamed``: a furnished house as artists publish it, with or without plain names.
+
+R1  Named: nodes and materials in one language each (English, German, French, Spanish, Italian, Portuguese, Dutch,
+    pinyin), numbered as programs number copies. Unnamed: ``Cube.042``, ``mesh_17``, materials ``Material.003``.
+R2  Walls are solids of any style or one body; floors a slab or one face a room; ceilings are rare, so that one looks in.
+R3  Doors are closed, ajar or open leaves, mostly with frames.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.random import Generator
+
+from tests.builders.kinds.furnishing import furnished
+from tests.builders.kinds.homes import Style, random_storeys
+from tests.builders.kinds.joinery import Joinery, fitted
+from tests.builders.kinds.placing import random_placing, truth_of
+from tests.builders.kinds.slabs import floor_slab
+from tests.builders.kinds.solids3d import box, flat, joined, prism
+from tests.builders.kinds.values import Member, Part, Storey
+from tests.builders.kinds.wall_bodies import STYLES, wall_bodies
+from tests.builders.kinds.words import LANGUAGES
+from tests.builders.kinds.writers import UP_OF, write
+
+
+def make_named(rng: Generator, folder: Path, name: str) -> Member:
+    """Write one house whose nodes say what they are."""
+    return make(rng, folder, name, named=True)
+
+
+def make_unnamed(rng: Generator, folder: Path, name: str, scale: float = 1.0) -> Member:
+    """Write one house whose nodes say nothing; ``scale`` is 20 for a model at 1:20."""
+    return make(rng, folder, name, named=False, scale=scale)
+
+
+def make(rng: Generator, folder: Path, name: str, named: bool, scale: float = 1.0) -> Member:
+    """Write one furnished house."""
+    (storey,) = random_storeys(rng, Style(size=str(rng.choice(["small", "home", "home"])), height_m=(2.4, 3.1)), 1)
+    joinery = replace(Joinery.draw(rng), doors=str(rng.choice(["closed", "closed", "ajar", "open", "mixed", "none"])))
+    language = str(rng.choice(list(LANGUAGES)))
+    words = LANGUAGES[language]
+    parts = building(storey, joinery, rng, words)
+    for thing in furnished(storey, rng, float(rng.uniform(0.5, 1.0))):
+        parts.append(Part(words[thing.sort], thing.mesh, "furniture", words[thing.sort]))
+    if rng.random() < 0.3:
+        parts += curtains(storey, words)
+    parts = [parts[k] for k in rng.permutation(len(parts))]
+    parts = numbered(parts, rng) if named else nameless(parts, rng)
+    suffix = str(rng.choice([".glb", ".glb", ".glb", ".obj", ".dae" if scale == 1.0 else ".obj"]))
+    up = "y" if suffix == ".dae" and rng.random() < 0.4 else UP_OF[suffix]
+    placing = random_placing(rng, up, ("m",) if suffix == ".glb" else ("m", "cm", "in"), turned=0.25, scale=scale)
+    path = write(parts, folder / f"{name}{suffix}", placing)
+    about = f"{language}, doors {joinery.doors}, frames {joinery.frames}, {len(parts)} parts"
+    return Member(path, (truth_of(storey, placing, "furnished", name),), about)
+
+
+def building(storey: Storey, joinery: Joinery, rng: Generator, words: dict[str, str]) -> list[Part]:
+    """R2, R3: the house itself."""
+    walls = wall_bodies(storey, str(rng.choice(STYLES)))
+    one = rng.random() < 0.5
+    parts = [Part(words["wall"], mesh, "wall", words["wall"]) for mesh in ([joined(walls)] if one else walls)]
+    pick = rng.random()
+    if pick < 0.4:
+        parts.append(Part(words["floor"], floor_slab(storey, 0.2), "floor", words["floor"]))
+    elif pick < 0.8:
+        parts += [Part(words["floor"], flat(r, 0.0), "floor", words["floor"]) for r in storey.rooms]
+        parts.append(Part(words["floor"], flat(storey.footprint, -0.02), "floor", words["floor"]))
+    if rng.random() < 0.2:
+        parts.append(
+            Part(words["ceiling"], prism(storey.footprint, storey.height, storey.height + 0.15), "roof", "roof")
+        )
+    if rng.random() < 0.15:
+        x1, y1, x2, y2 = storey.footprint.bounds
+        parts.append(Part(words["ground"], box(x1 - 4, y1 - 4, -0.4, x2 + 4, y2 + 4, -0.25), "ground", words["ground"]))
+    skirting = storey.wall_area.buffer(0.015, join_style="mitre").difference(storey.wall_area)
+    if rng.random() < 0.3:
+        gaps = [storey.gap(o, 0.1) for o in storey.openings if o.sill == 0]
+        inside = skirting.intersection(storey.footprint)
+        for gap in gaps:
+            inside = inside.difference(gap)
+        parts.append(Part(words["skirting"], prism(inside, 0.0, 0.08), "wall", words["skirting"]))
+    return parts + fitted(storey, joinery, rng, words)
+
+
+def curtains(storey: Storey, words: dict[str, str]) -> list[Part]:
+    """Curtains beside windows, to the floor."""
+    parts = []
+    for o in storey.openings:
+        if o.kind != "window" or o.width < 1.0:
+            continue
+        wall = storey.walls[o.wall]
+        side = 1 if wall.sides[0] >= 0 else -1
+        for a in (o.start - 0.15, o.end - 0.1):
+            area = wall.strip(a, a + 0.25, 0.06, side * (wall.thickness / 2 + 0.07))
+            parts.append(Part(words["curtain"], prism(area, 0.03, o.head + 0.1), "furniture", words["curtain"]))
+    return parts
+
+
+def numbered(parts: list[Part], rng: Generator) -> list[Part]:
+    """R1: names as programs write them: ``Door``, ``Door.001``, ``door_12``."""
+    style, seen, made = int(rng.integers(3)), dict[str, int](), []
+    for part in parts:
+        base = part.name.rstrip("0123456789_")
+        count = seen[base] = seen.get(base, 0) + 1
+        name = (base if count == 1 else f"{base}.{count - 1:03d}", f"{base}_{count}", f"{base.capitalize()} {count}")[
+            style
+        ]
+        made.append(replace(part, name=name))
+    return made
+
+
+def nameless(parts: list[Part], rng: Generator) -> list[Part]:
+    """R1: names that say nothing."""
+    style, numbers = int(rng.integers(3)), {m: k for k, m in enumerate(sorted({p.material for p in parts}))}
+    bases = np.array(["Cube", "Plane", "Cylinder", "Circle"])
+    made = []
+    for k, part in enumerate(parts):
+        name = (f"{rng.choice(bases)}.{k:03d}", f"mesh_{k}", f"Object_{2 * k}")[style]
+        made.append(replace(part, name=name, material=f"Material.{numbers[part.material]:03d}"))
+    return made

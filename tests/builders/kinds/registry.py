@@ -1,0 +1,37 @@
+"""The kinds by name, and how a member is made from its seed."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.random import Generator
+
+from tests.builders.kinds import artist, front3d, gazebo, ifc, office, procthor, rowhouses, scale_models, scan, solids
+from tests.builders.kinds.values import Member
+
+Maker = Callable[[Generator, Path, str], Member]
+
+KINDS: dict[str, Maker] = {
+    "solids": solids.make,
+    "front3d": front3d.make,
+    "procthor": procthor.make,
+    "artist_named": artist.make_named,
+    "artist_unnamed": artist.make_unnamed,
+    "scan5": scan.make_5,
+    "scan20": scan.make_20,
+    "ifc": ifc.make,
+    "gazebo": gazebo.make,
+    "office": office.make,
+    "rowhouses": rowhouses.make,
+    "scale_models": scale_models.make,
+}
+
+
+def make_member(kind: str, number: int, seed: int, folder: Path) -> Member:
+    """Write member ``number`` of a kind; the same three give the same bytes."""
+    rng = np.random.default_rng([seed, number, zlib.crc32(kind.encode())])
+    folder.mkdir(parents=True, exist_ok=True)
+    return KINDS[kind](rng, folder, f"{kind}_{number:03d}")

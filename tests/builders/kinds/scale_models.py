@@ -1,0 +1,48 @@
+"""Kind ``scale_models``: a house at 1:15, 1:20 or 1:50, in an undeclared unit; and small rooms in real size.
+
+The truth is in the real house's metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from numpy.random import Generator
+from shapely import box
+
+from tests.builders.kinds import artist, gazebo, solids
+from tests.builders.kinds.homes import Style, thicknesses
+from tests.builders.kinds.openings import Heads, furnish_openings
+from tests.builders.kinds.topology import storey_of
+from tests.builders.kinds.values import Cell, Member, Storey
+
+SCALES = (15.0, 20.0, 50.0)
+
+
+def make(rng: Generator, folder: Path, name: str) -> Member:
+    """Write one model into a folder; every fifth is a single room of 3 m in its real size."""
+    if rng.random() < 0.2:
+        member = solids.render([single_room(rng)], rng, folder, name)
+        return replace(member, about=f"real size; {member.about}")
+    scale = float(rng.choice(SCALES))
+    if rng.random() < 0.5:
+        member = solids.make(rng, folder, name, scale)
+    elif rng.random() < 0.6:
+        member = artist.make_unnamed(rng, folder, name, scale)
+    else:
+        member = gazebo.make(rng, folder, name, scale)
+    return replace(member, about=f"1:{scale:.0f}; {member.about}")
+
+
+def single_room(rng: Generator) -> Storey:
+    """A room of 2.9 to 4 m with a door and a window."""
+    while True:
+        outer, inner = thicknesses(rng, Style())
+        wide, deep = float(rng.uniform(2.9, 4.0)), float(rng.uniform(2.9, 4.0))
+        bare = storey_of(
+            [Cell("Bedroom", box(0, 0, wide, deep))], [], outer, inner, round(float(rng.uniform(2.3, 2.8)), 2)
+        )
+        made = furnish_openings(bare, rng, {}, [0], Heads.draw(rng, bare.height))
+        if made is not None:
+            return made
