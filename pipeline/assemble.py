@@ -23,8 +23,9 @@ from pipeline.ids import settle
 from pipeline.job import Refused
 from pipeline.lists import list_files, valid_parts
 from pipeline.overrides import Override
+from pipeline.sources import is_path
 from pipeline.stages.dedupe import dedupe
-from pipeline.store import MANIFEST, Entry, Kept, Store, write
+from pipeline.store import MANIFEST, Kept, Store, write
 
 LIBRARIES = ("numpy", "scipy", "shapely", "opencv-python-headless", "manifold3d", "trimesh", "networkx", "numba")
 """Libraries whose versions may show in a plan; the manifest names them."""
@@ -40,9 +41,9 @@ class DataSet:
     refused: tuple[Refused, ...]
 
 
-def assemble(store: Store, entries: Iterable[Entry], config: BuildConfig, overrides: Mapping[str, Override]) -> DataSet:
+def assemble(store: Store, config: BuildConfig, overrides: Mapping[str, Override]) -> DataSet:
     """Write everything but the pictures; the manifest is last."""
-    entries = list(entries)
+    entries = list(store.current())
     plans = _settled(store, [kept for entry in entries for kept in entry.plans])
     refused = sorted((r for entry in entries for r in entry.refused), key=lambda r: (r.id, r.stage, r.reason, r.detail))
     scale = config.stages.dedupe.pixels_per_metre
@@ -55,7 +56,7 @@ def assemble(store: Store, entries: Iterable[Entry], config: BuildConfig, overri
     write(store.root / "rejected.jsonl", _lines(asdict(r) for r in refused))
     write(store.root / "duplicates.jsonl", _lines(_duplicate(d) for d in dropped))
     write(store.root / "stats.json", pretty(stats))
-    write(store.root / MANIFEST, pretty(_manifest(store.root, plans, stats, config, overrides)))
+    write(store.root / MANIFEST, pretty(_manifest(store, plans, stats, config, overrides)))
     return DataSet(store.root, stats, tuple(plans), tuple(refused))
 
 
@@ -136,19 +137,20 @@ def _lines(values: Iterable[dict[str, Any]]) -> bytes:
 
 
 def _manifest(
-    root: Path,
+    store: Store,
     plans: Mapping[str, Kept],
     stats: Mapping[str, Any],
     config: BuildConfig,
     overrides: Mapping[str, Override],
 ) -> dict[str, Any]:
+    root = store.root
     beside = ("duplicates.jsonl", "index.parquet", "rejected.jsonl", "stats.json")
     lists = sorted(path.relative_to(root).as_posix() for path in list_files(root))
     files = {name: hashlib.sha256((root / name).read_bytes()).hexdigest() for name in (*beside, *lists)}
     return {
         "format": FORMAT,
         "generator": {"name": "houseexpo", "version": version("houseexpo")},
-        "sources": [_public(source) for source in config.build.sources],
+        "sources": sorted(_public(source) for source in store.sources),
         "parameters": config.parameters(),
         "parameters_sha256": config.digest(),
         "overrides": {name: asdict(override) for name, override in overrides.items()},
@@ -160,7 +162,7 @@ def _manifest(
 
 def _public(source: str) -> str:
     """Return a source's own name: where it lies on this machine is nobody else's business."""
-    return source if source.startswith("procedural:") else Path(source).resolve().name
+    return Path(source).name if is_path(source) else source
 
 
 def _versions() -> dict[str, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import cache, partial
 from importlib.metadata import version
@@ -21,8 +21,8 @@ from pipeline.executors.local import Failure, Limits, run
 from pipeline.job import Finished, Job, Plan, Refused, Settings, work
 from pipeline.overrides import Override
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources import find
-from pipeline.store import Entry, Store
+from pipeline.sources import find, is_path
+from pipeline.store import Others, Store
 from pipeline.values import Input
 
 Progress = Callable[[str, int, int], None]
@@ -32,7 +32,7 @@ _REASONS: Mapping[str, tuple[Reason, str]] = {
     "timeout": (Reason.TIMEOUT, "raise limits.seconds, or simplify the mesh"),
     "memory": (Reason.OUT_OF_MEMORY, "raise limits.memory_gb, or simplify the mesh"),
     "killed": (Reason.OUT_OF_MEMORY, "most often the machine ran out of memory: use fewer workers"),
-    "died": (Reason.INTERNAL, "a library crashed on it: please report it"),
+    "died": (Reason.INTERNAL, "a library crashes on it: please report it"),
     "raised": (Reason.INTERNAL, "this is a fault of the program: please report it"),
 }
 
@@ -45,6 +45,7 @@ def build(
     workers: int,
     progress: Progress,
     plan: Plan = plan_house,
+    others: Others = Others.REFUSE,
 ) -> DataSet:
     """Build a data set folder; what an earlier run with the same parameters has done is not done again.
 
@@ -58,17 +59,22 @@ def build(
         Processes; the data set does not depend on how many.
     plan
         Turns a level into a plan.
+    others
+        What becomes of plans of other sources that the folder holds.
 
     Raises
     ------
     ConfigError
         Where a source is none, or the folder holds something else.
     """
-    inputs = list_inputs(config)
-    store = Store.open(out, config.digest())
+    origin = list_sources(config)
+    keys = {item: _key(item, config, overrides) for item in origin}
+    sources: dict[str, list[str]] = {source: [] for source in dict.fromkeys(origin.values())}
+    for item, key in keys.items():
+        sources[origin[item]].append(key)
+    store = Store.open(out, config.digest(), sources, others)
     stamp = {"generator": "houseexpo", "version": version("houseexpo"), "parameters_sha256": config.digest()}
     settings = Settings(config.stages, config.build.seed, overrides, stamp, plan)
-    keys = {item: _key(item, config, overrides) for item in inputs}
     known = {item: store.known(key) for item, key in keys.items()}
     jobs = [Job(item, entry.content if entry else "") for item, entry in known.items()]
     limits = Limits(config.limits.seconds, int(config.limits.memory_gb * 2**30))
@@ -76,15 +82,26 @@ def build(
     for count, (job, result) in enumerate(results, start=1):
         if result is not None:
             store.done(keys[job.item], _failed(job, result) if isinstance(result, Failure) else result)
-        progress("planning", count, len(inputs))
+        progress("planning", count, len(jobs))
     progress("putting together", 0, 1)
-    data_set = assemble(store, _entries(store, keys), config, overrides)
+    data_set = assemble(store, config, overrides)
     progress("putting together", 1, 1)
     return data_set
 
 
 def list_inputs(config: BuildConfig) -> list[Input]:
     """List what the sources hold, sorted by id, each once, up to the limit."""
+    return list(list_sources(config))
+
+
+def list_sources(config: BuildConfig) -> dict[Input, str]:
+    """Return what ``list_inputs`` lists, and the source of each: the path in full, or ``procedural:COUNT``.
+
+    Raises
+    ------
+    ConfigError
+        Where a source does not exist, or is none.
+    """
     options = config.build
     if not options.sources:
         raise ConfigError("no SOURCE: name one, or a --config whose [build] has sources")
@@ -94,16 +111,11 @@ def list_inputs(config: BuildConfig) -> list[Input]:
         "furniture": "yes" if options.furniture else "no",
         "seed": str(options.seed),
     }
-    found = dict.fromkeys(item for source in options.sources for item in find(source, **chosen))
-    return sorted(found, key=lambda item: (item.id, item.path))[: options.limit]
-
-
-def _entries(store: Store, keys: Mapping[Input, str]) -> Iterator[Entry]:
-    """Yield what came of each input, in the order of the inputs."""
-    for key in keys.values():
-        entry = store.known(key)
-        if entry is not None:
-            yield entry
+    found: dict[Input, str] = {}
+    for source in options.sources:
+        for item in find(source, **chosen):
+            found.setdefault(item, str(Path(source).resolve()) if is_path(source) else source)
+    return dict(sorted(found.items(), key=lambda pair: (pair[0].id, pair[0].path))[: options.limit])
 
 
 def _failed(job: Job, failure: Failure) -> Finished:

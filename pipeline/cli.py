@@ -46,6 +46,8 @@ def build(
     up: _Up = None,
     units: _Units = None,
     furniture: _Furniture = None,
+    add: Annotated[bool, typer.Option("--add", help="Keep plans of other sources that OUT holds.")] = False,
+    replace_others: Annotated[bool, typer.Option("--replace", help="Remove what else OUT holds of builds.")] = False,
 ) -> None:
     """Build a data set of floor plans from 3D houses.
 
@@ -59,6 +61,7 @@ def build(
     from pipeline.build import build as run_build
     from pipeline.overrides import load_overrides
     from pipeline.report import outcome_table, plans_line, reasons_lines, write_report
+    from pipeline.store import Others
 
     given = {
         "sources": tuple(sources or ()),
@@ -69,10 +72,15 @@ def build(
         "furniture": furniture,
     }
     settings = _settings(config, given)
+    if add and replace_others:
+        raise typer.BadParameter("expected --add or --replace, found both")
+    others = Others.ADD if add else Others.REPLACE if replace_others else Others.REFUSE
     console = Console()
     with _progress(Console(stderr=True)) as bar:
         overrides, show = load_overrides(config), _shown(bar)
-        data_set = run_build(settings, out, overrides=overrides, workers=workers or cores(), progress=show)
+        data_set = run_build(
+            settings, out, overrides=overrides, workers=workers or cores(), progress=show, others=others
+        )
         write_report(data_set, show)
     console.print(outcome_table(data_set.stats))
     if (line := plans_line(data_set.stats)) is not None:

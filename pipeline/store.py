@@ -11,8 +11,9 @@ import hashlib
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 from pathlib import Path
 from typing import TypeAlias
 
@@ -36,6 +37,14 @@ class Kept:
 Outcome: TypeAlias = Kept | Refused
 
 
+class Others(StrEnum):
+    """What a build does with the plans of other sources that its folder holds."""
+
+    REFUSE = "refuse"
+    ADD = "add"
+    REPLACE = "replace"
+
+
 class Entry(msgspec.Struct, frozen=True):
     """One input that is done; ``key`` stands for the input and all that its outcomes depend on but its content."""
 
@@ -53,9 +62,10 @@ class Entry(msgspec.Struct, frozen=True):
 
 
 class _Started(msgspec.Struct):
-    """What ``.build/build.json`` says, and a manifest among other things: the parameters of the build."""
+    """What ``.build/build.json`` says: the parameters of the build, and the keys of its inputs by source."""
 
     parameters_sha256: str
+    sources: dict[str, list[str]] = {}
 
 
 @dataclass
@@ -63,27 +73,37 @@ class Store:
     """An open data set folder; ``Store.open`` makes or checks one."""
 
     root: Path
+    sources: Mapping[str, Sequence[str]]
     _entries: dict[str, Entry] = field(default_factory=dict)
 
     @classmethod
-    def open(cls, root: Path, parameters: str) -> Store:
+    def open(
+        cls, root: Path, parameters: str, sources: Mapping[str, Sequence[str]], others: Others = Others.REFUSE
+    ) -> Store:
         """Open a folder for a build with the parameters of that hash; takes the manifest away until it is finished.
+
+        Parameters
+        ----------
+        sources
+            The keys of the inputs of each source.
+        others
+            What becomes of plans of other sources that the folder holds: with ADD they stay, with REPLACE they go.
 
         Raises
         ------
         ConfigError
-            Where the folder holds something else, or a build with other parameters.
+            Where the folder holds something else, a build with other parameters, or plans of other sources.
         """
         if root.exists() and not root.is_dir():
             raise ConfigError(f"{root}: expected a folder, found a file; choose another --out")
         started = root / ".build" / "build.json"
         if root.exists() and any(root.iterdir()):
-            _check(root, started, parameters)
-        store = cls(root)
+            sources = {**_kept(root, started, parameters, sources, others), **sources}
+        store = cls(root, sources)
         for folder in (store.plans, root / "json"):
             folder.mkdir(parents=True, exist_ok=True)
         (root / MANIFEST).unlink(missing_ok=True)
-        write(started, msgspec.json.encode(_Started(parameters)))
+        write(started, msgspec.json.encode(_Started(parameters, {name: list(keys) for name, keys in sources.items()})))
         store._entries = {entry.key: entry for entry in store._read()}
         return store
 
@@ -101,6 +121,12 @@ class Store:
         """Return what is known of an input, if all of its plans are still there."""
         entry = self._entries.get(key)
         return entry if entry and all((self.plans / kept.plan).exists() for kept in entry.plans) else None
+
+    def current(self) -> Iterator[Entry]:
+        """Yield what came of the inputs of all sources, each once, in an order that no run changes."""
+        keys = sorted({key for keys in self.sources.values() for key in keys})
+        entries = [entry for entry in map(self.known, keys) if entry is not None]
+        yield from sorted(entries, key=lambda entry: sorted((o.id, getattr(o, "content", "")) for o in entry.outcomes))
 
     def done(self, key: str, finished: Finished) -> None:
         """Keep what came of an input: its plans first, its line last."""
@@ -159,16 +185,40 @@ def write(path: Path, data: bytes) -> None:
         raise
 
 
-def _check(root: Path, started: Path, parameters: str) -> None:
-    said = started if started.exists() else root / MANIFEST
-    try:
-        found = msgspec.json.decode(said.read_bytes(), type=_Started).parameters_sha256
-    except (OSError, msgspec.DecodeError):
+def _kept(
+    root: Path, started: Path, parameters: str, sources: Mapping[str, Sequence[str]], others: Others
+) -> Mapping[str, Sequence[str]]:
+    """Return the sources whose plans in the folder stay although this build does not read them."""
+    found = _started(root, started)
+    if others is Others.REPLACE:
+        return {}
+    if found is None or (not found.sources and any((root / "json").glob("*.json"))):
         raise ConfigError(
-            f"{root}: expected an empty folder or an earlier build, found other files; choose another --out"
-        ) from None
-    if found != parameters:
-        raise ConfigError(
-            f"{root}: holds a build with other parameters (hash {found[:8]}, this one's is {parameters[:8]}); "
-            "delete it or choose another --out"
+            f"{root}: holds a data set without the .build folder that says where its plans come from; "
+            "--replace removes them, or choose another --out"
         )
+    if found.parameters_sha256 != parameters:
+        raise ConfigError(
+            f"{root}: holds a build with other parameters (hash {found.parameters_sha256[:8]}, this one's is "
+            f"{parameters[:8]}); --replace builds it anew, or choose another --out"
+        )
+    asked = {key for keys in sources.values() for key in keys}
+    beside = {name: keys for name, keys in found.sources.items() if name not in sources and not asked.issuperset(keys)}
+    if beside and others is Others.REFUSE:
+        raise ConfigError(
+            f"{root}: holds plans of other sources ({', '.join(beside)}); --add keeps them beside the new ones, "
+            "--replace removes them, or choose another --out"
+        )
+    return beside
+
+
+def _started(root: Path, started: Path) -> _Started | None:
+    """Return what an earlier build wrote when it started, None where only its data set is left."""
+    try:
+        return msgspec.json.decode(started.read_bytes(), type=_Started)
+    except (OSError, msgspec.DecodeError):
+        if (root / MANIFEST).is_file():
+            return None
+    raise ConfigError(
+        f"{root}: expected an empty folder or an earlier build, found other files; choose another --out"
+    ) from None

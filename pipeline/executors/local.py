@@ -3,45 +3,39 @@
 Every item runs in a worker, also with ``workers=1``: a time limit, a memory limit and a crash can be held only from
 outside the process that they strike. Workers come from a fork server that holds no state of the caller, and compute
 with one thread each, so that N workers use N cores.
+
+Rules for workers that die:
+
+1. The item that a worker was doing goes to another worker at once, before all others; the items behind it lose nothing.
+2. An item whose workers have died three times is a failure of its own.
+3. A worker that dies before it was ready costs no item anything; where none gets ready, the run ends with an error.
 """
 
 from __future__ import annotations
 
-import concurrent.futures
-import multiprocessing
-import signal
+import time
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
-from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import islice
-from multiprocessing.context import BaseContext
-from typing import Any, Literal, TypeVar
+from multiprocessing.connection import wait
+from typing import Any, Generic, TypeVar
 
-from pebble import ProcessExpired, ProcessPool
-
+from houseexpo.errors import HouseExpoError
 from houseexpo.workers import single_threaded
+from pipeline.executors.outcome import Failure, Limits
+from pipeline.executors.worker import Task, Worker, start
+
+__all__ = ["Failure", "Limits", "run"]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-_AHEAD = 8  # items handed over for each worker, so that none of them waits for the next
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What one item may take: seconds of wall clock, bytes of memory that its worker allocates."""
-
-    seconds: float
-    memory: int
-
-
-@dataclass(frozen=True)
-class Failure:
-    """Why an item has no result. ``killed`` is how the system's own memory guard ends a process."""
-
-    kind: Literal["timeout", "memory", "killed", "died", "raised"]
-    detail: str
+_AHEAD = 4  # items handed over to each worker, so that none of them waits for the next
+_DEATHS = 3  # R2
+_STILLBORN = 8  # R3: how many workers in a row may die before they are ready, for each that is wanted
+_PAUSE_S = 0.1
+_LONGEST_S = 3600.0  # how long to sleep at most
 
 
 def run(
@@ -54,76 +48,144 @@ def run(
 ) -> Iterator[tuple[Item, Result | Failure]]:
     """Yield each item with its result or why it has none, in the order in which they end.
 
-    ``function`` and the items are pickled. A worker that dies takes only its own item with it: another starts in its
-    place. Closing the iterator early stops the workers. Modules named in ``preload`` are imported once for all workers.
+    ``function`` and the items are pickled; items are taken from their iterator as workers get free. Closing the
+    iterator early stops the workers. Modules named in ``preload`` are imported once for all workers.
+
+    Raises
+    ------
+    HouseExpoError
+        Where no worker can be started.
     """
-    waiting = iter(items)
-    running: dict[Future[Result], Item] = {}
-    with single_threaded(), _pool(workers, limits.memory, preload) as pool:
-        while True:
-            for item in islice(waiting, workers * _AHEAD - len(running)):
-                running[pool.schedule(function, args=(item,), timeout=limits.seconds)] = item
-            if not running:
-                return
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in [one for one in running if one in done]:  # many may have ended: as they were handed over
-                outcome: Result | Failure = _outcome(future, limits)
-                yield running.pop(future), outcome
+    with single_threaded():
+        crew = _Crew(function, iter(items), workers, limits, preload)
+        try:
+            while crew.hand_over():
+                yield from crew.collect()
+        finally:
+            crew.dismiss()
 
 
-def _outcome(future: Future[Result], limits: Limits) -> Result | Failure:
-    try:
-        return future.result()
-    except concurrent.futures.TimeoutError:
-        return Failure("timeout", f"took longer than {limits.seconds:g} s")
-    except MemoryError:
-        return Failure("memory", f"needed more than {limits.memory / 2**30:g} GiB")
-    except ProcessExpired as error:
-        if error.exitcode == -signal.SIGKILL:
-            return Failure("killed", "its worker was killed by the system")
-        return Failure("died", f"its worker died with {_name(error.exitcode)}")
-    except Exception as error:  # noqa: BLE001 - whatever the function raised is this item's, not the batch's
-        return Failure("raised", f"{type(error).__name__}: {error}")
+@dataclass
+class _Crew(Generic[Item, Result]):
+    """The workers at work, the items that wait for one, and how many workers in a row were never ready (R3)."""
+
+    function: Callable[[Item], Result]
+    items: Iterator[Item]
+    size: int
+    limits: Limits
+    preload: Sequence[str]
+    workers: list[Worker[Item]] = field(default_factory=list)
+    back: deque[Task[Item]] = field(default_factory=deque)
+    stillborn: int = 0
+
+    def hand_over(self) -> bool:
+        """Give every worker that is ready something to do; False where all is done."""
+        for ahead in range(_AHEAD):
+            for worker in self.workers:
+                if worker.ready and len(worker.given) <= ahead and (task := self._next()) is not None:
+                    self._give(worker, task)
+        while len(self.workers) < self.size and self._too_few():
+            self._hire()
+        return bool(self.back) or any(worker.given for worker in self.workers)
+
+    def collect(self) -> Iterator[tuple[Item, Result | Failure]]:
+        """Wait until something happens, and yield what has ended by then."""
+        pipes: dict[Any, Worker[Item]] = {worker.pipe: worker for worker in self.workers}
+        heard = {id(pipes[pipe]) for pipe in wait(list(pipes), self._patience())}
+        for worker in pipes.values():
+            if id(worker) in heard:
+                yield from self._listen(worker)
+            elif worker.given and time.monotonic() >= worker.since + self.limits.seconds:
+                task = worker.given.popleft()
+                self._lose(worker)
+                worker.kill()
+                yield task.item, Failure("timeout", f"took longer than {self.limits.seconds:g} s")
+
+    def dismiss(self) -> None:
+        """Stop all workers at once."""
+        for worker in self.workers:
+            worker.kill()
+        self.workers.clear()
+
+    def _next(self) -> Task[Item] | None:
+        if self.back:
+            return self.back.popleft()
+        return next((Task(item) for item in self.items), None)
+
+    def _too_few(self) -> bool:
+        """Tell whether more items wait than workers are on their way."""
+        coming = sum(not worker.ready for worker in self.workers)
+        self.back.extend(Task(item) for item in islice(self.items, max(coming + 1 - len(self.back), 0)))
+        return len(self.back) > coming
+
+    def _give(self, worker: Worker[Item], task: Task[Item]) -> None:
+        if not worker.given:
+            worker.since = time.monotonic()
+        worker.given.append(task)
+        try:
+            worker.pipe.send(task.item)
+        except OSError:  # it has just died: its pipe tells when it is listened to
+            return
+
+    def _hire(self) -> None:
+        try:
+            self.workers.append(start(self.function, self.limits, self.preload))
+        except (OSError, EOFError) as error:  # the server has just been killed, or there is no room for a process
+            self._mourn(f"{type(error).__name__}: {error}")
+            time.sleep(_PAUSE_S)
+
+    def _listen(self, worker: Worker[Item]) -> Iterator[tuple[Item, Result | Failure]]:
+        """Take one message of a worker, or its end."""
+        try:
+            kind, content = worker.pipe.recv()
+        except (EOFError, OSError):
+            yield from self._buried(worker)
+            return
+        if kind == "answer":
+            worker.since = time.monotonic()
+            yield worker.given.popleft().item, content
+        elif kind == "ready":
+            worker.ready, self.stillborn = True, 0
+        else:
+            self._lose(worker)
+            worker.close()
+            if kind == "unfit":
+                self._mourn(content)
+
+    def _buried(self, worker: Worker[Item]) -> Iterator[tuple[Item, Result | Failure]]:
+        """Draw the consequences of a worker's death."""
+        task = worker.given[0] if worker.given else None
+        self._lose(worker)
+        end = worker.close()
+        if not worker.ready:
+            self._mourn(f"it ended with {end}")  # R3
+        elif task is not None:
+            task.deaths += 1
+            if task.deaths >= _DEATHS:  # R2
+                self.back.popleft()
+                yield task.item, _failure(end)
+
+    def _lose(self, worker: Worker[Item]) -> None:
+        """Strike a worker off; what it was given is the next to be done, in its order (R1)."""
+        self.workers.remove(worker)
+        self.back.extendleft(reversed(worker.given))
+        worker.given.clear()
+
+    def _mourn(self, why: str) -> None:
+        self.stillborn += 1
+        if self.stillborn > _STILLBORN * self.size:
+            raise HouseExpoError(
+                f"workers cannot be started: {self.stillborn} in a row ended before their first house, the last since "
+                f"{why}; try fewer --workers, or a higher limits.memory_gb"
+            )
+
+    def _patience(self) -> float:
+        """Return the seconds until the next time limit."""
+        ends = [worker.since + self.limits.seconds for worker in self.workers if worker.given]
+        return max(min([*ends, time.monotonic() + _LONGEST_S]) - time.monotonic(), 0.0)
 
 
-def _name(exitcode: int) -> str:
-    return signal.Signals(-exitcode).name if exitcode < 0 else f"exit code {exitcode}"
-
-
-@contextmanager
-def _pool(workers: int, memory: int, preload: Sequence[str]) -> Iterator[ProcessPool]:
-    """Open a pool; it is stopped at once where the caller leaves early, say by Ctrl-C."""
-    pool = ProcessPool(max_workers=workers, initializer=_prepare, initargs=(memory,), context=_context(preload))
-    try:
-        yield pool
-        pool.close()
-    finally:
-        pool.stop()
-        pool.join()
-
-
-def _context(preload: Sequence[str]) -> BaseContext:
-    if "forkserver" not in multiprocessing.get_all_start_methods():
-        return multiprocessing.get_context("spawn")
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["__main__", *preload])
-    return context
-
-
-def _prepare(memory: int) -> None:
-    """Set up a worker: Ctrl-C is the caller's business, OpenCV gets one thread, allocations get a limit."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    import cv2
-
-    cv2.setNumThreads(1)
-    _limit_memory(memory)
-
-
-def _limit_memory(memory: int) -> None:
-    """Make allocations beyond ``memory`` bytes raise MemoryError, where the system can (Linux)."""
-    try:
-        import resource
-    except ImportError:
-        return
-    limit: Any = (memory, resource.getrlimit(resource.RLIMIT_DATA)[1])
-    resource.setrlimit(resource.RLIMIT_DATA, limit)
+def _failure(end: str) -> Failure:
+    if end == "SIGKILL":
+        return Failure("killed", f"its workers were killed by the system, {_DEATHS} of {_DEATHS}")
+    return Failure("died", f"its workers died with {end}, {_DEATHS} of {_DEATHS}")

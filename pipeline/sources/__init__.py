@@ -19,13 +19,15 @@ def find(source: str, **options: str) -> Iterator[Input]:
     """List what there is to read at a SOURCE; each reader gets those of the options that it takes.
 
     A SUNCG root is a folder with ``house`` and ``room`` in it; any other folder may hold mesh and IFC files side by
-    side. A file that is missing is listed if its suffix says what it should be: its reader then rejects it.
+    side.
 
     Raises
     ------
     ConfigError
-        Where no reader knows the source, or a folder holds nothing that one does.
+        Where the source does not exist, no reader knows it, or a folder holds nothing that one does.
     """
+    if is_path(source) and not Path(source).exists():
+        raise ConfigError(f"source {source!r} does not exist; check the path")
     found = False
     for name in _readers(source):
         chosen = {key: value for key, value in options.items() if key in _OPTIONS[name]}
@@ -41,13 +43,18 @@ def find(source: str, **options: str) -> Iterator[Input]:
         raise ConfigError(f"source {source!r}: expected {expected} or procedural:COUNT, found {found_}")
 
 
+def is_path(source: str) -> bool:
+    """Tell a file or folder from houses that are made."""
+    return not source.startswith("procedural:")
+
+
 def reader(name: str) -> Reader:
     """Return the reader of that name: it is loaded only where it is needed."""
     return cast("Reader", import_module(f"pipeline.sources.{name}"))
 
 
 def _readers(source: str) -> tuple[str, ...]:
-    if source.startswith("procedural:"):
+    if not is_path(source):
         return ("generated",)
     path = Path(source)
     if all((path / part).is_dir() for part in ("house", "room")):

@@ -21,6 +21,7 @@ from pipeline.config_file import BuildConfig, BuildOptions, LimitsConfig
 from pipeline.job import Plan
 from pipeline.overrides import Override
 from pipeline.rejection import Reason, Rejection
+from pipeline.store import Others
 from pipeline.values import Level
 
 
@@ -38,6 +39,8 @@ def boxed(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Flo
     """Return the room of a ``one_room`` house; ids of a few words misbehave as they say."""
     if "crash" in level.id:
         os.kill(os.getpid(), signal.SIGSEGV)
+    if "kill" in level.id:
+        os.kill(os.getpid(), signal.SIGKILL)
     if "sleep" in level.id:
         time.sleep(60)
     if "fault" in level.id:
@@ -55,6 +58,14 @@ def boxed(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Flo
     return FloorPlan(level.id, ring, 1, {}, frame=level.frame, provenance={**level.provenance, **asked})
 
 
+def killed_once(mark: Path, level: Level, config: PipelineConfig, rng: np.random.Generator) -> FloorPlan:
+    """Plan as ``boxed``, but the first worker that comes to house b is killed; the file ``mark`` remembers."""
+    if level.id == "b" and not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return boxed(level, config, rng)
+
+
 def run_build(
     sources: list[Path],
     out: Path,
@@ -63,12 +74,13 @@ def run_build(
     overrides: Mapping[str, Override] | None = None,
     seconds: float = 30.0,
     plan: Plan = boxed,
+    others: Others = Others.REFUSE,
     **options: Any,
 ) -> DataSet:
     """Build with the quick planner."""
     chosen = BuildOptions(sources=tuple(map(str, sources)), **options)
     config = BuildConfig(chosen, LimitsConfig(seconds=seconds))
-    return build(config, out, overrides=overrides or {}, workers=workers, progress=_quiet, plan=plan)
+    return build(config, out, overrides=overrides or {}, workers=workers, progress=_quiet, plan=plan, others=others)
 
 
 def _quiet(what: str, done: int, total: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,8 @@ from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError
 from houseexpo.splits import split, write_split
 from pipeline.overrides import Override
-from tests.builders.batch import boxed, contents, lines, one_room, run_build
+from pipeline.store import Others
+from tests.builders.batch import contents, killed_once, lines, one_room, run_build
 
 
 @pytest.fixture
@@ -151,16 +153,84 @@ def test_a_folder_of_something_else_is_refused(street: Path, tmp_path: Path) -> 
         run_build([street], file)
 
 
-def test_other_parameters_are_refused_also_without_the_build_folder(street: Path, tmp_path: Path) -> None:
+def test_other_parameters_are_refused(street: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run_build([street], out)
+    before = contents(out)
     with pytest.raises(ConfigError, match="holds a build with other parameters"):
         run_build([street], out, seed=3)
+    assert contents(out) == before
+    assert run_build([street], out, seed=3, others=Others.REPLACE).ids == ("a", "b", "c")
+
+
+def test_a_data_set_without_its_build_folder_is_left_alone(street: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run_build([street], out)
     (out / ".build").rename(tmp_path / "elsewhere")
-    with pytest.raises(ConfigError, match="holds a build with other parameters"):
-        run_build([street], out, seed=3)
-    assert (out / "manifest.json").exists()
-    assert run_build([street], out, plan=boxed).ids == ("a", "b", "c")
+    before = contents(out)
+    for others in (Others.REFUSE, Others.ADD):
+        with pytest.raises(ConfigError, match=r"without the \.build folder"):
+            run_build([street], out, others=others)
+    assert contents(out) == before
+    assert run_build([street], out, others=Others.REPLACE, limit=1).ids == ("a",)
+    assert [name for name in contents(out) if name.startswith("json/")] == ["json/a.json"]
+
+
+def test_plans_of_other_sources_are_never_removed_unasked(street: Path, tmp_path: Path) -> None:
+    out, other = tmp_path / "out", one_room(tmp_path / "villa.ply", 9.0, 7.0)
+    run_build([street], out)
+    before = contents(out)
+    with pytest.raises(ConfigError, match=r"plans of other sources \(.*street\); --add keeps them"):
+        run_build([other], out)
+    assert contents(out) == before
+    (villa,) = run_build([other], tmp_path / "alone").ids
+    assert run_build([other], out, others=Others.ADD).ids == ("a", "b", "c", villa)
+    run_build([street, other], tmp_path / "both")
+    assert contents(out) == contents(tmp_path / "both")
+    assert run_build([other], out, others=Others.REPLACE).ids == (villa,)
+    assert contents(out) == contents(tmp_path / "alone")
+
+
+def test_what_was_added_stays_though_its_source_is_gone(street: Path, tmp_path: Path) -> None:
+    out, other = tmp_path / "out", one_room(tmp_path / "villa.ply", 9.0, 7.0)
+    run_build([other], out)
+    other.unlink()
+    assert len(run_build([street], out, others=Others.ADD).ids) == 4
+    assert len(run_build([street], out, others=Others.ADD).ids) == 4
+
+
+def test_more_made_houses_are_no_other_source(tmp_path: Path) -> None:
+    run_build([Path("procedural:1")], tmp_path / "out")
+    assert run_build([Path("procedural:2")], tmp_path / "out").stats["outcomes"]["inputs"] == 2
+    with pytest.raises(ConfigError, match="plans of other sources"):
+        run_build([Path("procedural:1")], tmp_path / "out")
+
+
+def test_a_source_that_does_not_exist_is_an_error_before_anything_is_touched(street: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run_build([street], out)
+    before = contents(out)
+    for others in Others:
+        with pytest.raises(ConfigError, match=r"gone\.glb' does not exist"):
+            run_build([street, tmp_path / "gone.glb"], out, others=others)
+    assert contents(out) == before
+
+
+def test_a_house_whose_worker_was_killed_is_tried_again_at_once(street: Path, tmp_path: Path) -> None:
+    run_build([street], tmp_path / "calm")
+    run_build([street], tmp_path / "out", plan=partial(killed_once, tmp_path / "killed"))
+    assert (tmp_path / "killed").exists()
+    assert contents(tmp_path / "out") == contents(tmp_path / "calm")
+
+
+def test_a_house_that_kills_every_worker_is_one_rejection(street: Path, tmp_path: Path) -> None:
+    one_room(street / "b_kill.ply")
+    for workers in (1, 2):
+        data_set = run_build([street], tmp_path / str(workers), workers=workers)
+        assert data_set.ids == ("a", "b", "c")
+        [line] = lines(tmp_path / str(workers) / "rejected.jsonl")
+        assert (line["id"], line["stage"]) == ("b_kill", "executor")
+        assert "3 of 3" in line["detail"]
 
 
 def test_nothing_to_read_is_a_usage_error(tmp_path: Path) -> None:

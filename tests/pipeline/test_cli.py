@@ -77,7 +77,8 @@ def test_a_manifest_says_it_all_and_the_command_line_wins(houses: Path, tmp_path
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["build", "nowhere", "--out", "OUT"], "nowhere does not exist"),
+        (["build", "nowhere", "--out", "OUT"], "'nowhere' does not exist"),
+        (["build", "nowhere.glb", "--out", "OUT"], "'nowhere.glb' does not exist"),
         (["build", "--out", "OUT"], "no SOURCE"),
         (["build", "procedural:none", "--out", "OUT"], "procedural:COUNT"),
         (["build", "HOUSES", "--out", "HOUSES"], "expected an empty folder or an earlier build"),
@@ -102,11 +103,27 @@ def test_a_usage_error_says_what_to_do_and_ends_with_2(
 
 
 def test_all_rejected_is_no_failure(tmp_path: Path) -> None:
-    result = runner.invoke(make_app(), ["build", str(tmp_path / "gone.ply"), "--out", str(tmp_path / "out")])
+    (tmp_path / "none.ply").touch()
+    result = runner.invoke(make_app(), ["build", str(tmp_path / "none.ply"), "--out", str(tmp_path / "out")])
     assert result.exit_code == 0
     [line] = lines(tmp_path / "out" / "rejected.jsonl")
-    assert (line["stage"], line["reason"]) == ("source", "missing_file")
-    assert "gone.ply" in result.output
+    assert (line["stage"], line["reason"]) == ("source", "empty")
+    assert "none.ply" in result.output
+
+
+def test_a_second_source_is_refused_added_or_put_in_the_place_of_the_first(houses: Path, tmp_path: Path) -> None:
+    def run(*words: str) -> tuple[int, set[str]]:
+        command = ["build", *words, "--out", str(tmp_path / "out"), "--workers", "1"]
+        plans = {name for name in contents(tmp_path / "out") if name.startswith("json/")}
+        return runner.invoke(make_app(), command).exit_code, plans
+
+    first, second = str(houses / "a.ply"), str(houses / "c.off")
+    run(first)
+    assert run(second)[0] == 2
+    assert run(second, "--add", "--replace")[0] == 2
+    assert run(second, "--add") == (0, {"json/houses_a.json"})
+    assert run(second, "--replace") == (0, {"json/houses_a.json", "json/houses_c.json"})
+    assert run(second) == (0, {"json/houses_c.json"})
 
 
 def test_what_is_built_is_said_once(houses: Path, tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def out(folder: Path) -> Path:
     data_set = folder.parent / "out"
-    result = RUN.invoke(make_app(), ["build", str(folder), str(folder / "gone.ply"), "--out", str(data_set)])
+    result = RUN.invoke(make_app(), ["build", str(folder), "--out", str(data_set)])
     assert result.exit_code == 0, result.output
     assert "Traceback" not in result.output
     return data_set
@@ -58,7 +58,7 @@ def test_the_good_house_is_a_plan(out: Path) -> None:
 
 def test_every_bad_one_is_a_line_that_says_what_to_do(folder: Path, out: Path) -> None:
     rejected = {line["id"]: line for line in lines(out / "rejected.jsonl")}
-    bad = {file.stem for file in folder.iterdir()} - {"good"} | {"houses_gone"}
+    bad = {file.stem for file in folder.iterdir()} - {"good"}
     assert set(rejected) == bad
     assert not [line for line in rejected.values() if line["reason"] == "internal" or not line["advice"]]
     expected = {
@@ -66,7 +66,6 @@ def test_every_bad_one_is_a_line_that_says_what_to_do(folder: Path, out: Path) -
         "nan": "not_finite",
         "infinite": "not_finite",
         "no_faces": "empty",
-        "houses_gone": "missing_file",
     }
     assert {name: rejected[name]["reason"] for name in expected} == expected
     assert rejected["long"]["reason"] in {"too_large", "bad_units"}

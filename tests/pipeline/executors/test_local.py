@@ -2,11 +2,19 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
+import threading
 import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import psutil
 import pytest
 
+from houseexpo.errors import HouseExpoError
 from pipeline.executors.local import Failure, Limits, run
 
 LIMITS = Limits(seconds=1.0, memory=2 * 2**30)
@@ -69,3 +77,84 @@ def test_leaving_early_stops_the_workers() -> None:
     assert next(iter(results)) == ("a", "A")
     results.close()  # type: ignore[attr-defined]
     assert time.perf_counter() - start < 10.0
+
+
+class Fatal:
+    """Ends the process that unpickles it."""
+
+    def __call__(self, word: str) -> str:
+        return word
+
+    def __reduce__(self) -> tuple[Callable[[int], Any], tuple[int]]:
+        return os._exit, (7,)
+
+
+def killed_twice(marks: str) -> str:
+    """Kill the worker, but for the third time."""
+    count = len(list(Path(marks).iterdir()))
+    if count < 2:
+        Path(marks, str(count)).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return marks
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_item_whose_worker_was_killed_is_tried_again_at_once(workers: int, tmp_path: Path) -> None:
+    folders = [tmp_path / name for name in "abcdef"]
+    for folder in folders:
+        folder.mkdir()
+    items = [str(folder) for folder in folders]
+    found = list(run(killed_twice, items, workers=workers, limits=LIMITS))
+    assert sorted(found) == [(item, item) for item in items]
+    assert workers > 1 or [item for item, _ in found] == items
+
+
+def test_workers_and_their_server_killed_as_soon_as_they_stand_cost_nothing() -> None:
+    killed: set[int] = set()
+    done = threading.Event()
+
+    def kill() -> None:
+        while not done.is_set() and len(killed) < 6:
+            for process in psutil.Process().children(recursive=True):
+                with suppress(psutil.NoSuchProcess):
+                    if process.pid not in killed and "resource_tracker" not in " ".join(process.cmdline()):
+                        process.kill()
+                        killed.add(process.pid)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    words = [str(i) for i in range(200)]
+    found = dict(run(behave, words, workers=2, limits=LIMITS))
+    done.set()
+    killer.join()
+    assert found == {word: word for word in words}
+    assert killed
+
+
+def test_workers_that_never_get_ready_end_the_run_with_an_error() -> None:
+    with pytest.raises(HouseExpoError, match=r"workers cannot be started.*exit code 7"):
+        list(run(Fatal(), ["a"], workers=2, limits=LIMITS))
+
+
+@pytest.mark.parametrize("memory", [2**62, 10**30])
+def test_a_limit_beyond_all_memory_is_none(memory: int) -> None:
+    assert dict(run(behave, ["a"], workers=1, limits=Limits(1e300, memory))) == {"a": "A"}
+
+
+def test_workers_end_with_their_parent(tmp_path: Path) -> None:
+    code = f"""
+import sys
+sys.path.insert(0, {str(Path.cwd())!r})
+from tests.pipeline.executors.test_local import behave, LIMITS, Limits
+from pipeline.executors.local import run
+if __name__ == "__main__":
+    list(run(behave, ["sleep"] * 4, workers=2, limits=Limits(60.0, 2**31)))
+"""
+    script = tmp_path / "script.py"
+    script.write_text(code)
+    parent = psutil.Popen([sys.executable, script])
+    while len(found := parent.children(recursive=True)) < 4:  # the tracker, the server, two workers
+        time.sleep(0.02)
+    parent.kill()
+    _, alive = psutil.wait_procs([parent, *found], timeout=10.0)
+    assert not alive

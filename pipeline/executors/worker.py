@@ -1,0 +1,169 @@
+"""A worker process, from both sides of its pipe.
+
+Each worker has a pipe of its own, and only the worker holds the other end: when it dies, however it dies, the pipe
+ends, and no other worker is touched. It says when it is ready, then answers its items in the order in which they came.
+A worker ends by itself when its parent is gone, also from within an endless loop of compiled code.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from multiprocessing import connection as pipes
+from multiprocessing.connection import Connection
+from multiprocessing.context import BaseContext
+from multiprocessing.process import BaseProcess
+from typing import Any, Generic, Literal, TypeVar
+
+from pipeline.executors.outcome import Failure, Limits
+
+Item = TypeVar("Item")
+Message = tuple[Literal["ready", "unfit", "answer", "leaving"], Any]
+
+_GRACE_S = 10.0
+"""How much longer than the limit a worker lives whose parent is gone."""
+_LONGEST_S = 1e8
+
+
+@dataclass
+class Task(Generic[Item]):
+    """An item on its way, and how many workers it has cost."""
+
+    item: Item
+    deaths: int = 0
+
+
+@dataclass
+class Worker(Generic[Item]):
+    """The parent's side; ``given`` are the items handed over, of which the first is being done since ``since``."""
+
+    process: BaseProcess
+    pipe: Connection
+    ready: bool = False
+    since: float = 0.0
+    given: deque[Task[Item]] = field(default_factory=deque)
+
+    def kill(self) -> None:
+        """End the process, whatever it is doing."""
+        if self.process.pid is not None:
+            self.process.kill()
+        self.close()
+
+    def close(self) -> str:
+        """Wait for the process, which has ended or is about to, and say with what it ended."""
+        self.pipe.close()
+        self.process.join(timeout=5.0)
+        if self.process.exitcode is None:  # its end of the pipe is gone and it still stands: a library's doing
+            self.process.kill()
+            self.process.join()
+        code = self.process.exitcode or 0
+        return signal.Signals(-code).name if code < 0 else f"exit code {code}"
+
+
+def start(function: Callable[[Item], Any], limits: Limits, preload: Sequence[str]) -> Worker[Item]:
+    """Start a worker; OSError or EOFError where the server that forks it has just been killed."""
+    context = _context(preload)
+    near, far = context.Pipe()
+    process = context.Process(target=serve, args=(far, function, limits), daemon=True)  # type: ignore[attr-defined]
+    try:
+        with _uninterrupted():  # Ctrl-C is the parent's business: what starts here never sees it
+            process.start()
+    except BaseException:
+        near.close()
+        raise
+    finally:
+        far.close()
+    return Worker(process, near)
+
+
+def serve(pipe: Connection, function: Callable[[Item], Any], limits: Limits) -> None:
+    """Answer items until the pipe ends: the worker's side."""
+    try:
+        _prepare(limits)
+        pipe.send(("ready", None))
+    except (MemoryError, ImportError, OSError, ValueError) as error:
+        pipe.send(("unfit", f"{type(error).__name__}: {error}"))
+        return
+    while True:
+        try:
+            item = pipe.recv()
+        except EOFError:
+            return
+        signal.setitimer(signal.ITIMER_REAL, min(limits.seconds + _GRACE_S, _LONGEST_S))
+        _answer(pipe, function, item, limits)
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        if _peak_bytes() > limits.memory / 2:  # what it holds must not count against the next item
+            pipe.send(("leaving", None))
+            return
+
+
+def _answer(pipe: Connection, function: Callable[[Item], Any], item: Item, limits: Limits) -> None:
+    answer: Any
+    try:
+        answer = function(item)
+    except MemoryError:
+        answer = Failure("memory", f"needed more than {limits.memory / 2**30:g} GiB")
+    except Exception as error:  # noqa: BLE001 - whatever the function raised is this item's, not the batch's
+        answer = Failure("raised", f"{type(error).__name__}: {error}")
+    pipe.send(("answer", answer))
+
+
+def _prepare(limits: Limits) -> None:
+    """Set up a worker: OpenCV gets one thread, allocations get a limit, and it does not outlive its parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)  # ends the process from outside of Python
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    import cv2
+
+    cv2.setNumThreads(1)
+    _limit_memory(limits.memory)
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        pipes.wait([parent.sentinel])
+        os._exit(0)
+
+
+def _limit_memory(memory: int) -> None:
+    """Make allocations beyond ``memory`` bytes raise MemoryError, where the system can (Linux)."""
+    try:
+        import resource
+    except ImportError:
+        return
+    hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
+    if memory < 2**62:
+        resource.setrlimit(
+            resource.RLIMIT_DATA, (memory if hard == resource.RLIM_INFINITY else min(memory, hard), hard)
+        )
+
+
+def _peak_bytes() -> int:
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+
+def _context(preload: Sequence[str]) -> BaseContext:
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["__main__", *preload])
+    return context
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Hold Ctrl-C back; processes that start within never get it."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
