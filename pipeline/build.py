@@ -93,6 +93,7 @@ def list_inputs(config: BuildConfig) -> list[Input]:
         "units": options.units,
         "furniture": "yes" if options.furniture else "no",
         "seed": str(options.seed),
+        "model_path": options.model_path,
     }
     found = dict.fromkeys(item for source in options.sources for item in find(source, **chosen))
     return sorted(found, key=lambda item: (item.id, item.path))[: options.limit]

@@ -26,6 +26,9 @@ _Config = Annotated[
 _Seed = Annotated[int | None, typer.Option(min=0, help="Seed of all that is drawn at random.", show_default="0")]
 _Up = Annotated[Up | None, typer.Option(help="Up axis of mesh files.", show_default="auto")]
 _Units = Annotated[Units | None, typer.Option(help="Units of mesh files.", show_default="auto")]
+_ModelPath = Annotated[
+    str | None, typer.Option(help="Folders with Gazebo models, divided as in PATH.", show_default=False)
+]
 _Furniture = Annotated[bool | None, typer.Option("--furniture/--no-furniture", help="Furniture is an obstacle too.")]
 
 
@@ -46,6 +49,7 @@ def build(
     up: _Up = None,
     units: _Units = None,
     furniture: _Furniture = None,
+    model_path: _ModelPath = None,
 ) -> None:
     """Build a data set of floor plans from 3D houses.
 
@@ -67,6 +71,7 @@ def build(
         "up": up,
         "units": units,
         "furniture": furniture,
+        "model_path": model_path,
     }
     settings = _settings(config, given)
     console = Console()
@@ -96,13 +101,21 @@ def inspect(
     up: _Up = None,
     units: _Units = None,
     furniture: _Furniture = None,
+    model_path: _ModelPath = None,
 ) -> None:
     """Show what each stage makes of one house: a PNG for each, and all on one sheet."""
     from rich.console import Console
 
     from pipeline.inspection import inspect_house
 
-    given = {"sources": (source,), "seed": seed, "up": up, "units": units, "furniture": furniture}
+    given = {
+        "sources": (source,),
+        "seed": seed,
+        "up": up,
+        "units": units,
+        "furniture": furniture,
+        "model_path": model_path,
+    }
     console = Console()
     found = inspect_house(_settings(config, given), level, out)
     for name in found.pictures:

@@ -18,7 +18,7 @@ _OPTIONS = {
     "ifc": (),
     "suncg": ("furniture",),
     "generated": ("seed",),
-    "by_content": ("furniture", "model_path", "up", "units"),
+    "by_content": ("model_path", "up", "units"),
 }
 """The readers, and which of a build's options each of them takes."""
 

@@ -14,12 +14,12 @@ from pathlib import Path
 from pipeline.sources.recognise import recognise
 from pipeline.values import Input
 
-TAKES = {
-    "procthor": ("furniture",),
-    "front3d": ("furniture",),
-    "gazebo": ("furniture", "model_path"),
-    "sweethome": ("furniture",),
-    "roomplan": ("furniture",),
+TAKES: dict[str, tuple[str, ...]] = {
+    "procthor": (),
+    "front3d": (),
+    "gazebo": ("model_path", "root"),
+    "sweethome": (),
+    "roomplan": (),
     "points": ("up", "units"),
 }
 """The readers, and which of a build's options each of them takes."""
@@ -30,6 +30,7 @@ _MODEL = "model.config"
 def find(path: str, **options: str) -> Iterator[Input]:
     """List what the file holds, or the files of the folder, sorted by their names."""
     root = Path(path)
+    options["root"] = str((root if root.is_dir() else root.parent).absolute())
     if not root.is_dir():
         yield from _inputs(root, recognise(root), f"{root.absolute().parent.name}/{root.name}".lstrip("/"), options)
         return

@@ -2,9 +2,10 @@
 
 The level frame: metres, x right, y up in the plan, z above the floor. What is drawn is cut by the stages like any mesh.
 
-R1  A hole takes its part out of every wall that it crosses; what stands under it (a sill) and over it (a lintel) stays.
-R2  Walls of the same two heights are united first, so that a wall drawn once for each of its two rooms stands once.
-R3  A hole that starts at the knee or lower and ends above a person's head is a passage; the others are windows.
+R1  A hole that starts at the knee or lower and ends above a person's head is a passage. The others are windows, through
+    which nobody goes: the wall stands there as if they were not.
+R2  A passage takes its part out of every wall that it crosses; what is under it (a sill) and over it (a lintel) stays.
+R3  Walls of the same two heights are united first, so that a wall drawn once for each of its two rooms stands once.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ class Hole:
 
     @property
     def is_passage(self) -> bool:
-        """R3."""
+        """R1."""
         return self.bottom_m <= KNEE_M and self.top_m >= HEAD_M
 
 
@@ -56,13 +57,14 @@ def standing(walls: Iterable[Wall], holes: Sequence[Hole]) -> Mesh:
     courses: dict[tuple[float, float], list[Polygon]] = {}
     for wall in walls:
         courses.setdefault((round(wall.bottom_m, 4), round(wall.top_m, 4)), []).append(wall.shape)
+    passages = [hole for hole in holes if hole.is_passage]
     parts = []
     for (bottom, top), shapes in sorted(courses.items()):
-        whole = shapely.union_all(shapes, grid_size=FINEST_M)  # R2
-        across = [hole for hole in holes if hole.bottom_m < top and hole.top_m > bottom]
+        whole = shapely.union_all(shapes, grid_size=FINEST_M)  # R3
+        across = [hole for hole in passages if hole.bottom_m < top and hole.top_m > bottom]
         open_ = shapely.union_all([shapely.buffer(hole.shape, LAP_M, join_style="mitre") for hole in across])
         parts.append(prism(shapely.difference(whole, open_), bottom, top))
-        for hole in across:  # R1
+        for hole in across:  # R2
             shape = shapely.intersection(whole, shapely.buffer(hole.shape, LAP_M, join_style="mitre"))
             parts += [prism(shape, bottom, hole.bottom_m), prism(shape, hole.top_m, top)]
     return united(parts)

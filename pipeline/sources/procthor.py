@@ -40,10 +40,10 @@ _STREAMS: dict[tuple[str, int], gzip.GzipFile] = {}  # this process's one open p
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
-    """List the houses of one file in its order; ``furniture="yes"`` asks for the objects too."""
+    """List the houses of one file in its order; option ``file`` is its name in the source."""
     file = Path(path)
-    name = options.pop("file", f"{file.absolute().parent.name}/{file.name}")
-    settings = tuple(sorted({**options, "file": name}.items()))
+    name = options.get("file", f"{file.absolute().parent.name}/{file.name}")
+    settings = (("file", name),)
     base = base_id(name.removesuffix(".gz"))
     lines = _lines(file)
     first = next(lines, None)
@@ -71,7 +71,7 @@ def read(item: Input) -> Iterator[Level]:
         ceiling_m=top,
         frame=Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "y", 0.0, 0),
         floor=floor_of(room.polygon for room in rooms if room.polygon is not None),
-        furniture=_furniture(house.objects) if options.get("furniture") == "yes" else (),
+        furniture=_furniture(house.objects),
         named_openings=True,
         rooms=rooms,
         room_count=len(rooms) or None,

@@ -7,6 +7,7 @@ its suffix, as its own reader expects; what nobody knows is None.
 from __future__ import annotations
 
 import gzip
+import re
 import zipfile
 import zlib
 from pathlib import Path
@@ -60,7 +61,8 @@ def recognise(path: Path) -> str | None:
     if head.startswith(_GZIP) or text[:1] == b"{":
         return kind_of_json(first_document(path))
     if text[:1] == b"<":
-        return "gazebo" if b"<sdf" in head else None
+        root = re.search(rb"<([A-Za-z_][\w.-]*)", re.sub(rb"<!--.*?-->", b"", text, flags=re.DOTALL))
+        return "gazebo" if root and root[1] == b"sdf" else None
     return _points(head, suffix)
 
 

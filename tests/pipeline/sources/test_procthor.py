@@ -15,8 +15,8 @@ from tests.builders.mutations import mutated, outcome
 ROOMS = {"Bedroom": (0.0, 0.0, 3.0, 4.0), "Kitchen": (3.0, 0.0, 8.0, 4.0)}
 
 
-def levels(path, **options):
-    return [level for item in find(str(path), **options) for level in procthor.read(item)]
+def levels(path):
+    return [level for item in find(str(path)) for level in procthor.read(item)]
 
 
 def rejection(path):
@@ -57,13 +57,12 @@ def test_an_empty_wall_does_not_stand_and_a_doorframe_has_no_leaf(tmp_path):
     assert kinds(plan) == []
 
 
-def test_objects_are_furniture_where_asked_for_and_where_they_have_a_box(tmp_path):
+def test_objects_are_furniture_where_they_have_a_box(tmp_path):
     house = tiny.house()
     box = {"center": tiny.point(1.0, 0.3, 1.0), "size": tiny.point(1.0, 0.6, 2.0)}
     house["objects"].append({"id": "Bed|2|1", "axisAlignedBoundingBox": box})
     path = tiny.write(tmp_path / "house.json", house)
-    assert levels(path)[0].furniture == ()
-    (bed,) = levels(path, furniture="yes")[0].furniture
+    (bed,) = levels(path)[0].furniture
     assert bed.words == ("Bed",)
     assert shapely.MultiPoint(bed.mesh.vertices[:, :2]).bounds == pytest.approx((0.5, 0.0, 1.5, 2.0))
 
