@@ -6,22 +6,35 @@ R1  A hole that starts at the knee or lower and ends above a person's head is a 
     which nobody goes: the wall stands there as if they were not.
 R2  A passage takes its part out of every wall that it crosses; what is under it (a sill) and over it (a lintel) stays.
 R3  Walls of the same two heights are united first, so that a wall drawn once for each of its two rooms stands once.
+R4  What is drawn as a room but has neither walls nor other rooms around it is open air: a terrace, a garden.
+R5  Where rooms are drawn as areas, what is left between these and the walls is wall, as far as it is narrower than
+    NARROW_M; what is wider is a room that nobody drew.
+R6  Where rooms are drawn between the walls, and not over them, a wall ends at a room's edge; but
+    not beside a hole, for which a room may be drawn up to the middle of the wall.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
+from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.values import Mesh, SourceOpening
+from pipeline.geometry.overlay import polygons_of
+from pipeline.geometry.regions import opened
+from pipeline.values import Mesh, SourceOpening, SourceRoom
 
 KNEE_M = 0.5
 HEAD_M = 1.6  # doors of old houses and of cellars are low; no window that starts at the knee ends lower
+OPEN = 0.15
+NEAR_M = 0.3
+NARROW_M = 0.6
+JAMB_M = 0.05
+COVERED = 0.35  # of the walls' area; rooms drawn up to the walls' middles cover nearly all of it
 LAP_M = 0.005  # a hole reaches so far over its wall's faces, which rounding may have moved
 SMALLEST_M2 = 1e-6
 FINEST_M = 1e-4
@@ -39,12 +52,16 @@ class Wall:
 
 @dataclass(frozen=True, eq=False)
 class Hole:
-    """A hole through walls: its shape in plan covers the walls' thickness; open between two heights."""
+    """A hole through walls: its shape in plan covers the walls' thickness; open between two heights.
+
+    ``across`` is the direction, of length 1, in which one walks through it; (0, 0) where nobody asks.
+    """
 
     shape: Polygon
     bottom_m: float
     top_m: float
     has_door: bool = False
+    across: tuple[float, float] = (0.0, 0.0)
 
     @property
     def is_passage(self) -> bool:
@@ -97,6 +114,56 @@ def floor_of(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon | None:
     """Return the area that rooms cover together; None where there are none."""
     area = shapely.union_all(list(shapes), grid_size=FINEST_M)
     return area if isinstance(area, Polygon | MultiPolygon) and not area.is_empty else None
+
+
+def indoors(rooms: Sequence[SourceRoom], walls: Sequence[Wall]) -> tuple[SourceRoom, ...]:
+    """R4: the rooms but those whose edge is open for more than OPEN of its length."""
+    shapes = [room.polygon for room in rooms if room.polygon is not None]
+    near = shapely.buffer(shapely.union_all([wall.shape for wall in walls]), NEAR_M)
+    kept = []
+    for room in rooms:
+        if room.polygon is not None:
+            others = shapely.union_all([shape for shape in shapes if shape is not room.polygon])
+            edge = shapely.difference(room.polygon.exterior, shapely.union(near, shapely.buffer(others, NEAR_M)))
+            if edge.length > OPEN * room.polygon.exterior.length:
+                continue
+        kept.append(room)
+    return tuple(kept)
+
+
+def beside(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[Hole]) -> list[Wall]:
+    """R6: the walls without what lies in rooms; all of them where rooms are drawn without regard to walls."""
+    shapes = [room.polygon for room in rooms if room.polygon is not None]
+    area, standing_ = shapely.union_all(shapes), shapely.union_all([wall.shape for wall in walls])
+    if shapely.intersection(area, standing_).area > COVERED * standing_.area:
+        return list(walls)
+    jambs = shapely.buffer(shapely.union_all([hole.shape for hole in holes]), JAMB_M, join_style="mitre")
+    inner = shapely.difference(area, jambs)
+    return [replace(wall, shape=part) for wall in walls for part in polygons_of(shapely.difference(wall.shape, inner))]
+
+
+def between(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[Hole]) -> tuple[list[Wall], list[Hole]]:
+    """R5: what is left between the rooms and the walls, and the holes, those of passages going on through it."""
+    shapes = [room.polygon for room in rooms if room.polygon is not None]
+    if not shapes or not walls:
+        return [], list(holes)
+    taken = shapely.union_all([*shapes, *(wall.shape for wall in walls)], grid_size=FINEST_M)
+    whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(taken)])
+    free = polygons_of(shapely.difference(whole, taken))
+    slits = shapely.union_all([part for part in free if opened(part, NARROW_M).is_empty])
+    deeper = [_through(hole, slits) if hole.is_passage else hole for hole in holes]
+    top = float(np.median([wall.top_m for wall in walls]))
+    return [Wall(part, 0.0, top) for part in polygons_of(slits)], deeper
+
+
+def _through(hole: Hole, slits: BaseGeometry) -> Hole:
+    """Let a hole go on through what is left between its wall and the rooms."""
+    step = np.array(hole.across) * NARROW_M
+    lane = shapely.convex_hull(shapely.union_all([translate(hole.shape, *step), translate(hole.shape, *-step)]))
+    beside = shapely.buffer(hole.shape, LAP_M)
+    parts = [part for part in polygons_of(shapely.intersection(slits, lane)) if part.intersects(beside)]
+    shape = shapely.convex_hull(shapely.union_all([hole.shape, *parts]))
+    return replace(hole, shape=shape) if isinstance(shape, Polygon) else hole
 
 
 def clean(ring: Iterable[Sequence[float]]) -> Polygon | None:

@@ -22,7 +22,7 @@ from pipeline.sources.uris import Places
 from pipeline.sources.xml_tree import Element, parse_xml
 from pipeline.values import Mesh
 
-MOST_MODELS = 20_000
+MOST_MODELS = 5_000
 MOST_FACES = 5_000_000
 _ADVICE = "correct it, or leave the model out"
 
@@ -53,6 +53,7 @@ class Scene:
         self._places, self._shapes = places, Shapes(places)
         self._path = path.resolve()
         self._trees: dict[Path, Element] = {}
+        self._included: dict[tuple[str, Path], Path | None] = {}
         self._met, self._faces = 0, 0
         self._missing: dict[str, None] = {}
 
@@ -105,7 +106,7 @@ class Scene:
     def _include(self, include: Element, place: _Place, frames: Frames, state: dict[str, Element]) -> Iterator[Body]:
         """R2."""
         uri = (include.findtext("uri") or "").strip()
-        file = _model_file(self._places.find(uri, place.folder))
+        file = self._model_file(uri, place.folder)
         model = self._tree(file).find("model") if file is not None else None
         if file is None or model is None:
             self._missing[named(uri)] = None
@@ -120,6 +121,11 @@ class Scene:
         fixed = place.fixed or _is_true(include.findtext("static"))
         inner = _Place(file.parent, (*place.files, file), place.pose, fixed)
         yield from self._model(model, name, inner, place.pose @ pose)
+
+    def _model_file(self, uri: str, folder: Path) -> Path | None:
+        if (uri, folder) not in self._included:
+            self._included[uri, folder] = _model_file(self._places.find(uri, folder))
+        return self._included[uri, folder]
 
     def _link(self, link: Element, place: _Place, frames: Frames, name: str) -> Mesh:
         """R1."""

@@ -19,8 +19,22 @@ HEAD_BYTES = 1 << 16
 LONGEST_JSON = 1 << 28
 """Bytes of one JSON document; the largest 3D-FRONT scene has a tenth of it."""
 
-_GZIP, _ZIP, _JAVA = b"\x1f\x8b", b"PK\x03\x04", b"\xac\xed\x00\x05"
+_GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
 _SKIPPED = frozenset({".mtl", ".png", ".jpg", ".jpeg", ".pgm", ".yaml", ".txt", ".md", ".toml", ".bin", ".ifc"})
+_PCD = re.compile(rb"^FIELDS .*^DATA ", re.MULTILINE | re.DOTALL)
+_BY_SUFFIX = {
+    ".sh3d": "sweethome",
+    ".sh3x": "sweethome",
+    ".usdz": "roomplan",
+    ".world": "gazebo",
+    ".sdf": "gazebo",
+    ".jsonl": "procthor",
+    ".pcd": "points",
+    ".xyz": "points",
+    ".las": "points",
+    ".laz": "points",
+    ".e57": "points",
+}
 _ANY = msgspec.Raw(b"null")
 
 
@@ -46,7 +60,10 @@ _DOCUMENT = msgspec.json.Decoder(_Document)
 
 
 def recognise(path: Path) -> str | None:
-    """Return the name of the reader that opens a file, None where its content is none that one knows."""
+    """Return the name of the reader that opens a file, None where its content is none that one knows.
+
+    A damaged file is what its suffix says, where that leaves no doubt: its reader then says what is wrong.
+    """
     suffix = path.suffix.lower()
     if suffix in _SKIPPED:
         return None
@@ -55,15 +72,19 @@ def recognise(path: Path) -> str | None:
             head = stream.read(HEAD_BYTES)
     except OSError:
         return None
+    return _by_content(path, head) or _BY_SUFFIX.get(suffix)
+
+
+def _by_content(path: Path, head: bytes) -> str | None:
+    text = head.lstrip(b"\xef\xbb\xbf \t\r\n")
     if head.startswith(_ZIP):
         return _in_zip(path)
-    text = head.lstrip(b"\xef\xbb\xbf \t\r\n")
     if head.startswith(_GZIP) or text[:1] == b"{":
         return kind_of_json(first_document(path))
     if text[:1] == b"<":
         root = re.search(rb"<([A-Za-z_][\w.-]*)", re.sub(rb"<!--.*?-->", b"", text, flags=re.DOTALL))
-        return "gazebo" if root and root[1] == b"sdf" else None
-    return _points(head, suffix)
+        return {b"sdf": "gazebo", b"home": "sweethome"}.get(root[1]) if root else None
+    return _points(head)
 
 
 def kind_of_json(data: bytes) -> str | None:
@@ -122,17 +143,14 @@ def _in_zip(path: Path) -> str | None:
         with zipfile.ZipFile(path) as archive:
             names = archive.namelist()
     except (OSError, zipfile.BadZipFile, ValueError, NotImplementedError, UnicodeDecodeError):
-        by_suffix = {".sh3d": "sweethome", ".sh3x": "sweethome", ".usdz": "roomplan"}
-        return by_suffix.get(path.suffix.lower())
+        return None
     if "Home" in names or "Home.xml" in names:
         return "sweethome"
     return "roomplan" if any(name.lower().endswith((".usd", ".usda", ".usdc")) for name in names) else None
 
 
-def _points(head: bytes, suffix: str) -> str | None:
+def _points(head: bytes) -> str | None:
     if head.startswith(b"ply"):
         faces = next((line.split()[-1] for line in head.split(b"\n") if line.startswith(b"element face")), b"0")
         return "points" if faces.strip() == b"0" and b"end_header" in head else None
-    if head.startswith((b"LASF", b"ASTM-E57")) or (b"FIELDS" in head[:1000] and b"DATA" in head):
-        return "points"
-    return "points" if suffix == ".xyz" else None
+    return "points" if head.startswith((b"LASF", b"ASTM-E57")) or _PCD.search(head) else None
