@@ -110,6 +110,7 @@ def list_sources(config: BuildConfig) -> dict[Input, str]:
         "units": options.units,
         "furniture": "yes" if options.furniture else "no",
         "seed": str(options.seed),
+        "model_path": options.model_path,
     }
     found: dict[Input, str] = {}
     for source in options.sources:

@@ -26,6 +26,9 @@ _Config = Annotated[
 _Seed = Annotated[int | None, typer.Option(min=0, help="Seed of all that is drawn at random.", show_default="0")]
 _Up = Annotated[Up | None, typer.Option(help="Up axis of mesh files.", show_default="auto")]
 _Units = Annotated[Units | None, typer.Option(help="Units of mesh files.", show_default="auto")]
+_ModelPath = Annotated[
+    str | None, typer.Option(help="Folders with Gazebo models, divided as in PATH.", show_default=False)
+]
 _Furniture = Annotated[bool | None, typer.Option("--furniture/--no-furniture", help="Furniture is an obstacle too.")]
 
 
@@ -46,8 +49,12 @@ def build(
     up: _Up = None,
     units: _Units = None,
     furniture: _Furniture = None,
+<<<<<<< HEAD
     add: Annotated[bool, typer.Option("--add", help="Keep plans of other sources that OUT holds.")] = False,
     replace_others: Annotated[bool, typer.Option("--replace", help="Remove what else OUT holds of builds.")] = False,
+=======
+    model_path: _ModelPath = None,
+>>>>>>> readers
 ) -> None:
     """Build a data set of floor plans from 3D houses.
 
@@ -70,6 +77,7 @@ def build(
         "up": up,
         "units": units,
         "furniture": furniture,
+        "model_path": model_path,
     }
     settings = _settings(config, given)
     if add and replace_others:
@@ -104,13 +112,21 @@ def inspect(
     up: _Up = None,
     units: _Units = None,
     furniture: _Furniture = None,
+    model_path: _ModelPath = None,
 ) -> None:
     """Show what each stage makes of one house: a PNG for each, and all on one sheet."""
     from rich.console import Console
 
     from pipeline.inspection import inspect_house
 
-    given = {"sources": (source,), "seed": seed, "up": up, "units": units, "furniture": furniture}
+    given = {
+        "sources": (source,),
+        "seed": seed,
+        "up": up,
+        "units": units,
+        "furniture": furniture,
+        "model_path": model_path,
+    }
     console = Console()
     found = inspect_house(_settings(config, given), level, out)
     for name in found.pictures:

@@ -39,6 +39,7 @@ class BuildOptions:
     up: Literal["auto", "y", "z"] = "auto"
     units: Literal["auto", "m", "cm", "mm", "in", "ft"] = "auto"
     furniture: bool = False
+    model_path: str = ""  # folders to look for Gazebo models in, divided as in PATH
 
 
 @dataclass(frozen=True)

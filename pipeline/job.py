@@ -139,8 +139,17 @@ def _as_rejection(error: Exception, item: Input) -> Rejection:
 
 
 def _content(item: Input) -> str:
-    """SHA-256 of what an input is made from: its file, the scene's files, or what a made house is made from."""
+    """SHA-256 of what an input is made from: its file, the scene's files, or what a made house is made from.
+
+    A reader whose inputs are more, or less, than one file says itself what they are (``content``).
+    """
     path = Path(item.path)
+    own = getattr(reader(item.reader), "content", None)
+    if own is not None:
+        try:
+            return hashlib.sha256(item.key.encode() + own(item)).hexdigest()
+        except Rejection as rejection:  # what cannot be read stays so until the file changes
+            return hashlib.sha256(str(rejection).encode()).hexdigest()
     digest = hashlib.sha256(item.key.encode())
     scene = [path / "house" / item.key, path / "room" / item.key]
     files = [path] if not item.key else sorted(file for folder in scene for file in folder.glob("*"))

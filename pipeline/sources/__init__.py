@@ -9,9 +9,17 @@ from typing import cast
 
 from houseexpo.errors import ConfigError
 from pipeline.rejection import Rejection
+from pipeline.sources.by_content import is_claimed
+from pipeline.sources.recognise import recognise
 from pipeline.values import Input, Reader
 
-_OPTIONS = {"mesh_file": ("up", "units"), "ifc": (), "suncg": ("furniture",), "generated": ("seed",)}
+_OPTIONS = {
+    "mesh_file": ("up", "units"),
+    "ifc": (),
+    "suncg": ("furniture",),
+    "generated": ("seed",),
+    "by_content": ("model_path", "up", "units"),
+}
 """The readers, and which of a build's options each of them takes."""
 
 
@@ -33,6 +41,8 @@ def find(source: str, **options: str) -> Iterator[Input]:
         chosen = {key: value for key, value in options.items() if key in _OPTIONS[name]}
         try:
             for item in reader(name).find(source, **chosen):
+                if name == "mesh_file" and is_claimed(Path(item.path), Path(source)):
+                    continue
                 found = True
                 yield item
         except Rejection as rejection:
@@ -60,5 +70,7 @@ def _readers(source: str) -> tuple[str, ...]:
     if all((path / part).is_dir() for part in ("house", "room")):
         return ("suncg",)
     if path.is_dir():
-        return ("ifc", "mesh_file")
-    return ("ifc",) if path.suffix.lower() == ".ifc" else ("mesh_file",)
+        return ("by_content", "ifc", "mesh_file")
+    if path.suffix.lower() == ".ifc":
+        return ("ifc",)
+    return ("by_content",) if path.is_file() and recognise(path) else ("mesh_file",)

@@ -21,7 +21,7 @@ from houseexpo.plan import DoorKind
 from pipeline.config import DoorsConfig
 from pipeline.geometry.bridges import Bridge, distance_in_row
 from pipeline.geometry.closers import LAP_M
-from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
+from pipeline.geometry.overlay import polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE
 from pipeline.values import Closer, Layout, Level, Passage, Planes, Spaces
 

@@ -7,8 +7,8 @@ import shapely
 from pipeline.config import EvidenceConfig, LayoutConfig, PlanesConfig
 from pipeline.geometry.regions import OUTSIDE
 from pipeline.rejection import Reason, Rejection
-from pipeline.stages.layout import lay_out
 from pipeline.stages.evidence import gather
+from pipeline.stages.layout import lay_out
 from pipeline.stages.planes import cut_planes
 from pipeline.values import Layout
 from tests.builders.houses import Hole, Parts, gap, level, shell, two_rooms, wall

@@ -1,0 +1,54 @@
+"""One member of a zip, and nothing else of it: nothing is unpacked to disk, and no more read than was asked for."""
+
+from __future__ import annotations
+
+import zipfile
+import zlib
+from collections.abc import Iterable
+from pathlib import Path
+
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.naming import check_file
+
+_FAULTS = (OSError, zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError, NotImplementedError)
+"""What damaged, encrypted and unknown archives raise."""
+
+
+def members(path: Path) -> tuple[str, ...]:
+    """Return the names in an archive; raises Rejection where it is none."""
+    check_file(path)
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return tuple(archive.namelist())
+    except _FAULTS as error:
+        raise _broken(path, error) from None
+
+
+def read_member(path: Path, names: Iterable[str], most_bytes: int) -> bytes | None:
+    """Return the first of the named members that is there, None where none is.
+
+    Raises
+    ------
+    Rejection
+        UNREADABLE for a broken archive, TOO_LARGE for a member that unpacks to more than ``most_bytes``.
+    """
+    check_file(path)
+    try:
+        with zipfile.ZipFile(path) as archive:
+            here = set(archive.namelist())
+            name = next((each for each in names if each in here), None)
+            if name is None:
+                return None
+            with archive.open(name) as stream:
+                data = stream.read(most_bytes + 1)
+    except _FAULTS as error:
+        raise _broken(path, error) from None
+    if len(data) > most_bytes:
+        detail = f"{path.name}: {name} unpacks to more than {most_bytes >> 20} MB"
+        raise Rejection("source", Reason.TOO_LARGE, detail, "expected a home; check where the file is from")
+    return data
+
+
+def _broken(path: Path, error: Exception) -> Rejection:
+    detail = f"{path.name} cannot be unpacked: {type(error).__name__}: {str(error)[:120]}"
+    return Rejection("source", Reason.UNREADABLE, detail, "copy or save it again")

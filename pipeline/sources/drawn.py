@@ -1,0 +1,199 @@
+"""Storeys that a source draws as a plan: walls between two heights with holes in them, made into triangles.
+
+The level frame: metres, x right, y up in the plan, z above the floor. What is drawn is cut by the stages like any mesh.
+
+R1  A hole that starts at the knee or lower and ends above a person's head is a passage. The others are windows, through
+    which nobody goes: the wall stands there as if they were not.
+R2  A passage takes its part out of every wall that it crosses; what is under it (a sill) and over it (a lintel) stays.
+R3  Walls of the same two heights are united first, so that a wall drawn once for each of its two rooms stands once.
+R4  What is drawn as a room but has neither walls nor other rooms around it is open air: a terrace, a garden.
+R5  Where rooms are drawn as areas, what is left between these and the walls is wall, as far as it is narrower than
+    NARROW_M; what is wider is a room that nobody drew.
+R6  Where rooms are drawn between the walls, and not over them, a wall ends at a room's edge; but
+    not beside a hole, for which a room may be drawn up to the middle of the wall.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+from shapely import MultiPolygon, Polygon
+from shapely.affinity import translate
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.overlay import polygons_of
+from pipeline.geometry.regions import opened
+from pipeline.values import Mesh, SourceOpening, SourceRoom
+
+KNEE_M = 0.5
+HEAD_M = 1.6  # doors of old houses and of cellars are low; no window that starts at the knee ends lower
+OPEN = 0.15
+NEAR_M = 0.3
+NARROW_M = 0.6
+JAMB_M = 0.05
+COVERED = 0.35  # of the walls' area; rooms drawn up to the walls' middles cover nearly all of it
+LAP_M = 0.005  # a hole reaches so far over its wall's faces, which rounding may have moved
+SMALLEST_M2 = 1e-6
+FINEST_M = 1e-4
+NOTHING = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
+
+
+@dataclass(frozen=True, eq=False)
+class Wall:
+    """A wall's shape in plan, and the heights between which it stands."""
+
+    shape: Polygon
+    bottom_m: float
+    top_m: float
+
+
+@dataclass(frozen=True, eq=False)
+class Hole:
+    """A hole through walls: its shape in plan covers the walls' thickness; open between two heights.
+
+    ``across`` is the direction, of length 1, in which one walks through it; (0, 0) where nobody asks.
+    """
+
+    shape: Polygon
+    bottom_m: float
+    top_m: float
+    has_door: bool = False
+    across: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def is_passage(self) -> bool:
+        """R1."""
+        return self.bottom_m <= KNEE_M and self.top_m >= HEAD_M
+
+
+def standing(walls: Iterable[Wall], holes: Sequence[Hole]) -> Mesh:
+    """Return the walls with their holes as triangles."""
+    courses: dict[tuple[float, float], list[Polygon]] = {}
+    for wall in walls:
+        courses.setdefault((round(wall.bottom_m, 4), round(wall.top_m, 4)), []).append(wall.shape)
+    passages = [hole for hole in holes if hole.is_passage]
+    parts = []
+    for (bottom, top), shapes in sorted(courses.items()):
+        whole = shapely.union_all(shapes, grid_size=FINEST_M)  # R3
+        across = [hole for hole in passages if hole.bottom_m < top and hole.top_m > bottom]
+        open_ = shapely.union_all([shapely.buffer(hole.shape, LAP_M, join_style="mitre") for hole in across])
+        parts.append(prism(shapely.difference(whole, open_), bottom, top))
+        for hole in across:  # R2
+            shape = shapely.intersection(whole, shapely.buffer(hole.shape, LAP_M, join_style="mitre"))
+            parts += [prism(shape, bottom, hole.bottom_m), prism(shape, hole.top_m, top)]
+    return united(parts)
+
+
+def openings(holes: Iterable[Hole]) -> tuple[SourceOpening, ...]:
+    """Return the passages among the holes, as the stages want them."""
+    return tuple(SourceOpening(hole.shape, hole.has_door) for hole in holes if hole.is_passage)
+
+
+def prism(shape: BaseGeometry, bottom_m: float, top_m: float) -> Mesh:
+    """Return a body that stands on a plan shape; nothing where it has no height."""
+    polygons = [p for p in shapely.get_parts(shape) if isinstance(p, Polygon) and p.area > SMALLEST_M2]
+    if top_m - bottom_m < FINEST_M or not polygons:
+        return NOTHING
+    return united([_prism(shapely.orient_polygons(polygon), bottom_m, top_m) for polygon in polygons])
+
+
+def united(parts: Iterable[Mesh]) -> Mesh:
+    """Put meshes into one, side by side."""
+    meshes = [part for part in parts if len(part.faces)]
+    if not meshes:
+        return NOTHING
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)])
+    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), faces)
+
+
+def floor_of(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon | None:
+    """Return the area that rooms cover together; None where there are none."""
+    area = shapely.union_all(list(shapes), grid_size=FINEST_M)
+    return area if isinstance(area, Polygon | MultiPolygon) and not area.is_empty else None
+
+
+def indoors(rooms: Sequence[SourceRoom], walls: Sequence[Wall]) -> tuple[SourceRoom, ...]:
+    """R4: the rooms but those whose edge is open for more than OPEN of its length."""
+    shapes = [room.polygon for room in rooms if room.polygon is not None]
+    near = shapely.buffer(shapely.union_all([wall.shape for wall in walls]), NEAR_M)
+    kept = []
+    for room in rooms:
+        if room.polygon is not None:
+            others = shapely.union_all([shape for shape in shapes if shape is not room.polygon])
+            edge = shapely.difference(room.polygon.exterior, shapely.union(near, shapely.buffer(others, NEAR_M)))
+            if edge.length > OPEN * room.polygon.exterior.length:
+                continue
+        kept.append(room)
+    return tuple(kept)
+
+
+def beside(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[Hole]) -> list[Wall]:
+    """R6: the walls without what lies in rooms; all of them where rooms are drawn without regard to walls."""
+    shapes = [room.polygon for room in rooms if room.polygon is not None]
+    area, standing_ = shapely.union_all(shapes), shapely.union_all([wall.shape for wall in walls])
+    if shapely.intersection(area, standing_).area > COVERED * standing_.area:
+        return list(walls)
+    jambs = shapely.buffer(shapely.union_all([hole.shape for hole in holes]), JAMB_M, join_style="mitre")
+    inner = shapely.difference(area, jambs)
+    return [replace(wall, shape=part) for wall in walls for part in polygons_of(shapely.difference(wall.shape, inner))]
+
+
+def between(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[Hole]) -> tuple[list[Wall], list[Hole]]:
+    """R5: what is left between the rooms and the walls, and the holes, those of passages going on through it."""
+    shapes = [room.polygon for room in rooms if room.polygon is not None]
+    if not shapes or not walls:
+        return [], list(holes)
+    taken = shapely.union_all([*shapes, *(wall.shape for wall in walls)], grid_size=FINEST_M)
+    whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(taken)])
+    free = polygons_of(shapely.difference(whole, taken))
+    slits = shapely.union_all([part for part in free if opened(part, NARROW_M).is_empty])
+    deeper = [_through(hole, slits) if hole.is_passage else hole for hole in holes]
+    top = float(np.median([wall.top_m for wall in walls]))
+    return [Wall(part, 0.0, top) for part in polygons_of(slits)], deeper
+
+
+def _through(hole: Hole, slits: BaseGeometry) -> Hole:
+    """Let a hole go on through what is left between its wall and the rooms."""
+    step = np.array(hole.across) * NARROW_M
+    lane = shapely.convex_hull(shapely.union_all([translate(hole.shape, *step), translate(hole.shape, *-step)]))
+    beside = shapely.buffer(hole.shape, LAP_M)
+    parts = [part for part in polygons_of(shapely.intersection(slits, lane)) if part.intersects(beside)]
+    shape = shapely.convex_hull(shapely.union_all([hole.shape, *parts]))
+    return replace(hole, shape=shape) if isinstance(shape, Polygon) else hole
+
+
+def clean(ring: Iterable[Sequence[float]]) -> Polygon | None:
+    """Return the polygon of a ring (n, 2), its largest part where it crosses itself; None where it has no area."""
+    points = np.asarray([tuple(point) for point in ring], np.float64)
+    if len(points) < 3 or not np.isfinite(points).all():
+        return None
+    parts = shapely.get_parts(shapely.make_valid(Polygon(points)))
+    polygons = [part for part in parts if isinstance(part, Polygon)]
+    largest = max(polygons, key=lambda part: part.area, default=Polygon())
+    return largest if largest.area > SMALLEST_M2 else None
+
+
+def _prism(polygon: Polygon, bottom_m: float, top_m: float) -> Mesh:
+    triangles = shapely.orient_polygons(shapely.get_parts(shapely.constrained_delaunay_triangles(polygon)))
+    corners = np.stack([shapely.get_coordinates(triangle)[:3] for triangle in triangles])
+    flat = [_raised(corners, top_m), _raised(corners[:, ::-1], bottom_m)]
+    sides = [_sides(shapely.get_coordinates(ring), bottom_m, top_m) for ring in (polygon.exterior, *polygon.interiors)]
+    vertices = np.concatenate([*flat, *sides]).reshape(-1, 3)
+    return Mesh(vertices, np.arange(len(vertices), dtype=np.int64).reshape(-1, 3))
+
+
+def _raised(corners: np.ndarray, z: float) -> np.ndarray:
+    """Triangles (n, 3, 2) at a height: (n, 3, 3)."""
+    return np.concatenate([corners, np.full((*corners.shape[:2], 1), z)], axis=2)
+
+
+def _sides(ring: np.ndarray, bottom_m: float, top_m: float) -> np.ndarray:
+    """Upright triangles (n, 3, 3) over a closed ring that has the body on its left."""
+    a, b = ring[:-1], ring[1:]
+    low, high = np.full((len(a), 1), bottom_m), np.full((len(a), 1), top_m)
+    a0, b0, a1, b1 = np.hstack([a, low]), np.hstack([b, low]), np.hstack([a, high]), np.hstack([b, high])
+    return np.concatenate([np.stack([a0, b0, b1], axis=1), np.stack([a0, b1, a1], axis=1)])

@@ -1,0 +1,145 @@
+"""Gazebo: an SDF world or model, with the models and meshes that it includes.
+
+Frame: x = X, y = Y, z = Z of the world, metres.
+
+R1  A body that can move is furniture, and so is a fixed one that stands inside the building and ends below its walls.
+    The building is the fixed body that covers most of what the fixed ones cover together; where none does, all of them
+    are. Where nothing is fixed, as in a model's own file, everything is.
+R2  What is called a door is a leaf: it may stand open or shut.
+R3  The building's levels are found as those of any mesh; furniture goes to the level where it stands.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from houseexpo.plan import Frame
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.drawn import united
+from pipeline.sources.gazebo_scene import Body, Scene
+from pipeline.sources.levels import FoundLevel, find_levels
+from pipeline.sources.naming import base_id, check_file, level_id
+from pipeline.sources.placing import Shift, near_shift
+from pipeline.sources.uris import Places, search_path
+from pipeline.values import Input, Level, Mesh, SourceObject
+
+SHARE = 0.6  # of the plan box of all that is fixed
+LOWER_M = 0.3
+_DOOR = re.compile(r"(?<![a-z])doors?(?![a-z])", re.IGNORECASE)
+
+
+def find(path: str, **options: str) -> Iterator[Input]:
+    """List one world or model; ``model_path`` are further folders to look for models in, ``root`` is the source's."""
+    file = Path(path)
+    name = options.get("file", f"{file.absolute().parent.name}/{file.name}")
+    chosen = {
+        "file": name,
+        "root": options.get("root", str(file.absolute().parent)),
+        "model_path": search_path(options.get("model_path", ""), os.environ),
+    }
+    yield Input(base_id(name), "gazebo", str(file), options=tuple(sorted(chosen.items())))
+
+
+def read(item: Input) -> Iterator[Level]:
+    """Yield the levels of the building, lowest first; raises Rejection where the file cannot be read or has none."""
+    options = dict(item.options)
+    name = options.get("file", Path(item.path).name)
+    scene = _scene(item)
+    parts = _sorted(list(scene.bodies()))
+    if not len(parts.building.faces):
+        detail = f"{name} has no fixed body; left out as missing: {', '.join(scene.missing[:5]) or 'nothing'}"
+        raise Rejection("source", Reason.EMPTY, detail, "give the models' folder with --model-path")
+    shift = near_shift(parts.building.vertices)
+    levels = find_levels(Mesh(parts.building.vertices - shift, parts.building.faces))
+    provenance = {"source": "gazebo", "file": name, "sha256": _digest(scene)}
+    if scene.missing:
+        provenance["missing"] = ", ".join(scene.missing)
+    for number, level in enumerate(levels):
+        yield Level(
+            id=level_id(item.id, number, len(levels)),
+            walls=level.walls,
+            ceiling_m=level.ceiling_m,
+            frame=Frame(((1.0, 0.0, shift[0]), (0.0, 1.0, shift[1])), "z", level.floor_z + shift[2], number),
+            floor=level.floor,
+            leaves=tuple(_on_level(parts.leaves, level, shift)),
+            furniture=tuple(_on_level(parts.furniture, level, shift)),
+            n_objects=len(parts.furniture),
+            provenance=provenance,
+        )
+
+
+def content(item: Input) -> bytes:
+    """Return the hash of all files that the input is made from."""
+    scene = _scene(item)
+    for _ in scene.bodies():
+        pass
+    return _digest(scene).encode() + "\n".join(scene.missing).encode()
+
+
+def _scene(item: Input) -> Scene:
+    path, options = Path(item.path), dict(item.options)
+    check_file(path)
+    places = Places(Path(options.get("root") or path.absolute().parent), options.get("model_path", ""))
+    return Scene(path, places)
+
+
+def _digest(scene: Scene) -> str:
+    digest = hashlib.sha256()
+    for file in scene.files:
+        digest.update(file.name.encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())
+    return digest.hexdigest()
+
+
+@dataclass(frozen=True, eq=False)
+class _Parts:
+    """What a scene consists of."""
+
+    building: Mesh
+    leaves: list[Body]
+    furniture: list[Body]
+
+
+def _sorted(bodies: list[Body]) -> _Parts:
+    """R1, R2."""
+    leaves = [body for body in bodies if _DOOR.search(body.name.replace("_", " "))]
+    others = [body for body in bodies if body not in leaves]
+    fixed = [body for body in others if body.fixed] or others
+    main = _building(fixed)
+    furniture = [body for body in others if body not in fixed or (main is not None and _stands_in(body, main))]
+    return _Parts(united([body.mesh for body in fixed if body not in furniture]), leaves, furniture)
+
+
+def _building(fixed: list[Body]) -> Body | None:
+    if not fixed:
+        return None
+    low, high = _box(united([body.mesh for body in fixed]))
+    areas = [float(np.prod(np.diff(_box(body.mesh), axis=0)[0, :2])) for body in fixed]
+    best = int(np.argmax(areas))
+    return fixed[best] if areas[best] >= SHARE * np.prod((high - low)[:2]) else None
+
+
+def _stands_in(body: Body, main: Body) -> bool:
+    (low, high), (floor, top) = _box(body.mesh), _box(main.mesh)
+    inside = bool((low[:2] >= floor[:2] - LOWER_M).all() and (high[:2] <= top[:2] + LOWER_M).all())
+    return body is not main and inside and bool(high[2] < top[2] - LOWER_M)
+
+
+def _box(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    return mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+
+
+def _on_level(bodies: list[Body], level: FoundLevel, shift: Shift) -> Iterator[SourceObject]:
+    """R3."""
+    floor = level.floor_z + shift[2]
+    for body in bodies:
+        low, high = body.mesh.vertices[:, 2].min(), body.mesh.vertices[:, 2].max()
+        if low < floor + level.ceiling_m and high > floor:
+            moved = body.mesh.vertices - (shift[0], shift[1], floor)
+            yield SourceObject((body.name,), Mesh(moved, body.mesh.faces))

@@ -1,0 +1,214 @@
+"""ProcTHOR houses: one house in a JSON file, or many, one a line, in a file that may be packed by gzip.
+
+Frame: Unity's axes are left-handed, so that x = X and y = Z show the house from above as it is; z = Y. A file of many
+houses is read as a stream: a build lists where each line begins, a worker goes there, and only one house is in memory.
+
+R1  A wall is a sheet, drawn once for each of its rooms; here it stands once, THICKNESS_M thick about the sheet. A wall
+    marked ``empty`` divides two rooms without standing.
+R2  A door's or window's hole is measured along ``wall0`` from its first corner. What has no leaf (a doorframe) is an
+    opening without a door.
+R3  Objects are furniture where the file has their boxes (``axisAlignedBoundingBox``); it names most by a model only.
+"""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import math
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+
+from houseexpo.categories import canonical
+from houseexpo.plan import Frame
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.drawn import Hole, Wall, clean, floor_of, openings, prism, standing
+from pipeline.sources.naming import base_id
+from pipeline.sources.procthor_house import House, Plane, Slot, Thing, parse_house
+from pipeline.sources.recognise import opened
+from pipeline.values import Input, Level, SourceObject, SourceRoom
+
+THICKNESS_M = 0.02
+LONGEST_LINE = 1 << 26
+"""Bytes of one house; the largest of ProcTHOR-10k has a hundredth of it."""
+_ADVICE = "copy it again from the data set"
+_STREAMS: dict[tuple[str, int], gzip.GzipFile] = {}  # this process's one open packed file
+
+
+def find(path: str, **options: str) -> Iterator[Input]:
+    """List the houses of one file in its order; option ``file`` is its name in the source."""
+    file = Path(path)
+    name = options.get("file", f"{file.absolute().parent.name}/{file.name}")
+    settings = (("file", name),)
+    base = base_id(name.removesuffix(".gz"))
+    lines = _lines(file)
+    first = next(lines, None)
+    second = next(lines, None)
+    if first is None or second is None or not _is_house(file, first):
+        yield Input(base, "procthor", str(file), options=settings)
+        return
+    for number, line in enumerate(_chained(first, second, lines)):
+        yield Input(f"{base}_{number:06d}", "procthor", str(file), f"{line[0]}:{line[1]}", settings)
+
+
+def read(item: Input) -> Iterator[Level]:
+    """Yield the level of one house; raises Rejection where it cannot be read."""
+    data, options = content(item), dict(item.options)
+    name = options.get("file", Path(item.path).name)
+    house = parse_house(data, name)
+    walls = _walls(house)
+    if not walls:
+        raise Rejection("source", Reason.EMPTY, f"{name}: no wall stands in the house", "leave it out")
+    holes, rooms = _holes(house, name), _rooms(house)
+    top = max(wall.top_m for wall in walls)
+    yield Level(
+        id=item.id,
+        walls=standing(walls, holes),
+        ceiling_m=top,
+        frame=Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "y", 0.0, 0),
+        floor=floor_of(room.polygon for room in rooms if room.polygon is not None),
+        furniture=_furniture(house.objects),
+        named_openings=True,
+        rooms=rooms,
+        room_count=len(rooms) or None,
+        openings=openings(holes),
+        n_objects=len(house.objects),
+        provenance={"source": "procthor", "file": name, "sha256": hashlib.sha256(data).hexdigest()},
+    )
+
+
+def content(item: Input) -> bytes:
+    """Return the bytes of one house; raises Rejection where they are not there."""
+    name = Path(item.path).name
+    try:
+        if not item.key:
+            with opened(Path(item.path)) as stream:
+                data = bytes(stream.read(LONGEST_LINE))
+        else:
+            start, length = (int(part) for part in item.key.split(":"))
+            data = _part(item.path, start, length)
+    except FileNotFoundError:
+        raise Rejection("source", Reason.MISSING_FILE, f"{name} does not exist", "check the path") from None
+    except (OSError, EOFError, zlib.error) as error:
+        detail = f"{name} cannot be unpacked to its end: {type(error).__name__}"
+        raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
+    if len(data) >= LONGEST_LINE:
+        detail = f"{name}: a house of {LONGEST_LINE >> 20} MB or more"
+        raise Rejection("source", Reason.TOO_LARGE, detail, "expected one house a file, or one a line")
+    return data
+
+
+def _part(path: str, start: int, length: int) -> bytes:
+    """Return a part of a file: of a packed one the stream stays open, as the lines are asked for in their order."""
+    changed = Path(path).stat().st_mtime_ns
+    if (path, changed) not in _STREAMS:
+        for old in list(_STREAMS):
+            _STREAMS.pop(old).close()
+        stream = opened(Path(path))
+        if not isinstance(stream, gzip.GzipFile):
+            with stream:
+                stream.seek(start)
+                return bytes(stream.read(length))
+        _STREAMS[path, changed] = stream
+    _STREAMS[path, changed].seek(start)
+    return _STREAMS[path, changed].read(length)
+
+
+def _lines(file: Path) -> Iterator[tuple[int, int]]:
+    """Yield start and length of each line that is not blank; what cannot be unpacked is one more line."""
+    start = 0
+    try:
+        with opened(file) as stream:
+            while line := stream.readline(LONGEST_LINE):
+                if line.strip():
+                    yield start, len(line)
+                start += len(line)
+    except (OSError, EOFError, zlib.error):
+        yield start, LONGEST_LINE - 1
+
+
+def _chained(first: Any, second: Any, rest: Iterator[tuple[int, int]]) -> Iterator[tuple[int, int]]:
+    yield first
+    yield second
+    yield from rest
+
+
+def _is_house(file: Path, line: tuple[int, int]) -> bool:
+    """Whether a line is a whole JSON document: a house that is written over several lines has none."""
+    with opened(file) as stream:
+        stream.seek(line[0])
+        text = stream.read(line[1]).strip()
+    return bool(text.startswith(b"{") and text.endswith(b"}"))
+
+
+def _walls(house: House) -> list[Wall]:
+    """R1."""
+    found = []
+    for wall in house.walls:
+        ends = _foot(wall)
+        if not wall.empty and ends is not None:
+            shape = shapely.buffer(shapely.LineString(ends), THICKNESS_M / 2, cap_style="square")
+            heights = [corner.y for corner in wall.polygon]
+            found.append(Wall(shape, min(heights), max(heights)))
+    return found
+
+
+def _foot(wall: Plane) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """Return the ends of a wall in plan, the corner first from which its holes are measured."""
+    corners = [(corner.x, corner.z) for corner in wall.polygon]
+    if len(corners) < 3:
+        return None
+    end = max(corners[1:], key=lambda corner: math.dist(corners[0], corner))
+    return (corners[0], end) if math.dist(corners[0], end) > THICKNESS_M else None
+
+
+def _holes(house: House, name: str) -> list[Hole]:
+    """R2."""
+    walls = {wall.id: wall for wall in house.walls}
+    found = []
+    for slot, is_door in [(door, True) for door in house.doors] + [(window, False) for window in house.windows]:
+        wall = walls.get(slot.wall0) or walls.get(slot.wall1)
+        ends = _foot(wall) if wall is not None else None
+        if wall is None or ends is None or len(slot.hole) < 2:
+            detail = f"{name}: {slot.id}: expected a hole in one of its walls, found no wall {slot.wall0!r}"
+            raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE)
+        foot = min(corner.y for corner in wall.polygon)
+        found.append(_hole(slot, np.array(ends), foot, is_door))
+    return found
+
+
+def _hole(slot: Slot, ends: Any, foot: float, is_door: bool) -> Hole:
+    along = (ends[1] - ends[0]) / np.hypot(*(ends[1] - ends[0]))
+    reach = [corner.x for corner in slot.hole]
+    line = shapely.LineString([ends[0] + min(reach) * along, ends[0] + max(reach) * along])
+    shape = shapely.buffer(line, THICKNESS_M / 2, cap_style="flat")
+    heights = [foot + corner.y for corner in slot.hole]
+    has_leaf = is_door and not slot.asset.startswith("Doorframe")
+    return Hole(shape, min(heights), max(heights), has_leaf)
+
+
+def _rooms(house: House) -> tuple[SourceRoom, ...]:
+    found = []
+    for room in house.rooms:
+        label = canonical(room.room_type)
+        polygon = clean((corner.x, corner.z) for corner in room.floor_polygon)
+        words = (room.room_type,) if room.room_type else ()
+        found.append(SourceRoom(words, (label,) if label else (), polygon))
+    return tuple(found)
+
+
+def _furniture(things: list[Thing]) -> tuple[SourceObject, ...]:
+    """R3."""
+    found = []
+    for thing in things:
+        if thing.box is None:
+            continue
+        centre, size = thing.box.center, thing.box.size
+        low, high = (centre.x - size.x / 2, centre.z - size.z / 2), (centre.x + size.x / 2, centre.z + size.z / 2)
+        body = prism(shapely.box(*low, *high), centre.y - size.y / 2, centre.y + size.y / 2)
+        found.append(SourceObject((thing.id.partition("|")[0],), body))
+    return tuple(found)

@@ -1,0 +1,156 @@
+"""What a file is, by its content: which reader opens it.
+
+A file is looked at only as far as that takes: the first bytes, and of JSON the first house. A mesh format is left to
+its suffix, as its own reader expects; what nobody knows is None.
+"""
+
+from __future__ import annotations
+
+import gzip
+import re
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+HEAD_BYTES = 1 << 16
+LONGEST_JSON = 1 << 28
+"""Bytes of one JSON document; the largest 3D-FRONT scene has a tenth of it."""
+
+_GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
+_SKIPPED = frozenset({".mtl", ".png", ".jpg", ".jpeg", ".pgm", ".yaml", ".txt", ".md", ".toml", ".bin", ".ifc"})
+_PCD = re.compile(rb"^FIELDS .*^DATA ", re.MULTILINE | re.DOTALL)
+_BY_SUFFIX = {
+    ".sh3d": "sweethome",
+    ".sh3x": "sweethome",
+    ".usdz": "roomplan",
+    ".world": "gazebo",
+    ".sdf": "gazebo",
+    ".jsonl": "procthor",
+    ".pcd": "points",
+    ".xyz": "points",
+    ".las": "points",
+    ".laz": "points",
+    ".e57": "points",
+}
+_ANY = msgspec.Raw(b"null")
+
+
+class _Part(msgspec.Struct):
+    """One wall, or one room, of a JSON document: which keys it has."""
+
+    polygon: msgspec.Raw = _ANY
+    floorPolygon: msgspec.Raw = _ANY  # noqa: N815 - the file's own key
+    transform: msgspec.Raw = _ANY
+    walls: msgspec.Raw = _ANY
+
+
+class _Document(msgspec.Struct):
+    """The keys by which a JSON house is known."""
+
+    walls: list[_Part] | None = None
+    rooms: list[_Part] | None = None
+    mesh: list[Any] | None = None
+    scene: dict[str, Any] | None = None
+
+
+_DOCUMENT = msgspec.json.Decoder(_Document)
+
+
+def recognise(path: Path) -> str | None:
+    """Return the name of the reader that opens a file, None where its content is none that one knows.
+
+    A damaged file is what its suffix says, where that leaves no doubt: its reader then says what is wrong.
+    """
+    suffix = path.suffix.lower()
+    if suffix in _SKIPPED:
+        return None
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(HEAD_BYTES)
+    except OSError:
+        return None
+    return _by_content(path, head) or _BY_SUFFIX.get(suffix)
+
+
+def _by_content(path: Path, head: bytes) -> str | None:
+    text = head.lstrip(b"\xef\xbb\xbf \t\r\n")
+    if head.startswith(_ZIP):
+        return _in_zip(path)
+    if head.startswith(_GZIP) or text[:1] == b"{":
+        return kind_of_json(first_document(path))
+    if text[:1] == b"<":
+        root = re.search(rb"<([A-Za-z_][\w.-]*)", re.sub(rb"<!--.*?-->", b"", text, flags=re.DOTALL))
+        return {b"sdf": "gazebo", b"home": "sweethome"}.get(root[1]) if root else None
+    return _points(head)
+
+
+def kind_of_json(data: bytes) -> str | None:
+    """Tell ProcTHOR, 3D-FRONT and RoomPlan apart by the keys that only they have."""
+    try:
+        document = _DOCUMENT.decode(data)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        return _by_words(data[:HEAD_BYTES])
+    if document.mesh is not None and document.scene is not None:
+        return "front3d"
+    walls, rooms = document.walls or [], document.rooms or []
+    if any(room.floorPolygon != _ANY for room in rooms) or any(wall.polygon != _ANY for wall in walls):
+        return "procthor"
+    if any(wall.transform != _ANY for wall in walls) or any(room.walls != _ANY for room in rooms):
+        return "roomplan"
+    return None
+
+
+def first_document(path: Path) -> bytes:
+    """Return the whole of a JSON file, or the first line of a file that has one house a line; gzip is unpacked."""
+    try:
+        with opened(path) as stream:
+            line = bytes(stream.readline(LONGEST_JSON))
+            while line and not line.strip():
+                line = bytes(stream.readline(LONGEST_JSON))
+            return line if _is_whole(line) else line + bytes(stream.read(LONGEST_JSON - len(line)))
+    except (OSError, EOFError, zlib.error):
+        return b""
+
+
+def opened(path: Path) -> Any:
+    """Open a file that may be packed by gzip; the caller closes it."""
+    with path.open("rb") as stream:
+        packed = stream.read(2) == _GZIP
+    return gzip.open(path) if packed else path.open("rb")
+
+
+def _is_whole(line: bytes) -> bool:
+    return line.rstrip().endswith(b"}") and line.lstrip().startswith(b"{") and line.count(b"{") == line.count(b"}")
+
+
+def _by_words(head: bytes) -> str | None:
+    """A document that breaks off is still what its first keys say, so that its own reader says what is wrong."""
+    if b'"floorPolygon"' in head or b'"holePolygon"' in head or b'"proceduralParameters"' in head:
+        return "procthor"
+    if b'"design_version"' in head or b'"WallInner"' in head:
+        return "front3d"
+    if b'"dimensions"' in head and b'"transform"' in head:
+        return "roomplan"
+    return None
+
+
+def _in_zip(path: Path) -> str | None:
+    """A zip with a Sweet Home 3D home, or with a USD scene."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = archive.namelist()
+    except (OSError, zipfile.BadZipFile, ValueError, NotImplementedError, UnicodeDecodeError):
+        return None
+    if "Home" in names or "Home.xml" in names:
+        return "sweethome"
+    return "roomplan" if any(name.lower().endswith((".usd", ".usda", ".usdc")) for name in names) else None
+
+
+def _points(head: bytes) -> str | None:
+    if head.startswith(b"ply"):
+        faces = next((line.split()[-1] for line in head.split(b"\n") if line.startswith(b"element face")), b"0")
+        return "points" if faces.strip() == b"0" and b"end_header" in head else None
+    return "points" if head.startswith((b"LASF", b"ASTM-E57")) or _PCD.search(head) else None

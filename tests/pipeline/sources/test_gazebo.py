@@ -1,0 +1,206 @@
+import math
+
+import numpy as np
+import pytest
+
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources import find, gazebo, reader
+from tests.builders.gazebo import box, cube, house, model, world
+from tests.builders.houses import kinds, plan_of
+from tests.builders.meshes import as_trimesh, one_level
+from tests.builders.mutations import mutated, outcome
+
+
+def levels(path, **options):
+    return [level for item in find(str(path), **options) for level in reader(item.reader).read(item)]
+
+
+def one(tmp_path, *parts, **options):
+    file = tmp_path / "house.world"
+    file.write_text(world(*parts))
+    (level,) = levels(file, **options)
+    return level
+
+
+def bounds(mesh):
+    return np.concatenate([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)])
+
+
+def rejected(tmp_path, text, **options):
+    file = tmp_path / "house.world"
+    file.write_text(text)
+    found = outcome(file, **options)
+    assert isinstance(found, Rejection)
+    return found
+
+
+def test_walls_of_boxes_give_rooms_and_the_door(tmp_path):
+    level = one(tmp_path, house())
+    assert bounds(level.walls) == pytest.approx([-0.2, -0.2, 0.0, 7.4, 3.2, 2.5])  # the ground is no part of it
+    plan = plan_of(level)
+    assert sorted(room.area for room in plan.rooms) == pytest.approx([9.0, 12.0], rel=0.01)
+    assert kinds(plan) == ["door"]
+
+
+def test_a_world_is_known_by_its_content(tmp_path):
+    file = tmp_path / "anything.xyz"
+    file.write_text(world(house()))
+    assert [item.reader for item in find(str(file))] == ["gazebo"]
+
+
+def test_poses_turn_and_add_up_through_models_links_and_frames(tmp_path):
+    link = (
+        f"<link name='l'><pose relative_to='f'>1 0 0 0 0 0</pose>{box('v', (4.0, 0.2, 2.5), '0 0 1.25 0 0 0')}</link>"
+    )
+    frame = f"<frame name='f'><pose>0 0 0 0 0 {math.pi / 2}</pose></frame>"
+    inner = f"<model name='inner'><pose>10 0 0 0 0 0</pose>{frame}{link}</model>"
+    outer = f"<model name='outer'><static>1</static><pose>0 5 0 0 0 0</pose>{inner}</model>"
+    level = one(tmp_path, outer)
+    assert bounds(level.walls) == pytest.approx([9.9, 4.0, 0.0, 10.1, 8.0, 2.5])
+
+
+def test_quaternions_degrees_and_placement_frames(tmp_path):
+    link = f"<link name='l'><pose>3 0 0 0 0 0</pose>{box('v', (4.0, 0.2, 2.5), '0 0 1.25 0 0 0')}</link>"
+    for pose in ("<pose degrees='true'>0 0 0 0 0 90</pose>", "<pose rotation_format='quat_xyzw'>0 0 0 0 0 1 1</pose>"):
+        level = one(tmp_path, f"<model name='m' placement_frame='l'><static>1</static>{pose}{link}</model>")
+        assert bounds(level.walls) == pytest.approx([-0.1, -2.0, 0.0, 0.1, 2.0, 2.5])
+
+
+def test_movable_and_low_inner_models_are_furniture_a_door_is_a_leaf(tmp_path):
+    level = one(
+        tmp_path,
+        house(),
+        cube("cart", "1 1 0.3 0 0 0", static=False),
+        cube("shelf", "5 1 0.3 0 0 0"),
+        cube("tower", "5 2 1.25 0 0 0", size=2.5),
+        cube("front_door", "2 0 0.5 0 0 0"),
+        cube("outdoor_bench", "1 2 0.3 0 0 0"),
+    )
+    assert [each.words for each in level.furniture] == [("cart",), ("shelf",), ("outdoor_bench",)]
+    assert [each.words for each in level.leaves] == [("front_door",)]
+    assert bounds(level.furniture[1].mesh) == pytest.approx([4.7, 0.7, 0.0, 5.3, 1.3, 0.6])
+
+
+def test_the_saved_state_says_where_a_model_stands(tmp_path):
+    state = "<state world_name='w'><model name='cart'><pose>2 2 0.3 0 0 0</pose></model></state>"
+    level = one(tmp_path, house(), cube("cart", "1 1 0.3 0 0 0", static=False), state)
+    assert bounds(level.furniture[0].mesh) == pytest.approx([1.7, 1.7, 0.0, 2.3, 2.3, 0.6])
+
+
+def test_the_fuller_of_visual_and_collision_counts(tmp_path):
+    plain = box("c", (7.6, 3.4, 2.5), "3.6 1.5 1.25 0 0 0", "collision")
+    level = one(tmp_path, house().replace("</link>", f"{plain}</link>"))
+    assert len(plan_of(level).rooms) == 2
+    missing = "<visual name='m'><geometry><mesh><uri>model://none/a.dae</uri></mesh></geometry></visual>"
+    level = one(tmp_path, house(), cube("cart", "1 1 0.3 0 0 0").replace("</link>", f"{missing}{plain}</link>"))
+    assert bounds(level.walls)[3] > 7.0
+    assert level.provenance["missing"] == "model://none/a.dae"
+
+
+def test_models_are_found_in_the_folder_and_on_the_model_path(tmp_path, monkeypatch):
+    file = tmp_path / "src" / "house.world"
+    model(tmp_path / "src" / "deep" / "models", "walls", house())
+    model(tmp_path / "far", "cart", cube("cart", "0 0 0.3 0 0 0", static=False))
+    include = "<include><uri>model://{}</uri><pose>1 1 0 0 0 0</pose></include>"
+    file.write_text(world(include.format("walls"), include.format("cart")))
+    (level,) = levels(file)
+    assert bounds(level.walls)[:2] == pytest.approx([0.8, 0.8])
+    assert level.provenance["missing"] == "model://cart"
+    (level,) = levels(file, model_path=str(tmp_path / "far"))
+    assert len(level.furniture) == 1
+    assert "missing" not in level.provenance
+    monkeypatch.setenv("GZ_SIM_RESOURCE_PATH", str(tmp_path / "far"))
+    assert len(levels(file)[0].furniture) == 1
+
+
+def test_a_folder_gives_its_worlds_and_not_their_models_nor_these_models_meshes(tmp_path):
+    file = model(tmp_path / "models", "walls", house())
+    as_trimesh(one_level()).export(file.parent / "mesh.ply")
+    assert [item.id for item in find(str(tmp_path))] == ["models_walls_model"]
+    (tmp_path / "a.world").write_text(world("<include><uri>model://walls</uri></include>"))
+    assert [item.id for item in find(str(tmp_path))] == ["a"]
+
+
+def test_meshes_are_scaled_and_placed(tmp_path):
+    as_trimesh(one_level()).export(tmp_path / "walls.ply")
+    mesh = "<geometry><mesh><uri>walls.ply</uri><scale>0.5 1 1</scale></mesh></geometry>"
+    model_ = f"<model name='m'><static>1</static><link name='l'><visual name='v'>{mesh}</visual></link></model>"
+    level = one(tmp_path, model_)
+    own = bounds(one_level())
+    assert bounds(level.walls)[[0, 1, 3, 4]] == pytest.approx(own[[0, 1, 3, 4]] * [0.5, 1, 0.5, 1])
+
+
+def test_what_an_input_is_made_from_counts_its_models(tmp_path):
+    file = tmp_path / "house.world"
+    inner = model(tmp_path, "walls", house())
+    file.write_text(world("<include><uri>model://walls</uri></include>"))
+    (item,) = find(str(file))
+    before = gazebo.content(item)
+    assert gazebo.content(item) == before
+    inner.write_text(inner.read_text().replace("2.5", "2.6"))
+    assert gazebo.content(item) != before
+
+
+@pytest.mark.parametrize(
+    "uri",
+    ["model://../out", "file://../out/m.ply", "../out/m.ply", "https://host/m.ply", "file:///etc/m.ply", "link.ply"],
+)
+def test_what_leaves_the_folder_or_names_a_host_is_left_out(tmp_path, uri):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "in").mkdir()
+    as_trimesh(one_level()).export(tmp_path / "out" / "m.ply")
+    (tmp_path / "in" / "link.ply").symlink_to(tmp_path / "out" / "m.ply")
+    mesh = f"<visual name='m'><geometry><mesh><uri>{uri}</uri></mesh></geometry></visual>"
+    level = one(tmp_path / "in", house(), cube("cart", "1 1 0.3 0 0 0").replace("</link>", f"{mesh}</link>"))
+    assert level.provenance["missing"] == (uri if "model:" in uri or "https" in uri else uri.rpartition("/")[2])
+    assert str(tmp_path) not in str(level.provenance)
+
+
+def test_a_model_that_includes_itself_is_rejected(tmp_path):
+    include = "<include><uri>model://{}</uri></include>"
+    model(tmp_path, "a", f"<model name='a'>{include.format('b')}</model>")
+    model(tmp_path, "b", f"<model name='b'>{include.format('a')}</model>")
+    found = rejected(tmp_path, world(include.format("a")))
+    assert "includes itself" in found.detail
+
+
+def test_models_that_multiply_are_too_many(tmp_path):
+    for k in range(15):
+        inner = f"<include><uri>model://m{k + 1}</uri></include>" * 3
+        model(tmp_path, f"m{k}", f"<model name='m{k}'>{inner}</model>")
+    model(tmp_path, "m15", cube("c", "0 0 0 0 0 0"))
+    found = rejected(tmp_path, world("<include><uri>model://m0</uri></include>"))
+    assert found.reason is Reason.TOO_LARGE
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "<!DOCTYPE sdf [<!ENTITY a 'b'>]><sdf><world>&a;</world></sdf>",
+        "<!DOCTYPE sdf [<!ENTITY x SYSTEM 'file:///etc/hostname'>]><sdf><world>&x;</world></sdf>",
+        "<sdf>" + "<model name='a'>" * 3000,
+        "<sdf><world name='w'></world></sdf>",
+        world(house(pose="0 0 nan 0 0 0")),
+        world(house(pose="1 2")),
+        world(house(pose="1e300 0 0 0 0 0")),
+        world(house(inner="<frame name='a' attached_to='b'/><frame name='b' attached_to='a'/>")
+              .replace("<link name='walls'>", "<link name='walls'><pose relative_to='a'/>")),
+        world(house()).replace("<size>0.2", "<size>-0.2"),
+    ],
+)  # fmt: skip
+def test_bad_worlds(tmp_path, text):
+    rejected(tmp_path, text)
+
+
+def test_damaged_worlds_end_as_levels_or_rejections(tmp_path):
+    data = world(house(), cube("cart", "1 1 0.3 0 0 0", static=False)).encode()
+    file = tmp_path / "house.world"
+    found = []
+    for changed in mutated(data, 200, seed=7):
+        file.write_bytes(changed)
+        (item,) = gazebo.find(str(file))
+        try:
+            found.append(list(gazebo.read(item)))
+        except Rejection as error:
+            found.append(error)
+    assert 20 < sum(isinstance(each, Rejection) for each in found) < 200

@@ -1,0 +1,187 @@
+import math
+import struct
+import zipfile
+
+import numpy as np
+import pytest
+import shapely
+
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources import find, sweethome
+from tests.builders.houses import kinds, plan_of
+from tests.builders.mutations import mutated, outcome
+from tests.builders.sweethome import BED, DOOR, home, room, wall, write
+
+
+def levels(path):
+    return [level for item in find(str(path)) for level in sweethome.read(item)]
+
+
+def one(tmp_path, xml):
+    (level,) = levels(write(tmp_path / "home.sh3d", xml))
+    return level
+
+
+def standing(level, height=1.0):
+    """What stands at a height, as triangles of the faces above it seen from above."""
+    triangles = level.walls.vertices[level.walls.faces]
+    flat = np.ptp(triangles[:, :, 2], axis=1) < 1e-6
+    above = flat & (triangles[:, 0, 2] > height)
+    return shapely.union_all(shapely.polygons(triangles[above][:, :, :2]), grid_size=1e-4)
+
+
+def test_rooms_doors_and_frame_are_the_files_own(tmp_path):
+    level = one(tmp_path, home())
+    assert {room.words[0]: room.polygon.bounds for room in level.rooms} == {
+        "Camera": (0.0, -3.0, 4.0, 0.0),  # y is turned up, and the frame turns it down again
+        "Kitchen": (4.2, -3.0, 7.2, 0.0),
+    }
+    assert level.rooms[1].labels == ("Kitchen",)
+    assert level.frame.matrix == ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0))
+    between, front = level.openings  # the window is none
+    assert between.polygon.bounds == pytest.approx((4.0, -1.95, 4.2, -1.05))  # through the whole wall
+    assert front.polygon.bounds == pytest.approx((0.5, -3.2, 1.5, -3.0))
+    assert (between.has_door, level.ceiling_m) == (True, 2.5)
+
+
+def test_the_plan_has_both_rooms_the_door_and_the_entrance(tmp_path):
+    plan = plan_of(one(tmp_path, home()))
+    assert sorted(room.area for room in plan.rooms) == pytest.approx([9.0, 12.0], rel=0.01)
+    assert kinds(plan) == ["door", "entrance"]
+
+
+def test_a_frame_without_a_leaf_is_an_opening_and_a_part_of_a_piece_is_the_hole(tmp_path):
+    level = one(tmp_path, home(door=DOOR.format(" wallLeft='0.25' wallWidth='0.5'").replace("<sash/>", "")))
+    assert not level.openings[0].has_door
+    assert level.openings[0].polygon.bounds == pytest.approx((4.0, -1.725, 4.2, -1.275))
+
+
+def test_an_open_leaf_belongs_to_no_hole(tmp_path):
+    door = "<doorOrWindow name='d' x='370' y='150' angle='1.5707964' width='90' depth='100' height='208' "
+    frame = "wallThickness='0.1' wallDistance='0.05'><sash/></doorOrWindow>"
+    level = one(tmp_path, home(door=door + frame))
+    assert level.openings[0].polygon.bounds == pytest.approx((4.0, -1.95, 4.2, -1.05))
+
+
+def test_corners_are_filled_and_walls_that_are_not_joined_stay_apart(tmp_path):
+    level = one(tmp_path, home())
+    assert standing(level).bounds == pytest.approx((-0.2, -3.2, 7.4, 0.2))
+    assert standing(level).contains(shapely.Point(-0.15, 0.15))
+
+
+def test_bent_and_sloping_walls(tmp_path):
+    bent = wall("b", 1000, 0, 1200, 0, f"arcExtent='{math.pi}'")
+    sloping = wall("c", 1000, 500, 1200, 500, "heightAtEnd='50'")
+    level = one(tmp_path, home(bent, sloping))
+    area = standing(level, 0.5)
+    assert area.contains(shapely.Point(11.0, 1.0))  # half a circle, over the line as drawn
+    assert not area.intersects(shapely.Point(11.0, -1.0))
+    assert standing(level, 2.0).intersects(shapely.Point(10.2, -5.0))
+    assert not standing(level, 2.0).intersects(shapely.Point(11.8, -5.0))
+
+
+def test_a_terrace_without_walls_is_no_room(tmp_path):
+    level = one(tmp_path, home(room("Terrace", 0, 320, 400, 600)))
+    assert [each.words for each in level.rooms] == [("Camera",), ("Kitchen",)]
+
+
+def test_a_slit_between_a_room_and_its_wall_is_wall_an_undrawn_room_is_free(tmp_path):
+    smaller = home().replace("<point x='400'", "<point x='370'")
+    assert standing(one(tmp_path, smaller)).contains(shapely.Point(3.85, -0.5))
+    undrawn = home().replace("name='Camera'", "name='Camera' level='none'")
+    assert not standing(one(tmp_path, undrawn)).intersects(shapely.Point(2.0, -1.5))
+
+
+def test_a_wall_ends_at_a_rooms_edge_unless_rooms_are_drawn_over_the_walls(tmp_path):
+    pier = wall("p", 200, 0, 200, 50)
+    assert not standing(one(tmp_path, home(pier))).intersects(shapely.Point(2.0, -0.3))
+    over = home(pier).replace(
+        "<point x='0' y='0'/><point x='400' y='0'/>", "<point x='-20' y='-20'/><point x='410' y='-20'/>"
+    )
+    over = over.replace(
+        "<point x='400' y='300'/><point x='0' y='300'/>", "<point x='410' y='320'/><point x='-20' y='320'/>"
+    )
+    over = over.replace(
+        "<point x='420' y='0'/><point x='720' y='0'/>", "<point x='410' y='-20'/><point x='740' y='-20'/>"
+    )
+    over = over.replace(
+        "<point x='720' y='300'/><point x='420' y='300'/>", "<point x='740' y='320'/><point x='410' y='320'/>"
+    )
+    assert standing(one(tmp_path, over)).intersects(shapely.Point(2.0, -0.3))
+
+
+def test_levels_and_furniture(tmp_path):
+    levels_ = "<level id='a' name='Cellar' elevation='-270' height='250'/><level id='b' name='Ground' elevation='0'/>"
+    on_a = home().split("<wall ", 1)
+    text = on_a[0] + levels_ + "<wall " + on_a[1]
+    text = text.replace("<wall ", "<wall level='a' ").replace("<room ", "<room level='a' ")
+    text = text.replace("<doorOrWindow ", "<doorOrWindow level='a' ")
+    upper = "".join(wall(f"u{k}", *ends).replace("<wall", "<wall level='b'") for k, ends in enumerate(
+        [(-10, -10, 300, -10), (300, -10, 300, 300), (300, 300, -10, 300), (-10, 300, -10, -10)]))  # fmt: skip
+    seen = BED.replace("name", "level='b' name")
+    group = f"<furnitureGroup>{seen}</furnitureGroup>"
+    hidden = BED.replace("name", "level='b' visible='false' name")
+    below, above = levels(write(tmp_path / "h.sh3d", text.replace("</home>", upper + group + hidden + "</home>")))
+    assert [each.frame.floor for each in (below, above)] == pytest.approx([-2.7, 0.0])
+    assert (below.id[-3:], above.id[-3:]) == ("_L0", "_L1")
+    (bed,) = above.furniture
+    assert shapely.MultiPoint(bed.mesh.vertices[:, :2]).bounds == pytest.approx((0.55, -2.0, 1.45, 0.0), abs=1e-6)
+    assert below.furniture == ()
+
+
+def test_a_home_is_known_by_its_content_packed_or_not(tmp_path):
+    assert len(levels(write(tmp_path / "home.bin2", home()))) == 1
+    (tmp_path / "Home.xml").write_text(home())
+    assert len(levels(tmp_path / "Home.xml")) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("<home/>", Reason.EMPTY),
+        ("<house/>", Reason.UNREADABLE),
+        (home().replace("'730'", "'nan'"), Reason.NOT_FINITE),
+        (home().replace("'730'", "'1e9'"), Reason.BAD_UNITS),
+        ("<!DOCTYPE home [<!ENTITY a 'b'>]>" + home().partition("?>")[2], Reason.UNREADABLE),
+        ("", Reason.EMPTY),
+    ],
+)
+def test_bad_homes(tmp_path, text, reason):
+    found = outcome(write(tmp_path / "home.sh3d", text))
+    assert isinstance(found, Rejection)
+    assert found.reason is reason
+
+
+def test_an_older_home_asks_to_be_saved_anew(tmp_path):
+    found = outcome(write(tmp_path / "home.sh3d", b"\xac\xed\x00\x05sr", name="Home"))
+    assert isinstance(found, Rejection)
+    assert "5.3" in found.advice
+
+
+def test_hostile_zips(tmp_path):
+    bomb = write(tmp_path / "bomb.sh3d", b"<home>" + b" " * (sweethome.LARGEST_BYTES + 10))
+    assert outcome(bomb).reason is Reason.TOO_LARGE
+    outside = write(tmp_path / "out.sh3d", home(), name="../Home.xml")
+    assert isinstance(outcome(outside), Rejection)
+    assert not (tmp_path.parent / "Home.xml").exists()
+    data = bytearray(write(tmp_path / "home.sh3d", home()).read_bytes())
+    place = data.rindex(b"PK\x01\x02")
+    data[place + 42 : place + 46] = struct.pack("<I", 12345678)  # where the member is said to begin
+    (tmp_path / "wrong.sh3d").write_bytes(data)
+    assert outcome(tmp_path / "wrong.sh3d").reason is Reason.UNREADABLE
+
+
+@pytest.mark.parametrize("packed", [True, False])
+def test_damaged_homes_end_as_levels_or_rejections(tmp_path, packed):
+    path = tmp_path / "home.sh3d"
+    data = write(path, home(BED)).read_bytes() if packed else home(BED).encode()
+    found = []
+    for changed in mutated(data, 200, seed=5):
+        path.write_bytes(changed)
+        (item,) = sweethome.find(str(path))
+        try:
+            found.append(list(sweethome.read(item)))
+        except Rejection as error:
+            found.append(error)
+    assert sum(isinstance(each, Rejection) for each in found) > 20
+    assert zipfile.is_zipfile(path) or not packed or len(found) == 200
