@@ -49,12 +49,9 @@ def build(
     up: _Up = None,
     units: _Units = None,
     furniture: _Furniture = None,
-<<<<<<< HEAD
     add: Annotated[bool, typer.Option("--add", help="Keep plans of other sources that OUT holds.")] = False,
     replace_others: Annotated[bool, typer.Option("--replace", help="Remove what else OUT holds of builds.")] = False,
-=======
     model_path: _ModelPath = None,
->>>>>>> readers
 ) -> None:
     """Build a data set of floor plans from 3D houses.
 
