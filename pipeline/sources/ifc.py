@@ -72,7 +72,7 @@ def _level(found: IfcLevel, shift: Shift, name: str, number: int, provenance: di
     x, y = shift[:2]
 
     def moved(part: Part) -> SourceObject:
-        return SourceObject(part.words, Mesh(part.mesh.vertices - (x, y, found.floor_z), part.mesh.faces))
+        return SourceObject((*part.words, part.kind), Mesh(part.mesh.vertices - (x, y, found.floor_z), part.mesh.faces))
 
     return Level(
         id=name,

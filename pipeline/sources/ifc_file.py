@@ -35,11 +35,15 @@ class Storey:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """An element's triangles in project axes, metres; ``storey`` is the step id of what contains it, or None."""
+    """An element's triangles in project axes, metres, its words and its class.
+
+    ``storey`` is the step id of the storey that contains it, None where there is none.
+    """
 
     mesh: Mesh
     storey: int | None
     words: tuple[str, ...] = ()
+    kind: str = ""
 
     @property
     def bottom(self) -> float:
@@ -159,7 +163,7 @@ def _triangulate(model: Any, elements: Iterable[Any]) -> Iterator[tuple[int, Mes
 
 def _parts(elements: Iterable[Any], meshes: dict[int, Mesh]) -> tuple[Part, ...]:
     bodied = (each for each in sorted(elements, key=lambda each: each.id()) if each.id() in meshes)
-    return tuple(Part(meshes[each.id()], _storey_of(each), words_of(each)) for each in bodied)
+    return tuple(Part(meshes[each.id()], _storey_of(each), words_of(each), each.is_a()) for each in bodied)
 
 
 def _storey_of(element: Any) -> int | None:

@@ -12,6 +12,7 @@ R4  Holes that overlap (one in each leaf of a wall) are one opening, with a door
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -38,6 +39,15 @@ NICHE_M = 0.03  # what is left of a wall behind a niche
 SAME = 0.5  # intersection over union of two holes that are one
 NARROW_M = 0.4  # what has no door and is narrower lets pipes through
 SWUNG_M = 0.1  # a door's body wider than the door by so much has its leaf drawn open
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a hole lies: the wall's direction, and the hole's spans along it and across it."""
+
+    axis: Axis
+    along: Span
+    across: Span
 
 
 class StandingWalls:
@@ -93,31 +103,45 @@ def _opening(hole: Hole, walls: StandingWalls) -> SourceOpening | None:
         along = middle - hole.width_m / 2, middle + hole.width_m / 2
     if along[1] - along[0] < (LEAST_DEPTH_M if hole.has_door else NARROW_M):
         return None
-    if not hole.has_door and hole.host is not None:
-        wall = _depth(axis, along, across, shadow(hole.host))
-        if wall and (wall[0] < across[0] - NICHE_M or wall[1] > across[1] + NICHE_M):
-            return None
-    depth = _depth(axis, along, across, standing) or across
+    place = _Place(axis, along, across)
+    host = standing if hole.host is None else shadow(hole.host)
+    if not hole.has_door and _is_niche(place, host):
+        return None
+    depth = _over(place, standing) or _beside(place, host) or across
     thin = max((LEAST_DEPTH_M - (depth[1] - depth[0])) / 2, SKIN_M)
     return SourceOpening(axis.box(along, (depth[0] - thin, depth[1] + thin)), hole.has_door)
 
 
-def _depth(axis: Axis, along: Span, across: Span, standing: BaseGeometry) -> Span | None:
-    """From where to where the wall stands across a hole: over or under it, else beside it; None where it does not."""
-    reach = across[0] - REACH_M, across[1] + REACH_M
-    tenth = (along[1] - along[0]) / 10
-    middle = _standing_at(axis, (along[0] + tenth, along[1] - tenth), reach, across, standing)
-    if middle:
-        return middle
-    beside = ((along[0] - JAMB_M, along[0] - JAMB_M / 4), (along[1] + JAMB_M / 4, along[1] + JAMB_M))
-    found = [span for each in beside if (span := _standing_at(axis, each, reach, across, standing))]
-    return min(found, key=lambda span: span[1] - span[0], default=None)  # the other may be a wall that meets it there
+def _is_niche(place: _Place, wall: BaseGeometry) -> bool:
+    """R2."""
+    depth = _over(place, wall) or _beside(place, wall) or place.across
+    return depth[0] < place.across[0] - NICHE_M or depth[1] > place.across[1] + NICHE_M
 
 
-def _standing_at(axis: Axis, along: Span, reach: Span, across: Span, standing: BaseGeometry) -> Span | None:
+def _over(place: _Place, standing: BaseGeometry) -> Span | None:
+    """From where to where something stands over or under a hole; None under the open sky."""
+    tenth = (place.along[1] - place.along[0]) / 10
+    return _standing_at(place, (place.along[0] + tenth, place.along[1] - tenth), standing)
+
+
+def _beside(place: _Place, standing: BaseGeometry) -> Span | None:
+    """From where to where the wall stands on both sides of a hole: what meets it there on one side is another wall."""
+    low, high = place.along
+    strips = ((low - JAMB_M, low - JAMB_M / 4), (high + JAMB_M / 4, high + JAMB_M))
+    found = [span for strip in strips if (span := _standing_at(place, strip, standing))]
+    common = max((span[0] for span in found), default=0.0), min((span[1] for span in found), default=0.0)
+    if common[0] < common[1]:
+        return common
+    return min(found, key=lambda span: span[1] - span[0], default=None)
+
+
+def _standing_at(place: _Place, strip: Span, standing: BaseGeometry) -> Span | None:
     """Spans of what stands in a strip across the wall that touch the hole, as one, with the leaves right behind."""
-    pieces = shapely.get_parts(standing.intersection(axis.box(along, reach)))
-    spans = sorted(axis.turned().span(shapely.get_coordinates(piece)) for piece in pieces if piece.area > 0)
+    across = place.across
+    reach = across[0] - REACH_M, across[1] + REACH_M
+    pieces = shapely.get_parts(standing.intersection(place.axis.box(strip, reach)))
+    turned = place.axis.turned()
+    spans = sorted(turned.span(shapely.get_coordinates(piece)) for piece in pieces if piece.area > 0)
     touching = [span for span in spans if span[0] < across[1] and span[1] > across[0]]
     if not touching:
         return None

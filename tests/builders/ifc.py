@@ -29,43 +29,82 @@ class TinyBuilding:
         project = self._root("IfcProject", "Tiny")
         project.UnitsInContext = self.model.createIfcUnitAssignment([unit])
         project.RepresentationContexts = [self.context]
-        self.building = self._root("IfcBuilding", "House")
-        self._aggregate(project, [self.building])
+        self.project = project
+        self.building = self.add_building("House")
 
-    def storey(self, name: str, elevation: float) -> Any:
-        """Add a storey."""
+    def add_building(self, name: str) -> Any:
+        """Add a building to the project."""
+        building = self._root("IfcBuilding", name)
+        self._aggregate(self.project, [building])
+        return building
+
+    def storey(self, name: str, elevation: float, building: Any = None) -> Any:
+        """Add a storey to a building, the first one where none is given."""
         storey = self._root("IfcBuildingStorey", name, elevation)
         storey.Elevation = elevation / self.unit_m
-        self._aggregate(self.building, [storey])
+        self._aggregate(building or self.building, [storey])
         return storey
 
-    def element(self, kind: str, storey: Any, box: Box, name: str = "") -> Any:
-        """Add a box-shaped element to a storey."""
+    def element(self, kind: str, storey: Any, box: Box | None, name: str = "", **attributes: Any) -> Any:
+        """Add a box-shaped element to a storey; without a storey, or without a body, where those are None."""
         element = self._root(kind, name)
-        element.Representation = self._body(box)
-        self.model.createIfcRelContainedInSpatialStructure(ifcopenshell.guid.new(), None, None, None, [element], storey)
+        for attribute, value in attributes.items():
+            setattr(element, attribute, value)
+        if box is not None:
+            element.Representation = self._body(box)
+        if storey is not None:
+            guid = ifcopenshell.guid.new()
+            self.model.createIfcRelContainedInSpatialStructure(guid, None, None, None, [element], storey)
         return element
 
-    def space(self, storey: Any, box: Box, number: str, name: str) -> Any:
-        """Add a room: ``number`` as its Name, ``name`` as its LongName."""
+    def walls_around(self, storey: Any, box: Box, thick: float = 0.2) -> list[Any]:
+        """Add the four outer walls of a box, within it: south, east, north, west."""
+        x1, y1, z1, x2, y2, z2 = box
+        t = thick
+        sides = ((x1, y1, x2, y1 + t), (x2 - t, y1 + t, x2, y2), (x1, y2 - t, x2 - t, y2), (x1, y1 + t, x1 + t, y2 - t))
+        return [self.element("IfcWall", storey, (a, b, z1, c, d, z2), "outer") for a, b, c, d in sides]
+
+    def part_of(self, whole: Any, *parts: Any) -> None:
+        """Make elements the parts of another."""
+        self._aggregate(whole, list(parts))
+
+    def turned(self, element: Any, at: tuple[float, float, float], direction: tuple[float, float]) -> Any:
+        """Place an element anew: its origin, and where its x axis points in plan."""
+        axes = self.model.createIfcAxis2Placement3D(
+            self._point(*at),
+            self.model.createIfcDirection([0.0, 0.0, 1.0]),
+            self.model.createIfcDirection([*direction, 0.0]),
+        )
+        element.ObjectPlacement = self.model.createIfcLocalPlacement(None, axes)
+        return element
+
+    def space(self, storey: Any, box: Box, number: str, name: str, **attributes: Any) -> Any:
+        """Add a room: ``number`` as its Name, ``name`` as its LongName; under no storey where that is None."""
         space = self._root("IfcSpace", number)
         space.LongName = name
+        for attribute, value in attributes.items():
+            setattr(space, attribute, value)
         space.Representation = self._body(box)
-        self._aggregate(storey, [space])
+        if storey is not None:
+            self._aggregate(storey, [space])
         return space
 
-    def opening(self, wall: Any, box: Box, filling: str | None) -> None:
-        """Cut a hole into a wall and fill it with an IfcDoor, an IfcWindow or nothing."""
+    def opening(self, wall: Any, box: Box, filling: str | None) -> Any:
+        """Cut a hole into a wall and fill it with an IfcDoor, an IfcWindow or nothing; return what fills it."""
         opening = self._root("IfcOpeningElement", "hole")
         opening.Representation = self._body(box)
         self.model.createIfcRelVoidsElement(ifcopenshell.guid.new(), None, None, None, wall, opening)
-        if filling:
-            leaf = self._root(filling, "leaf")
-            x1, y1, z1, x2, y2, z2 = box
-            thin = (y1 + y2) / 2 if x2 - x1 > y2 - y1 else (x1 + x2) / 2
-            flat = (x1, thin - 0.02, z1, x2, thin + 0.02, z2)
-            leaf.Representation = self._body(flat if x2 - x1 > y2 - y1 else (thin - 0.02, y1, z1, thin + 0.02, y2, z2))
-            self.model.createIfcRelFillsElement(ifcopenshell.guid.new(), None, None, None, opening, leaf)
+        if not filling:
+            return None
+        leaf = self._root(filling, "leaf")
+        x1, y1, z1, x2, y2, z2 = box
+        if x2 - x1 > y2 - y1:
+            y1, y2 = (y1 + y2) / 2 - 0.02, (y1 + y2) / 2 + 0.02
+        else:
+            x1, x2 = (x1 + x2) / 2 - 0.02, (x1 + x2) / 2 + 0.02
+        leaf.Representation = self._body((x1, y1, z1, x2, y2, z2))
+        self.model.createIfcRelFillsElement(ifcopenshell.guid.new(), None, None, None, opening, leaf)
+        return leaf
 
     def write(self, path: Path) -> Path:
         """Write the file."""
