@@ -55,9 +55,9 @@ def along_wall(hole: Hole, standing: BaseGeometry) -> Axis:
         fits = [abs(length - hole.width_m) <= WIDTH_M for length in lengths]
         if fits[0] != fits[1]:
             return sides[fits.index(True)]
-    middle = footprint(hole.mesh).centroid
+    middle = points.min(axis=0) / 2 + points.max(axis=0) / 2
     wall = standing.union(footprint(hole.mesh))
-    runs = [_run(wall, (middle.x, middle.y), side) for side in sides]
+    runs = [_run(wall, (float(middle[0]), float(middle[1])), side) for side in sides]
     if max(runs) > MORE * min(runs):  # R2
         return sides[runs.index(max(runs))]
     return sides[lengths.index(max(lengths))]

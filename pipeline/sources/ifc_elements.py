@@ -95,6 +95,34 @@ def filled_by(opening: Any) -> list[Any]:
     return [each.RelatedBuildingElement for each in opening.HasFillings if each.RelatedBuildingElement]
 
 
+def parent_of(element: Any, kind: str) -> Any:
+    """The nearest thing of a class that holds an element, is made of it, or has the hole that it fills; None without.
+
+    A damaged file may go round in circles.
+    """
+    seen: set[int] = set()
+    while element is not None and element.id() not in seen:
+        if element.is_a(kind):
+            return element
+        seen.add(element.id())
+        element = _holder(element)
+    return None
+
+
+def _holder(element: Any) -> Any:
+    ways = (
+        ("ContainedInStructure", "RelatingStructure"),
+        ("Decomposes", "RelatingObject"),
+        ("FillsVoids", "RelatingOpeningElement"),
+        ("VoidsElements", "RelatingBuildingElement"),
+    )
+    for inverse, relating in ways:
+        for relation in getattr(element, inverse, None) or ():
+            if getattr(relation, relating, None) is not None:
+                return getattr(relation, relating)
+    return None
+
+
 def _of_type(model: Any, name: str) -> list[Any]:
     try:
         return list(model.by_type(name))

@@ -15,7 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.ifc_elements import Elements, elements_of, filled_by, hosts_of, words_of
+from pipeline.sources.ifc_elements import Elements, elements_of, filled_by, hosts_of, parent_of, words_of
+from pipeline.sources.ifc_sound import Soundness
 from pipeline.sources.ifc_text import open_model
 from pipeline.values import Mesh
 
@@ -132,11 +133,8 @@ def _building(model: Any, schema: str, path: Path) -> Building:
 
 
 def _storey(storey: Any, metres: float) -> Storey:
-    from ifcopenshell.util.element import get_parent
-    from ifcopenshell.util.placement import get_storey_elevation
-
-    building = get_parent(storey, ifc_class="IfcBuilding")
-    elevation = float(get_storey_elevation(storey)) * metres
+    building, matrix = parent_of(storey, "IfcBuilding"), _placement(storey, metres)
+    elevation = float(storey.Elevation or 0.0) * metres if matrix is None else float(matrix[2, 3])
     return Storey(storey.id(), storey.Name or "", elevation, building.id() if building else None)
 
 
@@ -144,7 +142,8 @@ def _triangulate(model: Any, elements: Iterable[Any]) -> Iterator[tuple[int, Mes
     """Yield (step id, triangles); one that has no body, or whose body cannot be made, is left out by the iterator."""
     import ifcopenshell.geom
 
-    wanted = list({element.id(): element for element in elements}.values())
+    sound = Soundness()
+    wanted = [each for each in {element.id(): element for element in elements}.values() if sound.of(each)]
     settings: Any = ifcopenshell.geom.settings()  # type: ignore[no-untyped-call]
     iterator: Any = ifcopenshell.geom.iterator(settings, model, 1, include=wanted, geometry_library=KERNEL)
     if not wanted or not iterator.initialize():
@@ -167,9 +166,7 @@ def _parts(elements: Iterable[Any], meshes: dict[int, Mesh]) -> tuple[Part, ...]
 
 
 def _storey_of(element: Any) -> int | None:
-    from ifcopenshell.util.element import get_parent
-
-    storey = get_parent(element, ifc_class="IfcBuildingStorey")
+    storey = parent_of(element, "IfcBuildingStorey")
     return int(storey.id()) if storey else None
 
 
@@ -195,7 +192,7 @@ def _holes(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iterat
 def _placement(element: Any, metres: float) -> npt.NDArray[np.float64] | None:
     from ifcopenshell.util.placement import get_local_placement
 
-    if not getattr(element, "ObjectPlacement", None):
+    if not getattr(element, "ObjectPlacement", None) or not Soundness().of(element):
         return None
     matrix = np.array(get_local_placement(element.ObjectPlacement), np.float64)
     matrix[:3, 3] *= metres

@@ -1,4 +1,4 @@
-"""An IFC file's text made readable for ifcopenshell, in memory: its schema and its characters.
+"""An IFC file opened by ifcopenshell; where its schema or its characters ask for it, by way of a temporary copy.
 
 R1  ifcopenshell knows one edition of each schema family by its exact name. Other editions of the same family (IFC2X,
     IFC2X2, addenda, candidates of IFC4X3) describe storeys, walls, doors, spaces and their bodies with the same
@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from pipeline.rejection import Reason, Rejection
@@ -46,8 +47,13 @@ def open_model(path: Path) -> tuple[Any, str]:
     text = _text(path)
     found = _schema(text, path)
     edition = _edition(found.group(1), path)
+    if found.group(1).upper() == edition and text.isascii():
+        return ifcopenshell.open(path), edition
     text = f"{text[: found.start(1)]}{edition}{text[found.end(1) :]}"
-    return ifcopenshell.file.from_string(BEYOND_ASCII.sub(_escaped, text)), found.group(1).upper()
+    with TemporaryDirectory() as folder:  # the parser of strings spoils memory in ifcopenshell 0.9
+        copy = Path(folder) / "copy.ifc"
+        copy.write_text(BEYOND_ASCII.sub(_escaped, text), encoding="ascii")
+        return ifcopenshell.open(copy), found.group(1).upper()
 
 
 def _text(path: Path) -> str:
