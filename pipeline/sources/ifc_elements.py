@@ -96,17 +96,25 @@ def filled_by(opening: Any) -> list[Any]:
 
 
 def parent_of(element: Any, kind: str) -> Any:
-    """The nearest thing of a class that holds an element, is made of it, or has the hole that it fills; None without.
+    """The nearest thing of a class that holds an element, has it as a part or has the hole that it fills, or None."""
+    return next((each for each in _holders(element) if each is not None and each.is_a(kind)), None)
 
-    A damaged file may go round in circles.
-    """
+
+def is_held_in_a_circle(element: Any) -> bool:
+    """Whether what holds an element is held by it in turn: a damaged file, in which native code never ends."""
+    return next((True for each in _holders(element) if each is None), False)
+
+
+def _holders(element: Any) -> Iterator[Any]:
+    """The element, what holds it, what holds that; None at the end where they go round in a circle."""
     seen: set[int] = set()
-    while element is not None and element.id() not in seen:
-        if element.is_a(kind):
-            return element
+    while element is not None:
+        if element.id() in seen:
+            yield None
+            return
+        yield element
         seen.add(element.id())
         element = _holder(element)
-    return None
 
 
 def _holder(element: Any) -> Any:

@@ -1,12 +1,15 @@
 """Whether an IFC product's placement and body are what the schema says, so that native code may follow them.
 
 ifcopenshell takes the kinds of instances that a placement or a representation refers to on trust; a damaged file that
-names another kind there ends the process. Such a product is left out.
+names another kind there ends the process, and one whose parts hold each other in a circle never ends. Such a product is
+left out.
 """
 
 from __future__ import annotations
 
 from typing import Any
+
+from pipeline.sources.ifc_elements import is_held_in_a_circle
 
 DEEPEST = 100  # placements within placements; more is a circle
 
@@ -20,7 +23,7 @@ class Soundness:
     def of(self, product: Any) -> bool:
         """Whether a product, and the openings that are taken out of it, can be triangulated."""
         openings = [each.RelatedOpeningElement for each in getattr(product, "HasOpenings", None) or ()]
-        return all(self._is_whole(each) for each in (product, *openings))
+        return all(self._is_whole(each) and not is_held_in_a_circle(each) for each in (product, *openings))
 
     def _is_whole(self, product: Any) -> bool:
         if not product or not product.is_a("IfcProduct"):
