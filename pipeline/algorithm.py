@@ -40,7 +40,7 @@ def stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> It
     yield Snapshot("evidence", evidence)
     planes = cut_planes(level, evidence, config.planes)
     yield Snapshot("planes", planes)
-    layout = lay_out(level, planes, config.layout)
+    layout = lay_out(level, evidence, planes, config.layout)
     yield Snapshot("layout", layout)
     spaces = find_doors(level, planes, layout, config.doors)
     yield Snapshot("doors", spaces)

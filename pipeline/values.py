@@ -18,6 +18,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan import DoorKind, Frame
 from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.overlay import EMPTY
 from pipeline.geometry.regions import OUTSIDE
 from pipeline.rejection import Rejection
 
@@ -148,7 +149,8 @@ class Evidence:
 
     ``walls`` stand from the floor to head height (``tall``), or end at a window or at a sloped roof. ``lintels`` hang
     over free floor; ``rails`` are thin and end below head height; ``furniture`` is all else that stands. ``leaves`` are
-    the doors' leaves wherever they stand, ``doorways`` where doors are known to be. ``floor`` is the source's, or None.
+    the doors' leaves wherever they stand, ``doorways`` where doors are known to be. ``floor`` is the source's, or None;
+    ``low`` is where a roof hangs too low to stand under.
     ``names`` are plan points (x, y) with the source's words. ``heights`` are those of the cuts, metres.
     """
 
@@ -160,6 +162,7 @@ class Evidence:
     doorways: tuple[Doorway, ...] = ()
     leaves: tuple[Polygon, ...] = ()
     floor: BaseGeometry | None = None
+    low: BaseGeometry = EMPTY
     names: tuple[tuple[tuple[float, float], str], ...] = ()
     heights: Mapping[str, float | list[float]] = field(default_factory=dict)
 
@@ -169,8 +172,8 @@ class Planes:
     """Stage ``planes``: what stands at the door plane, and what closes its gaps at other heights.
 
     ``door`` is P_d. ``low`` (sills), ``high`` (lintels), ``rails`` and ``doorways`` (known doors) are disjoint from it.
-    ``tall`` is the part of P_d that stands from the floor to above a person's head. ``leaves`` are where door leaves
-    stand.
+    ``tall`` is the part of P_d that stands from the floor to above a person's head, the known doors closed.
+    ``leaves`` are where door leaves stand.
     """
 
     door: BaseGeometry

@@ -14,9 +14,8 @@ from functools import cached_property
 import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
+from pipeline.geometry.pieces import closed_pieces, connected
 from pipeline.values import Mesh
 
 WELD_M = 1e-4
@@ -64,11 +63,11 @@ class Bodies:
         if not len(faces) or len(faces) > MAX_FACES:
             low = mesh.vertices.min(axis=0, initial=np.inf)[None]
             return cls(mesh, np.zeros(len(faces), np.int64), low, mesh.vertices.max(axis=0, initial=-np.inf)[None])
-        label = _connected(faces, len(mesh.vertices))
-        loose = ~_closed(faces, label)[label]
+        label = connected(faces, len(mesh.vertices))
+        loose = ~closed_pieces(faces, label)[label]
         if loose.any():  # R2
             place = _places(mesh.vertices)
-            joined = _connected(place[faces[loose]], len(mesh.vertices))
+            joined = connected(place[faces[loose]], len(mesh.vertices))
             label = label.copy()
             label[loose] = len(faces) + joined
         of_face = np.unique(label, return_inverse=True)[1].astype(np.int64)
@@ -114,23 +113,6 @@ def box_around(points: Floats) -> Box:
     along = np.array([np.cos(angle), np.sin(angle)])
     low, high = float(points[:, 2].min()), float(points[:, 2].max())
     return Box(middle + (x, y), along, float(max(w, h)), float(min(w, h)), low, high)
-
-
-def _connected(faces: npt.NDArray[np.int64], n_vertices: int) -> npt.NDArray[np.int64]:
-    """For each face (m, 3) a number of the piece that it is connected to by its corners."""
-    i, j = np.concatenate([faces[:, :2], faces[:, 1:]]).T
-    links = coo_matrix((np.ones(len(i), np.int8), (i, j)), shape=(n_vertices, n_vertices))
-    return np.asarray(connected_components(links, directed=False)[1][faces[:, 0]], np.int64)
-
-
-def _closed(faces: npt.NDArray[np.int64], label: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
-    """For each piece whether all of its edges have a face on both sides."""
-    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    key = edges[:, 0] * (int(faces.max()) + 1) + edges[:, 1]
-    _, first, count = np.unique(key, return_index=True, return_counts=True)
-    closed = np.ones(int(label.max()) + 1, np.bool_)
-    closed[np.tile(label, 3)[first[count < 2]]] = False
-    return closed
 
 
 def _places(vertices: Floats) -> npt.NDArray[np.int64]:

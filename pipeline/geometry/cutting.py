@@ -4,6 +4,8 @@ R1  Segments know their body: faces that share vertices (by index) are one. SUNC
     of its own, and so do most modellers.
 R2  A small face that is not upright takes the direction of what is around it: in a scan, a speck of a wall may look
     anywhere, and a wall with a hole at each of these is closed at no height.
+R3  A closed body is wall at a height where most of its outline there is of upright faces: a gable has a slope at each
+    end, a roof has little else. Of an open one just the upright faces count.
 """
 
 from __future__ import annotations
@@ -14,10 +16,9 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 import trimesh
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from pipeline.geometry.caps import Caps
+from pipeline.geometry.pieces import closed_pieces, connected
 from pipeline.values import Mesh
 
 STEEP = 0.5
@@ -25,6 +26,7 @@ STEEP = 0.5
 
 SMALL_M = 0.2
 """A face with shorter edges is judged together with its neighbours."""
+WALL_SHARE = 0.7
 LYING = 1e-3
 """A face whose unit normal has |z| above this may be a body's top or bottom."""
 
@@ -87,11 +89,7 @@ class Cutter:
 
     @cached_property
     def _body(self) -> npt.NDArray[np.int64]:
-        faces, n = self.mesh.faces, len(self.mesh.vertices)
-        i, j = np.concatenate([faces[:, :2], faces[:, 1:]]).T
-        links = coo_matrix((np.ones(len(i), np.int8), (i, j)), shape=(n, n))
-        label = connected_components(links, directed=False)[1]
-        return np.asarray(label[faces[:, 0]], np.int64)
+        return connected(self.mesh.faces, len(self.mesh.vertices))
 
     @property
     def heights(self) -> npt.NDArray[np.float64]:
@@ -101,13 +99,10 @@ class Cutter:
     def cut(self, height: float, *, upright_only: bool = False) -> Segments:
         """The section at ``height``, metres above the level's floor.
 
-        ``upright_only`` leaves floors, ceilings and roofs out, so that what is cut above head height is wall.
+        ``upright_only`` leaves floors, ceilings and roofs out, so that what is cut above head height is wall (R3).
         """
         low, high = self._span
-        crossing = (low < height) & (high > height)
-        if upright_only:
-            crossing &= self._upright
-        faces = np.flatnonzero(crossing)
+        faces = np.flatnonzero((low < height) & (high > height))
         if not len(faces):
             return Segments(np.zeros((0, 2, 2)), np.zeros(0, np.int64), height, self.caps)
         segments, index = trimesh.intersections.mesh_plane(
@@ -124,7 +119,21 @@ class Cutter:
         # the outward normal must lie to the right of the segment: right of (dx, dy) is (dy, -dx)
         backwards = along[:, 1] * normal[:, 0] - along[:, 0] * normal[:, 1] < 0
         segments[backwards] = segments[backwards, ::-1]
-        return Segments(np.ascontiguousarray(segments), self._body[index], height, self.caps)
+        kept = self._of_walls(segments, index) if upright_only else slice(None)
+        return Segments(np.ascontiguousarray(segments[kept]), self._body[index][kept], height, self.caps)
+
+    def _of_walls(self, segments: npt.NDArray[np.float64], face: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+        """R3: which segments (n, 2, 2) of these faces are of walls."""
+        upright, body = self._upright[face], self._body[face]
+        length = np.hypot(*(segments[:, 1] - segments[:, 0]).T)
+        count = int(self._body.max()) + 1
+        share = np.bincount(body, length * upright, count) / np.maximum(np.bincount(body, length, count), 1e-12)
+        return np.asarray(np.where(self._is_closed[body], share[body] > WALL_SHARE, upright), np.bool_)
+
+    @cached_property
+    def _is_closed(self) -> npt.NDArray[np.bool_]:
+        """Which bodies are closed all round."""
+        return closed_pieces(self.mesh.faces, self._body)
 
     @cached_property
     def caps(self) -> Caps:

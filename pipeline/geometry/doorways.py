@@ -18,6 +18,8 @@ from pipeline.geometry.overlay import clipped
 PLAY_M = 0.35
 """A leaf ends at most so far from the jamb: the play and the frame are between."""
 INTO_M = 0.04
+SKEW_M = 0.05
+PLATE_M = 0.1
 THICKEST_M = 0.7
 NEAR_M = 1.0
 
@@ -69,8 +71,8 @@ def doorway(box: Box, walls: BaseGeometry) -> Box | None:
             faces.append(face)
     if not faces:
         return None
-    low, high = max(f[0] for f in faces), min(f[1] for f in faces)
-    if high - low < 0.02:  # the walls at the two ends stand apart: the thinner one decides
+    low, high = min(f[0] for f in faces), max(f[1] for f in faces)  # a wall that is a little skewed is cut through
+    if high - low > SKEW_M + min(f[1] - f[0] for f in faces):  # two walls of their own: the thinner one decides
         low, high = min(faces, key=lambda f: f[1] - f[0])
     if high < -box.thickness / 2 - INTO_M or low > box.thickness / 2 + INTO_M:
         return None
@@ -82,7 +84,8 @@ def _jamb(box: Box, sign: float, walls: BaseGeometry) -> float | None:
     """How far from the box's centre the wall begins at one end, or None where none does within reach."""
     half = box.width / 2
     on = sign * box.along
-    offsets = (0.0, -0.3 * box.thickness, 0.3 * box.thickness)
+    aside_m = 0.3 * min(box.thickness, PLATE_M)
+    offsets = (0.0, -aside_m, aside_m)
     found = []
     for aside in offsets:
         start = box.centre + aside * box.across

@@ -23,7 +23,7 @@ THICKEST_M = 0.6
 SQUARE = np.sin(np.deg2rad(25.0))
 LONGER = 2.0
 """A wall is at least this many times longer than thick; less is a pillar or a piece of furniture."""
-DOOR_M = 1.1
+DOOR_M = 1.25
 """The widest gap between the end of a wall and one that crosses."""
 ALIKE = 0.5
 BEFORE_M = 0.01  # so close before an end nothing stands, for a crack of twice this is closed already

@@ -50,15 +50,16 @@ def between(z: npt.NDArray[np.float64], low: float, high: float, *, smallest_gap
     """Heights that see every distinct section of a mesh of upright walls between ``low`` and ``high``.
 
     Between two neighbouring vertex heights the section of an upright wall does not change, so the middle of each gap
-    is enough. A scan has a vertex at every height: there, ``most`` evenly spaced heights stand for the gaps.
+    is enough: the ``most`` widest of them, the highest always among them. A scan has a vertex at every height: there, ``most`` evenly spaced heights stand for the gaps.
     """
     if high <= low:
         return []
     edges = np.concatenate([[low], distinct_heights(z, low, high), [high]])
     gaps = np.diff(edges)
     wide = np.flatnonzero(gaps >= smallest_gap)
-    if 0 < len(wide) <= most and gaps[wide].sum() > 0.5 * (high - low):
-        return [float(edges[k] + edges[k + 1]) / 2 for k in wide]
+    if len(wide) and gaps[wide].sum() > 0.5 * (high - low):
+        others = wide[:-1][np.argsort(-gaps[wide[:-1]], kind="stable")[: most - 1]]
+        return [float(edges[k] + edges[k + 1]) / 2 for k in sorted([*others, wide[-1]])]
     spread = np.linspace(low, high, most + 2)[1:-1]
     return [near_gap(float(h), edges) for h in spread]
 

@@ -27,6 +27,7 @@ PROUD_M = 0.04
 CEILING_M = 0.1
 SHEET_M = 0.05
 ABOVE = 0.5
+SAME = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,17 +74,30 @@ def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
     return float(wide.area / box.width)
 
 
-def known_doorways(level: Level, walls: BaseGeometry, lintels: BaseGeometry) -> tuple[list[Doorway], list[Polygon]]:
-    """R5, R6: doorways in ``walls`` as they stand, and the leaves that the source names, closed or open."""
+def known_doorways(
+    level: Level, walls: BaseGeometry, lintels: BaseGeometry, judged: Judged
+) -> tuple[list[Doorway], list[Polygon]]:
+    """All doorways in ``walls`` as they stand, and the leaves, closed or open."""
     found = [Doorway(seated(each.polygon, walls), "named", each.has_door) for each in level.openings]
-    found += [Doorway(strip, "recess") for strip in leaves_in_recesses(lintels, walls)]
-    leaves = []
+    leaves = list(judged.leaves)
     for box in (box for each in level.leaves for box in _boxes(each.mesh)):
         leaves.append(rectangle(box, depth=max(box.thickness, SHEET_M)))
         way = doorway(box, walls)
         if way is not None:
             found.append(Doorway(rectangle(way), "named"))
-    return found, leaves
+    found += judged.doorways
+    found += [Doorway(strip, "recess") for strip in leaves_in_recesses(lintels, walls)]
+    return _each_once(found), leaves
+
+
+def _each_once(doorways: list[Doorway]) -> list[Doorway]:
+    """The opening of a door, its leaf and its recess are one doorway: what comes first stands for the others."""
+    kept: list[Doorway] = []
+    for doorway_ in doorways:
+        area = doorway_.polygon.area
+        if not any(overlap(doorway_.polygon, k.polygon).area > SAME * min(area, k.polygon.area) for k in kept):
+            kept.append(doorway_)
+    return kept
 
 
 def _boxes(mesh: Mesh) -> list[Box]:

@@ -49,7 +49,8 @@ def find_leaves(bodies: Bodies) -> list[Leaf]:
     """All that is shaped as a door; heights count from the level's floor."""
     boxes = {k: bodies.box(k) for k in _likely(bodies)}
     parts = {k: box for k, box in boxes.items() if _is_part(box, bodies, k)}
-    parts |= {k: box for k, box in boxes.items() if k not in parts and _is_casing(box, parts.values())}
+    casings = {k: box for k, box in boxes.items() if k not in parts and _is_casing(box, parts.values())}
+    parts |= casings
     keys = list(parts)
     found = []
     for members in _touching(list(parts.values())):  # R2
@@ -57,7 +58,7 @@ def find_leaves(bodies: Bodies) -> list[Leaf]:
         points = [bodies.mesh.vertices[np.unique(bodies.mesh.faces[bodies.faces(k)])] for k in group]
         box = box_around(np.concatenate(points))
         if WIDTH_M[0] <= box.width <= 2 * WIDTH_M[1] and box.thickness <= DEEPEST_M:
-            plates = [parts[k] for k in group if _is_plate(parts[k], bodies, k)]
+            plates = [parts[k] for k in group if k not in casings and _is_plate(parts[k], bodies, k)]
             found.append(Leaf(box, tuple(group), tuple(parts[k] for k in group), _depth(box, plates)))
     return [leaf for leaf in found if not _is_panelling(leaf, found)]
 

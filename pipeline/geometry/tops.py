@@ -12,6 +12,7 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.cutting import Cutter
 from pipeline.geometry.overlay import EMPTY, clipped, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import opened
+from pipeline.values import Mesh
 
 SLIVER_M = 0.04
 BESIDE_M = 0.3
@@ -19,6 +20,8 @@ GOES_ON = 0.75
 KNEE_M = 0.4
 """A roof begins so far above the wall that carries it, at most."""
 LOOKS = 5
+HEADROOM_M = (1.0, 1.9)
+LARGE_M2 = 0.5
 
 
 def hanging_free(above: Sequence[BaseGeometry], standing: BaseGeometry) -> BaseGeometry:
@@ -64,6 +67,16 @@ def _walls_go_on(part: Polygon, walls: BaseGeometry, higher: BaseGeometry, *, al
     if beside.is_empty:
         return alone
     return bool(overlap(beside, _around(part, higher)).area > GOES_ON * beside.area)
+
+
+def without_headroom(mesh: Mesh) -> BaseGeometry:
+    """Where a roof or a ceiling hangs too low to stand under: the plan area of large faces at such a height."""
+    corners = mesh.vertices[mesh.faces]
+    top = corners[:, :, 2].max(axis=1)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    plan_m2 = np.abs(normal[:, 2]) / 2
+    low = (top > HEADROOM_M[0]) & (top < HEADROOM_M[1]) & (plan_m2 > LARGE_M2)
+    return united(shapely.polygons(corners[low][:, :, :2])) if low.any() else EMPTY
 
 
 def under_slopes(low: Sequence[Polygon], cutter: Cutter) -> list[Polygon]:

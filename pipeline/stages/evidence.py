@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
@@ -26,26 +27,27 @@ from pipeline.config import EvidenceConfig
 from pipeline.geometry.bodies import Bodies
 from pipeline.geometry.closers import LAP_M
 from pipeline.geometry.cutting import Cutter
-from pipeline.geometry.doorways import box_of
+from pipeline.geometry.doorways import box_of, doorway
 from pipeline.geometry.footprints import footprint
 from pipeline.geometry.heights import between, clear_of
 from pipeline.geometry.known_doors import judge_leaves, known_doorways
 from pipeline.geometry.leaves import find_leaves
-from pipeline.geometry.overlay import EMPTY, mitred, overlap, polygons_of, subtract, united
+from pipeline.geometry.overlay import EMPTY, clipped, mitred, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import opened
 from pipeline.geometry.sections import Sections
-from pipeline.geometry.tops import ending_below, hanging_free, under_slopes
+from pipeline.geometry.tops import ending_below, hanging_free, under_slopes, without_headroom
 from pipeline.geometry.walls import close_cracks
 from pipeline.values import Evidence, Level
 
 MOST_HEIGHTS = 8
-SMALLEST_GAP_M = 0.08
+SMALLEST_GAP_M = 0.03
 HANDRAIL_M = 0.02  # a handrail may be no higher, and closes what its balusters do not
 WIDEST_RAIL_M = 0.3
 SLIVER_M = 0.04  # less than a sheet gets, more than a baluster has
 SLIT_M = 0.38  # narrower than any door
 CUPBOARD_M = 0.28
 LARGEST_CUPBOARD_M2 = 2.5
+ALIKE = 0.7
 
 
 def gather(level: Level, config: EvidenceConfig) -> Evidence:
@@ -61,7 +63,9 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     above = [sections.at(height, foot) for height in heights.above]
     full = overlap(sections.at(heights.breast, foot), sections.at(heights.head, foot))  # R1
     full = _without_slits(full, united(above))  # R4
-    cupboards = united(p for p in ending_below(full, above) if _is_cupboard(p))  # R5
+    lower = [part for part in ending_below(full, above) if _is_cupboard(part, full)]
+    sloped = under_slopes(lower, cutter)
+    cupboards = united(part for part in lower if part not in sloped)  # R5
     full = subtract(full, cupboards)
     hanging = hanging_free(above, united([full, cupboards]))  # R6
     judged = judge_leaves(leaves, full, hanging, level.ceiling_m)  # R7
@@ -72,7 +76,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     low = opened(subtract(foot, united([full, hanging, cupboards])), SLIVER_M)
     walls = united([full, windows, *under_slopes(polygons_of(low), cutter)])  # R3
     lintels = opened(subtract(hanging, walls), SLIVER_M)
-    doorways, open_leaves = known_doorways(level, walls, lintels)
+    doorways, found_leaves = known_doorways(level, walls, lintels, judged)
     rails = [foot, *(sections.at(height, foot) for height in heights.between)]
     standing = opened(subtract(united(rails), united([walls, lintels, cupboards])), SLIVER_M)
     thick = opened(standing, WIDEST_RAIL_M)
@@ -82,9 +86,10 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
         lintels=lintels,
         rails=subtract(standing, thick),
         furniture=united([cupboards, thick, judged.furniture, _furniture(level)]),
-        doorways=(*doorways, *judged.doorways),
-        leaves=(*open_leaves, *judged.leaves),
+        doorways=tuple(doorways),
+        leaves=tuple(found_leaves),
         floor=level.floor,
+        low=without_headroom(level.walls),
         heights=heights.recorded,
     )
 
@@ -125,7 +130,16 @@ def _without_slits(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
     return united([full, *long]) if long else full
 
 
-def _is_cupboard(part: Polygon) -> bool:
-    """R5: thick, once it is filled: cupboards are often made of boards around nothing."""
+def _is_cupboard(part: Polygon, walls: BaseGeometry) -> bool:
+    """R5: thick, once it is filled (cupboards are often boards around nothing), and no stretch of a wall.
+
+    A stretch of a wall, lower than the rest of it under a slope, stands between two ends of the rest.
+    """
     whole = Polygon(part.exterior)
-    return whole.area <= LARGEST_CUPBOARD_M2 and not opened(whole, CUPBOARD_M).is_empty
+    if whole.area > LARGEST_CUPBOARD_M2 or opened(whole, CUPBOARD_M).is_empty:
+        return False
+    x1, y1, x2, y2 = part.bounds
+    near = clipped(walls, x1 - 1.0, y1 - 1.0, x2 + 1.0, y2 + 1.0)
+    box = box_of(whole)
+    between = doorway(box, subtract(near, shapely.buffer(part, 0.01, join_style="mitre")))
+    return between is None or between.thickness < ALIKE * box.thickness

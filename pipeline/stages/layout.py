@@ -10,7 +10,9 @@ R6  A gap is dropped where it would part off less than a room, and all strips ar
     ``walled`` of its edge along walls (what hangs from a ceiling is no room).
 R7  Walls that spell characters are no layout: strokes that stand apart from each other without a door in any of them,
     and that enclose little of what they span.
-R9  Where the house has floors, a space without one is no room, unless walls close it nearly all round (a stairwell).
+R9  Where the house has floors, a space without one is no room, unless walls close it nearly all round (a stairwell);
+    nor is one without a door that a railing bounds for the most part (a roof terrace), nor one too low to stand in (a
+    void under a roof). A room that the source names is one.
 R8  What encloses less than ``area_m2`` after all this has no layout.
 """
 
@@ -30,17 +32,19 @@ from pipeline.geometry.gaps import gaps
 from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE, enclosed, opened
 from pipeline.rejection import Reason, Rejection
-from pipeline.values import Closer, Layout, Level, Planes
+from pipeline.values import Closer, Evidence, Layout, Level, Planes
 
 STROKES = 3
 KNOWN_FLOOR = 0.5
 FLOORED = 0.25
 CLOSED = 0.8
+FENCED = 0.5
+COVERED = 0.7
 SHAFT_M = 0.7
 STROKE_M = 1.0
 
 
-def lay_out(level: Level, planes: Planes, config: LayoutConfig) -> Layout:
+def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
     """Close the walls of the door plane; raises Rejection where nothing worth a plan is enclosed."""
     pieces = _pieces(planes, config)
     fixed: list[Closer] = []
@@ -54,7 +58,7 @@ def lay_out(level: Level, planes: Planes, config: LayoutConfig) -> Layout:
             ground, rooms = enclosed(_plane(ground, more))
     standing = _plane(planes.door, fixed) if fixed else planes.door
     strips, ground, rooms = _settled(standing, *parted(standing, pieces, ground, rooms), config)
-    rooms = _on_floor(rooms, planes, level)
+    rooms = _habitable(rooms, strips, planes, evidence, level)
     closers = with_sides(strips + fixed, rooms, ground)
     area = sum(r.area for r in rooms)
     if area < config.area_m2:  # R8
@@ -93,21 +97,30 @@ def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
         )
 
 
-def _on_floor(rooms: list[Polygon], planes: Planes, level: Level) -> list[Polygon]:
-    """R9."""
-    if level.floor is None or not rooms:
-        return rooms
-    covered = np.array([overlap(room, level.floor).area for room in rooms])
+def _habitable(
+    rooms: list[Polygon], strips: list[Closer], planes: Planes, evidence: Evidence, level: Level
+) -> list[Polygon]:
+    """R9: those of the spaces that are rooms."""
+    inner = [c.bridge.sides for c in strips if c.bridge is not None and OUTSIDE not in c.bridge.sides]
+    entered = {side for sides in inner for side in sides}
+    covered = np.array([_share(room, evidence.floor) for room in rooms])
     area = shapely.area(rooms)
-    if covered.sum() < KNOWN_FLOOR * area.sum():
-        return rooms
+    known = evidence.floor is not None and bool((covered * area).sum() > KNOWN_FLOOR * area.sum())
     walls = shapely.buffer(planes.door, 0.02, quad_segs=2)
+    fences = shapely.buffer(planes.rails, 0.02, quad_segs=2)
     kept = []
-    for room, share in zip(rooms, covered / area, strict=True):
-        walled = shapely.intersection(room.exterior, walls).length / room.exterior.length
-        if share >= FLOORED or (walled > CLOSED and not opened(room, SHAFT_M).is_empty) or _is_named(room, level):
+    for k, (room, share) in enumerate(zip(rooms, covered, strict=True)):
+        walled, fenced = (shapely.intersection(room.exterior, edge).length / room.length for edge in (walls, fences))
+        shaft = opened(room, SHAFT_M).is_empty
+        floored = not known or share >= FLOORED or (walled > CLOSED and not shaft)
+        outside = (fenced > FENCED and k not in entered) or _share(room, evidence.low) > COVERED
+        if (floored and not outside) or _is_named(room, level):
             kept.append(room)
     return kept
+
+
+def _share(room: Polygon, area: BaseGeometry | None) -> float:
+    return 0.0 if area is None else float(overlap(room, area).area / room.area)
 
 
 def _is_named(room: Polygon, level: Level) -> bool:

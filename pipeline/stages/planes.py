@@ -69,7 +69,7 @@ def _from_evidence(evidence: Evidence) -> Planes:
         low=EMPTY,
         high=opened(subtract(evidence.lintels, united([door, known])), SLIVER_M),
         rails=opened(subtract(evidence.rails, united([evidence.lintels, known])), SLIVER_M),
-        tall=subtract(evidence.tall, known),
+        tall=united([evidence.tall, known]),
         heights=evidence.heights,
         doorways=evidence.doorways,
         leaves=evidence.leaves,

@@ -17,7 +17,8 @@ from tests.builders.meshes import box
 
 def layout(parts: Parts, config: LayoutConfig | None = None, **values: object) -> Layout:
     house = level(parts, **values)
-    return lay_out(house, cut_planes(house, gather(house, EvidenceConfig()), PlanesConfig()), config or LayoutConfig())
+    evidence = gather(house, EvidenceConfig())
+    return lay_out(house, evidence, cut_planes(house, evidence, PlanesConfig()), config or LayoutConfig())
 
 
 def areas(found: Layout) -> list[float]:
