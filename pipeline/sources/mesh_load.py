@@ -20,6 +20,7 @@ from pipeline.sources.mesh_count import HEAD_BYTES, declared_faces
 from pipeline.sources.named_scene import without_starting_cube
 from pipeline.sources.naming import check_file
 from pipeline.sources.scene import Part, Piece, Scene
+from pipeline.values import Mesh
 
 SUFFIXES = (".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 MAX_FACES = 5_000_000
@@ -30,12 +31,14 @@ MAX_FACES = 5_000_000
 class Convention:
     """What a format, or the file itself, says of its frame: up axis, and metres in one unit (None: it does not say).
 
-    ``binding``: the axis is laid down (glTF's specification, COLLADA's ``up_axis``), not mere custom.
+    ``binding``: the axis is laid down (glTF's specification, COLLADA's ``up_axis``), not mere custom; ``declared``: by
+    the file itself.
     """
 
     up: str
     metres: float | None
     binding: bool = False
+    declared: bool = False
 
 
 def convention(path: Path) -> Convention:
@@ -47,7 +50,7 @@ def convention(path: Path) -> Convention:
         up = re.search(rb"<up_axis>\s*([XYZ])_UP", head)
         unit = re.search(rb"<unit\b[^>]{0,200}?\bmeter\s*=\s*[\"']([^\"']{0,80})[\"']", head)
         metres = _metres(unit[1].decode("utf-8", "replace"), path) if unit else None
-        return Convention("z" if up and up[1] == b"Z" else "y", metres, up is not None)
+        return Convention("z" if up and up[1] == b"Z" else "y", metres, up is not None, up is not None)
     if suffix in {".glb", ".gltf"}:
         return Convention("y", 1.0, binding=True)
     return Convention("y" if suffix == ".obj" else "z", None)
@@ -86,6 +89,11 @@ def load_scene(path: Path, max_faces: int = MAX_FACES) -> Scene:
         detail = f"{path.name} cannot be read as {path.suffix[1:]}: {type(error).__name__}: {found}"
         raise Rejection("source", Reason.UNREADABLE, detail, "export or copy the file again") from error
     return without_starting_cube(_checked(path, scene, declared, max_faces))
+
+
+def load_triangles(path: Path, max_faces: int = MAX_FACES) -> Mesh:
+    """Read the file's triangles as ``load_scene`` does, without their names."""
+    return load_scene(path, max_faces).mesh
 
 
 def _reader(path: Path) -> Callable[[Path, int], Iterator[Piece]]:
