@@ -15,6 +15,7 @@ import numpy as np
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
+from pipeline.sources.interior import check_interior
 from pipeline.sources.level_names import share_out
 from pipeline.sources.levels import FoundLevel, find_levels
 from pipeline.sources.mesh_load import SUFFIXES, convention, load_scene
@@ -63,6 +64,8 @@ def read(item: Input) -> Iterator[Level]:
     named = sort_faces(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
     levels = find_levels(named.solid, named.floor, named.ceiling)
     shares = share_out(named, [level.floor_z for level in levels])
+    if not any(share.leaves or share.rooms or share.openings for share in shares):
+        check_interior(((level.walls, level.floor and float(level.floor.area)) for level in levels), path.name)
     provenance = {
         "source": "mesh",
         "file": options.get("file", path.name),
