@@ -108,6 +108,8 @@ def list_sources(config: BuildConfig) -> dict[Input, str]:
     chosen = {
         "up": options.up,
         "units": options.units,
+        "scale": f"{options.scale:g}",
+        "storey_height": "" if options.storey_height is None else f"{options.storey_height:g}",
         "furniture": "yes" if options.furniture else "no",
         "seed": str(options.seed),
         "model_path": options.model_path,

@@ -18,14 +18,19 @@ if TYPE_CHECKING:
     from pipeline.config_file import BuildConfig
 
 Up = Literal["auto", "y", "z"]
-Units = Literal["auto", "m", "cm", "mm", "in", "ft"]
 
 _Config = Annotated[
     Path | None, typer.Option(help="Manifest: sources and parameters, a TOML file.", show_default=False)
 ]
 _Seed = Annotated[int | None, typer.Option(min=0, help="Seed of all that is drawn at random.", show_default="0")]
 _Up = Annotated[Up | None, typer.Option(help="Up axis of mesh files.", show_default="auto")]
-_Units = Annotated[Units | None, typer.Option(help="Units of mesh files.", show_default="auto")]
+_Units = Annotated[
+    str | None, typer.Option(help="Units of mesh files: m, cm, mm, in, ft, or metres in a unit.", show_default="auto")
+]
+_Scale = Annotated[float | None, typer.Option(help="Scale of model houses: 20 for 1:20.", show_default="1")]
+_StoreyHeight = Annotated[
+    float | None, typer.Option(help="Height of a storey in metres; the scale follows from it.", show_default=False)
+]
 _ModelPath = Annotated[
     str | None, typer.Option(help="Folders with Gazebo models, divided as in PATH.", show_default=False)
 ]
@@ -48,6 +53,8 @@ def build(
     seed: _Seed = None,
     up: _Up = None,
     units: _Units = None,
+    scale: _Scale = None,
+    storey_height: _StoreyHeight = None,
     furniture: _Furniture = None,
     add: Annotated[bool, typer.Option("--add", help="Keep plans of other sources that OUT holds.")] = False,
     replace_others: Annotated[bool, typer.Option("--replace", help="Remove what else OUT holds of builds.")] = False,
@@ -73,6 +80,8 @@ def build(
         "seed": seed,
         "up": up,
         "units": units,
+        "scale": scale,
+        "storey_height": storey_height,
         "furniture": furniture,
         "model_path": model_path,
     }
@@ -108,6 +117,8 @@ def inspect(
     seed: _Seed = None,
     up: _Up = None,
     units: _Units = None,
+    scale: _Scale = None,
+    storey_height: _StoreyHeight = None,
     furniture: _Furniture = None,
     model_path: _ModelPath = None,
 ) -> None:
@@ -121,6 +132,8 @@ def inspect(
         "seed": seed,
         "up": up,
         "units": units,
+        "scale": scale,
+        "storey_height": storey_height,
         "furniture": furniture,
         "model_path": model_path,
     }

@@ -31,13 +31,18 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class BuildOptions:
-    """What goes in. ``up`` and ``units`` are for mesh files; "auto" is what is detected."""
+    """What goes in. ``up``, ``units``, ``scale`` and ``storey_height`` (m) are for mesh files; "auto" is detected.
+
+    ``units`` is auto, m, cm, mm, in, ft, or the metres in a unit; ``scale`` is 20 for a model at 1:20.
+    """
 
     sources: tuple[str, ...] = ()
     seed: int = 0
     limit: int | None = None
     up: Literal["auto", "y", "z"] = "auto"
-    units: Literal["auto", "m", "cm", "mm", "in", "ft"] = "auto"
+    units: str = "auto"
+    scale: float = 1.0
+    storey_height: float | None = None
     furniture: bool = False
     model_path: str = ""  # folders to look for Gazebo models in, divided as in PATH
 
@@ -61,7 +66,7 @@ class BuildConfig:
     def parameters(self) -> dict[str, Any]:
         """Return what the plans depend on, as plain values: stored with the output, and hashed."""
         options = asdict(self.build)
-        chosen = {name: options[name] for name in ("seed", "up", "units", "furniture")}
+        chosen = {name: options[name] for name in ("seed", "up", "units", "scale", "storey_height", "furniture")}
         return {"build": chosen, "limits": asdict(self.limits), **asdict(self.stages)}
 
     def digest(self) -> str:

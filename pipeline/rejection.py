@@ -16,6 +16,7 @@ class Reason(StrEnum):
     TOO_LARGE = "too_large"
     BAD_UNITS = "bad_units"
     NO_LEVEL = "no_level"
+    NO_INTERIOR = "no_interior"
     TIMEOUT = "timeout"
     OUT_OF_MEMORY = "out_of_memory"
     INTERNAL = "internal"

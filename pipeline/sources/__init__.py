@@ -14,7 +14,7 @@ from pipeline.sources.recognise import recognise
 from pipeline.values import Input, Reader
 
 _OPTIONS = {
-    "mesh_file": ("up", "units"),
+    "mesh_file": ("up", "units", "scale", "storey_height"),
     "ifc": (),
     "suncg": ("furniture",),
     "generated": ("seed",),

@@ -17,7 +17,7 @@ WALLED = 0.5  # share of a floor's outer boundary along which walls stand
 WALL_REACH_M = 0.5
 APART_M = 0.9  # floors closer than this in height are one storey with steps
 WINDOW_M = 0.06  # half the window in which faces make one surface: coverings, scans
-TURNED = 0.1  # share of area that may be wound the other way in a mesh that is wound with care
+TURNED = 0.3  # share of area that may be wound the other way in a mesh that is wound with care
 HALF_ROOM_M = 0.4  # narrower surfaces are wall tops, sills, shelves and steps
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-import re
 import struct
 from pathlib import Path
 from typing import Any
+
+from pipeline.sources import off_file, ply_header
 
 HEAD_BYTES = 65_536
 CHUNK_BYTES = 1 << 24
@@ -29,13 +30,12 @@ def declared_faces(path: Path) -> int | None:
 
 
 def _count_ply(head: bytes, _path: Path) -> int | None:
-    found = re.search(rb"^element face (\d+)", head, re.MULTILINE)
-    return int(found[1]) if found else None
+    found = ply_header.declared(head)
+    return found[0] if found else None
 
 
 def _count_off(head: bytes, _path: Path) -> int | None:
-    found = re.match(rb"\s*\w*OFF\s+(?:#.*\s+)*(\d+)\s+(\d+)", head)
-    return int(found[2]) if found else None
+    return off_file.declared(head)
 
 
 def _count_stl(head: bytes, path: Path) -> int | None:
@@ -64,7 +64,7 @@ def _count_gltf(path: Path, head: bytes) -> int | None:
         else:
             tree = json.loads(path.read_bytes())
         return sum(_primitive_faces(tree, part) for mesh in tree["meshes"] for part in mesh["primitives"])
-    except (ValueError, KeyError, IndexError, TypeError, AttributeError, struct.error):
+    except (ValueError, KeyError, IndexError, TypeError, AttributeError, RecursionError, struct.error):
         return None  # the loader says what is wrong with it
 
 

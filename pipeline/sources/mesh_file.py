@@ -7,28 +7,33 @@ level's frame.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
+from pipeline.sources.interior import check_interior
 from pipeline.sources.level_names import share_out
 from pipeline.sources.levels import FoundLevel, find_levels
 from pipeline.sources.mesh_load import SUFFIXES, convention, load_scene
-from pipeline.sources.named_scene import sort_faces, structural
+from pipeline.sources.named_scene import door_heights, sort_faces, structural
 from pipeline.sources.naming import base_id, level_id, list_files, sha256
 from pipeline.sources.placing import Shift, near_shift
 from pipeline.sources.scene import Scene
-from pipeline.sources.units import UNITS, UPS, Frame3D, detect
+from pipeline.sources.units import UNITS, UPS, Frame3D, Wish, detect
 from pipeline.values import Input, Level, Mesh
 
-CHOICES = {"up": ("auto", *UPS), "units": ("auto", *UNITS)}
+OPTIONS = ("up", "units", "scale", "storey_height")
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
-    """List the mesh files at or under a path; options ``up`` (auto, y, z) and ``units`` (auto, m, cm, mm, in, ft).
+    """List the mesh files at or under a path.
+
+    Options: ``up`` (auto, y, z); ``units`` (auto, m, cm, mm, in, ft, or metres in a unit); ``scale`` (20 for a model at
+    1:20); ``storey_height`` (metres, "" where it is not given).
 
     Raises
     ------
@@ -37,10 +42,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
     Rejection
         MISSING_FILE where the path does not exist.
     """
-    for option, value in options.items():
-        if option not in CHOICES or value not in CHOICES[option]:
-            known = ", ".join(CHOICES.get(option, tuple(CHOICES)))
-            raise ConfigError(f"mesh files: {option}={value!r} is unknown; expected one of {known}")
+    _wish(options)
     for file, name in list_files(path, SUFFIXES):
         yield Input(base_id(name), "mesh_file", str(file), options=tuple(sorted({**options, "file": name}.items())))
 
@@ -56,14 +58,14 @@ def read(item: Input) -> Iterator[Level]:
     options = dict(item.options)
     path = Path(item.path)
     raw = load_scene(path)
-    found = detect(
-        structural(raw), convention(path), options.get("up", "auto"), options.get("units", "auto"), path.name
-    )
+    found = detect(structural(raw), convention(path), _wish(options), path.name, door_heights(raw))
     upright = _upright(raw.mesh, found)
     shift = near_shift(upright.vertices)
     named = sort_faces(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
     levels = find_levels(named.solid, named.floor, named.ceiling)
     shares = share_out(named, [level.floor_z for level in levels])
+    if not any(share.leaves or share.rooms or share.openings for share in shares):
+        check_interior(((level.walls, level.floor and float(level.floor.area)) for level in levels), path.name)
     provenance = {
         "source": "mesh",
         "file": options.get("file", path.name),
@@ -84,8 +86,35 @@ def read(item: Input) -> Iterator[Level]:
             room_count=share.room_count,
             openings=share.openings,
             n_objects=len(share.furniture),
+            guesses=found.guesses,
             provenance=provenance,
         )
+
+
+def _wish(options: Mapping[str, str]) -> Wish:
+    """Return what the user says; ConfigError where that is unknown."""
+    unknown = sorted(set(options) - {*OPTIONS, "file"})
+    if unknown:
+        raise ConfigError(f"mesh files: {unknown[0]} is unknown; expected one of {', '.join(OPTIONS)}")
+    up, units = options.get("up", "auto"), options.get("units", "auto")
+    if up not in {"auto", *UPS}:
+        raise ConfigError(f"mesh files: up={up!r} is unknown; expected one of auto, {', '.join(UPS)}")
+    metres = None if units == "auto" else UNITS.get(units) or _number("units", units)
+    storey = options.get("storey_height", "")
+    return Wish(
+        up, metres, _number("scale", options.get("scale", "1")), _number("storey_height", storey) if storey else None
+    )
+
+
+def _number(option: str, text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not (math.isfinite(number) and number > 0):
+        also = f" or one of auto, {', '.join(UNITS)}" if option == "units" else ""
+        raise ConfigError(f"mesh files: {option}={text!r}: expected a number above 0{also}")
+    return number
 
 
 def _upright(raw: Mesh, found: Frame3D) -> Mesh:

@@ -15,11 +15,12 @@ import numpy as np
 import trimesh
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources import dae_file, gltf_file, obj_file
+from pipeline.sources import dae_file, gltf_file, obj_file, off_file, ply_header
 from pipeline.sources.mesh_count import HEAD_BYTES, declared_faces
 from pipeline.sources.named_scene import without_starting_cube
 from pipeline.sources.naming import check_file
 from pipeline.sources.scene import Part, Piece, Scene
+from pipeline.values import Mesh
 
 SUFFIXES = (".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 MAX_FACES = 5_000_000
@@ -30,12 +31,14 @@ MAX_FACES = 5_000_000
 class Convention:
     """What a format, or the file itself, says of its frame: up axis, and metres in one unit (None: it does not say).
 
-    ``binding``: the axis is laid down (glTF's specification, COLLADA's ``up_axis``), not mere custom.
+    ``binding``: the axis is laid down (glTF's specification, COLLADA's ``up_axis``), not mere custom; ``declared``: by
+    the file itself.
     """
 
     up: str
     metres: float | None
     binding: bool = False
+    declared: bool = False
 
 
 def convention(path: Path) -> Convention:
@@ -47,7 +50,7 @@ def convention(path: Path) -> Convention:
         up = re.search(rb"<up_axis>\s*([XYZ])_UP", head)
         unit = re.search(rb"<unit\b[^>]{0,200}?\bmeter\s*=\s*[\"']([^\"']{0,80})[\"']", head)
         metres = _metres(unit[1].decode("utf-8", "replace"), path) if unit else None
-        return Convention("z" if up and up[1] == b"Z" else "y", metres, up is not None)
+        return Convention("z" if up and up[1] == b"Z" else "y", metres, up is not None, up is not None)
     if suffix in {".glb", ".gltf"}:
         return Convention("y", 1.0, binding=True)
     return Convention("y" if suffix == ".obj" else "z", None)
@@ -76,6 +79,7 @@ def load_scene(path: Path, max_faces: int = MAX_FACES) -> Scene:
     declared = declared_faces(path)
     if declared is not None and declared > max_faces and _can_hold(path, declared):
         raise _too_large(path, declared, max_faces)
+    _check_size(path)
     try:
         with _quiet():
             scene = Scene.of(_reader(path)(path, max_faces))
@@ -88,11 +92,16 @@ def load_scene(path: Path, max_faces: int = MAX_FACES) -> Scene:
     return without_starting_cube(_checked(path, scene, declared, max_faces))
 
 
+def load_triangles(path: Path, max_faces: int = MAX_FACES) -> Mesh:
+    """Read the file's triangles as ``load_scene`` does, without their names."""
+    return load_scene(path, max_faces).mesh
+
+
 def _reader(path: Path) -> Callable[[Path, int], Iterator[Piece]]:
     suffix = path.suffix.lower()
     if suffix in {".glb", ".gltf"}:
         return gltf_file.load
-    return {".dae": dae_file.load, ".obj": obj_file.load}.get(suffix, _load_plain)
+    return {".dae": dae_file.load, ".obj": obj_file.load, ".off": off_file.load}.get(suffix, _load_plain)
 
 
 def _load_plain(path: Path, _max_faces: int) -> Iterator[Piece]:
@@ -108,6 +117,16 @@ def _can_hold(path: Path, declared: int) -> bool:
     return path.suffix.lower() == ".gltf" or path.stat().st_size >= 6 * declared
 
 
+def _check_size(path: Path) -> None:
+    """Refuse a PLY whose header announces more than the file can hold, before room is made for it."""
+    if path.suffix.lower() == ".ply":
+        with path.open("rb") as stream:
+            found = ply_header.declared(stream.read(HEAD_BYTES))
+        if found and found[1] > path.stat().st_size:
+            detail = f"{path.name} announces at least {found[1]:,} bytes and has {path.stat().st_size:,}"
+            raise Rejection("source", Reason.UNREADABLE, detail, "the file is truncated: copy it again")
+
+
 def _too_large(path: Path, found: int, limit: int) -> Rejection:
     detail = f"{path.name} has {found:,} faces; the limit is {limit:,}"
     return Rejection("source", Reason.TOO_LARGE, detail, "simplify the mesh, or leave its furniture out")
@@ -116,17 +135,15 @@ def _too_large(path: Path, found: int, limit: int) -> Rejection:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Keep the readers' warnings and log lines to themselves: what matters comes back as a Rejection."""
-    loggers = [logging.getLogger(name) for name in ("trimesh", "collada")]
-    before = [logger.disabled for logger in loggers]
-    for logger in loggers:
-        logger.disabled = True
+    log = logging.getLogger("trimesh")  # its modules' loggers hand on to it
+    handlers, hands_on = log.handlers, log.propagate
+    log.handlers, log.propagate = [logging.NullHandler()], False
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
             yield
     finally:
-        for logger, disabled in zip(loggers, before, strict=True):
-            logger.disabled = disabled
+        log.handlers, log.propagate = handlers, hands_on
 
 
 def _checked(path: Path, scene: Scene, declared: int | None, max_faces: int) -> Scene:

@@ -29,6 +29,7 @@ Bools = npt.NDArray[np.bool_]
 
 TOUCH_M = 0.1
 HANDLE_M = 0.03
+LEAST_DOORS = 2
 LEAST_WALLS = 0.15  # of all upright area; names that leave less to stand are wrong
 TERRAIN_BEYOND = 1.15  # a ground this much longer than the rest is terrain
 
@@ -67,6 +68,25 @@ def structural(scene: Scene) -> Mesh:
     keep = [not ((named := role_of_part(part)) and named.role in dropped) for part in scene.parts]
     chosen = np.array(keep, np.bool_)[scene.owner]
     return taken(scene.mesh, chosen) if 0.1 * len(chosen) <= chosen.sum() < len(chosen) else scene.mesh
+
+
+def door_heights(scene: Scene) -> dict[str, float]:
+    """Return the middle height of the doors that names alone tell, in the scene's own unit, by up axis.
+
+    Only those count that stand upright on the axis: 1.5 to 4.5 times as high as wide.
+    """
+    sizes = []
+    for index, part in enumerate(scene.parts):
+        named = role_of_part(part)
+        if named is not None and named.role is Role.DOOR and named.sure:
+            low, high = box(scene.mesh, np.flatnonzero(scene.owner == index))
+            sizes.append(high - low)
+    found = {}
+    for axis, number in (("y", 1), ("z", 2)):
+        upright = [size[number] for size in sizes if 1.5 <= size[number] / max(*np.delete(size, number), 1e-12) <= 4.5]
+        if len(upright) >= LEAST_DOORS:
+            found[axis] = float(np.median(upright))
+    return found
 
 
 def without_starting_cube(scene: Scene) -> Scene:

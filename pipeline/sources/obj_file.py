@@ -5,6 +5,7 @@ SUNCG's files, which are many and plain, have a reader of their own (``obj``).
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -75,7 +76,8 @@ def _sorted(path: Path) -> _Lines:
 def _vertices(lines: list[bytes]) -> Floats:
     """Return (n, 3); a fourth number (weight) and colours are dropped."""
     wide = len(lines[0].split())
-    numbers = np.array(list(map(float, b" ".join(lines).split())), np.float64)
+    text = b" ".join(lines)
+    numbers = np.fromstring(text, np.float64, sep=" ")  # stops at what is no number
     if wide >= 3 and len(numbers) == wide * len(lines):
         return np.ascontiguousarray(numbers.reshape(-1, wide)[:, :3])
     rows = [line.split()[:3] for line in lines]
@@ -86,8 +88,13 @@ def _vertices(lines: list[bytes]) -> Floats:
 
 def _corners(rows: list[bytes], before: list[int]) -> tuple[Indices, Indices]:
     """Return vertex numbers from 0 (k,), and how many each polygon has (p,); negative ones count back."""
-    words = [row.partition(b"#")[0].split() for row in rows]
-    counts = np.array(list(map(len, words)), np.int64)
-    numbers = np.array([int(word.partition(b"/")[0]) for row in words for word in row], np.int64)
+    text = b"\n".join(rows)
+    if b"#" in text:
+        rows = [row.partition(b"#")[0] for row in rows]
+        text = b"\n".join(rows)
+    counts = np.fromiter((len(row.split()) for row in rows), np.int64, len(rows))
+    numbers = np.fromstring(re.sub(rb"/\S*", b"", text) if b"/" in text else text, np.int64, sep=" ")
+    if len(numbers) != counts.sum():
+        raise ValueError("expected vertex numbers on each 'f' line, found something else")
     so_far = np.repeat(np.array(before, np.int64), counts)
     return np.where(numbers < 0, numbers + so_far, numbers - 1), counts

@@ -98,13 +98,18 @@ def _ramp_sum(at: Floats, start: Floats, weight: Floats) -> Floats:
 
 def cut(surfaces: Surfaces, walls: Bools, height: float) -> Floats:
     """Segments (k, 2, 2) in plan where the chosen faces cross a height; faces that only touch it give none."""
+    return cut_faces(surfaces, walls, height)[0]
+
+
+def cut_faces(surfaces: Surfaces, walls: Bools, height: float) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """Return the segments that ``cut`` gives, and the face (k,) that each is of."""
     crossed = walls & (surfaces.low[:, 2] < height) & (surfaces.high[:, 2] > height)
     corners = surfaces.triangles(crossed)
     order = np.argsort(corners[:, :, 2], axis=1)
     bottom, middle, top = (np.take_along_axis(corners, order[:, i, None, None], axis=1)[:, 0] for i in range(3))
     below = (middle[:, 2] > height)[:, None]
     ends = _at(bottom, top, height), _at(np.where(below, bottom, middle), np.where(below, middle, top), height)
-    return np.stack(ends, axis=1)[:, :, :2]
+    return np.stack(ends, axis=1)[:, :, :2], np.flatnonzero(crossed)
 
 
 def _at(start: Floats, end: Floats, height: float) -> Floats:

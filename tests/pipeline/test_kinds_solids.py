@@ -11,7 +11,7 @@ import trimesh
 
 from houseexpo.plan import FloorPlan
 from pipeline.sources.mesh_load import Convention
-from pipeline.sources.units import detect
+from pipeline.sources.units import Wish, detect
 from tests.builders.houses import CEILING, HEAD, Hole, Parts, kinds, level, plan_of, shell, two_rooms, wall
 from tests.builders.meshes import joined, turned
 
@@ -72,7 +72,7 @@ def test_a_slab_over_the_rooms_is_no_lintel() -> None:
 def test_faces_inside_walls_of_many_courses_do_not_make_a_storey_low() -> None:
     walls, doorway = flat(0.3, 0.3)
     mesh = joined(in_courses(walls, doorway, (0.0, 0.9, 1.2, 1.4, HEAD, CEILING)))
-    found = detect(mesh, Convention("z", None), "auto", "auto", "house.ply")
+    found = detect(mesh, Convention("z", None), Wish(), "house.ply")
     assert (found.up, found.metres) == ("z", 1.0)
 
 

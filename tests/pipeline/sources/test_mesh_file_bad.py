@@ -139,3 +139,68 @@ def test_one_bad_file_does_not_stop_the_listing(tmp_path):
     items = list(mesh_file.find(str(tmp_path)))
     assert [item.id for item in items] == ["a", "b"]
     assert len(list(mesh_file.read(items[1]))) == 1
+
+
+def test_an_off_header_full_of_comments_is_read_at_once(tmp_path):
+    path = tmp_path / "comments.off"
+    path.write_bytes(b"OFF\n" + b"# \n" * 60_000 + b"x\n")
+    assert rejection(path).reason is Reason.UNREADABLE
+
+
+def test_json_nested_too_deep(tmp_path):
+    path = tmp_path / "deep.gltf"
+    path.write_text("[" * 100_000)
+    assert rejection(path).reason is Reason.UNREADABLE
+
+
+@pytest.mark.parametrize("material", ["/etc/passwd", "../../secret.mtl", "http://localhost/x.mtl", "%00"])
+def test_a_material_file_is_never_opened(tmp_path, material, monkeypatch):
+    path = tmp_path / "house.obj"
+    as_trimesh(y_up(one_level())).export(path)
+    path.write_text(f"mtllib {material}\n" + path.read_text())
+    opened, real = [], Path.open
+
+    def spied(self, *rest, **more):
+        opened.append(self)
+        return real(self, *rest, **more)
+
+    monkeypatch.setattr(Path, "open", spied)
+    read_all(path)
+    assert set(opened) == {path}
+
+
+@pytest.mark.parametrize("unit", ["1-2", "nan", "-1", "0", "e"])
+def test_a_collada_unit_that_is_no_number(tmp_path, unit):
+    path = tmp_path / "house.dae"
+    as_trimesh(one_level()).export(path)
+    path.write_text(path.read_text().replace("</asset>", f'<unit name="odd" meter="{unit}"/></asset>', 1))
+    found = rejection(path)
+    assert found.reason is Reason.UNREADABLE
+    assert unit in found.detail
+
+
+@pytest.mark.parametrize("element", ["vertex", "face"])
+def test_a_header_that_announces_more_than_the_file_holds(tmp_path, element):
+    path = tmp_path / "lying.ply"
+    as_trimesh(one_level()).export(path)
+    head, _, rest = path.read_bytes().partition(b"end_header")
+    lines = [f"element {element} 4000000000".encode() if line.startswith(f"element {element}".encode()) else line
+             for line in head.split(b"\n")]  # fmt: skip
+    path.write_bytes(b"\n".join(lines) + b"end_header" + rest)
+    found = rejection(path)
+    assert found.reason is Reason.UNREADABLE
+    assert "announces" in found.detail
+
+
+def test_a_collada_file_with_a_document_type(tmp_path):
+    path = tmp_path / "bomb.dae"
+    path.write_text('<!DOCTYPE x [<!ENTITY a "aaaa">]><COLLADA>&a;</COLLADA>')
+    assert rejection(path).reason is Reason.UNREADABLE
+
+
+def test_no_logger_of_a_library_prints(tmp_path, capfd, caplog):
+    path = tmp_path / "broken.stl"
+    path.write_text("solid x\nfacet normal a b c\nouter loop\nvertex 1 2\nendloop\nendfacet\nendsolid\n")
+    assert rejection(path).reason in {Reason.UNREADABLE, Reason.EMPTY}
+    assert not caplog.records
+    assert capfd.readouterr() == ("", "")

@@ -1,0 +1,199 @@
+"""Is there an inside? Facades, city blocks, cars and terrain are told from rooms before any plan is made.
+
+R1  Walls stand: along enough of the outline the same wall is met at knee, chest and head height. On terrain it is not.
+    In a car it may be, but there the walls lean and the floor is a small part of what they surround.
+R2  A facade is one sheet, wound to be seen from outside, closed all round, with no wall inside it: nobody modelled an
+    inside. A wall with two faces, a sheet that looks inwards (a room's scan), a gap to enter by or an inner wall
+    speaks for rooms.
+R3  Several such blocks that stand apart are a city, not a house.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from scipy.spatial import KDTree
+
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.plan_grid import Cells, PlanGrid
+from pipeline.sources.surfaces import Bools, Floats, Surfaces, cut_faces
+from pipeline.values import Mesh
+
+HEIGHTS_M = (0.4, 1.1, 1.7)
+CELL_M = 0.1
+SAMPLE_M = 0.2
+LEAN_M = 0.2  # walls of scans lean and wave
+STANDING = 0.25  # of the outline's length
+STEEP = 0.7  # |n . up| of faces that are looked at: not only upright ones, as scans lean
+UPRIGHT = 0.7  # of the steep area, in a room
+CABIN_M = 7.0
+CABIN_FLOOR = 0.4
+THINNEST_M = 0.02
+THICKEST_M = 0.7
+MOST_SAMPLES = 2_000
+TWO_FACED = 0.5  # share of the outline with a second face behind it
+OUTWARD = 0.7
+INNER_M = 1.5
+INNER_SHARE = 0.05  # of the outline's length
+INNER_AREA = 0.08  # metres of inner wall in a square metre; dwellings have 0.2 and more
+ENCLOSED = 0.5  # of what the outline's hull covers
+ADVICE = "take a model with rooms inside, or cut the part that has them out"
+MOST_CELLS = 40_000_000
+
+
+@dataclass(frozen=True)
+class Look:
+    """What was seen of one level: lengths in metres, shares from 0 to 1."""
+
+    outline_m: float
+    area_m2: float
+    standing_m: float
+    enclosed: float
+    two_faced: float
+    outward: float
+    inner_m: float
+    blocks: int
+    is_cabin: bool = False
+
+    @property
+    def fault(self) -> str:
+        """Say why this is no interior; "" where it may be one."""
+        if self.standing_m < STANDING * self.outline_m:
+            return (
+                f"walls stand from knee to head height along {self.standing_m:.0f} m of an outline of "
+                f"{self.outline_m:.0f} m: a car, a sculpture or terrain"
+            )
+        if self.is_cabin:
+            return f"leaning walls around {self.area_m2:.0f} m2, of which a small part is floor: a car or the like"
+        closed = self.enclosed >= ENCLOSED and self.two_faced < TWO_FACED and self.outward >= OUTWARD
+        if not closed or self.inner_m >= max(INNER_M, INNER_SHARE * self.outline_m, INNER_AREA * self.area_m2):
+            return ""
+        if self.blocks > 2:
+            return f"{self.blocks} separate closed blocks of outer faces only, with no wall inside any: a city"
+        return (
+            f"one closed sheet of {self.outline_m:.0f} m that is seen from outside, with no second face and "
+            f"{self.inner_m:.1f} m of wall inside: a facade"
+        )
+
+
+def check_interior(levels: Iterable[tuple[Mesh, float | None]], name: str) -> None:
+    """Raise Rejection NO_INTERIOR where no level of a house has an inside.
+
+    Each level is its walls, with the floor at z = 0, and the floor's area in m2 where it has one.
+    """
+    faults = []
+    for walls, floor_m2 in levels:
+        fault = look_at(walls, floor_m2).fault
+        if not fault:
+            return
+        faults.append(fault)
+    if faults:
+        raise Rejection("source", Reason.NO_INTERIOR, f"{name}: {faults[0]}", ADVICE)
+
+
+def look_at(walls: Mesh, floor_m2: float | None = None) -> Look:
+    """Look at one level's walls in plan."""
+    surfaces = Surfaces.of(walls)
+    upright = np.abs(surfaces.normal[:, 2]) < STEEP
+    sections = [cut_faces(surfaces, upright, height) for height in HEIGHTS_M]
+    ends = np.concatenate([segments.reshape(-1, 2) for segments, _ in sections])
+    if not len(ends):
+        return Look(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    size = max(CELL_M, float(np.sqrt(np.prod(high - low + 2.0) / MOST_CELLS)))
+    grid = PlanGrid.over(low, high, size_m=size)
+    traces = [grid.trace(segments) for segments, _ in sections]
+    standing = traces[1]
+    for trace in (traces[0], traces[2]):
+        standing = standing & grid.grown(trace, LEAN_M)
+    wall = grid.grown(traces[1], grid.size_m)
+    outside = _outside(wall)
+    covered = _hull(wall)
+    inside = ((outside == 0) & (wall == 0)).astype(np.uint8)
+    points, normals = _samples(*sections[1], surfaces)
+    outer = grid.at(grid.grown(outside, 2 * grid.size_m), points)
+    looks_out = grid.at(outside, points + normals * 4 * grid.size_m)
+    stands = grid.at(grid.grown(standing, grid.size_m), points)
+    far = grid.grown(outside, THICKEST_M + 2 * grid.size_m)
+    outline = _length(grid, covered)
+    return Look(
+        outline,
+        grid.area(covered),
+        float(np.count_nonzero(stands & outer)) * SAMPLE_M,
+        grid.area(inside) / max(grid.area(covered), 1e-9),
+        _two_faced(points, normals, outer, np.where(looks_out[:, None], normals, -normals)),
+        _share(looks_out[outer]),
+        float(np.count_nonzero(stands & ~outer & ~grid.at(far, points))) * SAMPLE_M,
+        _blocks(grid, wall),
+        floor_m2 is not None and _is_cabin(surfaces, high - low, floor_m2 / max(float(np.prod(high - low)), 1e-9)),
+    )
+
+
+def _is_cabin(surfaces: Surfaces, size: Floats, floor_share: float) -> bool:
+    """R1: tell whether the place is as small as a car, its walls lean, and its floor is a small part of it."""
+    slope = np.abs(surfaces.normal[:, 2])
+    upright = float(surfaces.area[surfaces.walls()].sum()) / max(float(surfaces.area[slope < STEEP].sum()), 1e-9)
+    return bool(size.max() < CABIN_M and upright < UPRIGHT and floor_share < CABIN_FLOOR)
+
+
+def _samples(segments: Floats, faces: np.ndarray, surfaces: Surfaces) -> tuple[Floats, Floats]:
+    """Points (k, 2) along segments, SAMPLE_M apart, with the plan direction that their faces look in."""
+    length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
+    ends = np.cumsum(length)
+    at = np.arange(SAMPLE_M / 2, ends[-1], SAMPLE_M)
+    owner = np.minimum(np.searchsorted(ends, at), len(ends) - 1)
+    share = ((at - ends[owner] + length[owner]) / np.maximum(length[owner], 1e-12)).clip(0.0, 1.0)[:, None]
+    points = segments[owner, 0] * (1 - share) + segments[owner, 1] * share
+    normals = surfaces.normal[faces[owner], :2]
+    return points, normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-9)[:, None]
+
+
+def _outside(wall: Cells) -> Cells:
+    """Cells that can be reached from the margin without crossing a wall."""
+    filled = wall.copy()
+    cv2.floodFill(filled, np.zeros((wall.shape[0] + 2, wall.shape[1] + 2), np.uint8), (0, 0), 2)
+    outside: Cells = (filled == 2).astype(np.uint8)
+    return outside
+
+
+def _hull(mask: Cells) -> Cells:
+    """Each connected part's convex hull."""
+    out = np.zeros_like(mask)
+    for contour in cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[-2]:
+        cv2.fillConvexPoly(out, cv2.convexHull(contour), 1)
+    return out
+
+
+def _length(grid: PlanGrid, mask: Cells) -> float:
+    contours = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[-2]
+    return sum(cv2.arcLength(contour, closed=True) for contour in contours) * grid.size_m
+
+
+def _two_faced(points: Floats, normals: Floats, outer: Bools, outward: Floats) -> float:
+    """Share of the outline's points behind which a second face stands within a wall's thickness."""
+    chosen = np.flatnonzero(outer)[:: max(1, int(outer.sum()) // MOST_SAMPLES)]
+    if not len(chosen):
+        return 0.0
+    near = KDTree(points).query_ball_point(points[chosen], THICKEST_M)
+    found = []
+    for k, others in zip(chosen, near, strict=True):
+        away = points[k] - points[others]
+        deep = away @ outward[k]
+        beside = np.abs(away @ np.array([-outward[k, 1], outward[k, 0]]))
+        parallel = np.abs(normals[others] @ outward[k]) > 0.7
+        found.append(bool(((deep > THINNEST_M) & (beside < SAMPLE_M) & parallel).any()))
+    return _share(np.asarray(found))
+
+
+def _blocks(grid: PlanGrid, wall: Cells) -> int:
+    """Parts that stand apart and are larger than a shed."""
+    parts = _hull(wall)
+    count, _, stats, _ = cv2.connectedComponentsWithStats(parts)
+    return int(np.count_nonzero(stats[1:count, cv2.CC_STAT_AREA] * grid.size_m**2 > 10.0))
+
+
+def _share(marked: np.ndarray) -> float:
+    return float(marked.mean()) if len(marked) else 0.0

@@ -1,0 +1,83 @@
+"""A mesh as a house that would stand on one of its axes: how wide, how high a storey, how square."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.sources.surfaces import Bools, Floats, Surfaces, WallProfile, weighted_quantile
+
+STOREY_M = (1.9, 6.6)
+HIGHEST_M = 60.0  # of a building whose storeys nothing divides
+WIDTH_M = (1.5, 200.0)
+LONGEST_AT_LEAST_M = 2.0
+SQUARE = 0.85  # roofs, stairs and furniture may be the rest
+BINS = 400
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A mesh as a house that stands on one axis, in the file's unit: two plan widths, and a storey's height."""
+
+    widths: tuple[float, float]
+    storey: float
+    flatness: float
+    bare: bool  # hardly any face looks up: walls alone
+    square: float  # share of the area that is upright or level; on a wrong axis, a turned house has slopes
+
+    def fits(self, metres: float) -> bool:
+        """R2: tell whether a unit of so many metres makes this a house."""
+        return self.fits_width(metres) and STOREY_M[0] <= self.storey * metres <= STOREY_M[1]
+
+    def stands(self, metres: float) -> bool:
+        """R2: tell whether so many metres make this a building, of one storey or of several that nothing divides."""
+        return self.fits_width(metres) and STOREY_M[0] <= self.storey * metres <= HIGHEST_M
+
+    def fits_width(self, metres: float) -> bool:
+        """Tell whether the walls stand as far apart as a house's."""
+        narrow, wide = sorted(width * metres for width in self.widths)
+        return WIDTH_M[0] <= narrow and LONGEST_AT_LEAST_M <= wide <= WIDTH_M[1]
+
+
+def measured(surfaces: Surfaces, axis: int) -> Shape | None:
+    """Measure the mesh as it stands on one axis; None where it has no wall then."""
+    walls = surfaces.walls(axis)
+    if not walls.any():
+        return None
+    spans = [_span(surfaces, walls, i) for i in range(3)]
+    widths = tuple(high - low for i, (low, high) in enumerate(spans) if i != axis)
+    height = float(np.ptp(np.concatenate([surfaces.low[walls, axis], surfaces.high[walls, axis]])))
+    flats, all_area = surfaces.flats(axis), float(surfaces.area.sum())
+    flat_area, wall_area = float(surfaces.area[flats].sum()), float(surfaces.area[walls].sum())
+    square = (flat_area + wall_area) / all_area
+    flatness = math.log(max(math.sqrt(widths[0] * widths[1]), 1e-12) / height)
+    storey = _storey(surfaces, walls, flats, axis, widths[0] * widths[1])
+    return Shape((widths[0], widths[1]), storey, flatness, flat_area < 0.06 * all_area and square > SQUARE, square)
+
+
+def _span(surfaces: Surfaces, faces: Bools, axis: int) -> tuple[float, float]:
+    low, high, area = surfaces.low[faces, axis], surfaces.high[faces, axis], surfaces.area[faces]
+    return weighted_quantile(low, area, 0.005), weighted_quantile(high, area, 0.995)
+
+
+def _storey(surfaces: Surfaces, walls: Bools, flats: Bools, axis: int, footprint: float) -> float:
+    """Return the greatest height between two level surfaces that cover the plan, or the ends of the walls."""
+    low, high = surfaces.low[walls, axis].min(), surfaces.high[walls, axis].max()
+    profile = WallProfile.of(surfaces, walls, axis, float(high - low) / BINS)
+    standing = np.flatnonzero(profile.length >= 0.2 * profile.length.max())
+    foot, top = profile.edges[standing[0]], profile.edges[standing[-1] + 1]
+    up = surfaces.normal[:, axis] > 0
+    looks = [_area_over_height(surfaces, flats & looking, axis, profile.edges) for looking in (up, ~up)]
+    covered = np.maximum(*looks)  # not their sum: walls made in courses have faces of both kinds between these
+    layers = profile.edges[:-1][covered > 0.35 * footprint]
+    stops = np.concatenate([[foot], layers[(layers > foot) & (layers < top)], [top]])
+    return float(np.diff(np.sort(stops)).max())
+
+
+def _area_over_height(surfaces: Surfaces, faces: Bools, axis: int, edges: Floats) -> Floats:
+    """Area of the chosen faces in each step of height and its two neighbours; 0 where the step itself has none."""
+    heights = (surfaces.low[faces, axis] + surfaces.high[faces, axis]) / 2
+    areas = np.histogram(heights, edges, weights=surfaces.area[faces])[0]
+    return np.where(areas > 0, np.convolve(areas, np.ones(3), mode="same"), 0.0)

@@ -1,0 +1,79 @@
+import numpy as np
+import pytest
+import trimesh
+
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.interior import check_interior, look_at
+from pipeline.values import Mesh
+from tests.builders.meshes import joined, one_level, sheet, slab, storey, walls_alone
+
+CORNERS = [(0.0, 0.0), (12.0, 0.0), (12.0, 9.0), (0.0, 9.0)]
+GAP = 1.0
+
+
+def block(x: float = 0.0, outward: bool = True) -> list[trimesh.Trimesh]:
+    """Four sheets that are seen from outside, or from inside."""
+    ring = [(x + a, b) for a, b in CORNERS]
+    ring = ring if outward else ring[::-1]
+    return [sheet(ring[i - 1], ring[i], 0.0, 6.0) for i in range(4)]
+
+
+def fault(*parts: list[trimesh.Trimesh]) -> str:
+    return look_at(joined([each for part in parts for each in part])).fault
+
+
+def test_a_closed_sheet_seen_from_outside_is_a_facade():
+    assert "a facade" in fault(block(), slab(-0.1, 0.0, [(0.0, 0.0, 12.0, 9.0)]))
+
+
+def test_many_of_them_are_a_city():
+    assert "4 separate closed blocks" in fault(*(block(20.0 * i) for i in range(4)))
+
+
+def test_a_hill_is_neither():
+    x, y = np.meshgrid(np.arange(-20.0, 21.0), np.arange(-20.0, 21.0))
+    points = np.column_stack([x.ravel(), y.ravel(), 6.0 * np.exp(-(x**2 + y**2).ravel() / 40.0)])
+    index = np.arange(41 * 41).reshape(41, 41)
+    a, b, c, d = (part.ravel() for part in (index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]))
+    hill = Mesh(points, np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])]).astype(np.int64))
+    assert look_at(hill).fault
+
+
+@pytest.mark.parametrize("walls", [one_level(), walls_alone()], ids=["on a slab", "alone"])
+def test_rooms_of_solid_walls_are_an_inside(walls):
+    assert not look_at(walls).fault
+
+
+def test_one_closed_room_of_solid_walls_is_an_inside():
+    studio = [(0.0, 0.0, 6.0, 0.1), (5.9, 0.1, 6.0, 5.0), (0.1, 4.9, 5.9, 5.0), (0.0, 0.1, 0.1, 5.0)]
+    assert not fault(storey(0.0, 2.5, studio))
+
+
+def test_the_scan_of_one_room_looks_inwards():
+    assert not fault(block(outward=False))
+
+
+def test_a_sheet_with_a_gap_to_enter_by_may_be_a_room():
+    gap = [sheet((0.0, 0.0), (5.0, 0.0), 0.0, 6.0), sheet((5.0 + GAP, 0.0), (12.0, 0.0), 0.0, 6.0)]
+    assert not fault(block()[:1] + block()[2:], gap)
+
+
+def test_a_sheet_with_walls_inside_is_a_house():
+    inner = [sheet((6.0, 0.0), (6.0, 9.0), 0.0, 6.0), sheet((6.0, 4.0), (12.0, 4.0), 0.0, 6.0)]
+    assert not fault(block(), inner)
+
+
+def test_leaning_walls_around_a_small_floor_are_a_cabin():
+    body = trimesh.creation.icosphere(subdivisions=4)
+    body.apply_scale((2.2, 2.6, 1.3))
+    body.apply_translation((0.0, 0.0, 1.0))
+    cabin = Mesh(np.asarray(body.vertices), np.asarray(body.faces, np.int64))
+    assert "a car" in look_at(cabin, floor_m2=2.0).fault
+
+
+def test_one_level_with_an_inside_is_enough():
+    facade = joined(block())
+    check_interior([(facade, None), (one_level(), 39.0)], "house.glb")
+    with pytest.raises(Rejection, match=r"house\.glb: one closed sheet") as caught:
+        check_interior([(facade, None), (facade, None)], "house.glb")
+    assert caught.value.reason is Reason.NO_INTERIOR
