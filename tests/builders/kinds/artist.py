@@ -1,8 +1,8 @@
 """Kinds ``artist_named`` and ``artist_unnamed``: a furnished house as artists publish it, with or without plain names.
 
-R1  Named: nodes and materials in one language each (English, German, French, Spanish, Italian, Portuguese, Dutch,
-    pinyin), numbered as programs number copies. Unnamed: ``Cube.042``, ``mesh_17``, materials ``Material.003``.
-R2  Walls are solids of any style or one body; floors a slab or one face a room; ceilings are rare, so that one looks in.
+R1  Named: nodes and materials in one of eight languages, numbered as programs number copies. Unnamed:
+    ``Cube.042``, ``mesh_17``, materials ``Material.003``.
+R2  Walls are solids of any style or one body; floors a slab or one face a room; ceilings are rare.
 R3  Doors are closed, ajar or open leaves, mostly with frames.
 """
 
@@ -54,7 +54,7 @@ def make(rng: Generator, folder: Path, name: str, named: bool, scale: float = 1.
     placing = random_placing(rng, up, ("m",) if suffix == ".glb" else ("m", "cm", "in"), turned=0.25, scale=scale)
     path = write(parts, folder / f"{name}{suffix}", placing)
     about = f"{language}, doors {joinery.doors}, frames {joinery.frames}, {len(parts)} parts"
-    return Member(path, (truth_of(storey, placing, "furnished", name),), about)
+    return Member(path, (truth_of(storey, placing, "furnished", name),), about, placing.up, placing.unit_m)
 
 
 def building(storey: Storey, joinery: Joinery, rng: Generator, words: dict[str, str]) -> list[Part]:

@@ -30,7 +30,7 @@ def make(rng: Generator, folder: Path, name: str) -> Member:
     suffix = str(rng.choice([".obj", ".obj", ".glb", ".ply"]))
     placing = random_placing(rng, "y" if suffix != ".ply" else "z", turned=0.15)
     path = write(parts, folder / f"{name}{suffix}", placing)
-    return Member(path, (truth_of(storey, placing, "sheet", name),), f"{len(parts)} sheets")
+    return Member(path, (truth_of(storey, placing, "sheet", name),), f"{len(parts)} sheets", placing.up, placing.unit_m)
 
 
 def shell(storey: Storey, rng: Generator) -> list[Part]:

@@ -65,7 +65,7 @@ def in_room(storey: Storey, index: int, sorts: list[str], rng: Generator) -> lis
 
 
 def clearance(storey: Storey, number: int) -> Polygon | None:
-    """The floor before a door that furniture leaves free; tall things also keep off windows, but that is left to luck."""
+    """The floor before a door that furniture leaves free; None for a window."""
     opening = storey.openings[number]
     if opening.kind == "window":
         return None

@@ -37,7 +37,13 @@ def make(rng: Generator, folder: Path, name: str, scale: float = 1.0) -> Member:
     suffix = str(rng.choice([".ply", ".stl", ".dae" if scale == 1.0 else ".stl", ".obj"]))
     placing = random_placing(rng, "z" if suffix == ".obj" and rng.random() < 0.5 else UP_OF[suffix], scale=scale)
     path = write(parts, folder / f"{name}{suffix}", placing)
-    return Member(path, (truth_of(storey, placing, "furnished", name),), f"{len(parts)} parts, {suffix}")
+    return Member(
+        path,
+        (truth_of(storey, placing, "furnished", name),),
+        f"{len(parts)} parts, {suffix}",
+        placing.up,
+        placing.unit_m,
+    )
 
 
 def without_lintels(storey: Storey, outer_door: bool) -> Storey:

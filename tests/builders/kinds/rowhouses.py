@@ -36,7 +36,13 @@ def make(rng: Generator, folder: Path, name: str) -> Member:
     path = write([parts[k] for k in rng.permutation(len(parts))], folder / f"{name}{suffix}", placing)
     truths = [truth_of(shifted(s, x), placing, "solid", f"{name}_B{k}") for k, (s, x) in enumerate(storeys)]
     what = f"{len(storeys)} detached" if detached else f"{1 + max(c.unit for c in storeys[0][0].cells)} in a row"
-    return Member(path, tuple(truths), f"{what}, {style}, doors {joinery.doors}, frames {joinery.frames}, slab {slab}")
+    return Member(
+        path,
+        tuple(truths),
+        f"{what}, {style}, doors {joinery.doors}, frames {joinery.frames}, slab {slab}",
+        placing.up,
+        placing.unit_m,
+    )
 
 
 def apart(rng: Generator) -> list[tuple[Storey, float]]:

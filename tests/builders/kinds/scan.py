@@ -49,7 +49,13 @@ def make(rng: Generator, folder: Path, name: str, noise_m: float) -> Member:
     suffix = str(rng.choice([".ply", ".ply", ".obj", ".glb"]))
     placing = random_placing(rng, UP_OF[suffix], turned=0.6)
     path = write([Part("scan", surface, "wall", "scan")], folder / f"{name}{suffix}", placing)
-    return Member(path, (truth_of(storey, placing, "scan", name),), f"{len(surface.faces)} faces of {edge:.2f} m")
+    return Member(
+        path,
+        (truth_of(storey, placing, "scan", name),),
+        f"{len(surface.faces)} faces of {edge:.2f} m",
+        placing.up,
+        placing.unit_m,
+    )
 
 
 def seen(storey: Storey, rng: Generator, edge: float) -> trimesh.Trimesh:

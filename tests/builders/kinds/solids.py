@@ -1,4 +1,4 @@
-"""Kind ``solids``: a house as CAD programs and extruders export it: solid walls, leaves absent, closed, ajar or open."""
+"""Kind ``solids``: a house as CAD programs export it: solid walls, leaves absent, closed, ajar or open."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def render(storeys: list[Storey], rng: Generator, folder: Path, name: str, scale
         made = storey_parts(storey, style, joinery, rng, slab if floors else 0.0)
         if below is not None:
             rise = below.height + slab
-            made += [Part("stair", moved(joined(flight(below, storey, rise)), 0, 0, -rise), "stair", "stair")]
+            made += [Part("stair", moved(joined(flight(storey, rise)), 0, 0, -rise), "stair", "stair")]
         parts += [replace(p, mesh=moved(p.mesh, 0, 0, z), name=f"L{level}_{p.name}") for p in made]
         floors_z.append(z)
         z += storey.height + slab
@@ -61,7 +61,7 @@ def render(storeys: list[Storey], rng: Generator, folder: Path, name: str, scale
     path = write([parts[k] for k in order], folder / f"{name}{suffix}", placing)
     truths = [truth_of(s, placing, "solid", f"{name}_{k}", floors_z[k]) for k, s in enumerate(storeys)]
     about = f"{len(storeys)} storeys, {style}, doors {joinery.doors}, frames {joinery.frames}, floors {floors}, {cover}"
-    return Member(path, tuple(truths), about)
+    return Member(path, tuple(truths), about, placing.up, placing.unit_m)
 
 
 def storey_parts(storey: Storey, style: str, joinery: Joinery, rng: Generator, slab: float) -> list[Part]:

@@ -203,8 +203,13 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Member:
-    """A made house: the file, and what each of its storeys holds, in the form of a case."""
+    """A made house: the file, and what each of its storeys holds, in the form of a case.
+
+    ``up`` and ``unit_m`` say how the file's axes and lengths are to be read, which a reader has to find out.
+    """
 
     path: Path
     truths: tuple[dict[str, Any], ...]
-    about: str = ""
+    about: str
+    up: str
+    unit_m: float

@@ -79,10 +79,13 @@ def _dae(parts: Sequence[Part], path: Path, placing: Placing) -> None:
         name, count, faces = quoteattr(part.name or f"g{number}"), len(placed.vertices), len(placed.faces)
         geometries.append(
             f'<geometry id="g{number}" name={name}><mesh><source id="g{number}p"><float_array id="g{number}a" '
-            f'count="{3 * count}">{points}</float_array><technique_common><accessor source="#g{number}a" count="{count}" '
+            f'count="{3 * count}">{points}</float_array><technique_common>'
+            f'<accessor source="#g{number}a" count="{count}" '
             f'stride="3"><param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>'
-            f'</accessor></technique_common></source><vertices id="g{number}v"><input semantic="POSITION" '
-            f'source="#g{number}p"/></vertices><triangles count="{faces}"><input semantic="VERTEX" source="#g{number}v" '
+            f'</accessor></technique_common></source><vertices id="g{number}v">'
+            f'<input semantic="POSITION" '
+            f'source="#g{number}p"/></vertices><triangles count="{faces}">'
+            f'<input semantic="VERTEX" source="#g{number}v" '
             f'offset="0"/><p>{corners}</p></triangles></mesh></geometry>'
         )
         nodes.append(f'<node id="n{number}" name={name} type="NODE"><instance_geometry url="#g{number}"/></node>')
