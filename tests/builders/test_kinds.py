@@ -124,7 +124,7 @@ def test_walls_of_the_file_stand_at_the_edges_of_the_true_rooms(kind, tmp_path):
     member = make_member(kind, 2, 7, tmp_path)
     for truth, lines in sections(member, 0.63):
         doors = [shapely.Point(d["centre"]).buffer(d["width"] / 2 + d["thickness"]) for d in truth["doors"]]
-        rooms = [shapely.Polygon(r["polygon"]) for r in truth["rooms"]]
+        rooms = [shapely.Polygon(r["polygon"]) for r in truth["rooms"] if r["label"] != "Stair"]  # its void is open
         open_edges = shapely.union_all(doors + [r.buffer(1e-3) for r in between(rooms)])
         near = shapely.prepared.prep(lines.buffer(0.011))
         for room in rooms:
