@@ -8,13 +8,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import shapely
 import trimesh
 from numpy.random import Generator
 
 from tests.builders.kinds.homes import Style, random_home
 from tests.builders.kinds.placing import random_placing, truth_of
-from tests.builders.kinds.sheets import facade, jambs, sheet_ring
+from tests.builders.kinds.sheets import facade, jambs, sheet_ring, zone_areas
 from tests.builders.kinds.solids3d import flat, joined
 from tests.builders.kinds.values import LEADS_IN, Member, Part, Storey
 from tests.builders.kinds.writers import write
@@ -38,9 +37,7 @@ def shell(storey: Storey, rng: Generator) -> list[Part]:
     high, parts = storey.height, []
     thresholds, ceilings = bool(rng.random() < 0.5), bool(rng.random() < 0.8)
     lined = bool(rng.random() < 0.25)
-    for group in storey.zones:
-        area = shapely.union_all([storey.rooms[k].buffer(0.002, join_style="mitre") for k in group])
-        area = area.buffer(-0.002, join_style="mitre")
+    for group, area in zip(storey.zones, zone_areas(storey), strict=True):
         walls = joined(sheet_ring(storey, area, storey.openings, 0.0, high))
         parts.append(Part("WallInner", walls, "wall", "wall_paint"))
         for k in group:

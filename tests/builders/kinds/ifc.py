@@ -117,6 +117,8 @@ def fill_storey(house: Building, entity: Any, storey: Storey, below: Storey | No
             hole = ifc.hole(wall, entity, area, lift + o.sill, lift + min(o.head, storey.height) + 1e-4)
             if o.kind != "opening" and (filled or o.kind == "door"):
                 fill_opening(house, entity, storey, hole, run, o, lift)
+    for pillar in storey.pillars:
+        ifc.outline("IfcColumn", entity, pillar, 0.0, lift + storey.height, "Column")
     void = [c.polygon for c in storey.cells if not c.floor]
     area = (
         storey.footprint.difference(shapely.union_all(void).difference(storey.wall_area)) if void else storey.footprint

@@ -1,11 +1,12 @@
 """Random layouts of homes: cells on a 5 cm grid, as an architect would part a footprint.
 
-R1  A corridor home: rooms on both sides of a corridor, which ends at the living room, at a wall, or turns a corner.
-R2  A hub: the living room in the middle, rooms left and right, a hall at the entrance.
-R3  A studio: one large room, a hall, a bathroom, a bedroom or none.
-R4  A wing (garage, another living room, a bedroom) stands at a side now and then: the footprint is an L or a T.
-R5  Closets and private bathrooms are cut out of bedrooms' corners; kitchens may be open to the living room.
-R6  Now and then a partition stands askew, or an outer corner is cut off.
+R1  A corridor home: rooms on both sides of a corridor, which ends at the living room or at a wall.
+R2  A corridor that turns a corner, rooms along all of it.
+R3  A hub: the living room in the middle, rooms left and right, a hall at the entrance.
+R4  A studio: one large room, a hall, a bathroom, a bedroom or none.
+R5  A wing (garage, another living room, a bedroom) stands at a side now and then: the footprint is an L or a T.
+R6  Closets and private bathrooms are cut out of bedrooms' corners; kitchens may be open to the living room.
+R7  Now and then a partition stands askew, or an outer corner is cut off. Half of the layouts are mirrored.
 """
 
 from __future__ import annotations
@@ -49,8 +50,10 @@ def draft_home(rng: Generator, size: str = "home") -> Draft:
     pick = rng.random()
     if size == "small" and pick < 0.5:
         draft = studio(rng)
-    elif pick < 0.65 or size == "row":
+    elif pick < 0.5 or size == "row":
         draft = corridor_home(rng, size)
+    elif pick < 0.65 and size == "home":
+        draft = corner_home(rng)
     else:
         draft = hub(rng)
     if size == "home" and rng.random() < 0.35:
@@ -60,6 +63,8 @@ def draft_home(rng: Generator, size: str = "home") -> Draft:
         skew(draft, rng)
     if rng.random() < 0.15:
         cut_corner(draft, rng)
+    if rng.random() < 0.5:
+        draft.shapes = [shapely.affinity.scale(s, -1.0, 1.0, origin=(0.0, 0.0)) for s in draft.shapes]
     return draft
 
 
@@ -88,6 +93,22 @@ def corridor_home(rng: Generator, size: str = "home") -> Draft:
         for label, x1, x2 in slices(rng, start, y2 - y1, need if sort == "day" else [], sort):
             draft.add(label, box(x1, y1, x2, y2))
     draft.entrance = hall
+    return draft
+
+
+def corner_home(rng: Generator) -> Draft:
+    """R2."""
+    low, across, high = (on_grid(rng.uniform(*r)) for r in ((3.0, 4.4), (1.2, 1.7), (3.2, 4.6)))
+    left, right = on_grid(rng.uniform(4.0, 7.5)), on_grid(rng.uniform(3.2, 4.6))
+    width, depth, draft = left + across + right, low + across + high, Draft()
+    hall = box(0, low, left + across, low + across).union(box(left, low, left + across, depth))
+    draft.entrance = draft.add(str(rng.choice(["Corridor", "Hallway"])), hall)
+    for label, x1, x2 in slices(rng, width, low, ["Living_Room", "Kitchen"], "day"):
+        draft.add(label, box(x1, 0, x2, low))
+    for label, x1, x2 in slices(rng, left, high, [], "night"):
+        draft.add(label, box(x1, low + across, x2, depth))
+    for label, y1, y2 in slices(rng, depth - low, right, [], "night"):
+        draft.add(label, box(left + across, low + y1, width, low + y2))
     return draft
 
 
@@ -123,7 +144,7 @@ def slices(rng: Generator, length: float, depth: float, need: list[str], sort: s
 
 
 def hub(rng: Generator) -> Draft:
-    """R2."""
+    """R3."""
     left, middle, right = (on_grid(rng.uniform(*r)) for r in ((2.8, 4.2), (3.8, 5.8), (2.6, 4.0)))
     depth, draft = on_grid(rng.uniform(7.0, 10.5)), Draft()
     x1, x2, width = left, left + middle, left + middle + right
@@ -148,7 +169,7 @@ def hub(rng: Generator) -> Draft:
 
 
 def studio(rng: Generator) -> Draft:
-    """R3."""
+    """R4."""
     width, depth = on_grid(rng.uniform(5.5, 8.5)), on_grid(rng.uniform(5.0, 6.5))
     bath, hall = on_grid(rng.uniform(1.7, 2.4)), on_grid(rng.uniform(1.3, 2.0))
     draft = Draft()
@@ -170,7 +191,7 @@ def studio(rng: Generator) -> Draft:
 
 
 def add_wing(draft: Draft, rng: Generator) -> None:
-    """R4."""
+    """R5."""
     x1, y1, x2, y2 = shapely.union_all(draft.shapes).bounds
     wide, deep = on_grid(rng.uniform(3.0, 5.5)), on_grid(rng.uniform(2.8, 5.5))
     label = str(rng.choice(["Garage", "Living_Room", "Bedroom", "Office"]))
@@ -184,7 +205,7 @@ def add_wing(draft: Draft, rng: Generator) -> None:
 
 
 def carve(draft: Draft, rng: Generator) -> None:
-    """R5."""
+    """R6."""
     for k in range(len(draft.labels)):
         shape = draft.shapes[k]
         if draft.labels[k] not in {"Bedroom", "Guest_Room"} or shape.area < 12 or rng.random() < 0.5:
@@ -209,7 +230,7 @@ def carve(draft: Draft, rng: Generator) -> None:
 
 
 def skew(draft: Draft, rng: Generator) -> None:
-    """R6: a whole partition between two rectangular rooms leaves the right angle."""
+    """R7: a whole partition between two rectangular rooms leaves the right angle."""
     order = rng.permutation(len(draft.shapes))
     for i in order:
         for j in order:
@@ -251,7 +272,7 @@ def swapped(shape: Polygon, old: np.ndarray, new: np.ndarray) -> Polygon:
 
 
 def cut_corner(draft: Draft, rng: Generator) -> None:
-    """R6: an outer corner of the footprint is cut off."""
+    """R7: an outer corner of the footprint is cut off."""
     whole = shapely.union_all(draft.shapes)
     for corner in rng.permutation(np.asarray(whole.exterior.coords)[:-1]):
         x, y = corner

@@ -56,7 +56,8 @@ class Chooser:
         line = shapely.LineString([wall.a, wall.b])
         near = [k for k in self.tree.query(line.buffer(0.5)) if k != index]
         others = [w for w in (self.storey.walls[k] for k in near) if not same_line(w, wall)]
-        blocked = shapely.union_all([w.strip(-w.thickness / 2, w.length + w.thickness / 2) for w in others])
+        strips = [w.strip(-w.thickness / 2, w.length + w.thickness / 2) for w in others]
+        blocked = shapely.union_all(strips + [p.buffer(0.6) for p in self.storey.pillars])
         rest = line.difference(blocked)
         parts = [g for g in shapely.get_parts(rest) if g.length > 0.3]
         if not parts:
@@ -163,11 +164,13 @@ def join(chooser: Chooser, a: int, b: int, kind: str = "door") -> bool:
     width = width_of(labels, rng)
     if labels <= HALLS | LIVING and rng.random() < 0.45:
         kind, width = ("opening", rng.uniform(0.9, 1.5)) if rng.random() < 0.5 else ("door", rng.uniform(1.2, 1.6))
+    tall = rng.random() < 0.3  # no lintel
     places = [k for k, w in enumerate(storey.walls) if set(w.sides) == {a, b}]
     for k in sorted(places, key=lambda k: -storey.walls[k].length):
         for wide in (round(float(width), 2), 0.8, 0.7, 0.6):
             kind = "door" if wide < 0.9 else kind
-            if chooser.put(k, wide, kind, 0.0, chooser.heads.door):
+            head = storey.height if kind == "opening" and tall else chooser.heads.door
+            if chooser.put(k, wide, kind, 0.0, head):
                 return True
     return False
 

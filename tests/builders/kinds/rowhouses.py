@@ -64,7 +64,8 @@ def shifted(storey: Storey, x: float) -> Storey:
         type(w)((w.a[0] + x, w.a[1]), (w.b[0] + x, w.b[1]), w.thickness, w.sides, w.height, w.glass)
         for w in storey.walls
     ]
-    return Storey(tuple(cells), tuple(walls), storey.openings, storey.height, storey.zones)
+    return Storey(tuple(cells), tuple(walls), storey.openings, storey.height, storey.zones,
+                  tuple(shapely.affinity.translate(p, x) for p in storey.pillars))  # fmt: skip
 
 
 def random_row(rng: Generator) -> Storey:
