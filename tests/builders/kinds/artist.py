@@ -34,7 +34,7 @@ def make_named(rng: Generator, folder: Path, name: str) -> Member:
 
 
 def make_unnamed(rng: Generator, folder: Path, name: str, scale: float = 1.0) -> Member:
-    """Write one house whose nodes say nothing; ``scale`` is 20 for a model at 1:20."""
+    """Write one house whose nodes say nothing; ``scale`` is what a unit of a model stands for (20 m at 1:20)."""
     return make(rng, folder, name, named=False, scale=scale)
 
 
@@ -64,7 +64,8 @@ def make(rng: Generator, folder: Path, name: str, named: bool, scale: float = 1.
     parts = numbered(parts, rng) if named else nameless(parts, rng)
     suffix = str(rng.choice([".glb", ".glb", ".glb", ".obj", ".dae" if scale == 1.0 else ".obj"]))
     up = "y" if suffix == ".dae" and rng.random() < 0.4 else UP_OF[suffix]
-    placing = random_placing(rng, up, ("m",) if suffix == ".glb" else ("m", "cm", "in"), turned=0.25, scale=scale)
+    units = ("m",) if suffix == ".glb" or scale != 1.0 else ("m", "cm", "in")
+    placing = random_placing(rng, up, units, turned=0.25, scale=scale)
     path = write(parts, folder / f"{name}{suffix}", placing)
     about = f"{count} storeys, {language}, doors {joinery.doors}, frames {joinery.frames}, {len(parts)} parts"
     truths = [truth_of(s, placing, "furnished", f"{name}_{k}", floors[k]) for k, s in enumerate(storeys)]

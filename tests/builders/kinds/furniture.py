@@ -221,33 +221,6 @@ SORTS = {
     "lamp": Sort(hanging_lamp, "hang"), "wall_shelf": Sort(shelf_high), "car": Sort(car),
 }  # fmt: skip
 
-PROGRAMS = {
-    "Bedroom": ["bed", "wardrobe", "dresser", "chair", "lamp", "rug", "wall_shelf", "plant"],
-    "Child_Room": ["bed", "desk", "shelf", "wardrobe", "lamp", "rug"],
-    "Guest_Room": ["bed", "wardrobe", "chair", "lamp"],
-    "Living_Room": [
-        "sofa",
-        "tv",
-        "shelf",
-        "coffee_table",
-        "plant",
-        "floor_lamp",
-        "rug",
-        "lamp",
-        "chair",
-        "dining_table",
-    ],
-    "Dining_Room": ["dining_table", "dresser", "lamp", "plant"],
-    "Kitchen": ["kitchen", "dining_table", "lamp"],
-    "Bathroom": ["toilet", "basin", "bathtub", "shower"],
-    "Toilet": ["toilet", "basin"],
-    "Office": ["desk", "shelf", "chair", "lamp", "plant"],
-    "Garage": ["car", "shelf"],
-    "Storage": ["shelf"],
-    "Wardrobe": [],
-    "Corridor": ["dresser", "lamp", "plant"],
-}
-
 
 def thing(sort: str, rng: Generator, ceiling: float) -> trimesh.Trimesh:
     """One piece."""

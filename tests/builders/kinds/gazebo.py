@@ -22,7 +22,7 @@ WIDEST_M = 1.4
 
 
 def make(rng: Generator, folder: Path, name: str, scale: float = 1.0) -> Member:
-    """Write one world's mesh into a folder; ``scale`` is 20 for a model at 1:20."""
+    """Write one world's mesh into a folder; ``scale`` is what a unit of a model stands for (20 m at 1:20)."""
     inner = round(float(rng.uniform(0.1, 0.2)), 2)
     style = Style(outer_m=(inner, inner), inner_m=(inner, inner), height_m=(2.2, 3.0), windows=0.0)
     storey = without_lintels(random_home(rng, style), bool(rng.random() < 0.7))

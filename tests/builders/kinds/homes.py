@@ -9,7 +9,8 @@ import shapely
 from numpy.random import Generator
 from shapely import box
 
-from tests.builders.kinds.layout import Draft, draft_home
+from tests.builders.kinds.alterations import draft_home
+from tests.builders.kinds.layout import Draft
 from tests.builders.kinds.openings import HALLS, Heads, furnish_openings
 from tests.builders.kinds.topology import storey_of
 from tests.builders.kinds.values import Cell, Storey

@@ -8,9 +8,10 @@ import numpy as np
 import shapely
 from numpy.random import Generator
 
+from tests.builders.kinds.alterations import draft_home
 from tests.builders.kinds.homes import Style, random_home, thicknesses, whole
 from tests.builders.kinds.joinery import Joinery
-from tests.builders.kinds.layout import Draft, draft_home
+from tests.builders.kinds.layout import Draft
 from tests.builders.kinds.openings import Heads, furnish_openings
 from tests.builders.kinds.placing import random_placing, truth_of
 from tests.builders.kinds.solids import storey_parts

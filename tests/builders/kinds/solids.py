@@ -23,7 +23,7 @@ UNDECLARED = (".ply", ".obj", ".stl", ".off")
 
 
 def make(rng: Generator, folder: Path, name: str, scale: float = 1.0) -> Member:
-    """Write one house into a folder; ``scale`` is 20 for a model at 1:20."""
+    """Write one house into a folder; ``scale`` is what a unit of a model stands for (20 m at 1:20)."""
     count = int(rng.choice([1, 1, 1, 2, 3]))
     storeys = random_storeys(
         rng, Style(size=str(rng.choice(["home", "home", "small"])) if count == 1 else "home"), count
@@ -56,7 +56,7 @@ def render(storeys: list[Storey], rng: Generator, folder: Path, name: str, scale
     order = rng.permutation(len(parts)) if rng.random() < 0.5 else np.arange(len(parts))
     suffix = str(rng.choice(FORMATS if scale == 1.0 else UNDECLARED))
     up = "z" if suffix == ".obj" and rng.random() < 0.3 else UP_OF[suffix]
-    units = ("m",) if suffix == ".glb" else ("m", "m", "m", "cm", "mm", "in")
+    units = ("m",) if suffix == ".glb" or scale != 1.0 else ("m", "m", "m", "cm", "mm", "in")
     placing = random_placing(rng, up, units, scale=scale)
     path = write([parts[k] for k in order], folder / f"{name}{suffix}", placing)
     truths = [truth_of(s, placing, "solid", f"{name}_{k}", floors_z[k]) for k, s in enumerate(storeys)]
