@@ -4,6 +4,7 @@ R1  Named: nodes and materials in one of eight languages, numbered as programs n
     ``Cube.042``, ``mesh_17``, materials ``Material.003``.
 R2  Walls are solids of any style or one body; floors a slab or one face a room; ceilings are rare.
 R3  Doors are closed, ajar or open leaves, mostly with frames.
+R4  Every eighth named house was an IFC file: its nodes have the classes as names, and its rooms are bodies too.
 """
 
 from __future__ import annotations
@@ -26,6 +27,16 @@ from tests.builders.kinds.values import Member, Part, Storey
 from tests.builders.kinds.wall_bodies import STYLES, wall_bodies
 from tests.builders.kinds.words import LANGUAGES
 from tests.builders.kinds.writers import UP_OF, write
+
+IFC_CLASSES = {
+    "wall": "IfcWallStandardCase",
+    "floor": "IfcSlab",
+    "roof": "IfcRoof",
+    "stair": "IfcStairFlight",
+    "leaf": "IfcDoor",
+    "frame": "IfcDoor",
+    "window": "IfcWindow",
+}
 
 
 def make_named(rng: Generator, folder: Path, name: str) -> Member:
@@ -61,7 +72,10 @@ def make(rng: Generator, folder: Path, name: str, named: bool, scale: float = 1.
         floors.append(z)
         z += storey.height + slab
     parts = [parts[k] for k in rng.permutation(len(parts))]
-    parts = numbered(parts, rng) if named else nameless(parts, rng)
+    if named and rng.random() < 0.12:
+        parts = as_ifc_nodes(parts, storeys, floors)
+    else:
+        parts = numbered(parts, rng) if named else nameless(parts, rng)
     suffix = str(rng.choice([".glb", ".glb", ".glb", ".obj", ".dae" if scale == 1.0 else ".obj"]))
     up = "y" if suffix == ".dae" and rng.random() < 0.4 else UP_OF[suffix]
     units = ("m",) if suffix == ".glb" or scale != 1.0 else ("m", "cm", "in")
@@ -132,6 +146,19 @@ def numbered(parts: list[Part], rng: Generator) -> list[Part]:
             style
         ]
         made.append(replace(part, name=name))
+    return made
+
+
+def as_ifc_nodes(parts: list[Part], storeys: list[Storey], floors: list[float]) -> list[Part]:
+    """R4: nodes named by their IFC class, rooms among them as bodies of air."""
+    made = [
+        replace(p, name=f"{IFC_CLASSES.get(p.role, 'IfcFurnishingElement')}/{p.name}_{k}") for k, p in enumerate(parts)
+    ]
+    for storey, z in zip(storeys, floors, strict=True):
+        for cell, room in zip(storey.cells, storey.rooms, strict=True):
+            if cell.floor:
+                body = prism(room, z, z + storey.height - 0.02)
+                made.append(Part(f"IfcSpace/{cell.label}_{len(made)}", body, "space", "IfcSpace"))
     return made
 
 
