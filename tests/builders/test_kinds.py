@@ -87,6 +87,13 @@ def test_one_can_walk_through_every_unit_but_from_none_to_another(made):
         assert len(shapely.get_parts(free)) == len({c.unit for c in storey.cells})
 
 
+def test_nobody_steps_into_a_stairs_void():
+    for seed in range(6):
+        for storey in random_storeys(np.random.default_rng(seed), Style(), 2):
+            voids = {k for k, cell in enumerate(storey.cells) if not cell.floor}
+            assert not any(voids & set(storey.walls[o.wall].sides) for o in storey.openings if o.kind in LEADS_IN)
+
+
 def test_zones_are_all_cells_once(made):
     for storey in made:
         assert sorted(k for zone in storey.zones for k in zone) == list(range(len(storey.cells)))

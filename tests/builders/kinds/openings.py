@@ -124,6 +124,8 @@ def tree(storey: Storey, chooser: Chooser, private: dict[int, int], entrances: l
         i, j = wall.sides
         if wall.outer or storey.cells[i].unit != storey.cells[j].unit or not chooser.room_for(k, 0.75):
             continue
+        if not (storey.cells[i].floor and storey.cells[j].floor):
+            continue  # nobody steps into a stair's void
         if any(private.get(a, b) != b for a, b in ((i, j), (j, i))):
             continue
         weight = price(storey.cells[i].label, storey.cells[j].label) + 0.2 * chooser.rng.random()
@@ -184,7 +186,7 @@ def extra_doors(chooser: Chooser, private: dict[int, int]) -> None:
             continue
         i, j = wall.sides
         labels = {storey.cells[i].label, storey.cells[j].label}
-        fits = len(labels & (LIVING | HALLS)) == len(labels) and storey.cells[i].unit == storey.cells[j].unit
+        fits = labels <= LIVING | HALLS and storey.cells[i].unit == storey.cells[j].unit
         if fits and frozenset((zone[i], zone[j])) not in joined and zone[i] != zone[j] and chooser.rng.random() < 0.5:
             joined.add(frozenset((zone[i], zone[j])))
             join(chooser, i, j)

@@ -47,7 +47,8 @@ def make(rng: Generator, folder: Path, name: str, noise_m: float) -> Member:
     edge = float(rng.uniform(0.1, 0.2))
     surface = patched(noisy(seen(storey, rng, edge), noise_m, rng), rng)
     suffix = str(rng.choice([".ply", ".ply", ".obj", ".glb"]))
-    placing = random_placing(rng, UP_OF[suffix], turned=0.6)
+    up = "y" if rng.random() < 0.3 else UP_OF[suffix]  # phones write y-up PLY files too
+    placing = random_placing(rng, up, turned=0.6)
     path = write([Part("scan", surface, "wall", "scan")], folder / f"{name}{suffix}", placing)
     return Member(
         path,
