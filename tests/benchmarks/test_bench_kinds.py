@@ -82,7 +82,7 @@ def table(found: dict[str, list[Outcome]], seed: int) -> Table:
 
 
 def certainty(pairs: list[tuple[float | None, bool]]) -> str:
-    """What the plans' own quality is worth: how many of the sure ones meet the table, and how well it tells them apart."""
+    """What the plans' own quality is worth: how many of the sure ones are right, how well it tells right from wrong."""
     known = [(quality, met) for quality, met in pairs if quality is not None]
     sure = [met for quality, met in known if quality >= SURE]
     good, bad = ([quality for quality, met in known if met is wanted] for wanted in (True, False))
