@@ -11,14 +11,12 @@ from numpy.random import Generator
 
 from tests.builders.kinds.furnishing import furnished
 from tests.builders.kinds.homes import Style, random_home
+from tests.builders.kinds.openings import WIDEST_GAP_M
 from tests.builders.kinds.placing import random_placing, truth_of
 from tests.builders.kinds.solids3d import box, joined
 from tests.builders.kinds.values import Member, Opening, Part, Storey
 from tests.builders.kinds.wall_bodies import wall_bodies
 from tests.builders.kinds.writers import UP_OF, write
-
-WIDEST_M = 1.4
-"""Wider gaps of full height would be no doors but one room."""
 
 
 def make(rng: Generator, folder: Path, name: str, scale: float = 1.0) -> Member:
@@ -50,8 +48,8 @@ def without_lintels(storey: Storey, outer_door: bool) -> Storey:
     """The same storey with gaps of full height for doors; some worlds have no outer door."""
     kept = []
     for o in storey.openings:
-        if o.kind in {"door", "opening"} or (o.kind == "entrance" and outer_door and o.width < WIDEST_M):
-            end = min(o.end, o.start + WIDEST_M)
+        if o.kind in {"door", "opening"} or (o.kind == "entrance" and outer_door and o.width < WIDEST_GAP_M):
+            end = min(o.end, o.start + WIDEST_GAP_M)
             kept.append(
                 Opening(o.wall, o.start, end, "entrance" if o.kind == "entrance" else "opening", 0.0, storey.height)
             )

@@ -24,6 +24,8 @@ LIVING = {"Living_Room", "Kitchen", "Dining_Room"}
 NO_WINDOW = {"Wardrobe", "Storage", "Stair"}
 SMALL = {"Toilet", "Storage", "Wardrobe"}
 JAMB_M = 0.08
+WIDEST_GAP_M = 1.4
+"""A wider gap of full height would be no door, but one room."""
 
 
 @dataclass(frozen=True)
@@ -171,7 +173,7 @@ def join(chooser: Chooser, a: int, b: int, kind: str = "door") -> bool:
     for k in sorted(places, key=lambda k: -storey.walls[k].length):
         for wide in (round(float(width), 2), 0.8, 0.7, 0.6):
             kind = "door" if wide < 0.9 else kind
-            head = storey.height if kind == "opening" and tall else chooser.heads.door
+            head = storey.height if kind == "opening" and tall and wide <= WIDEST_GAP_M else chooser.heads.door
             if chooser.put(k, wide, kind, 0.0, head):
                 return True
     return False
