@@ -153,5 +153,5 @@ def upper(draft: Draft, rng: Generator, stair: int) -> Draft:
     labels[stair] = "Stair"
     well = shapes[stair].difference(landing)
     shapes[stair] = landing
-    merged = [(i, j) for i, j in draft.merged if rng.random() < 0.3] + [(stair, len(labels))]
+    merged = [(stair, len(labels))]
     return Draft([*labels, "Void"], [*shapes, well], merged, dict(draft.private), draft.entrance)
