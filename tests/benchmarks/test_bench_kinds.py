@@ -24,6 +24,8 @@ from tests.builders.kinds.registry import KINDS
 from tests.builders.shared import needs_shared
 
 WORKERS, LIMIT_S = 2, 60
+SURE = 0.8
+"""A plan of this quality should be right."""
 
 
 def outcomes(kinds: list[str], members: int, seed: int, folder: Path, keep: str) -> Iterator[Outcome]:
@@ -61,6 +63,7 @@ def test_the_kinds_against_the_table(tmp_path: Path, request: pytest.FixtureRequ
                 f"{outcome.kind} {outcome.number}: {', '.join(outcome.failing)}; {outcome.detail}", style="dim"
             )
     console.print(table(found, option("--seed")))
+    console.print(certainty([pair for made in found.values() for outcome in made for pair in outcome.qualities]))
     assert all(len(made) == option("--members") for made in found.values())
 
 
@@ -76,3 +79,16 @@ def table(found: dict[str, list[Outcome]], seed: int) -> Table:
         median, longest = (f"{f(seconds):.2f}" for f in (np.median, np.max))
         made.add_row(kind, str(sum(o.met for o in results)), str(len(results)), most, median, longest)
     return made
+
+
+def certainty(pairs: list[tuple[float | None, bool]]) -> str:
+    """What the plans' own quality is worth: how many of the sure ones are right, how well it tells right from wrong."""
+    known = [(quality, met) for quality, met in pairs if quality is not None]
+    sure = [met for quality, met in known if quality >= SURE]
+    good, bad = ([quality for quality, met in known if met is wanted] for wanted in (True, False))
+    if not good or not bad:
+        return f"quality: {len(known)} plans have one, too alike to judge it"
+    wins = np.mean([[1.0 if g > b else 0.5 if g == b else 0.0 for b in bad] for g in good])
+    return (
+        f"quality of {SURE} or more: {sum(sure)} of {len(sure)} plans meet the table; area under the curve {wins:.3f}"
+    )

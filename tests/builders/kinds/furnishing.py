@@ -11,7 +11,7 @@ import trimesh
 from numpy.random import Generator
 from shapely import Polygon, box
 
-from tests.builders.kinds.furniture import PROGRAMS, SORTS, thing
+from tests.builders.kinds.furniture import SORTS, thing
 from tests.builders.kinds.openings import HALLS
 from tests.builders.kinds.solids3d import moved
 from tests.builders.kinds.values import OUTSIDE, Storey
@@ -21,6 +21,35 @@ CLEAR_M = 0.75
 
 HIGH = {"lamp", "wall_shelf"}
 TRIES = 25
+
+
+PROGRAMS = {
+    "Bedroom": ["bed", "wardrobe", "dresser", "chair", "lamp", "rug", "wall_shelf", "plant"],
+    "Child_Room": ["bed", "desk", "shelf", "wardrobe", "lamp", "rug"],
+    "Guest_Room": ["bed", "wardrobe", "chair", "lamp"],
+    "Living_Room": [
+        "sofa",
+        "tv",
+        "shelf",
+        "coffee_table",
+        "plant",
+        "floor_lamp",
+        "rug",
+        "lamp",
+        "chair",
+        "dining_table",
+    ],
+    "Dining_Room": ["dining_table", "dresser", "lamp", "plant"],
+    "Kitchen": ["kitchen", "dining_table", "lamp"],
+    "Bathroom": ["toilet", "basin", "bathtub", "shower"],
+    "Toilet": ["toilet", "basin"],
+    "Office": ["desk", "shelf", "chair", "lamp", "plant"],
+    "Garage": ["car", "shelf"],
+    "Storage": ["shelf"],
+    "Wardrobe": [],
+    "Corridor": ["dresser", "lamp", "plant"],
+}
+"""What stands in a room of each label."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +94,7 @@ def in_room(storey: Storey, index: int, sorts: list[str], rng: Generator) -> lis
 
 
 def clearance(storey: Storey, number: int) -> Polygon | None:
-    """The floor before a door that furniture leaves free; tall things also keep off windows, but that is left to luck."""
+    """The floor before a door that furniture leaves free; None for a window."""
     opening = storey.openings[number]
     if opening.kind == "window":
         return None

@@ -142,8 +142,9 @@ def television(rng: Generator, _: float) -> list[trimesh.Trimesh]:
 
 def bathtub(rng: Generator, _: float) -> list[trimesh.Trimesh]:
     """A bath, open at the top."""
-    return [box(-0.8, 0.0, 0.0, 0.8, 0.08, 0.55), box(-0.8, 0.62, 0.0, 0.8, 0.7, 0.55), box(-0.8, 0.08, 0.0, -0.72, 0.62, 0.55),
-            box(0.72, 0.08, 0.0, 0.8, 0.62, 0.55), box(-0.72, 0.08, 0.0, 0.72, 0.62, 0.12)]  # fmt: skip
+    sides = [box(-0.8, y, 0.0, 0.8, y + 0.08, 0.55) for y in (0.0, 0.62)]
+    ends = [box(x, 0.08, 0.0, x + 0.08, 0.62, 0.55) for x in (-0.8, 0.72)]
+    return [*sides, *ends, box(-0.72, 0.08, 0.0, 0.72, 0.62, 0.12)]
 
 
 def toilet(rng: Generator, _: float) -> list[trimesh.Trimesh]:
@@ -213,38 +214,12 @@ class Sort:
 
 SORTS = {
     "bed": Sort(bed), "sofa": Sort(sofa), "chair": Sort(chair), "dining_table": Sort(dining_table, "free"),
-    "coffee_table": Sort(coffee_table, "free"), "desk": Sort(desk), "wardrobe": Sort(wardrobe), "shelf": Sort(shelf),
-    "kitchen": Sort(kitchen_row), "dresser": Sort(dresser), "tv": Sort(television), "bathtub": Sort(bathtub),
-    "toilet": Sort(toilet), "basin": Sort(basin), "shower": Sort(shower), "plant": Sort(plant), "rug": Sort(rug, "free"),
-    "floor_lamp": Sort(floor_lamp), "lamp": Sort(hanging_lamp, "hang"), "wall_shelf": Sort(shelf_high), "car": Sort(car),
+    "coffee_table": Sort(coffee_table, "free"), "desk": Sort(desk), "wardrobe": Sort(wardrobe),
+    "shelf": Sort(shelf), "kitchen": Sort(kitchen_row), "dresser": Sort(dresser), "tv": Sort(television),
+    "bathtub": Sort(bathtub), "toilet": Sort(toilet), "basin": Sort(basin), "shower": Sort(shower),
+    "plant": Sort(plant), "rug": Sort(rug, "free"), "floor_lamp": Sort(floor_lamp),
+    "lamp": Sort(hanging_lamp, "hang"), "wall_shelf": Sort(shelf_high), "car": Sort(car),
 }  # fmt: skip
-
-PROGRAMS = {
-    "Bedroom": ["bed", "wardrobe", "dresser", "chair", "lamp", "rug", "wall_shelf", "plant"],
-    "Child_Room": ["bed", "desk", "shelf", "wardrobe", "lamp", "rug"],
-    "Guest_Room": ["bed", "wardrobe", "chair", "lamp"],
-    "Living_Room": [
-        "sofa",
-        "tv",
-        "shelf",
-        "coffee_table",
-        "plant",
-        "floor_lamp",
-        "rug",
-        "lamp",
-        "chair",
-        "dining_table",
-    ],
-    "Dining_Room": ["dining_table", "dresser", "lamp", "plant"],
-    "Kitchen": ["kitchen", "dining_table", "lamp"],
-    "Bathroom": ["toilet", "basin", "bathtub", "shower"],
-    "Toilet": ["toilet", "basin"],
-    "Office": ["desk", "shelf", "chair", "lamp", "plant"],
-    "Garage": ["car", "shelf"],
-    "Storage": ["shelf"],
-    "Wardrobe": [],
-    "Corridor": ["dresser", "lamp", "plant"],
-}
 
 
 def thing(sort: str, rng: Generator, ceiling: float) -> trimesh.Trimesh:

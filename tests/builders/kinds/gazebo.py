@@ -11,18 +11,16 @@ from numpy.random import Generator
 
 from tests.builders.kinds.furnishing import furnished
 from tests.builders.kinds.homes import Style, random_home
+from tests.builders.kinds.openings import WIDEST_GAP_M
 from tests.builders.kinds.placing import random_placing, truth_of
 from tests.builders.kinds.solids3d import box, joined
 from tests.builders.kinds.values import Member, Opening, Part, Storey
 from tests.builders.kinds.wall_bodies import wall_bodies
 from tests.builders.kinds.writers import UP_OF, write
 
-WIDEST_M = 1.4
-"""Wider gaps of full height would be no doors but one room."""
-
 
 def make(rng: Generator, folder: Path, name: str, scale: float = 1.0) -> Member:
-    """Write one world's mesh into a folder; ``scale`` is 20 for a model at 1:20."""
+    """Write one world's mesh into a folder; ``scale`` is what a unit of a model stands for (20 m at 1:20)."""
     inner = round(float(rng.uniform(0.1, 0.2)), 2)
     style = Style(outer_m=(inner, inner), inner_m=(inner, inner), height_m=(2.2, 3.0), windows=0.0)
     storey = without_lintels(random_home(rng, style), bool(rng.random() < 0.7))
@@ -37,15 +35,21 @@ def make(rng: Generator, folder: Path, name: str, scale: float = 1.0) -> Member:
     suffix = str(rng.choice([".ply", ".stl", ".dae" if scale == 1.0 else ".stl", ".obj"]))
     placing = random_placing(rng, "z" if suffix == ".obj" and rng.random() < 0.5 else UP_OF[suffix], scale=scale)
     path = write(parts, folder / f"{name}{suffix}", placing)
-    return Member(path, (truth_of(storey, placing, "furnished", name),), f"{len(parts)} parts, {suffix}")
+    return Member(
+        path,
+        (truth_of(storey, placing, "furnished", name),),
+        f"{len(parts)} parts, {suffix}",
+        placing.up,
+        placing.unit_m,
+    )
 
 
 def without_lintels(storey: Storey, outer_door: bool) -> Storey:
     """The same storey with gaps of full height for doors; some worlds have no outer door."""
     kept = []
     for o in storey.openings:
-        if o.kind in {"door", "opening"} or (o.kind == "entrance" and outer_door and o.width < WIDEST_M):
-            end = min(o.end, o.start + WIDEST_M)
+        if o.kind in {"door", "opening"} or (o.kind == "entrance" and outer_door and o.width < WIDEST_GAP_M):
+            end = min(o.end, o.start + WIDEST_GAP_M)
             kept.append(
                 Opening(o.wall, o.start, end, "entrance" if o.kind == "entrance" else "opening", 0.0, storey.height)
             )

@@ -9,7 +9,8 @@ import shapely
 from numpy.random import Generator
 from shapely import box
 
-from tests.builders.kinds.layout import Draft, draft_home
+from tests.builders.kinds.alterations import draft_home
+from tests.builders.kinds.layout import Draft
 from tests.builders.kinds.openings import HALLS, Heads, furnish_openings
 from tests.builders.kinds.topology import storey_of
 from tests.builders.kinds.values import Cell, Storey
@@ -79,7 +80,28 @@ def one_storey(
         return None
     if any(not whole(r) for r in bare.rooms):
         return None
+    bare = with_pillars(bare, rng)
     return furnish_openings(bare, rng, draft.private, [draft.entrance] if level == 0 else [], heads, windows)
+
+
+def with_pillars(storey: Storey, rng: Generator) -> Storey:
+    """Every sixth house has pillars in its large rooms, some against a wall (as chimneys and shafts are)."""
+    if rng.random() > 0.17:
+        return storey
+    pillars = []
+    for k, room in enumerate(storey.rooms):
+        if room.area < 14 or not storey.cells[k].floor:
+            continue
+        side = float(rng.uniform(0.2, 0.45))
+        if rng.random() < 0.5:
+            x, y = room.representative_point().coords[0]
+        else:
+            x, y = room.exterior.interpolate(float(rng.uniform(0, room.length))).coords[0]
+        square = box(x - side / 2, y - side / 2, x + side / 2, y + side / 2)
+        inside = room.difference(square)
+        if inside.geom_type == "Polygon" and inside.buffer(-0.4).geom_type == "Polygon":
+            pillars.append(square.intersection(storey.cells[k].polygon))
+    return replace(storey, pillars=tuple(p for p in pillars if p.geom_type == "Polygon"))
 
 
 def whole(room: shapely.Polygon) -> bool:
@@ -131,5 +153,5 @@ def upper(draft: Draft, rng: Generator, stair: int) -> Draft:
     labels[stair] = "Stair"
     well = shapes[stair].difference(landing)
     shapes[stair] = landing
-    merged = [(i, j) for i, j in draft.merged if rng.random() < 0.3] + [(stair, len(labels))]
+    merged = [(stair, len(labels))]
     return Draft([*labels, "Void"], [*shapes, well], merged, dict(draft.private), draft.entrance)

@@ -33,11 +33,12 @@ NAMES = {
     "numbers": ("Level 1", "Level 2", "Level 3"),
 }
 LABELS = {
-    "english": {},
-    "german": {"Living_Room": "Wohnzimmer", "Kitchen": "Küche", "Bedroom": "Schlafzimmer", "Bathroom": "Bad", "Toilet": "WC",
-               "Corridor": "Flur", "Hallway": "Flur", "Hall": "Diele", "Office": "Büro", "Storage": "Abstellraum",
-               "Child_Room": "Kinderzimmer", "Stair": "Treppenhaus", "Garage": "Garage", "Wardrobe": "Ankleide",
-               "Entryway": "Windfang", "Lobby": "Diele", "Dining_Room": "Esszimmer", "Guest_Room": "Gast"},
+    "german": {
+        "Living_Room": "Wohnzimmer", "Kitchen": "Küche", "Bedroom": "Schlafzimmer", "Bathroom": "Bad", "Toilet": "WC",
+        "Corridor": "Flur", "Hallway": "Flur", "Hall": "Diele", "Office": "Büro", "Storage": "Abstellraum",
+        "Child_Room": "Kinderzimmer", "Stair": "Treppenhaus", "Garage": "Garage", "Wardrobe": "Ankleide",
+        "Entryway": "Windfang", "Lobby": "Diele", "Dining_Room": "Esszimmer", "Guest_Room": "Gast",
+    },
 }  # fmt: skip
 
 
@@ -80,9 +81,8 @@ def make(rng: Generator, folder: Path, name: str) -> Member:
     extras += top(house, entities[-1], storeys[-1], z, rng)
     path = house.ifc.write(folder / f"{name}.ifc")
     about = f"{count} storeys, {schema}, unit {unit:g} m, spaces {house.spaces}, build-up {house.buildup}, "
-    return Member(
-        path, tuple(truths), about + f"heads at ceiling {touching}, {', '.join(extras) or 'nothing round it'}"
-    )
+    about += f"heads at ceiling {touching}, {', '.join(extras) or 'nothing round it'}"
+    return Member(path, tuple(truths), about, "z", 1.0)
 
 
 def heads_at_ceiling(storey: Storey) -> Storey:
@@ -117,6 +117,8 @@ def fill_storey(house: Building, entity: Any, storey: Storey, below: Storey | No
             hole = ifc.hole(wall, entity, area, lift + o.sill, lift + min(o.head, storey.height) + 1e-4)
             if o.kind != "opening" and (filled or o.kind == "door"):
                 fill_opening(house, entity, storey, hole, run, o, lift)
+    for pillar in storey.pillars:
+        ifc.outline("IfcColumn", entity, pillar, 0.0, lift + storey.height, "Column")
     void = [c.polygon for c in storey.cells if not c.floor]
     area = (
         storey.footprint.difference(shapely.union_all(void).difference(storey.wall_area)) if void else storey.footprint
@@ -136,9 +138,8 @@ def fill_storey(house: Building, entity: Any, storey: Storey, below: Storey | No
             if cell.floor:
                 ifc.space(entity, room, lift + storey.height, f"{k + 1:03d}", cell.label, lift)
     if below is not None:
-        named = [replace(s, cells=tuple(plain(c, house.words) for c in s.cells)) for s in (below, storey)]
         rise = below.height + house.slab
-        steps = joined(flight(named[0], named[1], rise))
+        steps = joined(flight(replace(storey, cells=tuple(plain(c, house.words) for c in storey.cells)), rise))
         steps.apply_translation((0, 0, lift - rise))
         ifc.triangles("IfcStairFlight", entity, steps, "Stair")
 
@@ -179,9 +180,9 @@ def outside(house: Building, entities: list[Any], storeys: list[Storey], rng: Ge
             "IfcSlab", entities[0], roof, lift + base.height - 0.2, lift + base.height, "Roof", PredefinedType="ROOF"
         )
         made.append("veranda")
-    if rng.random() < 0.35:
-        made.append("garage roof" if len(entities) > 1 else "carport wall")
-        garage_roof(house, entities[min(1, len(entities) - 1)], base, rng, len(entities) > 1)
+    level = min(1, len(entities) - 1)
+    if rng.random() < 0.35 and garage_roof(house, entities[level], storeys[level], rng, level > 0):
+        made.append("garage roof" if level else "yard")
     if rng.random() < 0.25:
         area = base.footprint.buffer(6.0, join_style="mitre")
         ifc.outline("IfcBuildingElementProxy", entities[0], area.envelope, -0.6, -0.5, "Terrain")
@@ -189,19 +190,23 @@ def outside(house: Building, entities: list[Any], storeys: list[Storey], rng: Ge
     return made
 
 
-def garage_roof(house: Building, entity: Any, base: Storey, rng: Generator, upper: bool) -> None:
-    """A roof terrace beside the upper storey (or a yard beside the only one) with a parapet of 0.9 to 1.1 m round it."""
-    _, y1, x2, y2 = base.footprint.bounds
+def garage_roof(house: Building, entity: Any, storey: Storey, rng: Generator, upper: bool) -> bool:
+    """A roof terrace beside an upper storey, or a yard beside the only one, with a parapet of 0.9 to 1.1 m round it.
+
+    None is made where a door leads there: it would be a balcony, and a room.
+    """
+    _, y1, x2, y2 = storey.footprint.bounds
     wide, high = float(rng.uniform(2.8, 4.5)), float(rng.uniform(0.9, 1.1))
     y2 = min(y2, y1 + float(rng.uniform(4.0, 7.0)))
-    area = box(x2 + 0.001, y1, x2 + wide, y2)
-    low = house.buildup
-    house.ifc.outline(
-        "IfcSlab", entity, area, low - house.slab, low, "Garage roof", PredefinedType="ROOF" if upper else "FLOOR"
-    )
+    area, low = box(x2 + 0.001, y1, x2 + wide, y2), house.buildup
+    if any(o.sill < 0.3 and storey.gap(o, 0.3).intersects(area) for o in storey.openings):
+        return False
+    kind = "ROOF" if upper else "FLOOR"
+    house.ifc.outline("IfcSlab", entity, area, low - house.slab, low, "Garage roof", PredefinedType=kind)
     inner = box(x2 - 1, y1 + 0.15, x2 + wide - 0.15, y2 - 0.15)
     for piece in polygons(area.difference(inner)):
         house.ifc.outline("IfcWall", entity, piece, low, low + high, "Parapet")
+    return True
 
 
 def top(house: Building, entity: Any, storey: Storey, z: float, rng: Generator) -> list[str]:

@@ -1,16 +1,13 @@
 """Random layouts of homes: cells on a 5 cm grid, as an architect would part a footprint.
 
-R1  A corridor home: rooms on both sides of a corridor, which ends at the living room, at a wall, or turns a corner.
-R2  A hub: the living room in the middle, rooms left and right, a hall at the entrance.
-R3  A studio: one large room, a hall, a bathroom, a bedroom or none.
-R4  A wing (garage, another living room, a bedroom) stands at a side now and then: the footprint is an L or a T.
-R5  Closets and private bathrooms are cut out of bedrooms' corners; kitchens may be open to the living room.
-R6  Now and then a partition stands askew, or an outer corner is cut off.
+R1  A corridor home: rooms on both sides of a corridor, which ends at the living room or at a wall.
+R2  A corridor that turns a corner, rooms along all of it.
+R3  A hub: the living room in the middle, rooms left and right, a hall at the entrance.
+R4  A studio: one large room, a hall, a bathroom, a bedroom or none.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -44,25 +41,6 @@ def on_grid(value: float) -> float:
     return round(value / GRID_M) * GRID_M
 
 
-def draft_home(rng: Generator, size: str = "home") -> Draft:
-    """A random home; ``size`` is "small" (30-60 m2), "home" (50-150 m2) or "row" (a narrow house)."""
-    pick = rng.random()
-    if size == "small" and pick < 0.5:
-        draft = studio(rng)
-    elif pick < 0.65 or size == "row":
-        draft = corridor_home(rng, size)
-    else:
-        draft = hub(rng)
-    if size == "home" and rng.random() < 0.35:
-        add_wing(draft, rng)
-    carve(draft, rng)
-    if rng.random() < 0.3:
-        skew(draft, rng)
-    if rng.random() < 0.15:
-        cut_corner(draft, rng)
-    return draft
-
-
 def corridor_home(rng: Generator, size: str = "home") -> Draft:
     """R1."""
     width = on_grid(rng.uniform(7.0, 10.0) if size in {"small", "row"} else rng.uniform(9.0, 16.0))
@@ -88,6 +66,22 @@ def corridor_home(rng: Generator, size: str = "home") -> Draft:
         for label, x1, x2 in slices(rng, start, y2 - y1, need if sort == "day" else [], sort):
             draft.add(label, box(x1, y1, x2, y2))
     draft.entrance = hall
+    return draft
+
+
+def corner_home(rng: Generator) -> Draft:
+    """R2."""
+    low, across, high = (on_grid(rng.uniform(*r)) for r in ((3.0, 4.4), (1.2, 1.7), (3.2, 4.6)))
+    left, right = on_grid(rng.uniform(4.0, 7.5)), on_grid(rng.uniform(3.2, 4.6))
+    width, depth, draft = left + across + right, low + across + high, Draft()
+    hall = box(0, low, left + across, low + across).union(box(left, low, left + across, depth))
+    draft.entrance = draft.add(str(rng.choice(["Corridor", "Hallway"])), hall)
+    for label, x1, x2 in slices(rng, width, low, ["Living_Room", "Kitchen"], "day"):
+        draft.add(label, box(x1, 0, x2, low))
+    for label, x1, x2 in slices(rng, left, high, [], "night"):
+        draft.add(label, box(x1, low + across, x2, depth))
+    for label, y1, y2 in slices(rng, depth - low, right, [], "night"):
+        draft.add(label, box(left + across, low + y1, width, low + y2))
     return draft
 
 
@@ -123,7 +117,7 @@ def slices(rng: Generator, length: float, depth: float, need: list[str], sort: s
 
 
 def hub(rng: Generator) -> Draft:
-    """R2."""
+    """R3."""
     left, middle, right = (on_grid(rng.uniform(*r)) for r in ((2.8, 4.2), (3.8, 5.8), (2.6, 4.0)))
     depth, draft = on_grid(rng.uniform(7.0, 10.5)), Draft()
     x1, x2, width = left, left + middle, left + middle + right
@@ -148,7 +142,7 @@ def hub(rng: Generator) -> Draft:
 
 
 def studio(rng: Generator) -> Draft:
-    """R3."""
+    """R4."""
     width, depth = on_grid(rng.uniform(5.5, 8.5)), on_grid(rng.uniform(5.0, 6.5))
     bath, hall = on_grid(rng.uniform(1.7, 2.4)), on_grid(rng.uniform(1.3, 2.0))
     draft = Draft()
@@ -167,104 +161,3 @@ def studio(rng: Generator) -> Draft:
     else:
         draft.add("Living_Room", rest)
     return draft
-
-
-def add_wing(draft: Draft, rng: Generator) -> None:
-    """R4."""
-    x1, y1, x2, y2 = shapely.union_all(draft.shapes).bounds
-    wide, deep = on_grid(rng.uniform(3.0, 5.5)), on_grid(rng.uniform(2.8, 5.5))
-    label = str(rng.choice(["Garage", "Living_Room", "Bedroom", "Office"]))
-    if rng.random() < 0.5:
-        y = on_grid(rng.uniform(y1, max(y1, y2 - deep)))
-        shape = box(x2, y, x2 + wide, min(y + deep, y2))
-    else:
-        x = on_grid(rng.uniform(x1, max(x1, x2 - wide)))
-        shape = box(x, y2, min(x + wide, x2), y2 + deep)
-    draft.add(label, shape)
-
-
-def carve(draft: Draft, rng: Generator) -> None:
-    """R5."""
-    for k in range(len(draft.labels)):
-        shape = draft.shapes[k]
-        if draft.labels[k] not in {"Bedroom", "Guest_Room"} or shape.area < 12 or rng.random() < 0.5:
-            continue
-        x1, y1, x2, y2 = shape.bounds
-        if rng.random() < 0.5:
-            wide, deep, label = rng.uniform(0.9, 1.3), rng.uniform(1.3, 2.0), "Wardrobe"
-        else:
-            wide, deep, label = rng.uniform(1.6, 2.0), rng.uniform(1.9, 2.4), "Bathroom"
-        if rng.random() < 0.5:
-            wide, deep = deep, wide
-        wide, deep = on_grid(wide), on_grid(deep)
-        if x2 - x1 - wide < 1.4 or y2 - y1 - deep < 1.4:
-            continue
-        a = x1 if rng.random() < 0.5 else x2 - wide
-        b = y1 if rng.random() < 0.5 else y2 - deep
-        part = box(a, b, a + wide, b + deep)
-        rest = shape.difference(part)
-        if rest.geom_type == "Polygon" and rest.area > 8:
-            draft.shapes[k] = rest
-            draft.private[draft.add(label, shape.intersection(part))] = k
-
-
-def skew(draft: Draft, rng: Generator) -> None:
-    """R6: a whole partition between two rectangular rooms leaves the right angle."""
-    order = rng.permutation(len(draft.shapes))
-    for i in order:
-        for j in order:
-            a, b = draft.shapes[i], draft.shapes[j]
-            if i >= j or min(a.area, b.area) < 7 or not (rectangular(a) and rectangular(b)):
-                continue
-            shared = shapely.line_merge(a.intersection(b))
-            if shared.geom_type != "LineString" or len(shared.coords) != 2:
-                continue
-            if not math.isclose(shared.length, side(a, shared)) or not math.isclose(shared.length, side(b, shared)):
-                continue
-            ends = np.array(shared.coords)
-            normal = np.array([ends[0, 1] - ends[1, 1], ends[1, 0] - ends[0, 0]]) / shared.length
-            away = ends[int(rng.integers(2))]
-            if sum(s.distance(shapely.Point(away)) < 1e-9 for s in draft.shapes) > 2:
-                continue
-            shift = away + normal * rng.uniform(0.35, 0.8) * rng.choice([-1, 1])
-            draft.shapes[i], draft.shapes[j] = swapped(a, away, shift), swapped(b, away, shift)
-            return
-
-
-def rectangular(shape: Polygon) -> bool:
-    """Whether a polygon is a rectangle along the axes."""
-    return math.isclose(shape.area, shape.envelope.area, rel_tol=1e-6)
-
-
-def side(rectangle: Polygon, line: shapely.LineString) -> float:
-    """The length of a rectangle's side along a line's direction."""
-    x1, y1, x2, y2 = rectangle.bounds
-    (a, b), (c, _) = line.coords[0][:2], line.coords[-1][:2]
-    return float(y2 - y1) if math.isclose(a, c) else float(x2 - x1) + 0.0 * b
-
-
-def swapped(shape: Polygon, old: np.ndarray, new: np.ndarray) -> Polygon:
-    """A polygon with one corner moved."""
-    ring = np.asarray(shape.exterior.coords)[:-1]
-    ring = np.where((np.abs(ring - old) < 1e-9).all(axis=1)[:, None], new, ring)
-    return Polygon(ring)
-
-
-def cut_corner(draft: Draft, rng: Generator) -> None:
-    """R6: an outer corner of the footprint is cut off."""
-    whole = shapely.union_all(draft.shapes)
-    for corner in rng.permutation(np.asarray(whole.exterior.coords)[:-1]):
-        x, y = corner
-        owners = [k for k, s in enumerate(draft.shapes) if s.distance(shapely.Point(corner)) < 1e-9]
-        size = on_grid(rng.uniform(0.8, 1.6))
-        square = box(x - size, y - size, x + size, y + size)
-        quarter = whole.intersection(square)
-        if len(owners) != 1 or draft.shapes[owners[0]].area < 10 or not math.isclose(quarter.area, size * size):
-            continue
-        if shapely.intersection(draft.shapes[owners[0]], square).area < size * size - 1e-6:
-            continue
-        mid = np.array(quarter.centroid.coords[0])
-        far = 2 * mid - corner
-        triangle = Polygon([corner, (far[0], y), (x, far[1])])
-        draft.shapes[owners[0]] = draft.shapes[owners[0]].difference(triangle)
-        return

@@ -44,7 +44,7 @@ def make(rng: Generator, folder: Path, name: str) -> Member:
     placing = random_placing(rng, UP_OF[suffix], turned=0.2)
     path = write(parts, folder / f"{name}{suffix}", placing)
     about = f"{len(storey.cells)} rooms, {style}, doors {doors}, {sum(len(p.mesh.faces) for p in parts)} faces"
-    return Member(path, (truth_of(storey, placing, "solid", name),), about)
+    return Member(path, (truth_of(storey, placing, "solid", name),), about, placing.up, placing.unit_m)
 
 
 def random_office(rng: Generator) -> Storey:

@@ -24,6 +24,8 @@ LIVING = {"Living_Room", "Kitchen", "Dining_Room"}
 NO_WINDOW = {"Wardrobe", "Storage", "Stair"}
 SMALL = {"Toilet", "Storage", "Wardrobe"}
 JAMB_M = 0.08
+WIDEST_GAP_M = 1.4
+"""A wider gap of full height would be no door, but one room."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,8 @@ class Chooser:
         line = shapely.LineString([wall.a, wall.b])
         near = [k for k in self.tree.query(line.buffer(0.5)) if k != index]
         others = [w for w in (self.storey.walls[k] for k in near) if not same_line(w, wall)]
-        blocked = shapely.union_all([w.strip(-w.thickness / 2, w.length + w.thickness / 2) for w in others])
+        strips = [w.strip(-w.thickness / 2, w.length + w.thickness / 2) for w in others]
+        blocked = shapely.union_all(strips + [p.buffer(0.6) for p in self.storey.pillars])
         rest = line.difference(blocked)
         parts = [g for g in shapely.get_parts(rest) if g.length > 0.3]
         if not parts:
@@ -123,6 +126,8 @@ def tree(storey: Storey, chooser: Chooser, private: dict[int, int], entrances: l
         i, j = wall.sides
         if wall.outer or storey.cells[i].unit != storey.cells[j].unit or not chooser.room_for(k, 0.75):
             continue
+        if not (storey.cells[i].floor and storey.cells[j].floor):
+            continue  # nobody steps into a stair's void
         if any(private.get(a, b) != b for a, b in ((i, j), (j, i))):
             continue
         weight = price(storey.cells[i].label, storey.cells[j].label) + 0.2 * chooser.rng.random()
@@ -163,11 +168,13 @@ def join(chooser: Chooser, a: int, b: int, kind: str = "door") -> bool:
     width = width_of(labels, rng)
     if labels <= HALLS | LIVING and rng.random() < 0.45:
         kind, width = ("opening", rng.uniform(0.9, 1.5)) if rng.random() < 0.5 else ("door", rng.uniform(1.2, 1.6))
+    tall = rng.random() < 0.3  # no lintel
     places = [k for k, w in enumerate(storey.walls) if set(w.sides) == {a, b}]
     for k in sorted(places, key=lambda k: -storey.walls[k].length):
         for wide in (round(float(width), 2), 0.8, 0.7, 0.6):
             kind = "door" if wide < 0.9 else kind
-            if chooser.put(k, wide, kind, 0.0, chooser.heads.door):
+            head = storey.height if kind == "opening" and tall and wide <= WIDEST_GAP_M else chooser.heads.door
+            if chooser.put(k, wide, kind, 0.0, head):
                 return True
     return False
 
@@ -181,7 +188,7 @@ def extra_doors(chooser: Chooser, private: dict[int, int]) -> None:
             continue
         i, j = wall.sides
         labels = {storey.cells[i].label, storey.cells[j].label}
-        fits = len(labels & (LIVING | HALLS)) == len(labels) and storey.cells[i].unit == storey.cells[j].unit
+        fits = labels <= LIVING | HALLS and storey.cells[i].unit == storey.cells[j].unit
         if fits and frozenset((zone[i], zone[j])) not in joined and zone[i] != zone[j] and chooser.rng.random() < 0.5:
             joined.add(frozenset((zone[i], zone[j])))
             join(chooser, i, j)

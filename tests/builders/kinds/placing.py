@@ -55,7 +55,7 @@ def random_placing(
 ) -> Placing:
     """Most houses stand along the axes, some turned by quarters, some by any angle; few stand far from the origin.
 
-    ``scale`` is 20 for a model at 1:20.
+    ``scale`` is what a unit of a model stands for (20 m at 1:20).
     """
     pick = rng.random()
     turn = rng.uniform(0, 2 * math.pi) if pick < turned else math.pi / 2 * int(rng.integers(4))

@@ -32,7 +32,7 @@ def make(rng: Generator, folder: Path, name: str) -> Member:
     suffix = str(rng.choice([".ply", ".obj", ".glb", ".stl"]))
     placing = random_placing(rng, UP_OF[suffix], turned=0.2)
     path = write(parts, folder / f"{name}{suffix}", placing)
-    return Member(path, (truth_of(storey, placing, "sheet", name),), f"{len(parts)} sheets")
+    return Member(path, (truth_of(storey, placing, "sheet", name),), f"{len(parts)} sheets", placing.up, placing.unit_m)
 
 
 def walls(storey: Storey) -> list[trimesh.Trimesh]:
@@ -41,9 +41,8 @@ def walls(storey: Storey) -> list[trimesh.Trimesh]:
     for group in storey.zones:
         area = joined_cells(storey, group)
         made.append(joined(sheet_ring(storey, area, storey.openings, 0.0, storey.height)))
-    for polygon in facade(storey):
-        made.append(joined(sheet_ring(storey, polygon, storey.openings, 0.0, storey.height, inward=False)))
-    return made
+    outer = [sheet_ring(storey, p, storey.openings, 0.0, storey.height, inward=False) for p in facade(storey)]
+    return made + [joined(sheets) for sheets in outer]
 
 
 def joined_cells(storey: Storey, group: tuple[int, ...]) -> shapely.Polygon:

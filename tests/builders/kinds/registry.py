@@ -9,7 +9,19 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from tests.builders.kinds import artist, front3d, gazebo, ifc, office, procthor, rowhouses, scale_models, scan, solids
+from tests.builders.kinds import (
+    artist,
+    front3d,
+    gazebo,
+    ifc,
+    office,
+    procthor,
+    roomplan,
+    rowhouses,
+    scale_models,
+    scan,
+    solids,
+)
 from tests.builders.kinds.values import Member
 
 Maker = Callable[[Generator, Path, str], Member]
@@ -23,6 +35,7 @@ KINDS: dict[str, Maker] = {
     "scan5": scan.make_5,
     "scan20": scan.make_20,
     "ifc": ifc.make,
+    "roomplan": roomplan.make,
     "gazebo": gazebo.make,
     "office": office.make,
     "rowhouses": rowhouses.make,

@@ -8,9 +8,10 @@ import numpy as np
 import shapely
 from numpy.random import Generator
 
+from tests.builders.kinds.alterations import draft_home
 from tests.builders.kinds.homes import Style, random_home, thicknesses, whole
 from tests.builders.kinds.joinery import Joinery
-from tests.builders.kinds.layout import Draft, draft_home
+from tests.builders.kinds.layout import Draft
 from tests.builders.kinds.openings import Heads, furnish_openings
 from tests.builders.kinds.placing import random_placing, truth_of
 from tests.builders.kinds.solids import storey_parts
@@ -36,7 +37,13 @@ def make(rng: Generator, folder: Path, name: str) -> Member:
     path = write([parts[k] for k in rng.permutation(len(parts))], folder / f"{name}{suffix}", placing)
     truths = [truth_of(shifted(s, x), placing, "solid", f"{name}_B{k}") for k, (s, x) in enumerate(storeys)]
     what = f"{len(storeys)} detached" if detached else f"{1 + max(c.unit for c in storeys[0][0].cells)} in a row"
-    return Member(path, tuple(truths), f"{what}, {style}, doors {joinery.doors}, frames {joinery.frames}, slab {slab}")
+    return Member(
+        path,
+        tuple(truths),
+        f"{what}, {style}, doors {joinery.doors}, frames {joinery.frames}, slab {slab}",
+        placing.up,
+        placing.unit_m,
+    )
 
 
 def apart(rng: Generator) -> list[tuple[Storey, float]]:
@@ -58,7 +65,8 @@ def shifted(storey: Storey, x: float) -> Storey:
         type(w)((w.a[0] + x, w.a[1]), (w.b[0] + x, w.b[1]), w.thickness, w.sides, w.height, w.glass)
         for w in storey.walls
     ]
-    return Storey(tuple(cells), tuple(walls), storey.openings, storey.height, storey.zones)
+    return Storey(tuple(cells), tuple(walls), storey.openings, storey.height, storey.zones,
+                  tuple(shapely.affinity.translate(p, x) for p in storey.pillars))  # fmt: skip
 
 
 def random_row(rng: Generator) -> Storey:

@@ -47,9 +47,16 @@ def make(rng: Generator, folder: Path, name: str, noise_m: float) -> Member:
     edge = float(rng.uniform(0.1, 0.2))
     surface = patched(noisy(seen(storey, rng, edge), noise_m, rng), rng)
     suffix = str(rng.choice([".ply", ".ply", ".obj", ".glb"]))
-    placing = random_placing(rng, UP_OF[suffix], turned=0.6)
+    up = "y" if rng.random() < 0.3 else UP_OF[suffix]  # phones write y-up PLY files too
+    placing = random_placing(rng, up, turned=0.6)
     path = write([Part("scan", surface, "wall", "scan")], folder / f"{name}{suffix}", placing)
-    return Member(path, (truth_of(storey, placing, "scan", name),), f"{len(surface.faces)} faces of {edge:.2f} m")
+    return Member(
+        path,
+        (truth_of(storey, placing, "scan", name),),
+        f"{len(surface.faces)} faces of {edge:.2f} m",
+        placing.up,
+        placing.unit_m,
+    )
 
 
 def seen(storey: Storey, rng: Generator, edge: float) -> trimesh.Trimesh:

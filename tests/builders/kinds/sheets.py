@@ -78,3 +78,9 @@ def sides_across(ring: np.ndarray, along: np.ndarray) -> list[tuple[np.ndarray, 
 def facade(storey: Storey) -> list[Polygon]:
     """The outer faces' polygons."""
     return [Polygon(p.exterior) for p in polygons(storey.footprint)]
+
+
+def zone_areas(storey: Storey) -> list[Polygon]:
+    """The rooms of each zone as one polygon."""
+    grown = [[storey.rooms[k].buffer(0.002, join_style="mitre") for k in zone] for zone in storey.zones]
+    return [shapely.union_all(rooms).buffer(-0.002, join_style="mitre") for rooms in grown]

@@ -21,28 +21,34 @@ def floor_slab(storey: Storey, thickness: float, top: float = 0.0) -> trimesh.Tr
     return prism(storey.footprint.difference(wells), top - thickness, top)
 
 
-def flight(below: Storey, above: Storey, rise: float) -> list[trimesh.Trimesh]:
-    """The steps of a straight flight in the stair's room, up to the landing of the storey above."""
-    stair = next(k for k, c in enumerate(below.cells) if c.label == "Stair")
+def flight(above: Storey, rise: float) -> list[trimesh.Trimesh]:
+    """The steps of a stair that turns back on a half landing, under the void of the storey above, from z = 0.
+
+    It starts and ends at the landing of each storey, so that storeys can stand over one another.
+    """
     landing = next(k for k, c in enumerate(above.cells) if c.label == "Stair")
     void = next(k for k, c in enumerate(above.cells) if not c.floor)
-    room = below.rooms[stair]
-    way = np.array(above.rooms[landing].centroid.coords[0]) - above.rooms[void].centroid.coords[0]
-    axis = int(np.argmax(np.abs(way)))
-    sign = float(np.sign(way[axis]))
     x1, y1, x2, y2 = above.rooms[void].bounds
-    low, high = (x1, x2) if axis == 0 else (y1, y2)
-    count = max(3, round(rise / RISER_M))
-    run = min(0.28, (high - low) / count)
-    side = float(min(1.05, (y2 - y1 if axis == 0 else x2 - x1)))
-    steps = []
-    for k in range(count - 1):
-        end = (high - k * run, high - (k + 1) * run) if sign > 0 else (low + (k + 1) * run, low + k * run)
-        a, b = end[1], end[0]
-        area = box(a, y2 - side, b, y2) if axis == 0 else box(x1, a, x1 + side, b)
-        z = rise * (count - 1 - k) / count
-        steps.append(prism(area.intersection(room.buffer(0.02)), max(0.0, z - 0.2), z))
-    return steps
+    way = np.array(above.rooms[void].centroid.coords[0]) - above.rooms[landing].centroid.coords[0]
+    axis = int(np.argmax(np.abs(way)))
+    if axis == 0:
+        near, far, low, high = (x1, x2, y1, y2) if way[0] > 0 else (x2, x1, y1, y2)
+    else:
+        near, far, low, high = (y1, y2, x1, x2) if way[1] > 0 else (y2, y1, x1, x2)
+    half, middle, sign = max(4, round(rise / RISER_M / 2)), (low + high) / 2, float(np.sign(far - near))
+    run = (abs(far - near) - min(0.9, abs(far - near) / 3)) / half
+    turn = near + sign * run * half
+
+    def step(a: float, b: float, c: float, d: float, z: float) -> trimesh.Trimesh:
+        (a, b), (c, d) = sorted((a, b)), sorted((c, d))
+        return prism(box(a, c, b, d) if axis == 0 else box(c, a, d, b), max(0.0, z - 0.2), z)
+
+    each, steps = rise / 2 / half, []
+    for k in range(half):
+        a, b = near + sign * run * k, near + sign * run * (k + 1)
+        steps.append(step(a, b, low, middle - 0.05, each * (k + 1)))
+        steps.append(step(a, b, middle + 0.05, high, rise - each * (k + 1)))
+    return [*steps, step(turn, far, low, high, rise / 2)]
 
 
 def pitched_roof(storey: Storey, base: float, rng: Generator) -> trimesh.Trimesh:

@@ -1,4 +1,4 @@
-"""Kind ``solids``: a house as CAD programs and extruders export it: solid walls, leaves absent, closed, ajar or open."""
+"""Kind ``solids``: a house as CAD programs export it: solid walls, leaves absent, closed, ajar or open."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ UNDECLARED = (".ply", ".obj", ".stl", ".off")
 
 
 def make(rng: Generator, folder: Path, name: str, scale: float = 1.0) -> Member:
-    """Write one house into a folder; ``scale`` is 20 for a model at 1:20."""
+    """Write one house into a folder; ``scale`` is what a unit of a model stands for (20 m at 1:20)."""
     count = int(rng.choice([1, 1, 1, 2, 3]))
     storeys = random_storeys(
         rng, Style(size=str(rng.choice(["home", "home", "small"])) if count == 1 else "home"), count
@@ -43,7 +43,7 @@ def render(storeys: list[Storey], rng: Generator, folder: Path, name: str, scale
         made = storey_parts(storey, style, joinery, rng, slab if floors else 0.0)
         if below is not None:
             rise = below.height + slab
-            made += [Part("stair", moved(joined(flight(below, storey, rise)), 0, 0, -rise), "stair", "stair")]
+            made += [Part("stair", moved(joined(flight(storey, rise)), 0, 0, -rise), "stair", "stair")]
         parts += [replace(p, mesh=moved(p.mesh, 0, 0, z), name=f"L{level}_{p.name}") for p in made]
         floors_z.append(z)
         z += storey.height + slab
@@ -56,12 +56,12 @@ def render(storeys: list[Storey], rng: Generator, folder: Path, name: str, scale
     order = rng.permutation(len(parts)) if rng.random() < 0.5 else np.arange(len(parts))
     suffix = str(rng.choice(FORMATS if scale == 1.0 else UNDECLARED))
     up = "z" if suffix == ".obj" and rng.random() < 0.3 else UP_OF[suffix]
-    units = ("m",) if suffix == ".glb" else ("m", "m", "m", "cm", "mm", "in")
+    units = ("m",) if suffix == ".glb" or scale != 1.0 else ("m", "m", "m", "cm", "mm", "in")
     placing = random_placing(rng, up, units, scale=scale)
     path = write([parts[k] for k in order], folder / f"{name}{suffix}", placing)
     truths = [truth_of(s, placing, "solid", f"{name}_{k}", floors_z[k]) for k, s in enumerate(storeys)]
     about = f"{len(storeys)} storeys, {style}, doors {joinery.doors}, frames {joinery.frames}, floors {floors}, {cover}"
-    return Member(path, tuple(truths), about)
+    return Member(path, tuple(truths), about, placing.up, placing.unit_m)
 
 
 def storey_parts(storey: Storey, style: str, joinery: Joinery, rng: Generator, slab: float) -> list[Part]:

@@ -95,4 +95,4 @@ def moved(part: trimesh.Trimesh, x: float, y: float, z: float = 0.0, turn_rad: f
     """A mesh turned about the upright axis through its origin, then moved."""
     c, s = np.cos(turn_rad), np.sin(turn_rad)
     points = np.asarray(part.vertices) @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    return mesh(points + (x, y, z), part.faces)
+    return mesh(points + np.array([x, y, z]), part.faces)

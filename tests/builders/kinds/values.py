@@ -116,18 +116,22 @@ class Opening:
 
 @dataclass(frozen=True, eq=False)
 class Storey:
-    """One storey of one or several units; ``zones`` are groups of cells between which no wall stands."""
+    """One storey of one or several units.
+
+    ``zones`` are groups of cells between which no wall stands; ``pillars`` stand free or against a wall.
+    """
 
     cells: tuple[Cell, ...]
     walls: tuple[Wall, ...]
     openings: tuple[Opening, ...]
     height: float
     zones: tuple[tuple[int, ...], ...]
+    pillars: tuple[Polygon, ...] = ()
 
     @cached_property
     def wall_area(self) -> shapely.Geometry:
         """All walls' bodies in the plan, corners filled."""
-        return shapely.union_all([self.body(k) for k in range(len(self.walls))])
+        return shapely.union_all([*(self.body(k) for k in range(len(self.walls))), *self.pillars])
 
     @cached_property
     def joints(self) -> dict[Point, list[int]]:
@@ -203,8 +207,13 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Member:
-    """A made house: the file, and what each of its storeys holds, in the form of a case."""
+    """A made house: the file, and what each of its storeys holds, in the form of a case.
+
+    ``up`` and ``unit_m`` say how the file's axes and lengths are to be read, which a reader has to find out.
+    """
 
     path: Path
     truths: tuple[dict[str, Any], ...]
-    about: str = ""
+    about: str
+    up: str
+    unit_m: float

@@ -1,7 +1,8 @@
-"""Walls as solids, in the four ways in which programs make them, holes left open.
+"""Walls as solids, in the ways in which programs make them, holes left open.
 
 ``boxes``: each straight run of wall as boxes between, under and over its openings, overlapping at corners.
 ``holes``: each run one exact solid with its openings cut out.
+``butted``: the same without overlaps: where two runs meet, one ends at the other's face.
 ``courses``: level courses of the whole house, one over another, from one height of sills and heads to the next.
 ``one``: a single exact solid.
 """
@@ -18,7 +19,7 @@ import trimesh
 from tests.builders.kinds.solids3d import mesh_of, prism, solid
 from tests.builders.kinds.values import Opening, Storey, Wall
 
-STYLES = ("boxes", "holes", "courses", "one")
+STYLES = ("boxes", "holes", "butted", "courses", "one")
 CUT_M = 0.02
 """How far an opening's body reaches beyond the wall's faces when it is cut out."""
 
@@ -31,13 +32,28 @@ def wall_bodies(storey: Storey, style: str, foot: float = 0.0, top: float | None
     if style == "one":
         whole = solid(storey.wall_area, foot, high)
         return [mesh_of(whole - manifold3d.Manifold.batch_boolean(holes(storey, high), manifold3d.OpType.Add))]
-    made = []
+    made = [prism(p, foot, high) for p in storey.pillars]
+    if style == "butted":
+        return made + butted(storey, foot, high)
     for run, openings, before, after in runs(storey):
         if style == "boxes":
             made += boxes(run, openings, before, after, foot, run.height or high)
         else:
             made.append(with_holes(run, openings, before, after, foot, run.height or high))
     return made
+
+
+def butted(storey: Storey, foot: float, high: float) -> list[trimesh.Trimesh]:
+    """Runs one against another: each gives way to those before it."""
+    made, taken = [], shapely.Polygon()
+    for run, openings, before, after in runs(storey):
+        area = run.strip(-before, run.length + after).difference(taken)
+        whole = solid(area, foot, high)
+        for o in openings:
+            whole -= hole(run, o, high)
+        made.append(mesh_of(whole))
+        taken = taken.union(area)
+    return [m for m in made if len(m.faces)]
 
 
 def holes(storey: Storey, high: float) -> list[manifold3d.Manifold]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -39,19 +40,26 @@ def colour(material: str) -> list[int]:
 
 
 def _glb(parts: Sequence[Part], path: Path, placing: Placing) -> None:
-    scene = trimesh.Scene()
+    """Every third file has its parts z-up, or in centimetres, under a root that turns and scales them."""
+    scene, root = trimesh.Scene(), None
+    inner, turn = placing, np.eye(4)
+    if placing.up == "y" and len(parts) % 3 == 0:
+        factor = 0.01 if len(parts) % 2 else 1.0
+        inner = replace(placing, up="z", unit_m=placing.unit_m * factor)
+        turn = trimesh.transformations.rotation_matrix(-np.pi / 2, (1, 0, 0)) @ np.diag([factor, factor, factor, 1.0])
+        root = "RootNode"
+        scene.graph.update(frame_from=scene.graph.base_frame, frame_to=root, matrix=turn)
     materials = {p.material: PBRMaterial(name=p.material, baseColorFactor=colour(p.material)) for p in parts}
     for number, part in enumerate(parts):
-        placed = placing.mesh_in_file(part.mesh)
+        placed = inner.mesh_in_file(part.mesh)
         # Half of the nodes stand where they are by a transform of their own, as artists' files have it.
         at = placed.bounds.mean(axis=0) if number % 2 else np.zeros(3)
         local = trimesh.Trimesh(placed.vertices - at, placed.faces, process=False)
         local.visual = trimesh.visual.TextureVisuals(material=materials[part.material])
         name = part.name or f"mesh_{number}"
         unique = name if name not in scene.graph.nodes else f"{name}.{number:03d}"
-        scene.add_geometry(
-            local, node_name=unique, geom_name=unique, transform=trimesh.transformations.translation_matrix(at)
-        )
+        move = trimesh.transformations.translation_matrix(at)
+        scene.add_geometry(local, node_name=unique, geom_name=unique, parent_node_name=root, transform=move)
     path.write_bytes(scene.export(file_type="glb"))
 
 
@@ -79,10 +87,13 @@ def _dae(parts: Sequence[Part], path: Path, placing: Placing) -> None:
         name, count, faces = quoteattr(part.name or f"g{number}"), len(placed.vertices), len(placed.faces)
         geometries.append(
             f'<geometry id="g{number}" name={name}><mesh><source id="g{number}p"><float_array id="g{number}a" '
-            f'count="{3 * count}">{points}</float_array><technique_common><accessor source="#g{number}a" count="{count}" '
+            f'count="{3 * count}">{points}</float_array><technique_common>'
+            f'<accessor source="#g{number}a" count="{count}" '
             f'stride="3"><param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>'
-            f'</accessor></technique_common></source><vertices id="g{number}v"><input semantic="POSITION" '
-            f'source="#g{number}p"/></vertices><triangles count="{faces}"><input semantic="VERTEX" source="#g{number}v" '
+            f'</accessor></technique_common></source><vertices id="g{number}v">'
+            f'<input semantic="POSITION" '
+            f'source="#g{number}p"/></vertices><triangles count="{faces}">'
+            f'<input semantic="VERTEX" source="#g{number}v" '
             f'offset="0"/><p>{corners}</p></triangles></mesh></geometry>'
         )
         nodes.append(f'<node id="n{number}" name={name} type="NODE"><instance_geometry url="#g{number}"/></node>')
