@@ -80,6 +80,13 @@ def numbers(value: Any, length: int, key: str) -> tuple[float, ...]:
     return tuple(number(item, f"{key}[{i}]") for i, item in enumerate(found))
 
 
+def text(value: object, key: str) -> str:
+    """Return a string that holds more than blanks."""
+    if not isinstance(value, str) or not value.strip():
+        raise PlanError(f"expected a name, found {_short(value)}", key)
+    return value
+
+
 def one_of(value: object, allowed: Iterable[str], key: str) -> None:
     """Refuse a word that is not among those allowed."""
     words = list(allowed)
