@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -81,7 +81,7 @@ class FloorPlan(Value):
     def _check(self) -> None:
         self._set("verts", checks.ring(self.verts, "verts"))
         self._set("room_num", checks.count(self.room_num, "room_num"))
-        self._set("room_category", _boxes(self.room_category))
+        self._set("room_category", checks.boxes(self.room_category, "room_category"))
         self._set("holes", checks.rings(self.holes, "holes"))
         self._set("rooms", tuple(self.rooms))
         self._set("doors", tuple(self.doors))
@@ -244,12 +244,3 @@ class FloorPlan(Value):
         ]
         parts += [f"quality {self.quality.score:.2f}"] if self.quality is not None else []
         return f"FloorPlan({self.id!r}, {', '.join(parts)})"
-
-
-def _boxes(category: Mapping[str, Iterable[Any]]) -> dict[str, tuple[Box, ...]]:
-    """Label -> boxes (x1, y1, x2, y2), all finite; the order of the labels is kept."""
-    checked: dict[str, tuple[Box, ...]] = {}
-    for label, boxes in category.items():
-        key = f"room_category.{label}"
-        checked[label] = tuple(checks.numbers(box, 4, f"{key}[{i}]") for i, box in enumerate(boxes))  # type: ignore[misc]
-    return checked
