@@ -15,6 +15,7 @@ from houseexpo.errors import MissingDependencyError
 from houseexpo.plan import FloorPlan
 from houseexpo.plan_json import encode
 from pipeline.config import PipelineConfig
+from pipeline.corrections import corrected_level
 from pipeline.overrides import Override
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import reader
@@ -117,7 +118,7 @@ def _outcome(level: Level, item: Input, settings: Settings) -> Made | Refused:
         return Refused.of(level.id, Rejection("overrides", Reason.DROPPED_BY_HAND, why, "see overrides.toml"))
     rng = rng_of(level, settings.seed)
     try:
-        plan = settings.plan(level, override.applied(settings.config), rng)
+        plan = settings.plan(corrected_level(level, override), override.applied(settings.config), rng)
         plan = replace(plan, provenance={**(plan.provenance or {}), **settings.stamp})
         return Made(level.id, content, encode(plan) + b"\n")
     except Exception as error:  # noqa: BLE001 - the other levels of the house go on

@@ -7,6 +7,7 @@ level's frame.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
+from pipeline.rejection import Reason, Rejection
 from pipeline.sources.level_names import share_out
 from pipeline.sources.levels import FoundLevel, find_levels
 from pipeline.sources.mesh_load import SUFFIXES, convention, load_scene
@@ -48,6 +50,8 @@ def find(path: str, **options: str) -> Iterator[Input]:
 def read(item: Input) -> Iterator[Level]:
     """Yield the levels of one mesh file, from the lowest to the highest.
 
+    Options ``scale`` (a number) and ``drop_nodes`` (a JSON list of patterns) come from ``overrides.toml``.
+
     Raises
     ------
     Rejection
@@ -55,7 +59,11 @@ def read(item: Input) -> Iterator[Level]:
     """
     options = dict(item.options)
     path = Path(item.path)
-    raw = load_scene(path)
+    scale = float(options.get("scale", "1"))  # a person's word: the unit is looked for in a house of true size
+    raw = load_scene(path).without(json.loads(options.get("drop_nodes", "[]"))).scaled(scale)
+    if not len(raw.mesh.faces):
+        detail = f"{path.name} holds nothing but what {options['drop_nodes']} names"
+        raise Rejection("source", Reason.EMPTY, detail, "take a pattern out of drop_nodes")
     found = detect(
         structural(raw), convention(path), options.get("up", "auto"), options.get("units", "auto"), path.name
     )
@@ -70,6 +78,7 @@ def read(item: Input) -> Iterator[Level]:
         "sha256": sha256(path),
         "units": found.units,
         "up": found.up,
+        **({"scale": scale} if scale != 1.0 else {}),
     }
     for number, (level, share) in enumerate(zip(levels, shares, strict=True)):
         yield Level(

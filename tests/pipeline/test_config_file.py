@@ -78,6 +78,17 @@ def test_overrides_lie_beside_a_manifest(tmp_path: Path) -> None:
     assert not found["b"].applied(PipelineConfig()).layout.characters
 
 
+def test_one_door_or_point_is_written_as_it_is_and_several_as_a_list(tmp_path: Path) -> None:
+    manifest = written(tmp_path, "")
+    text = "[one]\ndoor = [[1, 2], [1, 3]]\nno_room = [5, 6.5]\n[more]\ndoor = [[[1, 2], [1, 3]], [[0, 0], [1, 0]]]\n"
+    written(tmp_path, text + "no_room = [[5, 6.5], [7, 8]]\n[none]\ndoor = []\nno_room = []\n", "overrides.toml")
+    found = load_overrides(manifest)
+    first, second = ((1.0, 2.0), (1.0, 3.0)), ((0.0, 0.0), (1.0, 0.0))
+    assert found["one"] == Override(door=(first,), no_room=((5.0, 6.5),))
+    assert found["more"] == Override(door=(first, second), no_room=((5.0, 6.5), (7.0, 8.0)))
+    assert found["none"] == Override()
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -85,6 +96,13 @@ def test_overrides_lie_beside_a_manifest(tmp_path: Path) -> None:
         ("[villa]\nkeep = true\ndrop = true", "villa: expected keep or drop, found both"),
         ("[villa]\nh_g = 0.5\nh_d = 0.2", "villa: expected h_d above h_g, found 0.2 and 0.5"),
         ("villa = true", "villa: expected a table, found True"),
+        ("[villa]\ndoor = [1, 2]", "villa.door = [1, 2]"),
+        ("[villa]\ndoor = [[1, 2], [1, 2.1]]", "villa: door: expected jambs 0.3 m apart or more"),
+        ("[villa]\ndoor = [[1, 2], [1, nan]]", "villa: expected finite metres in door and no_room"),
+        ("[villa]\nno_room = [1, 2, 3]", "villa.no_room"),
+        ("[villa]\nscale = 0", "villa: scale: expected more than 0, found 0"),
+        ("[villa]\nscale = -20.0", "villa.scale = -20.0: expected a finite number of at least 0"),
+        ('[villa]\ndrop_nodes = "Lamp"', "villa.drop_nodes = 'Lamp': expected `array`, got `str`"),
         ("[villa]\nkeep = 1", "villa.keep = 1: expected `bool`, got `int`"),
     ],
 )
