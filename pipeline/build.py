@@ -78,7 +78,7 @@ def build(
         sources[origin[item]].append(key)
     store = Store.open(out, config.digest(), sources, others)
     stamp = {"generator": "houseexpo", "version": version("houseexpo"), "parameters_sha256": config.digest()}
-    settings = Settings(config.stages, config.build.seed, overrides, stamp, plan)
+    settings = Settings(config.stages, config.build.seed, overrides, stamp, plan, config.build.min_quality)
     known = {item: store.known(key) for item, key in keys.items()}
     jobs = [Job(item, entry.content if entry else "") for item, entry in known.items()]
     limits = Limits(config.limits.seconds, int(config.limits.memory_gb * 2**30))

@@ -32,6 +32,11 @@ _ModelPath = Annotated[
 _Furniture = Annotated[bool | None, typer.Option("--furniture/--no-furniture", help="Furniture is an obstacle too.")]
 
 
+_MinQuality = Annotated[
+    float | None, typer.Option(min=0, max=1, help="Reject plans less sure than this.", show_default="0")
+]
+
+
 def build(
     out: Annotated[Path, typer.Option(help="The data set folder.", show_default=False)],
     sources: Annotated[
@@ -52,6 +57,7 @@ def build(
     add: Annotated[bool, typer.Option("--add", help="Keep plans of other sources that OUT holds.")] = False,
     replace_others: Annotated[bool, typer.Option("--replace", help="Remove what else OUT holds of builds.")] = False,
     model_path: _ModelPath = None,
+    min_quality: _MinQuality = None,
 ) -> None:
     """Build a data set of floor plans from 3D houses.
 
@@ -64,7 +70,8 @@ def build(
     from houseexpo.workers import cores
     from pipeline.build import build as run_build
     from pipeline.overrides import load_overrides
-    from pipeline.report import outcome_table, plans_line, reasons_lines, write_report
+    from pipeline.report import outcome_table, plans_line, reasons_lines
+    from pipeline.report_page import write_report
     from pipeline.store import Others
 
     given = {
@@ -75,6 +82,7 @@ def build(
         "units": units,
         "furniture": furniture,
         "model_path": model_path,
+        "min_quality": min_quality,
     }
     settings = _settings(config, given)
     if add and replace_others:

@@ -31,7 +31,10 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class BuildOptions:
-    """What goes in. ``up`` and ``units`` are for mesh files; "auto" is what is detected."""
+    """What goes in. ``up`` and ``units`` are for mesh files; "auto" is what is detected.
+
+    A plan whose quality is below ``min_quality``, 0 to 1, is rejected.
+    """
 
     sources: tuple[str, ...] = ()
     seed: int = 0
@@ -40,6 +43,7 @@ class BuildOptions:
     units: Literal["auto", "m", "cm", "mm", "in", "ft"] = "auto"
     furniture: bool = False
     model_path: str = ""  # folders to look for Gazebo models in, divided as in PATH
+    min_quality: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -61,7 +65,7 @@ class BuildConfig:
     def parameters(self) -> dict[str, Any]:
         """Return what the plans depend on, as plain values: stored with the output, and hashed."""
         options = asdict(self.build)
-        chosen = {name: options[name] for name in ("seed", "up", "units", "furniture")}
+        chosen = {name: options[name] for name in ("seed", "up", "units", "furniture", "min_quality")}
         return {"build": chosen, "limits": asdict(self.limits), **asdict(self.stages)}
 
     def digest(self) -> str:
@@ -81,6 +85,8 @@ def load_config(path: Path) -> BuildConfig:
     own = {name: tables.pop(name) for name in ("build", "limits") if name in tables}
     stages = fill(PipelineConfig, tables, path, beside=("build", "limits"))
     config = fill(BuildConfig, own, path)
+    if config.build.min_quality > 1:
+        raise ConfigError(f"{path}: build.min_quality = {config.build.min_quality!r}: expected 0 to 1")
     sources = tuple(_from_here(source, path.parent) for source in config.build.sources)
     return replace(config, build=replace(config.build, sources=sources), stages=stages)
 

@@ -12,8 +12,8 @@ from pipeline.build import list_inputs
 from pipeline.config_file import BuildConfig
 from pipeline.job import rng_of
 from pipeline.pictures import stage_pictures
+from pipeline.png import as_png
 from pipeline.rejection import Rejection
-from pipeline.report import save_png
 from pipeline.sources import reader
 from pipeline.values import Level, RejectedLevel
 
@@ -60,10 +60,10 @@ def inspect_house(config: BuildConfig, number: int, out: Path) -> Inspection:
     out.mkdir(parents=True, exist_ok=True)
     names = [f"{i:02d}_{name.replace(' ', '_')}.png" for i, (name, _) in enumerate(pictures)]
     for name, (_, image) in zip(names, pictures, strict=True):
-        save_png(image, out / name)
+        (out / name).write_bytes(as_png(image))
     if pictures:
         titles, images = zip(*pictures, strict=True)
-        save_png(contact_sheet(images, min(len(images), 5), titles), out / SHEET)
+        (out / SHEET).write_bytes(as_png(contact_sheet(images, min(len(images), 5), titles)))
         names.append(SHEET)
     return Inspection(level.id, tuple(names), rejection_)
 

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from houseexpo.quality import SURE
-
 if TYPE_CHECKING:
     from houseexpo.dataset import Dataset
     from houseexpo.plan import FloorPlan
@@ -52,6 +50,8 @@ def _of_data_set(plans: Dataset) -> list[tuple[str, str]]:
 
 def _quality(scores: list[float | None]) -> list[tuple[str, str]]:
     """Say how sure the pipeline is of the plans; nothing where none says so."""
+    from houseexpo.quality import SURE
+
     known = [score for score in scores if score is not None]
     doubtful = sum(score < SURE for score in known)
     return [("quality", f"{_spread(known, '')}, {doubtful} doubtful (below {SURE:g})")] if known else []

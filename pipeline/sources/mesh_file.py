@@ -24,6 +24,7 @@ from pipeline.sources.naming import base_id, level_id, list_files, sha256
 from pipeline.sources.placing import Shift, near_shift
 from pipeline.sources.scene import Scene
 from pipeline.sources.units import UNITS, UPS, Frame3D, detect
+from pipeline.top_view import top_view
 from pipeline.values import Input, Level, Mesh
 
 CHOICES = {"up": ("auto", *UPS), "units": ("auto", *UNITS)}
@@ -64,13 +65,18 @@ def read(item: Input) -> Iterator[Level]:
     if not len(raw.mesh.faces):
         detail = f"{path.name} holds nothing but what {options['drop_nodes']} names"
         raise Rejection("source", Reason.EMPTY, detail, "take a pattern out of drop_nodes")
-    found = detect(
-        structural(raw), convention(path), options.get("up", "auto"), options.get("units", "auto"), path.name
-    )
+    up = convention(path)
+    try:
+        found = detect(structural(raw), up, options.get("up", "auto"), options.get("units", "auto"), path.name)
+    except Rejection as rejection:
+        raise rejection.pictured(top_view(raw.mesh, UPS[up.up])) from None
     upright = _upright(raw.mesh, found)
     shift = near_shift(upright.vertices)
     named = sort_faces(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
-    levels = find_levels(named.solid, named.floor, named.ceiling)
+    try:
+        levels = find_levels(named.solid, named.floor, named.ceiling)
+    except Rejection as rejection:
+        raise rejection.pictured(top_view(upright)) from None
     shares = share_out(named, [level.floor_z for level in levels])
     provenance = {
         "source": "mesh",

@@ -43,6 +43,7 @@ def test_relative_sources_count_from_the_manifest(tmp_path: Path) -> None:
         ("[planes]\ndoor_m = -0.2", "planes.door_m = -0.2: expected a finite number of at least 0"),
         ("[connectivity]\nsamples = 0", "connectivity.samples = 0: expected at least 1"),
         ("[build]\nseed = true", "build.seed = True: expected `int`, got `bool`"),
+        ("[build]\nmin_quality = 80.0", "build.min_quality = 80.0: expected 0 to 1"),
         ('[build]\nup = "w"', "build.up = 'w'"),
         ("[build", "expected TOML, found"),
     ],
@@ -65,6 +66,7 @@ def test_the_hash_tells_parameters_apart_but_not_inputs(tmp_path: Path) -> None:
     assert load_config(written(tmp_path, '[build]\nsources = ["x.ply"]\nlimit = 2')).digest() == plain
     assert load_config(written(tmp_path, "[cells]\narea_m2 = 2.5")).digest() != plain
     assert load_config(written(tmp_path, "[build]\nseed = 1")).digest() != plain
+    assert load_config(written(tmp_path, "[build]\nmin_quality = 0.8")).digest() != plain
 
 
 def test_overrides_lie_beside_a_manifest(tmp_path: Path) -> None:
