@@ -119,10 +119,16 @@ def inspect(
     furniture: _Furniture = None,
     model_path: _ModelPath = None,
 ) -> None:
-    """Show what each stage makes of one house: a PNG for each, and all on one sheet."""
+    """Show what each stage makes of one house: a PNG for each, and all on one sheet.
+
+    Ends with 1 where the house is rejected.
+    """
     from rich.console import Console
+    from rich.markup import escape
 
     from pipeline.inspection import inspect_house
+    from pipeline.overrides import load_overrides
+    from pipeline.quality import main_grounds
 
     given = {
         "sources": (source,),
@@ -133,13 +139,18 @@ def inspect(
         "model_path": model_path,
     }
     console = Console()
-    found = inspect_house(_settings(config, given), level, out)
+    found = inspect_house(_settings(config, given), load_overrides(config), level, out)
+    console.print(str(found.shown or source), highlight=False, soft_wrap=True, markup=False)
     for name in found.pictures:
-        console.print(f"  {out / name}", style="dim", highlight=False)
+        console.print(f"  {out / name}", style="dim", highlight=False, soft_wrap=True)
     if found.rejection is not None:
-        console.print(f"[red]rejected[/] {found.id}: {found.rejection}", highlight=False)
-    else:
-        console.print(f"[green]plan[/] {found.id}", highlight=False)
+        console.print("[red]rejected[/]", escape(str(found.rejection)), highlight=False, soft_wrap=True)
+        raise typer.Exit(1)
+    verdict = ""
+    if found.quality is not None:
+        grounds = "; ".join(main_grounds(found.quality))
+        verdict = f"quality {found.quality.score:.2f}" + (f" ({grounds})" if grounds else "")
+    console.print("[green]plan[/]", verdict, highlight=False, soft_wrap=True)
 
 
 def _settings(config: Path | None, given: dict[str, Any]) -> BuildConfig:
