@@ -39,5 +39,5 @@ def draw_evidence(evidence: Evidence, bounds: Box, frame: Frame) -> Picture:
         canvas.write(at, words)
     canvas.ruler(frame)
     legend = [(name, colour) for name, colour, shape in layers if not shape.is_empty]
-    floor = "" if evidence.floor is not None else "; the source has no floor"
-    return canvas.finished(f"evidence: what stands, and what it is taken for{floor}", legend)
+    axes = "X and Y" if frame.up == "z" else "X and Z"
+    return canvas.finished(f"evidence: what is taken for what; at the edges the source's {axes}, metres", legend)

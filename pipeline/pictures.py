@@ -79,22 +79,22 @@ def _bounds(snapshots: Sequence[Snapshot]) -> Box:
 def _draw_planes(planes: Planes, bounds: Box) -> list[tuple[str, Picture]]:
     door = Canvas(bounds)
     door.fill(planes.door, WALL)
-    height = planes.heights["door"]
+    known = shapely.union_all([doorway.polygon for doorway in planes.doorways])
+    layers = [
+        ("railing", RAIL, planes.rails),
+        ("lintel", LINTEL, planes.high),
+        ("sill", SILL, planes.low),
+        ("known doorway", DOOR, known),
+        ("wall", WALL, planes.door),
+    ]
     ground = Canvas(bounds)
-    ground.fill(planes.rails, RAIL)
-    ground.fill(planes.high, LINTEL)
-    ground.fill(planes.low, SILL)
-    ground.fill(planes.door, WALL)
-    closing = "sills" if not planes.low.is_empty else "lintels and railings"
+    for _, colour, shape in layers:
+        ground.fill(shape, colour)
+    legend = [(name, colour) for name, colour, shape in layers if not shape.is_empty]
+    where = f", {planes.heights['door']:.2f} m" if "door" in planes.heights else ""
     return [
-        ("door plane", door.finished(f"door plane P_d, {height:.2f} m", [("stands", WALL)])),
-        (
-            "ground plane",
-            ground.finished(
-                f"ground plane P_g: {closing} close what P_d leaves open",
-                [("wall", WALL), ("lintel", LINTEL), ("sill", SILL), ("railing", RAIL)],
-            ),
-        ),
+        ("door plane", door.finished(f"door plane P_d{where}", [("stands", WALL)])),
+        ("ground plane", ground.finished("ground plane P_g: what closes the openings that P_d leaves", legend)),
     ]
 
 

@@ -23,7 +23,7 @@ def test_a_picture_for_each_stage_and_one_sheet(tmp_path: Path) -> None:
     code, said, names = inspect(one_room(tmp_path / "villa.ply"), tmp_path / "out")
     assert code == 0
     assert "plan" in said
-    stages = ["door_plane", "ground_plane", "layout", "doors", "contour", "cells", "isolated", "connectivity", "refine"]
+    stages = ["evidence", "door_plane", "ground_plane", "layout", "doors", "contour", "cells", "isolated", "connectivity", "refine"]
     assert names == [f"{i:02d}_{stage}.png" for i, stage in enumerate([*stages, "plan"])] + ["stages.png"]
     for name in names:
         with Image.open(tmp_path / "out" / name) as image:
@@ -37,8 +37,8 @@ def test_a_rejected_house_keeps_the_pictures_it_earned(tmp_path: Path) -> None:
     assert code == 1
     assert "rejected" in said
     assert "no_room_fits" in said
-    assert "02_layout.png" in names
-    assert "09_plan.png" not in names
+    assert "03_layout.png" in names
+    assert "10_plan.png" not in names
 
 
 def test_what_cannot_be_read_is_said(tmp_path: Path) -> None:
