@@ -36,11 +36,14 @@ class Ground:
 BIAS: Final = 3.0
 GROUNDS: Final = (
     Ground("cut_share", "doors that are cuts, not evidence", -3.0),
+    Ground("cut_off_share", "rooms that only cuts lead into", -2.0),
     Ground("guessed_wall_share", "walls closed by a guess", -4.0),
     Ground("guesses", "levels, units, scale or axis guessed", -2.0),
     Ground("floorless_share", "rooms without a floor under them", -2.0),
     Ground("odd_room_share", "rooms of odd shape or size", -3.0),
     Ground("unlike_spaces", "unlike the rooms that the source names", -3.0),
+    Ground("lone_room", "one room without an inner door", -2.0),
+    Ground("furnished_share", "furniture told apart by its shape alone", -1.0),
 )
 
 
