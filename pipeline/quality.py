@@ -21,6 +21,7 @@ from houseexpo.quality import Quality
 from pipeline.rejection import Reason, Rejection
 
 _DIGITS: Final = 4
+_TELLING: Final = 0.1  # what moves the exponent by less is not worth a person's time
 _PICTURE_PX: Final = 240
 
 
@@ -55,9 +56,9 @@ def judged(grounds: Mapping[str, float]) -> Quality:
 
 
 def main_grounds(quality: Quality, most: int = 3) -> list[str]:
-    """Say what speaks most against a plan, in words, the weightiest first; nothing where nothing does."""
+    """Say what speaks most against a plan, in words, the weightiest first; nothing where nothing does to speak of."""
     against = [(ground.weight * quality.grounds.get(ground.name, 0.0), ground) for ground in GROUNDS]
-    heaviest = sorted((pair for pair in against if pair[0] < 0), key=lambda pair: pair[0])[:most]
+    heaviest = sorted((pair for pair in against if pair[0] <= -_TELLING), key=lambda pair: pair[0])[:most]
     return [f"{ground.about}: {quality.grounds[ground.name]:.2f}" for _, ground in heaviest]
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from contextlib import nullcontext
 from pathlib import Path
 
 import msgspec
@@ -62,6 +63,20 @@ def source_of(model: Model) -> str:
     return "\n".join([f"BIAS: Final = {model.bias:.2f}", "GROUNDS: Final = (", *lines, ")"])
 
 
+def judged_or_kept(kinds: list[str], members: int, seed: int, records: Path | None) -> list[Judged]:
+    """Return what the file of records has, where there is one; else judge, and write each plan there as it comes."""
+    if records and records.exists():
+        return [msgspec.json.decode(line, type=Judged) for line in records.read_bytes().splitlines()]
+    plans = []
+    with tempfile.TemporaryDirectory() as folder, records.open("wb") if records else nullcontext() as stream:
+        for plan in judged(kinds, members, seed, Path(folder)):
+            plans.append(plan)
+            if stream:
+                stream.write(msgspec.json.encode(plan) + b"\n")
+                stream.flush()
+    return plans
+
+
 def main() -> None:
     """Judge, fit on the houses that are for it, show what comes of it on the others, and print the model."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -70,13 +85,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--records", type=Path)
     given = parser.parse_args()
-    if given.records and given.records.exists():
-        plans = [msgspec.json.decode(line, type=Judged) for line in given.records.read_bytes().splitlines()]
-    else:
-        with tempfile.TemporaryDirectory() as folder:
-            plans = list(judged(given.kinds.split(","), given.members, given.seed, Path(folder)))
-    if given.records:
-        given.records.write_bytes(b"".join(msgspec.json.encode(plan) + b"\n" for plan in plans))
+    plans = judged_or_kept(given.kinds.split(","), given.members, given.seed, given.records)
     fitted, held_out = split(plans)
     model = fit(fitted)
     rows = {

@@ -24,12 +24,12 @@ CASE = "case"
 
 
 def judged(kinds: Sequence[str], members: int, seed: int, folder: Path) -> Iterator[Judged]:
-    """Plan the cases and so many members of each kind in worker processes, and judge every plan that says its quality.
+    """Plan so many members of each kind and the cases in worker processes, and judge every plan that says its quality.
 
     A house that takes too long, or whose worker dies, gives no plan.
     """
-    tasks = [(CASE, number) for number in range(len(CASES))]
-    tasks += [(kind, number) for kind in kinds for number in range(members)]
+    tasks = [(kind, number) for number in range(members) for kind in kinds]
+    tasks += [(CASE, number) for number in range(len(CASES))]
     with ProcessPool(max_workers=WORKERS, context=multiprocessing.get_context("spawn")) as pool:
         futures = [
             pool.schedule(judge, args=(kind, number, seed, str(folder)), timeout=LIMIT_S) for kind, number in tasks

@@ -50,6 +50,7 @@ def test_the_main_grounds_are_the_weightiest_and_said_in_words() -> None:
     assert len(said) == 2
     assert said[0] == f"{heaviest.about}: 1.00"
     assert main_grounds(judged({})) == []
+    assert main_grounds(judged({heaviest.name: 0.001})) == []
 
 
 def test_a_plan_less_sure_than_asked_for_is_refused_with_its_grounds() -> None:
