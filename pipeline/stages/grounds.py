@@ -72,7 +72,7 @@ def _is_odd(room: Polygon) -> bool:
     if not SMALLEST_M2 <= room.area <= LARGEST_M2:
         return True
     ragged = 4 * math.pi * room.area / room.length**2 < RAGGED
-    return ragged or room.buffer(-NARROWEST_M / 2).is_empty
+    return ragged or bool(room.buffer(-NARROWEST_M / 2).is_empty)
 
 
 def _unlike(level: Level, rooms: tuple[Polygon, ...]) -> float:
