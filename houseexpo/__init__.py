@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from houseexpo.frame import GridFrame
     from houseexpo.graph import navigability, rooms_graph
     from houseexpo.inference import with_rooms
-    from houseexpo.plan import Door, FloorPlan, Frame, Navigability, Room
+    from houseexpo.plan import Door, FloorPlan, Frame, Navigability, PlanObject, Quality, Room
     from houseexpo.plan_json import decode, encode
     from houseexpo.raster import door_mask, free_mask, room_mask
     from houseexpo.repair import Repair
@@ -54,7 +54,7 @@ _HOME = {
     "frame": ("GridFrame",),
     "graph": ("navigability", "rooms_graph"),
     "inference": ("with_rooms",),
-    "plan": ("Door", "FloorPlan", "Frame", "Navigability", "Room"),
+    "plan": ("Door", "FloorPlan", "Frame", "Navigability", "PlanObject", "Quality", "Room"),
     "plan_json": ("decode", "encode"),
     "raster": ("door_mask", "free_mask", "room_mask"),
     "repair": ("Repair",),
@@ -76,6 +76,8 @@ __all__ = [
     "MissingDependencyError",
     "Navigability",
     "PlanError",
+    "PlanObject",
+    "Quality",
     "Repair",
     "Room",
     "UnknownPlanError",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from numbers import Integral, Real
 from typing import Any
 
@@ -78,6 +78,21 @@ def numbers(value: Any, length: int, key: str) -> tuple[float, ...]:
     if len(found) != length:
         raise PlanError(f"expected {length} numbers, found {_short(value)}", key)
     return tuple(number(item, f"{key}[{i}]") for i, item in enumerate(found))
+
+
+def boxes(category: Mapping[str, Iterable[Any]], key: str) -> dict[str, tuple[tuple[float, float, float, float], ...]]:
+    """Return label -> boxes (x1, y1, x2, y2), all finite; the order of the labels is kept."""
+    return {
+        label: tuple(numbers(box, 4, f"{key}.{label}[{i}]") for i, box in enumerate(found))  # type: ignore[misc]
+        for label, found in category.items()
+    }
+
+
+def text(value: object, key: str) -> str:
+    """Return a string that holds more than blanks."""
+    if not isinstance(value, str) or not value.strip():
+        raise PlanError(f"expected a name, found {_short(value)}", key)
+    return value
 
 
 def one_of(value: object, allowed: Iterable[str], key: str) -> None:

@@ -129,6 +129,7 @@ class Dataset(Sequence[FloorPlan]):
         doors: Range | int | None = None,
         robot_radius: float | None = None,
         min_connected: float | None = None,
+        min_quality: float | None = None,
         where: Callable[[FloorPlan], bool] | None = None,
     ) -> Dataset:
         """Return the plans that meet all conditions, in order.
@@ -144,15 +145,20 @@ class Dataset(Sequence[FloorPlan]):
         robot_radius, min_connected
             The biggest connected piece of where a disc of this radius (m) can stand holds at least this share of it (1
             by default). Where it is not recorded it is measured: some 10 ms a plan, once.
+        min_quality
+            Plans of which the pipeline is at least this sure, 0 to 1; those that say nothing of it are left out.
         where
             Any other condition on a plan; it is asked last.
         """
         if min_connected is not None and robot_radius is None:
             raise ConfigError("select: min_connected needs a robot_radius")
+        if min_quality is not None and not 0 <= min_quality <= 1:
+            raise ConfigError(f"select: min_quality: expected 0 to 1, found {min_quality!r}")
         from houseexpo.store.columns import column, shares, within
 
         rows = self._rows
-        for name, limits in {"room_num": rooms, "area": area}.items():
+        least_quality = None if min_quality is None else (min_quality, None)
+        for name, limits in {"room_num": rooms, "area": area, "quality": least_quality}.items():
             if limits is not None:
                 rows = rows[within(self._catalogue.numbers(name)[rows], limits, name)]
         if wanted := {_canonical(label) for label in labels}:

@@ -23,6 +23,7 @@ SCHEMA = pa.schema(
         ("n_doors", pa.int32()),
         ("n_cuts", pa.int32()),
         ("navigability", pa.struct([(f"{radius:.2f}", _REACH) for radius in RADII_M])),
+        ("quality", pa.float64()),  # 0 to 1
         ("source", pa.string()),
         ("level", pa.int32()),
         ("split", pa.string()),
@@ -51,6 +52,7 @@ def row(plan: FloorPlan, area: float | None = None) -> dict[str, Any]:
             for radius, r in plan.navigability.items()
         }
         or None,
+        "quality": None if plan.quality is None else plan.quality.score,
         "source": (plan.provenance or {}).get("source"),
         "level": None if plan.frame is None else plan.frame.level,
         "split": None,

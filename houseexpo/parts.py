@@ -184,3 +184,38 @@ class Door(Value):
 
     def __repr__(self) -> str:
         return f"Door({self.id}, {self.kind!r}, {self.width:.2f} m, rooms {self.rooms[0]} and {self.rooms[1]})"
+
+
+@dataclass(frozen=True, eq=False)
+class PlanObject(Value):
+    """A piece of furniture: its footprint, metres, its height above the floor, and the room that it stands in.
+
+    ``label`` is the source's own word, or "object" where it has none. ``room`` is None where its middle lies in no
+    room. The footprint is an obstacle too: a hole of the plan's outline, or cut out of it where it touches a wall.
+    """
+
+    id: int
+    label: str
+    room: int | None
+    polygon: Ring
+    height: float
+
+    def __post_init__(self) -> None:
+        checks.count(self.id, "id")
+        checks.text(self.label, "label")
+        if self.room is not None:
+            checks.count(self.room, "room")
+        self._set("polygon", checks.ring(self.polygon, "polygon"))
+        self._set("height", checks.number(self.height, "height"))
+        if self.height < 0:
+            raise PlanError(f"expected metres, 0 or more, found {self.height}", "height")
+
+    @cached_property
+    def shape(self) -> Polygon:
+        """The footprint as a shapely polygon, metres."""
+        from shapely import Polygon
+
+        return Polygon(self.polygon)
+
+    def __repr__(self) -> str:
+        return f"PlanObject({self.id}, {self.label!r}, {self.height:.2f} m high, room {self.room})"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -12,7 +12,8 @@ import numpy.typing as npt
 
 from houseexpo import checks
 from houseexpo.errors import PlanError
-from houseexpo.parts import DOOR_KINDS, Box, Door, DoorKind, Frame, Navigability, Reach, Ring, Room
+from houseexpo.parts import DOOR_KINDS, Box, Door, DoorKind, Frame, Navigability, PlanObject, Reach, Ring, Room
+from houseexpo.quality import Quality
 from houseexpo.repair import Repair, even_odd, repair_of
 from houseexpo.value import Value
 
@@ -22,7 +23,20 @@ if TYPE_CHECKING:
 
     from houseexpo.frame import GridFrame
 
-__all__ = ["DOOR_KINDS", "Box", "Door", "DoorKind", "FloorPlan", "Frame", "Navigability", "Reach", "Ring", "Room"]
+__all__ = [
+    "DOOR_KINDS",
+    "Box",
+    "Door",
+    "DoorKind",
+    "FloorPlan",
+    "Frame",
+    "Navigability",
+    "PlanObject",
+    "Quality",
+    "Reach",
+    "Ring",
+    "Room",
+]
 
 _T = TypeVar("_T")
 
@@ -54,6 +68,8 @@ class FloorPlan(Value):
     frame: Frame | None = None
     navigability: Reach = field(default_factory=Reach, repr=False)
     provenance: Mapping[str, Any] | None = field(default=None, repr=False)
+    quality: Quality | None = field(default=None, repr=False)
+    objects: tuple[PlanObject, ...] = ()
 
     def __post_init__(self) -> None:
         checks.plan_id(self.id)
@@ -65,18 +81,23 @@ class FloorPlan(Value):
     def _check(self) -> None:
         self._set("verts", checks.ring(self.verts, "verts"))
         self._set("room_num", checks.count(self.room_num, "room_num"))
-        self._set("room_category", _boxes(self.room_category))
+        self._set("room_category", checks.boxes(self.room_category, "room_category"))
         self._set("holes", checks.rings(self.holes, "holes"))
         self._set("rooms", tuple(self.rooms))
         self._set("doors", tuple(self.doors))
+        self._set("objects", tuple(self.objects))
         space = partial(even_odd, self.verts, self.holes)  # not a method of self: a cycle would outlive the plan
         self._set("navigability", Reach(self.navigability, space))
         checks.unique((room.id for room in self.rooms), "rooms")
         checks.unique((door.id for door in self.doors), "doors")
+        checks.unique((thing.id for thing in self.objects), "objects")
         known = {room.id for room in self.rooms}
         for i, door in enumerate(self.doors):
             if not known.issuperset(room for room in door.rooms if room is not None):
                 raise PlanError(f"expected ids of rooms {sorted(known)}, found {list(door.rooms)}", f"doors[{i}].rooms")
+        for i, thing in enumerate(self.objects):
+            if thing.room is not None and thing.room not in known:
+                raise PlanError(f"expected null or one of {sorted(known)}, found {thing.room}", f"objects[{i}].room")
 
     @cached_property
     def bbox(self) -> Box:
@@ -122,27 +143,9 @@ class FloorPlan(Value):
 
     def moved(self, dx: float, dy: float) -> FloorPlan:
         """Return the plan shifted by (dx, dy) metres; its frame still leads to the same place in the source."""
-        by = np.array([dx, dy])
-        frame = self.frame
-        if frame is not None:
-            (a, b, tx), (c, d, ty) = frame.matrix
-            frame = replace(frame, matrix=((a, b, tx - a * dx - b * dy), (c, d, ty - c * dx - d * dy)))
-        boxes = {
-            label: tuple((x1 + dx, y1 + dy, x2 + dx, y2 + dy) for x1, y1, x2, y2 in found)
-            for label, found in self.room_category.items()
-        }
-        return replace(
-            self,
-            verts=self.verts + by,
-            room_category=boxes,
-            holes=tuple(hole + by for hole in self.holes),
-            rooms=tuple(replace(r, polygon=r.polygon + by, holes=tuple(h + by for h in r.holes)) for r in self.rooms),
-            doors=tuple(
-                replace(d, polygon=d.polygon + by, segment=tuple((x + dx, y + dy) for x, y in d.segment))  # type: ignore[arg-type]
-                for d in self.doors
-            ),
-            frame=frame,
-        )
+        from houseexpo.moving import moved
+
+        return moved(self, dx, dy)
 
     def centred(self) -> FloorPlan:
         """Return the plan with its origin at the centroid of the free space, as the paper's text has it."""
@@ -236,14 +239,8 @@ class FloorPlan(Value):
         x1, y1, x2, y2 = self.bbox
         parts = [f"{self.area:.1f} m2", f"{x2 - x1:.1f} x {y2 - y1:.1f} m", f"{len(self.verts)} vertices"]
         parts += [f"room_num {self.room_num}"]
-        parts += [f"{len(found)} {name}" for name in ("holes", "rooms", "doors") if (found := getattr(self, name))]
+        parts += [
+            f"{len(found)} {name}" for name in ("holes", "rooms", "doors", "objects") if (found := getattr(self, name))
+        ]
+        parts += [f"quality {self.quality.score:.2f}"] if self.quality is not None else []
         return f"FloorPlan({self.id!r}, {', '.join(parts)})"
-
-
-def _boxes(category: Mapping[str, Iterable[Any]]) -> dict[str, tuple[Box, ...]]:
-    """Label -> boxes (x1, y1, x2, y2), all finite; the order of the labels is kept."""
-    checked: dict[str, tuple[Box, ...]] = {}
-    for label, boxes in category.items():
-        key = f"room_category.{label}"
-        checked[label] = tuple(checks.numbers(box, 4, f"{key}[{i}]") for i, box in enumerate(boxes))  # type: ignore[misc]
-    return checked

@@ -1,4 +1,4 @@
-"""JSON <-> FloorPlan; the only file that knows the keys (FORMAT.md).
+"""JSON <-> FloorPlan; only this file and ``houseexpo.plan_keys``, which names them, know the keys (FORMAT.md).
 
 A file without ``format`` is a published one: its five keys are checked, others are passed over. A file that says
 ``"format": "houseexpo/2"`` holds the keys of section 2 and no other. Numbers are written in their shortest exact form,
@@ -7,79 +7,26 @@ so that decode(encode(plan)) == plan, and a published file keeps every value.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from itertools import chain
-from typing import Any, Literal
+from typing import Any, TypeVar
 
 import msgspec
 import numpy as np
-from msgspec import UNSET, Struct, UnsetType
+from msgspec import UNSET, Struct
 
+from houseexpo import plan_keys as keys
 from houseexpo.errors import PlanError
 from houseexpo.json_errors import explained
-from houseexpo.plan import Box, Door, DoorKind, FloorPlan, Frame, Navigability, Ring, Room
+from houseexpo.plan import Door, FloorPlan, Frame, Navigability, PlanObject, Quality, Ring, Room
 
 FORMAT = "houseexpo/2"
 
-_Point = tuple[float, float]
-_Points = list[_Point]
+RECORDS: tuple[type[Struct], type[Struct]] = (keys.Published, keys.Plan)
+"""What a published file holds and what one of ours does; ``houseexpo.schema`` makes the JSON Schema of them."""
 
-
-class _Bounds(Struct, gc=False):
-    max: _Point
-    min: _Point
-
-
-class _Published(Struct):
-    """The published keys in the published order."""
-
-    verts: _Points
-    id: str
-    room_category: dict[str, list[Box]]
-    room_num: int
-    bbox: _Bounds
-
-
-class _Room(Struct, forbid_unknown_fields=True):
-    id: int
-    label: str
-    source_labels: list[str]
-    polygon: _Points
-    holes: list[_Points]
-    area: float
-
-
-class _Door(Struct, forbid_unknown_fields=True):
-    id: int
-    kind: DoorKind
-    segment: tuple[_Point, _Point]
-    width: float
-    polygon: _Points
-    rooms: tuple[int | None, int | None]
-
-
-class _Frame(Struct, forbid_unknown_fields=True):
-    matrix: tuple[tuple[float, float, float], tuple[float, float, float]]
-    up: Literal["y", "z"]
-    floor: float
-    level: int
-
-
-class _Navigability(Struct, forbid_unknown_fields=True):
-    components: int
-    largest_share: float
-    narrowest: float
-
-
-class _Plan(_Published, forbid_unknown_fields=True, omit_defaults=True):
-    """The keys of ``houseexpo/2``; what a plan does not have is left out, apart from the lists."""
-
-    format: str
-    holes: list[_Points]
-    rooms: list[_Room]
-    doors: list[_Door]
-    frame: _Frame | UnsetType = UNSET
-    navigability: dict[str, _Navigability] | UnsetType = UNSET
-    provenance: dict[str, Any] | UnsetType = UNSET
+_Record = TypeVar("_Record", bound=Struct)
+_Part = TypeVar("_Part")
 
 
 class _Head(Struct):
@@ -89,12 +36,9 @@ class _Head(Struct):
     format: Any = None
 
 
-RECORDS: tuple[type[Struct], type[Struct]] = (_Published, _Plan)
-"""What a published file holds and what one of ours does; ``houseexpo.schema`` makes the JSON Schema of them."""
-
 _HEAD = msgspec.json.Decoder(_Head)
-_PUBLISHED = msgspec.json.Decoder(_Published)
-_PLAN = msgspec.json.Decoder(_Plan)
+_PUBLISHED = msgspec.json.Decoder(keys.Published)
+_PLAN = msgspec.json.Decoder(keys.Plan)
 _ENCODER = msgspec.json.Encoder()
 
 
@@ -110,7 +54,7 @@ def decode(data: bytes | str) -> FloorPlan:
     try:
         raw = data.encode() if isinstance(data, str) else data
         extended = b'"format"' in raw and _is_extended(raw)
-        record: _Published = (_PLAN if extended else _PUBLISHED).decode(raw)
+        record: keys.Published = (_PLAN if extended else _PUBLISHED).decode(raw)
         return _plan(record)
     except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
         raise explained(error, data) from None
@@ -119,7 +63,7 @@ def decode(data: bytes | str) -> FloorPlan:
 def encode(plan: FloorPlan) -> bytes:
     """Write one plan as compact JSON, without a line end; equal plans give equal bytes.
 
-    A plan without holes, rooms, doors, frame, navigability and provenance is written as a published one.
+    A plan that has only what a published one has is written as a published one.
     """
     x1, y1, x2, y2 = plan.bbox
     published = {
@@ -127,23 +71,31 @@ def encode(plan: FloorPlan) -> bytes:
         "id": plan.id,
         "room_category": {label: list(boxes) for label, boxes in plan.room_category.items()},
         "room_num": plan.room_num,
-        "bbox": _Bounds(max=(x2, y2), min=(x1, y1)),
+        "bbox": keys.Bounds(max=(x2, y2), min=(x1, y1)),
     }
-    extended = plan.holes or plan.rooms or plan.doors or plan.navigability
-    if not extended and plan.frame is None and plan.provenance is None:
-        return _ENCODER.encode(_Published(**published))
+    if not _has_more(plan):
+        return _ENCODER.encode(keys.Published(**published))
     return _ENCODER.encode(
-        _Plan(
+        keys.Plan(
             **published,
             format=FORMAT,
             holes=[hole.tolist() for hole in plan.holes],
             rooms=[_room_record(room) for room in plan.rooms],
             doors=[_door_record(door) for door in plan.doors],
+            quality=UNSET if plan.quality is None else keys.Quality(plan.quality.score, dict(plan.quality.grounds)),
+            objects=[_object_record(thing) for thing in plan.objects] if plan.objects else UNSET,
             frame=UNSET if plan.frame is None else _frame_record(plan.frame),
             navigability=_navigability_records(plan) if plan.navigability else UNSET,
             provenance=UNSET if plan.provenance is None else dict(plan.provenance),
         )
     )
+
+
+def _has_more(plan: FloorPlan) -> bool:
+    """Whether the plan has anything that a published file has no key for."""
+    lists = plan.holes or plan.rooms or plan.doors or plan.objects or plan.navigability
+    values = (plan.quality, plan.frame, plan.provenance)
+    return bool(lists) or any(value is not None for value in values)
 
 
 def _is_extended(raw: bytes) -> bool:
@@ -153,10 +105,10 @@ def _is_extended(raw: bytes) -> bool:
     return head.format is not None
 
 
-def _plan(record: _Published) -> FloorPlan:
+def _plan(record: keys.Published) -> FloorPlan:
     extension: dict[str, Any] = {}
     try:
-        if isinstance(record, _Plan):
+        if isinstance(record, keys.Plan):
             extension = _extension(record)
     except PlanError as error:
         raise error.within(plan=record.id) from None
@@ -168,21 +120,27 @@ def _plan(record: _Published) -> FloorPlan:
     return plan
 
 
-def _extension(record: _Plan) -> dict[str, Any]:
-    frame, navigability, provenance = record.frame, record.navigability, record.provenance
+def _extension(record: keys.Plan) -> dict[str, Any]:
+    quality, frame, reach, provenance = record.quality, record.frame, record.navigability, record.provenance
     return {
         "holes": tuple(map(_ring, record.holes)),
-        "rooms": tuple(_named(f"rooms[{i}]", _room, room) for i, room in enumerate(record.rooms)),
-        "doors": tuple(_named(f"doors[{i}]", _door, door) for i, door in enumerate(record.doors)),
+        "rooms": _all("rooms", _room, record.rooms),
+        "doors": _all("doors", _door, record.doors),
+        "quality": None if quality is UNSET else _named("quality", _quality, quality),
+        "objects": () if record.objects is UNSET else _all("objects", _object, record.objects),
         "frame": None if frame is UNSET else _named("frame", _frame, frame),
         "navigability": None
-        if navigability is UNSET
-        else {radius: _named(f"navigability.{radius}", _navigability, found) for radius, found in navigability.items()},
+        if reach is UNSET
+        else {radius: _named(f"navigability.{radius}", _navigability, found) for radius, found in reach.items()},
         "provenance": None if provenance is UNSET else provenance,
     }
 
 
-def _named(key: str, make: Any, record: Struct) -> Any:
+def _all(key: str, make: Callable[[_Record], _Part], records: Sequence[_Record]) -> tuple[_Part, ...]:
+    return tuple(_named(f"{key}[{i}]", make, record) for i, record in enumerate(records))
+
+
+def _named(key: str, make: Callable[[_Record], _Part], record: _Record) -> _Part:
     """Make a part of the plan; its errors name the part."""
     try:
         return make(record)
@@ -190,30 +148,38 @@ def _named(key: str, make: Any, record: Struct) -> Any:
         raise error.within(key) from None
 
 
-def _ring(points: _Points) -> Ring:
+def _ring(points: keys.Points) -> Ring:
     # fromiter is three times as fast as array() on a list of pairs; an empty list gives (0, 2), which FloorPlan refuses
     return np.fromiter(chain.from_iterable(points), np.float64, 2 * len(points)).reshape(-1, 2)
 
 
-def _room(record: _Room) -> Room:
+def _room(record: keys.Room) -> Room:
     holes = tuple(map(_ring, record.holes))
     return Room(record.id, record.label, _ring(record.polygon), holes, tuple(record.source_labels))
 
 
-def _door(record: _Door) -> Door:
+def _door(record: keys.Door) -> Door:
     return Door(record.id, record.kind, record.segment, record.width, _ring(record.polygon), record.rooms)
 
 
-def _frame(record: _Frame) -> Frame:
+def _quality(record: keys.Quality) -> Quality:
+    return Quality(record.score, record.grounds)
+
+
+def _object(record: keys.Object) -> PlanObject:
+    return PlanObject(record.id, record.label, record.room, _ring(record.polygon), record.height)
+
+
+def _frame(record: keys.Frame) -> Frame:
     return Frame(record.matrix, record.up, record.floor, record.level)
 
 
-def _navigability(record: _Navigability) -> Navigability:
+def _navigability(record: keys.Navigability) -> Navigability:
     return Navigability(record.components, record.largest_share, record.narrowest)
 
 
-def _room_record(room: Room) -> _Room:
-    return _Room(
+def _room_record(room: Room) -> keys.Room:
+    return keys.Room(
         id=room.id,
         label=room.label,
         source_labels=list(room.source_labels),
@@ -223,8 +189,8 @@ def _room_record(room: Room) -> _Room:
     )
 
 
-def _door_record(door: Door) -> _Door:
-    return _Door(
+def _door_record(door: Door) -> keys.Door:
+    return keys.Door(
         id=door.id,
         kind=door.kind,
         segment=door.segment,
@@ -234,12 +200,18 @@ def _door_record(door: Door) -> _Door:
     )
 
 
-def _frame_record(frame: Frame) -> _Frame:
-    return _Frame(matrix=frame.matrix, up=frame.up, floor=frame.floor, level=frame.level)
+def _object_record(thing: PlanObject) -> keys.Object:
+    return keys.Object(
+        id=thing.id, label=thing.label, room=thing.room, polygon=thing.polygon.tolist(), height=thing.height
+    )
 
 
-def _navigability_records(plan: FloorPlan) -> dict[str, _Navigability]:
+def _frame_record(frame: Frame) -> keys.Frame:
+    return keys.Frame(matrix=frame.matrix, up=frame.up, floor=frame.floor, level=frame.level)
+
+
+def _navigability_records(plan: FloorPlan) -> dict[str, keys.Navigability]:
     return {
-        radius: _Navigability(n.components, n.largest_share, n.narrowest)
+        radius: keys.Navigability(n.components, n.largest_share, n.narrowest)
         for radius, n in sorted(plan.navigability.items())
     }

@@ -18,6 +18,8 @@ INK: Final = "#2f343b"
 PAPER: Final = "#ffffff"
 WALL: Final = "#454b54"
 FLOOR: Final = "#f6f4ef"
+FURNITURE: Final = "#e2ddd3"
+FURNITURE_EDGE: Final = "#a9a294"
 # blue, light blue, amber, magenta: told apart by the colour-blind too
 DOOR_COLOURS: Final[dict[DoorKind, str]] = {
     "door": "#2f6da8",
@@ -34,6 +36,7 @@ _TINTS: Final[dict[DoorKind, str]] = {
 
 _WALL_M: Final = 0.15  # walls are drawn this far around the outline, and solid up to four times it
 _LEAF_M: Final = 0.05
+_EDGE_M: Final = 0.03  # the line around a piece of furniture
 _SMALLEST_PX: Final = 8
 _SAME_ROOM: Final = 0.7  # boxes that overlap by more (intersection over union) are one room under several labels
 _BARS_M: Final = (0.5, 1, 2, 5, 10, 20, 50)
@@ -87,7 +90,7 @@ def scene(plan: FloorPlan, pixels_per_metre: float | None, size: int) -> Scene:
     """Lay out the picture of a plan.
 
     Rooms (or, for a published plan, its label boxes where they meet the free space) in their label's colour, with the
-    label and the area; walls dark; doors by kind; below them a scale bar and the kinds of doors that occur.
+    label and the area; walls dark; furniture light; doors by kind; below them a scale bar and what else occurs.
     """
     x1, y1, x2, y2 = plan.free_space.bounds
     extent = max(x2 - x1, y2 - y1)
@@ -98,7 +101,7 @@ def scene(plan: FloorPlan, pixels_per_metre: float | None, size: int) -> Scene:
     closed = plan.outline.buffer(2 * _WALL_M, join_style="mitre").buffer(-_WALL_M, join_style="mitre")
     rooms = list(_rooms(plan)) or list(_boxes(plan))
     floors = [Area(room.shape, colour(room.labels[0])) for room in rooms]
-    areas = [Area(closed, WALL), Area(plan.free_space, FLOOR), *floors, *_doors(plan)]
+    areas = [Area(closed, WALL), Area(plan.free_space, FLOOR), *floors, *_furniture(plan), *_doors(plan)]
     words = [found for room in rooms if (found := _label(room, scale, text, area=bool(plan.rooms)))]
     bottom = y1 - margin
     key_areas, key_words, right = _key(plan, (x1, bottom - line / 2), text, scale)
@@ -140,6 +143,13 @@ def _largest(shape: BaseGeometry) -> Polygon | None:
 def _overlap(one: Polygon, other: Polygon) -> float:
     common = float(one.intersection(other).area)
     return common / (float(one.area) + float(other.area) - common)
+
+
+def _furniture(plan: FloorPlan) -> Iterator[Area]:
+    for thing in plan.objects:
+        yield Area(thing.shape, FURNITURE_EDGE)
+        if not (inside := thing.shape.buffer(-_EDGE_M, join_style="mitre")).is_empty:
+            yield Area(inside, FURNITURE)
 
 
 def _doors(plan: FloorPlan) -> Iterator[Area]:
@@ -196,7 +206,7 @@ def _chord(shape: Polygon, centre: Point) -> float:
 def _key(
     plan: FloorPlan, start: tuple[float, float], size: float, scale: float
 ) -> tuple[list[Area], list[Words], float]:
-    """Scale bar and kinds of doors in a row from a point; the last number is where the row ends, metres."""
+    """Scale bar, kinds of doors and furniture in a row from a point; the last number is where the row ends, metres."""
     import shapely
 
     (x, y), half, em = start, 0.18 * size / scale, size / scale
@@ -205,10 +215,11 @@ def _key(
     areas = [Area(shapely.box(x, y - half, x + length, y + half), INK)]
     areas += [Area(shapely.box(x + length / 2, y - half * 0.5, x + length - half / 2, y + half * 0.5), PAPER)]
     entries = [(f"{length:g} m", x + length + 0.5 * em)]
-    for kind in DOOR_KINDS:
-        if any(door.kind == kind for door in plan.doors):
-            left = entries[-1][1] + font(size).getlength(entries[-1][0]) / scale + 1.2 * em
-            areas.append(Area(shapely.box(left, y - half * 1.6, left + em, y + half * 1.6), DOOR_COLOURS[kind]))
-            entries.append((kind, left + 1.4 * em))
+    occur: dict[str, str] = {k: DOOR_COLOURS[k] for k in DOOR_KINDS if any(door.kind == k for door in plan.doors)}
+    occur |= {"furniture": FURNITURE_EDGE} if plan.objects else {}
+    for name, fill in occur.items():
+        left = entries[-1][1] + font(size).getlength(entries[-1][0]) / scale + 1.2 * em
+        areas.append(Area(shapely.box(left, y - half * 1.6, left + em, y + half * 1.6), fill))
+        entries.append((name, left + 1.4 * em))
     words = [Words(at, y, (text,), size, centred=False) for text, at in entries]
     return areas, words, entries[-1][1] + font(size).getlength(entries[-1][0]) / scale

@@ -38,6 +38,7 @@ OURS: Final[dict[str, Rule]] = {
     "collinear": rings.collinear,
     "rooms": parts.rooms,
     "doors": parts.doors,
+    "objects": parts.objects,
     "navigability": parts.reach,
 }
 RULES: Final[dict[str, str]] = {

@@ -11,12 +11,14 @@ import numpy as np
 from houseexpo.graph import navigability
 from houseexpo.plan import FloorPlan
 from pipeline.config import PipelineConfig
+from pipeline.quality import judged
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.cells import fill_cells
 from pipeline.stages.connectivity import connect
 from pipeline.stages.contour import trace_contour
 from pipeline.stages.doors import find_doors
 from pipeline.stages.evidence import gather
+from pipeline.stages.grounds import weigh
 from pipeline.stages.isolated import erase_isolated
 from pipeline.stages.layout import lay_out
 from pipeline.stages.planes import cut_planes
@@ -55,7 +57,8 @@ def stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> It
     spaces = refine(spaces, config.refine)
     yield Snapshot("refine", spaces)
     plan = vectorise(level, spaces, name_rooms(level, spaces), _provenance(level, planes, spaces))
-    yield Snapshot("plan", replace(plan, navigability=navigability(plan)))
+    quality = judged(weigh(level, evidence, layout, spaces))
+    yield Snapshot("plan", replace(plan, navigability=navigability(plan), quality=quality))
 
 
 def plan_house(level: Level, config: PipelineConfig, rng: np.random.Generator) -> FloorPlan:

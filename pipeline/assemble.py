@@ -53,7 +53,7 @@ def assemble(store: Store, config: BuildConfig, overrides: Mapping[str, Override
     for duplicate in dropped:
         del plans[duplicate.id]
     stats = _write_plans(store, plans, _outcomes(len(entries), len(plans), dropped, refused))
-    write(store.root / "rejected.jsonl", _lines(asdict(r) for r in refused))
+    write(store.root / "rejected.jsonl", _lines(r.line() for r in refused))
     write(store.root / "duplicates.jsonl", _lines(_duplicate(d) for d in dropped))
     write(store.root / "stats.json", pretty(stats))
     write(store.root / MANIFEST, pretty(_manifest(store, plans, stats, config, overrides)))
@@ -90,11 +90,12 @@ def _write_plans(store: Store, plans: Mapping[str, Kept], outcomes: dict[str, An
     """Write json/ and the index in one pass; return the statistics."""
     summaries, parts = new_summaries(), valid_parts(store.root, plans)
     rules: Counter[str] = Counter()
-    rows = []
+    rows, doubtful = [], 0
     for name, kept in plans.items():
         plan = _load(store, kept)
         rows.append({**row(plan), "split": parts.get(name)})
         rules.update(_rules(plan))
+        doubtful += plan.quality is not None and plan.quality.is_doubtful
         for summary in summaries.values():
             summary.add(plan)
         store.publish(name, kept)
@@ -102,7 +103,7 @@ def _write_plans(store: Store, plans: Mapping[str, Kept], outcomes: dict[str, An
         if file.stem not in plans or file.suffix != ".json":
             file.unlink()
     write(store.root / "index.parquet", index_table(rows))
-    outcomes = {**outcomes, "rules": dict(sorted(rules.items()))}
+    outcomes = {**outcomes, "doubtful": doubtful, "rules": dict(sorted(rules.items()))}
     return {"outcomes": outcomes, **{name: summary.report() for name, summary in summaries.items()}}
 
 

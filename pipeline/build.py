@@ -17,6 +17,7 @@ from houseexpo.errors import ConfigError
 from pipeline.algorithm import plan_house
 from pipeline.assemble import DataSet, assemble
 from pipeline.config_file import BuildConfig
+from pipeline.corrections import check_ids, corrected_input
 from pipeline.executors.local import Failure, Limits, run
 from pipeline.job import Finished, Job, Plan, Refused, Settings, work
 from pipeline.overrides import Override
@@ -67,14 +68,17 @@ def build(
     ConfigError
         Where a source is none, or the folder holds something else.
     """
-    origin = list_sources(config)
+    listed = list_sources(config)
+    if config.build.limit is None and others is not Others.ADD:  # else not all of the ids are known
+        check_ids(overrides, listed)
+    origin = {corrected_input(item, overrides): source for item, source in listed.items()}
     keys = {item: _key(item, config, overrides) for item in origin}
     sources: dict[str, list[str]] = {source: [] for source in dict.fromkeys(origin.values())}
     for item, key in keys.items():
         sources[origin[item]].append(key)
     store = Store.open(out, config.digest(), sources, others)
     stamp = {"generator": "houseexpo", "version": version("houseexpo"), "parameters_sha256": config.digest()}
-    settings = Settings(config.stages, config.build.seed, overrides, stamp, plan)
+    settings = Settings(config.stages, config.build.seed, overrides, stamp, plan, config.build.min_quality)
     known = {item: store.known(key) for item, key in keys.items()}
     jobs = [Job(item, entry.content if entry else "") for item, entry in known.items()]
     limits = Limits(config.limits.seconds, int(config.limits.memory_gb * 2**30))

@@ -37,6 +37,11 @@ _ModelPath = Annotated[
 _Furniture = Annotated[bool | None, typer.Option("--furniture/--no-furniture", help="Furniture is an obstacle too.")]
 
 
+_MinQuality = Annotated[
+    float | None, typer.Option(min=0, max=1, help="Reject plans less sure than this.", show_default="0")
+]
+
+
 def build(
     out: Annotated[Path, typer.Option(help="The data set folder.", show_default=False)],
     sources: Annotated[
@@ -59,6 +64,7 @@ def build(
     add: Annotated[bool, typer.Option("--add", help="Keep plans of other sources that OUT holds.")] = False,
     replace_others: Annotated[bool, typer.Option("--replace", help="Remove what else OUT holds of builds.")] = False,
     model_path: _ModelPath = None,
+    min_quality: _MinQuality = None,
 ) -> None:
     """Build a data set of floor plans from 3D houses.
 
@@ -71,7 +77,8 @@ def build(
     from houseexpo.workers import cores
     from pipeline.build import build as run_build
     from pipeline.overrides import load_overrides
-    from pipeline.report import outcome_table, plans_line, reasons_lines, write_report
+    from pipeline.report import outcome_table, plans_line, reasons_lines
+    from pipeline.report_page import write_report
     from pipeline.store import Others
 
     given = {
@@ -84,6 +91,7 @@ def build(
         "storey_height": storey_height,
         "furniture": furniture,
         "model_path": model_path,
+        "min_quality": min_quality,
     }
     settings = _settings(config, given)
     if add and replace_others:
@@ -122,10 +130,16 @@ def inspect(
     furniture: _Furniture = None,
     model_path: _ModelPath = None,
 ) -> None:
-    """Show what each stage makes of one house: a PNG for each, and all on one sheet."""
+    """Show what each stage makes of one house: a PNG for each, and all on one sheet.
+
+    Ends with 1 where the house is rejected.
+    """
     from rich.console import Console
+    from rich.markup import escape
 
     from pipeline.inspection import inspect_house
+    from pipeline.overrides import load_overrides
+    from pipeline.quality import main_grounds
 
     given = {
         "sources": (source,),
@@ -138,13 +152,18 @@ def inspect(
         "model_path": model_path,
     }
     console = Console()
-    found = inspect_house(_settings(config, given), level, out)
+    found = inspect_house(_settings(config, given), load_overrides(config), level, out)
+    console.print(str(found.shown or source), highlight=False, soft_wrap=True, markup=False)
     for name in found.pictures:
-        console.print(f"  {out / name}", style="dim", highlight=False)
+        console.print(f"  {out / name}", style="dim", highlight=False, soft_wrap=True)
     if found.rejection is not None:
-        console.print(f"[red]rejected[/] {found.id}: {found.rejection}", highlight=False)
-    else:
-        console.print(f"[green]plan[/] {found.id}", highlight=False)
+        console.print("[red]rejected[/]", escape(str(found.rejection)), highlight=False, soft_wrap=True)
+        raise typer.Exit(1)
+    verdict = ""
+    if found.quality is not None:
+        grounds = "; ".join(main_grounds(found.quality))
+        verdict = f"quality {found.quality.score:.2f}" + (f" ({grounds})" if grounds else "")
+    console.print("[green]plan[/]", verdict, highlight=False, soft_wrap=True)
 
 
 def _settings(config: Path | None, given: dict[str, Any]) -> BuildConfig:

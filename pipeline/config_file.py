@@ -33,7 +33,8 @@ T = TypeVar("T")
 class BuildOptions:
     """What goes in. ``up``, ``units``, ``scale`` and ``storey_height`` (m) are for mesh files; "auto" is detected.
 
-    ``units`` is auto, m, cm, mm, in, ft, or the metres in a unit; ``scale`` is 20 for a model at 1:20.
+    ``units`` is auto, m, cm, mm, in, ft, or the metres in a unit; ``scale`` is 20 for a model at 1:20. A plan whose
+    quality is below ``min_quality``, 0 to 1, is rejected.
     """
 
     sources: tuple[str, ...] = ()
@@ -45,6 +46,7 @@ class BuildOptions:
     storey_height: float | None = None
     furniture: bool = False
     model_path: str = ""  # folders to look for Gazebo models in, divided as in PATH
+    min_quality: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,8 @@ class BuildConfig:
     def parameters(self) -> dict[str, Any]:
         """Return what the plans depend on, as plain values: stored with the output, and hashed."""
         options = asdict(self.build)
-        chosen = {name: options[name] for name in ("seed", "up", "units", "scale", "storey_height", "furniture")}
+        names = ("seed", "up", "units", "scale", "storey_height", "furniture", "min_quality")
+        chosen = {name: options[name] for name in names}
         return {"build": chosen, "limits": asdict(self.limits), **asdict(self.stages)}
 
     def digest(self) -> str:
@@ -86,6 +89,8 @@ def load_config(path: Path) -> BuildConfig:
     own = {name: tables.pop(name) for name in ("build", "limits") if name in tables}
     stages = fill(PipelineConfig, tables, path, beside=("build", "limits"))
     config = fill(BuildConfig, own, path)
+    if config.build.min_quality > 1:
+        raise ConfigError(f"{path}: build.min_quality = {config.build.min_quality!r}: expected 0 to 1")
     sources = tuple(_from_here(source, path.parent) for source in config.build.sources)
     return replace(config, build=replace(config.build, sources=sources), stages=stages)
 

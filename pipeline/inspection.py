@@ -2,40 +2,65 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from houseexpo.drawing import contact_sheet
 from houseexpo.errors import ConfigError
+from houseexpo.plan import FloorPlan, Quality
 from pipeline.algorithm import Snapshot, stages
 from pipeline.build import list_inputs
 from pipeline.config_file import BuildConfig
+from pipeline.corrections import corrected_input, corrected_level
 from pipeline.job import rng_of
+from pipeline.overrides import Override
 from pipeline.pictures import stage_pictures
+from pipeline.png import as_png
 from pipeline.rejection import Rejection
-from pipeline.report import save_png
 from pipeline.sources import reader
-from pipeline.values import Level, RejectedLevel
+from pipeline.top_view import top_view
+from pipeline.values import Input, Level, RejectedLevel
 
 SHEET = "stages.png"
+REJECTED = "rejected.png"
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Which level of which house is shown: the level's id and number of how many, the house's id of how many."""
+
+    id: str
+    level: int
+    levels: int
+    house: str
+    houses: int
+
+    def __str__(self) -> str:
+        house = f"house {self.house}" + (f", the first of {self.houses}" if self.houses > 1 else "")
+        return f"{self.id}: {house}; level {self.level} of {self.levels}, counted from 0"
 
 
 @dataclass(frozen=True)
 class Inspection:
-    """What was found: the level's id, the pictures' names in the order of the stages, and why there is no plan."""
+    """What was found: what is shown, the pictures' names in the order of the stages, and why there is no plan.
 
-    id: str
+    ``shown`` is None where the house could not be opened; ``quality`` is the plan's, where it says so.
+    """
+
+    shown: Shown | None
     pictures: tuple[str, ...]
     rejection: Rejection | None
+    quality: Quality | None = None
 
 
-def inspect_house(config: BuildConfig, number: int, out: Path) -> Inspection:
+def inspect_house(config: BuildConfig, overrides: Mapping[str, Override], number: int, out: Path) -> Inspection:
     """Write a picture of each stage that a house passes, and all of them on one sheet.
 
     Parameters
     ----------
-    config
-        Its source is a house; of a source that holds several, the first.
+    config, overrides
+        Its source is a house; of a source that holds several, the first. A person's word counts as in a build.
     number
         Which level, counted from the lowest.
     out
@@ -46,34 +71,51 @@ def inspect_house(config: BuildConfig, number: int, out: Path) -> Inspection:
     ConfigError
         Where the source is none, or the house has no such level.
     """
+    inputs = list_inputs(config)
+    item = corrected_input(inputs[0], overrides)
+    out.mkdir(parents=True, exist_ok=True)
     try:
-        level = _level(config, number)
+        level, levels = _level(item, number)
     except Rejection as rejection:
-        return Inspection(Path(config.build.sources[0]).name, (), rejection)
+        return Inspection(None, _picture_of(rejection, out), rejection)
+    shown = Shown(level.id, number, levels, item.id, len(inputs))
+    if isinstance(level, RejectedLevel):
+        return Inspection(shown, _picture_of(level.rejection, out), level.rejection)
+    override = overrides.get(level.id, Override())
+    level = corrected_level(level, override)
     snapshots: list[Snapshot] = []
     rejection_: Rejection | None = None
     try:
-        snapshots.extend(stages(level, config.stages, rng_of(level, config.build.seed)))
+        snapshots.extend(stages(level, override.applied(config.stages), rng_of(level, config.build.seed)))
     except Rejection as rejection:
         rejection_ = rejection
-    pictures = stage_pictures(snapshots)
-    out.mkdir(parents=True, exist_ok=True)
-    names = [f"{i:02d}_{name.replace(' ', '_')}.png" for i, (name, _) in enumerate(pictures)]
-    for name, (_, image) in zip(names, pictures, strict=True):
-        save_png(image, out / name)
-    if pictures:
-        titles, images = zip(*pictures, strict=True)
-        save_png(contact_sheet(images, min(len(images), 5), titles), out / SHEET)
-        names.append(SHEET)
-    return Inspection(level.id, tuple(names), rejection_)
+    if rejection_ is not None and not snapshots:
+        return Inspection(shown, _picture_of(rejection_.pictured(top_view(level.walls)), out), rejection_)
+    plans = [snapshot.value for snapshot in snapshots if isinstance(snapshot.value, FloorPlan)]
+    return Inspection(shown, _write(snapshots, level, out), rejection_, plans[0].quality if plans else None)
 
 
-def _level(config: BuildConfig, number: int) -> Level:
-    item = list_inputs(config)[0]
+def _level(item: Input, number: int) -> tuple[Level | RejectedLevel, int]:
+    """Return a level and how many there are."""
     levels = list(reader(item.reader).read(item))
     if number >= len(levels):
         raise ConfigError(f"{item.id}: level {number} asked for, found {len(levels)}: 0 to {len(levels) - 1}")
-    level = levels[number]
-    if isinstance(level, RejectedLevel):
-        raise level.rejection
-    return level
+    return levels[number], len(levels)
+
+
+def _write(snapshots: list[Snapshot], level: Level, out: Path) -> tuple[str, ...]:
+    pictures = stage_pictures(snapshots, level.frame)
+    names = [f"{i:02d}_{name.replace(' ', '_')}.png" for i, (name, _) in enumerate(pictures)]
+    for name, (_, image) in zip(names, pictures, strict=True):
+        (out / name).write_bytes(as_png(image))
+    titles, images = zip(*pictures, strict=True)
+    (out / SHEET).write_bytes(as_png(contact_sheet(images, min(len(images), 5), titles)))
+    return (*names, SHEET)
+
+
+def _picture_of(rejection: Rejection, out: Path) -> tuple[str, ...]:
+    """Write what the reader shows of a house that it rejects."""
+    if not rejection.picture:
+        return ()
+    (out / REJECTED).write_bytes(rejection.picture)
+    return (REJECTED,)

@@ -15,9 +15,12 @@ from houseexpo.errors import MissingDependencyError
 from houseexpo.plan import FloorPlan
 from houseexpo.plan_json import encode
 from pipeline.config import PipelineConfig
+from pipeline.corrections import corrected_level
 from pipeline.overrides import Override
+from pipeline.quality import check_quality
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import reader
+from pipeline.top_view import top_view
 from pipeline.values import Input, Level, RejectedLevel
 
 Plan = Callable[[Level, PipelineConfig, np.random.Generator], FloorPlan]
@@ -34,18 +37,23 @@ class Made:
 
 @dataclass(frozen=True)
 class Refused:
-    """An input, or a level of one, that gave no plan."""
+    """An input, or a level of one, that gave no plan; ``picture`` is a PNG of it, or nothing."""
 
     id: str
     stage: str
     reason: str
     detail: str
     advice: str = ""
+    picture: bytes = field(default=b"", repr=False)
 
     @classmethod
     def of(cls, name: str, rejection: Rejection) -> Refused:
         """Put a rejection down under the id it concerns."""
-        return cls(name, rejection.stage, str(rejection.reason), rejection.detail, rejection.advice)
+        return cls(name, rejection.stage, str(rejection.reason), rejection.detail, rejection.advice, rejection.picture)
+
+    def line(self) -> dict[str, str]:
+        """Return what ``rejected.jsonl`` has of it."""
+        return {"id": self.id, "stage": self.stage, "reason": self.reason, "detail": self.detail, "advice": self.advice}
 
 
 @dataclass(frozen=True)
@@ -66,6 +74,7 @@ class Settings:
     overrides: Mapping[str, Override]
     stamp: Mapping[str, str]
     plan: Plan
+    min_quality: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -117,9 +126,13 @@ def _outcome(level: Level, item: Input, settings: Settings) -> Made | Refused:
         return Refused.of(level.id, Rejection("overrides", Reason.DROPPED_BY_HAND, why, "see overrides.toml"))
     rng = rng_of(level, settings.seed)
     try:
-        plan = settings.plan(level, override.applied(settings.config), rng)
+        plan = settings.plan(corrected_level(level, override), override.applied(settings.config), rng)
+        if not override.keep:
+            check_quality(plan, settings.min_quality)
         plan = replace(plan, provenance={**(plan.provenance or {}), **settings.stamp})
         return Made(level.id, content, encode(plan) + b"\n")
+    except Rejection as rejection:
+        return Refused.of(level.id, rejection.pictured(top_view(level.walls)))
     except Exception as error:  # noqa: BLE001 - the other levels of the house go on
         return Refused.of(level.id, _as_rejection(error, item))
 

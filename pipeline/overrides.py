@@ -4,36 +4,60 @@
 
     [villa_L1]
     keep = true            # neither a rule that stands for a person nor a duplicate drops it
+    door = [[2.0, 3.1], [2.0, 4.0]]   # there is a door, from jamb to jamb; several: a list of these
+    no_room = [5.5, 1.0]   # the region that holds this point is no room; several: a list of these
     [fair_hall]
     drop = true
     why = "an exhibition hall"
     [old_barn]
     h_g = 0.4              # cut at these heights, metres above the floor
     h_d = 1.1
+    [doll_house]           # of a whole file, under the id that the file has without a level
+    scale = 20.0           # the model is 1:20
+    drop_nodes = ["Lamp*", "Car"]     # leave these nodes, groups and materials out
+
+Points are metres in the source's plan axes, to which a plan's ``frame`` leads: (X, Y) of a z-up source, (X, Z) of a
+y-up one, after units and scale. They stay what they are when a plan changes. ``houseexpo inspect`` writes them on the
+edges of its picture of the evidence.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, Final
 
 from houseexpo.errors import ConfigError
 from pipeline.config import PipelineConfig
 from pipeline.config_file import fill, load_toml
 
-NAME = "overrides.toml"
+NAME: Final = "overrides.toml"
+NARROWEST_DOOR_M: Final = 0.3
+
+Point = tuple[float, float]
+Segment = tuple[Point, Point]
 
 
 @dataclass(frozen=True)
 class Override:
-    """A person's word on one id; ``why`` is for people."""
+    """A person's word on one id; points in metres of the source's plan axes, ``why`` is for people."""
 
     keep: bool = False
     drop: bool = False
     h_g: float | None = None
     h_d: float | None = None
+    door: tuple[Segment, ...] = ()
+    no_room: tuple[Point, ...] = ()
+    scale: float | None = None
+    drop_nodes: tuple[str, ...] = ()
     why: str = ""
+
+    @property
+    def of_file(self) -> bool:
+        """Whether it says something that concerns a whole file, not one of its levels."""
+        return self.scale is not None or bool(self.drop_nodes)
 
     def applied(self, config: PipelineConfig) -> PipelineConfig:
         """Return the configuration with the heights given, and without the rule that a person overrules by keep."""
@@ -51,7 +75,7 @@ def load_overrides(manifest: Path | None) -> Mapping[str, Override]:
     Raises
     ------
     ConfigError
-        Where a key is unknown, a value of the wrong type, or two of them contradict each other.
+        Where a key is unknown, a value of the wrong type or out of range, or two of them contradict each other.
     """
     path = None if manifest is None else manifest.with_name(NAME)
     if path is None or not path.exists():
@@ -59,10 +83,33 @@ def load_overrides(manifest: Path | None) -> Mapping[str, Override]:
     return {name: _override(name, table, path) for name, table in sorted(load_toml(path).items())}
 
 
-def _override(name: str, table: object, path: Path) -> Override:
+def _override(name: str, table: Any, path: Path) -> Override:
+    if isinstance(table, Mapping):
+        table = {key: _several(value, _DEPTHS[key]) if key in _DEPTHS else value for key, value in table.items()}
     override = fill(Override, table, path, name)
+    place = f"{path}: {name}"
     if override.keep and override.drop:
-        raise ConfigError(f"{path}: {name}: expected keep or drop, found both; take one out")
+        raise ConfigError(f"{place}: expected keep or drop, found both; take one out")
     if override.h_g is not None and override.h_d is not None and override.h_d <= override.h_g:
-        raise ConfigError(f"{path}: {name}: expected h_d above h_g, found {override.h_d:g} and {override.h_g:g}")
+        raise ConfigError(f"{place}: expected h_d above h_g, found {override.h_d:g} and {override.h_g:g}")
+    if override.scale == 0:
+        raise ConfigError(f"{place}: scale: expected more than 0, found 0")
+    points = [*override.no_room, *(end for segment in override.door for end in segment)]
+    if not all(math.isfinite(number) for point in points for number in point):
+        raise ConfigError(f"{place}: expected finite metres in door and no_room, found {points}")
+    for segment in override.door:
+        if math.dist(*segment) < NARROWEST_DOOR_M:
+            ends = [list(end) for end in segment]
+            raise ConfigError(f"{place}: door: expected jambs {NARROWEST_DOOR_M} m apart or more, found {ends}")
     return override
+
+
+_DEPTHS: Final = {"door": 2, "no_room": 1}
+"""Lists within lists of one such value; a value as deep as that stands for a list of one."""
+
+
+def _several(value: Any, depth: int) -> Any:
+    inner = value
+    for _ in range(depth):
+        inner = inner[0] if isinstance(inner, list) and inner else None
+    return [value] if inner is not None and not isinstance(inner, list) else value

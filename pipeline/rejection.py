@@ -21,6 +21,7 @@ class Reason(StrEnum):
     OUT_OF_MEMORY = "out_of_memory"
     INTERNAL = "internal"
     DROPPED_BY_HAND = "dropped_by_hand"
+    DOUBTFUL = "doubtful"
     # layout rules
     NO_LAYOUT = "no_layout"
     NOT_ENCLOSED = "not_enclosed"
@@ -32,12 +33,17 @@ class Reason(StrEnum):
 class Rejection(Exception):  # noqa: N818 - an outcome that unwinds the stages, not a fault
     """Raised by a reader or a stage where a house cannot become a plan; the batch records it and goes on.
 
-    ``detail`` says which thing, what was expected, what was found; ``advice`` says what to do.
+    ``detail`` says which thing, what was expected, what was found; ``advice`` says what to do. ``picture`` may be a
+    small PNG of what was rejected (``pipeline.top_view``), for the report.
     """
 
-    def __init__(self, stage: str, reason: Reason, detail: str, advice: str = "") -> None:
-        super().__init__(stage, reason, detail, advice)  # pickles as it is made
-        self.stage, self.reason, self.detail, self.advice = stage, reason, detail, advice
+    def __init__(self, stage: str, reason: Reason, detail: str, advice: str = "", picture: bytes = b"") -> None:
+        super().__init__(stage, reason, detail, advice, picture)  # pickles as it is made
+        self.stage, self.reason, self.detail, self.advice, self.picture = stage, reason, detail, advice, picture
+
+    def pictured(self, picture: bytes) -> Rejection:
+        """Return the rejection with a picture, where it has none yet."""
+        return Rejection(self.stage, self.reason, self.detail, self.advice, self.picture or picture)
 
     def __str__(self) -> str:
         text = f"{self.stage}: {self.reason}: {self.detail}"

@@ -71,6 +71,7 @@ class Level:
     ``walls``. ``floor`` is the plan area of the floor's faces, or None where the source has none. ``rooms`` and
     ``openings`` are what the source says of them; ``named_openings`` is True where it names every one (IFC), so that
     what it does not name is none.
+    ``no_rooms`` are points of which a person says that the region around them is no room.
     ``sills`` is True where doors are closed by a sill at h_g (SUNCG), so that the paper's two planes are enough.
     ``ceiling_m``: height above the floor up to which walls may be looked at.
     ``room_count``: rooms of this level as the source counts them, None where it names none. ``n_objects``: things that
@@ -91,6 +92,7 @@ class Level:
     rooms: tuple[SourceRoom, ...] = ()
     room_count: int | None = None
     openings: tuple[SourceOpening, ...] = ()
+    no_rooms: tuple[tuple[float, float], ...] = ()
     n_objects: int = 0
     provenance: Mapping[str, Any] = field(default_factory=dict)
 

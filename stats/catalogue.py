@@ -54,6 +54,11 @@ MEASURES: tuple[Measure, ...] = (
         *("room_area_m2", "Room area", measures.room_areas_m2, "m²", 0.01, 2.0),
         about="Of every room.",
     ),
+    Measure("furniture", "Furniture", measures.furniture, about="Pieces in a plan that records some."),
+    Measure(
+        *("quality", "Quality", measures.quality, "", 0.01, 0.05),
+        about="How sure the pipeline is of a plan, 0 to 1.",
+    ),
     Measure("doors", "Doors in a house", measures.doors, about="Of every kind."),
     Measure(
         *("door_width_m", "Door width", measures.door_widths_m, "m", 0.01, 0.1),

@@ -69,6 +69,16 @@ def holes(plan: FloorPlan) -> int:
     return len(plan.holes)
 
 
+def quality(plan: FloorPlan) -> float | None:
+    """How sure the pipeline is of the plan, 0 to 1."""
+    return None if plan.quality is None else plan.quality.score
+
+
+def furniture(plan: FloorPlan) -> int | None:
+    """Pieces of furniture; None where the plan records none."""
+    return len(plan.objects) or None
+
+
 def doors(plan: FloorPlan) -> int | None:
     """Doors of every kind."""
     return len(plan.doors) if plan.rooms else None

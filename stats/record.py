@@ -9,7 +9,7 @@ from houseexpo.plan import FloorPlan
 from stats import measures
 from stats.catalogue import MEASURES
 
-VERSION = 2
+VERSION = 3
 """Part of the name under which records are kept: another measure, or another way of measuring, needs another one."""
 
 

@@ -12,6 +12,7 @@ import typer
 if TYPE_CHECKING:
     from houseexpo.dataset import Dataset
     from houseexpo.plan import FloorPlan
+    from houseexpo.quality import Quality
 
 
 def info(
@@ -41,9 +42,19 @@ def _of_data_set(plans: Dataset) -> list[tuple[str, str]]:
         ("plans", f"{len(plans)}"),
         ("rooms", f"{_spread(rooms, '')}, {sum(rooms)} in all"),
         ("area", _spread(area, " m2")),
+        *_quality(plans.column("quality")),
         ("labels", ", ".join(f"{label} {count}" for label, count in most) + " (plans with one)"),
         ("splits", ", ".join(f"{name} {len(plans.split(name))} of {len(ids)}" for name, ids in plans.splits.items())),
     ]
+
+
+def _quality(scores: list[float | None]) -> list[tuple[str, str]]:
+    """Say how sure the pipeline is of the plans; nothing where none says so."""
+    from houseexpo.quality import SURE
+
+    known = [score for score in scores if score is not None]
+    doubtful = sum(score < SURE for score in known)
+    return [("quality", f"{_spread(known, '')}, {doubtful} doubtful (below {SURE:g})")] if known else []
 
 
 def _spread(values: list[float], unit: str) -> str:
@@ -63,8 +74,11 @@ def _of_plan(plan: FloorPlan) -> list[tuple[str, str]]:
         ("rooms", f"{plan.room_num} as the source counts them"),
         ("boxes", ", ".join(f"{label} {count}" for label, count in labels.items())),
     ]
+    rows += _of_quality(plan.quality)
     rows += [(f"room {room.id}", f"{room.label}, {room.area:.2f} m2") for room in plan.rooms]
     rows += [(f"door {d.id}", f"{d.kind}, {d.width:.2f} m, {d.rooms[0]} to {d.rooms[1]}") for d in plan.doors]
+    for thing in plan.objects:
+        rows.append((f"object {thing.id}", f"{thing.label}, {thing.height:.2f} m high, in room {thing.room}"))
     for radius in (0.1, 0.2, 0.3):
         found = plan.navigability(radius)
         reach = (
@@ -74,3 +88,11 @@ def _of_plan(plan: FloorPlan) -> list[tuple[str, str]]:
     if plan.repair is not None:
         rows.append(("repair", str(plan.repair)))
     return rows
+
+
+def _of_quality(quality: Quality | None) -> list[tuple[str, str]]:
+    if quality is None:
+        return []
+    judged = "doubtful" if quality.is_doubtful else "sure"
+    grounds = [(f"  {name}", f"{value:g}") for name, value in quality.grounds.items()]
+    return [("quality", f"{quality.score:.2f}, {judged}"), *grounds]

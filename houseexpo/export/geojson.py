@@ -1,4 +1,4 @@
-"""GeoJSON: free space, walls, rooms, doors and label boxes as features."""
+"""GeoJSON: free space, walls, rooms, doors, furniture and label boxes as features."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ def geojson(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orient
     """Write ``<id>.geojson``: one FeatureCollection; ``properties.kind`` tells what a feature is.
 
     ``free_space`` (one), ``wall``, ``room`` (``room``: its id, ``label``, ``source_labels``, ``area``), ``door``
-    (``door``: its id, ``door_kind``, ``width``, ``rooms``), ``label_box`` (as published: they reach into walls).
+    (``door``: its id, ``door_kind``, ``width``, ``rooms``), ``object`` (``object``: its id, ``label``, ``room``,
+    ``height``), ``label_box`` (as published: they reach into walls).
 
     Coordinates are metres, the plan's x and y (mirrored back where the plan is mirrored), not degrees: ``crs`` is null.
-    The collection's ``properties`` hold the plan's id and the matrix ``world_from_plan``. Rings follow the right-hand
-    rule.
+    The collection's ``properties`` hold the plan's id, its ``quality`` (the score and its ``grounds``, or null) and the
+    matrix ``world_from_plan``. Rings follow the right-hand rule.
     """
     turned = oriented(plan, orientation)
     collection = {
@@ -34,6 +35,9 @@ def geojson(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orient
             "id": plan.id,
             "units": "m",
             "room_num": plan.room_num,
+            "quality": None
+            if plan.quality is None
+            else {"score": plan.quality.score, "grounds": dict(plan.quality.grounds)},
             "world_from_plan": world_from_plan(plan, orientation),
         },
         "features": list(_features(turned, wall_thickness)),
@@ -52,6 +56,9 @@ def _features(plan: FloorPlan, wall_thickness: float) -> Iterator[dict[str, Any]
     for door in plan.doors:
         rooms = list(door.rooms)
         yield _feature(door.shape, "door", door=door.id, door_kind=door.kind, width=door.width, rooms=rooms)
+    for thing in plan.objects:
+        about = {"object": thing.id, "label": thing.label, "room": thing.room, "height": thing.height}
+        yield _feature(thing.shape, "object", **about)
     for label, boxes in plan.room_category.items():
         for box in boxes:
             yield _feature(shapely.box(*box), "label_box", label=label)

@@ -78,6 +78,7 @@ def oriented(plan: FloorPlan, orientation: Orientation = "world") -> FloorPlan:
             replace(d, polygon=ring(d.polygon), segment=(point(*d.segment[0]), point(*d.segment[1])))
             for d in plan.doors
         ),
+        objects=tuple(replace(thing, polygon=ring(thing.polygon)) for thing in plan.objects),
         frame=_flipped(plan.frame, shift),
     )
 

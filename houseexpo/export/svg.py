@@ -1,4 +1,4 @@
-"""SVG to scale: one layer each for free space, walls, rooms and doors, metres as its units."""
+"""SVG to scale: one layer each for free space, walls, rooms, doors and furniture, metres as its units."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from houseexpo.export.orientation import Orientation, oriented
 from houseexpo.export.solid import WALL_THICKNESS_M
 from houseexpo.plan import FloorPlan
 from houseexpo.raster import rings_of
+from houseexpo.scene import FURNITURE
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -26,8 +27,8 @@ def svg(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
     """Write ``<id>.svg``: the view box is in metres, x right, y turned to run down as SVG has it.
 
     The house is shown as seen from above (mirrored back where the plan is mirrored), 50 pixels a metre. Layers are
-    groups: ``walls``, ``free-space``, ``rooms`` and ``doors``; rooms carry their label as a title. Pictures with a
-    scale bar and a legend are made by ``houseexpo.svg``.
+    groups: ``walls``, ``free-space``, ``rooms``, ``doors`` and, where the plan has furniture, ``objects``; rooms and
+    objects carry their label as a title. Pictures with a scale bar and a legend are made by ``houseexpo.svg``.
     """
     turned = oriented(plan, orientation)
     walls = turned.walls(wall_thickness)
@@ -41,6 +42,7 @@ def svg(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
         *_layer("free-space", [(turned.free_space, _FREE, "free space")]),
         *_layer("rooms", [(room.shape, colour(room.label), room.label) for room in turned.rooms]),
         *_layer("doors", [(door.shape, _DOOR, door.kind) for door in turned.doors if door.kind != "entrance"]),
+        *_layer("objects", [(thing.shape, FURNITURE, thing.label) for thing in turned.objects]),
         "</svg>\n",
     ]
     return {f"{plan.id}.svg": "\n".join(lines).encode()}

@@ -1,4 +1,4 @@
-"""Rules about what stands beside the ring: ids, labels, boxes, rooms, doors, navigability."""
+"""Rules about what stands beside the ring: ids, labels, boxes, rooms, doors, objects, navigability."""
 
 from __future__ import annotations
 
@@ -86,6 +86,19 @@ def doors(plan: FloorPlan) -> Iterator[Broken]:
             yield f"doors[{i}].segment", "expected it to run through the door's polygon, found it elsewhere"
         if door.kind == "opening" and door.width > OPENING_M + 2 * _CM:
             yield f"doors[{i}].width", f"expected an opening of at most {OPENING_M} m, found {door.width:.2f} m"
+
+
+def objects(plan: FloorPlan) -> Iterator[Broken]:
+    """An object's footprint is a simple ring, and no free space but for what rounding moves along its edge."""
+    import shapely
+
+    for i, thing in enumerate(plan.objects):
+        if not thing.shape.is_valid:
+            yield f"objects[{i}].polygon", f"expected a simple ring, found {shapely.is_valid_reason(thing.shape)}"
+            continue
+        free = thing.shape.intersection(plan.free_space).area
+        if free > _SPECK_M2 + _CM * thing.shape.length:
+            yield f"objects[{i}].polygon", f"expected an obstacle, found {free:.3f} m2 of free space in it"
 
 
 def reach(plan: FloorPlan) -> Iterator[Broken]:

@@ -16,7 +16,7 @@ from houseexpo.files import write_whole
 from houseexpo.store.records import broken, plan_files, plan_folder
 
 VARIABLE: Final = "HOUSEEXPO_CACHE"
-VERSION: Final = "1"
+VERSION: Final = "2"
 """Goes into every key: what another layout wrote is not read."""
 
 

@@ -7,7 +7,7 @@ import hashlib
 from collections.abc import Sequence
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import pyarrow as pa
@@ -16,6 +16,9 @@ from houseexpo import checks
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.store.cache import stored
 from houseexpo.store.records import lists, plan_files, plan_folder
+
+_LATER: Final = ("quality",)
+"""Columns of numbers that came to the index later."""
 
 
 class Catalogue:
@@ -113,6 +116,14 @@ def _build(source: Path, target: Path) -> None:
     build(source, target)
 
 
+def _with_later_columns(table: Any) -> Any:
+    """Fill in, with nulls, the columns that an earlier version of the program did not write."""
+    for name in _LATER:
+        if name not in table.column_names:
+            table = table.append_column(name, pa.nulls(table.num_rows, pa.float64()))
+    return table
+
+
 def _own_index(path: Path) -> Any:
     """Read a data set folder's index and check that it speaks of the plans that are there."""
     import pyarrow.parquet as pq
@@ -121,7 +132,7 @@ def _own_index(path: Path) -> Any:
 
     file = path / "index.parquet"
     try:
-        table = pq.read_table(file).select(SCHEMA.names).cast(SCHEMA)
+        table = _with_later_columns(pq.read_table(file)).select(SCHEMA.names).cast(SCHEMA)
     except (pa.ArrowException, OSError, KeyError) as error:
         raise DatasetError(f"{file}: expected the columns {', '.join(SCHEMA.names)}; found {error}") from None
     ids = table.column("id").to_pylist()

@@ -22,6 +22,9 @@ _OPTIONS = {
 }
 """The readers, and which of a build's options each of them takes."""
 
+OVERRIDABLE = {"mesh_file": ("drop_nodes", "scale")}
+"""The readers, and which options of one input a person may set in ``overrides.toml``."""
+
 
 def find(source: str, **options: str) -> Iterator[Input]:
     """List what there is to read at a SOURCE; each reader gets those of the options that it takes.

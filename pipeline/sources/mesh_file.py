@@ -7,6 +7,7 @@ level's frame.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -15,6 +16,7 @@ import numpy as np
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
+from pipeline.rejection import Reason, Rejection
 from pipeline.sources.interior import check_interior
 from pipeline.sources.level_names import share_out
 from pipeline.sources.levels import FoundLevel, find_levels
@@ -24,6 +26,7 @@ from pipeline.sources.naming import base_id, level_id, list_files, sha256
 from pipeline.sources.placing import Shift, near_shift
 from pipeline.sources.scene import Scene
 from pipeline.sources.units import UNITS, UPS, Frame3D, Wish, detect
+from pipeline.top_view import top_view
 from pipeline.values import Input, Level, Mesh
 
 OPTIONS = ("up", "units", "scale", "storey_height")
@@ -50,6 +53,8 @@ def find(path: str, **options: str) -> Iterator[Input]:
 def read(item: Input) -> Iterator[Level]:
     """Yield the levels of one mesh file, from the lowest to the highest.
 
+    Option ``drop_nodes`` (a JSON list of patterns) comes from ``overrides.toml``, and ``scale`` may.
+
     Raises
     ------
     Rejection
@@ -57,21 +62,32 @@ def read(item: Input) -> Iterator[Level]:
     """
     options = dict(item.options)
     path = Path(item.path)
-    raw = load_scene(path)
-    found = detect(structural(raw), convention(path), _wish(options), path.name, door_heights(raw))
+    raw = load_scene(path).without(json.loads(options.get("drop_nodes", "[]")))
+    if not len(raw.mesh.faces):
+        detail = f"{path.name} holds nothing but what {options['drop_nodes']} names"
+        raise Rejection("source", Reason.EMPTY, detail, "take a pattern out of drop_nodes")
+    up = convention(path)
+    try:
+        found = detect(structural(raw), up, _wish(options), path.name, door_heights(raw))
+    except Rejection as rejection:
+        raise rejection.pictured(top_view(raw.mesh, UPS[up.up])) from None
     upright = _upright(raw.mesh, found)
     shift = near_shift(upright.vertices)
     named = sort_faces(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
-    levels = find_levels(named.solid, named.floor, named.ceiling)
-    shares = share_out(named, [level.floor_z for level in levels])
-    if not any(share.leaves or share.rooms or share.openings for share in shares):
-        check_interior(((level.walls, level.floor and float(level.floor.area)) for level in levels), path.name)
+    try:
+        levels = find_levels(named.solid, named.floor, named.ceiling)
+        shares = share_out(named, [level.floor_z for level in levels])
+        if not any(share.leaves or share.rooms or share.openings for share in shares):
+            check_interior(((level.walls, level.floor and float(level.floor.area)) for level in levels), path.name)
+    except Rejection as rejection:
+        raise rejection.pictured(top_view(upright)) from None
     provenance = {
         "source": "mesh",
         "file": options.get("file", path.name),
         "sha256": sha256(path),
         "units": found.units,
         "up": found.up,
+        **({"scale": float(options["scale"])} if options.get("scale", "1") != "1" else {}),
     }
     for number, (level, share) in enumerate(zip(levels, shares, strict=True)):
         yield Level(
@@ -93,7 +109,7 @@ def read(item: Input) -> Iterator[Level]:
 
 def _wish(options: Mapping[str, str]) -> Wish:
     """Return what the user says; ConfigError where that is unknown."""
-    unknown = sorted(set(options) - {*OPTIONS, "file"})
+    unknown = sorted(set(options) - {*OPTIONS, "file", "drop_nodes"})
     if unknown:
         raise ConfigError(f"mesh files: {unknown[0]} is unknown; expected one of {', '.join(OPTIONS)}")
     up, units = options.get("up", "auto"), options.get("units", "auto")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,11 @@ class Part:
     groups: tuple[str, ...] = ()
     mesh: str = ""
     material: str = ""
+
+    def matches(self, patterns: Sequence[str]) -> bool:
+        """Whether one of the part's names is like one of the patterns, large and small letters told apart."""
+        names = (*self.groups, self.mesh, self.material)
+        return any(fnmatchcase(name, pattern) for pattern in patterns for name in names)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +59,19 @@ class Scene:
             parts.append(piece.part)
             offset += len(piece.vertices)
         return cls(Mesh(np.concatenate(vertices), np.concatenate(faces)), np.concatenate(owners), tuple(parts))
+
+    def without(self, patterns: Sequence[str]) -> Scene:
+        """Leave out the parts of which a node's, group's, mesh's or material's name matches a pattern (``Lamp*``)."""
+        if not patterns:
+            return self
+        keep = ~np.array([part.matches(patterns) for part in self.parts], np.bool_)[self.owner]
+        used, packed = np.unique(self.mesh.faces[keep], return_inverse=True)
+        mesh = Mesh(self.mesh.vertices[used], packed.reshape(-1, 3).astype(np.int64))
+        return Scene(mesh, self.owner[keep], self.parts)
+
+    def scaled(self, factor: float) -> Scene:
+        """Make all of it so many times as large."""
+        return Scene(Mesh(self.mesh.vertices * factor, self.mesh.faces), self.owner, self.parts)
 
 
 def placed(

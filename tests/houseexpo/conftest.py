@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import gzip
 import itertools
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from houseexpo.plan import Door, FloorPlan, Frame, Navigability, Room
+from houseexpo.plan import Door, FloorPlan, Frame, Navigability, PlanObject, Quality, Room
 
 PUBLISHED = Path(__file__).resolve().parents[3] / "shared" / "data" / "houseexpo" / "plans_33717.jsonl.gz"
 
@@ -45,6 +46,14 @@ def two_rooms() -> FloorPlan:
         navigability={"0.20": Navigability(1, 1.0, 0.8)},
         provenance={"source": "made by hand", "heights": [0.01, 0.2]},
     )
+
+
+@pytest.fixture
+def furnished(two_rooms: FloorPlan) -> FloorPlan:
+    """The two rooms; the pillar is a stove of 0.9 m, and the plan says how sure it is."""
+    stove = PlanObject(0, "Kachelofen", 0, two_rooms.holes[0][::-1], 0.9)
+    quality = Quality(0.93, {"guessed_wall_share": 0.1, "cut_share": 0.0})
+    return replace(two_rooms, id="furnished", objects=(stove,), quality=quality)
 
 
 @pytest.fixture(scope="session")

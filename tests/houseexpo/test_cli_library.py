@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from houseexpo import HouseExpoError, encode
 from houseexpo.cli import make_app
+from houseexpo.plan import Quality
 from tests.builders.datasets import hexed, house, houses, pack
 
 APP = make_app()
@@ -37,8 +38,21 @@ def test_validate(tmp_path, data):
     assert "found nothing there" in call("validate", tmp_path / "none.zip", code=2)
 
 
+def test_info_says_how_sure_the_plans_are(furnished, tmp_path):
+    file = tmp_path / "plan.json"
+    file.write_bytes(encode(furnished))
+    said = call("info", file)
+    assert re.search(r"^quality +0\.93, sure$", said, re.MULTILINE)
+    assert re.search(r"^ +guessed_wall_share +0\.1$", said, re.MULTILINE)
+    assert re.search(r"^object 0 +Kachelofen, 0\.90 m high, in room 0$", said, re.MULTILINE)
+    plans = (house("a", quality=Quality(0.5)), house("b", quality=Quality(0.9)), house("c"))
+    path = pack(tmp_path, "jsonl", {plan.id: encode(plan) for plan in plans})
+    assert "0.5 to 0.9, median 0.7, mean 0.700, 1 doubtful (below 0.8)" in call("info", path)
+
+
 def test_info(data, two_rooms, tmp_path):
     said = call("info", data)
+    assert "quality" not in said
     assert "1 to 6, median 3.5, mean 3.500, 21 in all" in said
     assert "Kitchen 6" in said
     said = call("info", hexed(2), "--data", data)

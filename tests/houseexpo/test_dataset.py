@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import io
 import os
 import pickle
 import time
 from dataclasses import replace
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 from houseexpo import ConfigError, DatasetError, UnknownPlanError, encode, open_dataset
-from houseexpo.plan import Navigability
+from houseexpo.index import index_table, row
+from houseexpo.plan import Navigability, Quality
 from tests.builders.datasets import KINDS, hexed, house, houses, pack
 
 
@@ -68,6 +71,30 @@ def test_selecting(plans):
         plans.select(rooms=(9, 4))
     with pytest.raises(ConfigError, match="robot_radius"):
         plans.select(min_connected=0.9)
+
+
+def test_selecting_by_quality(tmp_path):
+    judged = [house(f"q{score}", quality=Quality(score)) for score in (0.2, 0.8, 0.95)]
+    members = {plan.id: encode(plan) for plan in (*judged, house("published"))}
+    plans = open_dataset(pack(tmp_path, "jsonl", members))
+    assert plans.column("quality") == [0.2, 0.8, 0.95, None]
+    assert plans.select(min_quality=0.8).ids == ["q0.8", "q0.95"]
+    assert plans.select(min_quality=0.0).ids == ["q0.2", "q0.8", "q0.95"]
+    with pytest.raises(ConfigError, match="min_quality: expected 0 to 1, found 80"):
+        plans.select(min_quality=80)
+
+
+def test_an_index_of_before_there_was_a_quality_still_opens(tmp_path):
+    plan = house("a", quality=Quality(0.9))
+    path = pack(tmp_path, "nested", {"a": encode(plan)})
+    table = pq.read_table(io.BytesIO(index_table([row(plan)])))
+    pq.write_table(table, path / "index.parquet")
+    assert open_dataset(path).column("quality") == [0.9]
+    pq.write_table(table.drop_columns(["quality"]), path / "index.parquet")
+    assert open_dataset(path).column("quality") == [None]
+    pq.write_table(table.drop_columns(["area"]), path / "index.parquet")
+    with pytest.raises(DatasetError, match="expected the columns"):
+        open_dataset(path)
 
 
 def test_what_is_not_recorded_is_computed_once_and_kept(tmp_path):

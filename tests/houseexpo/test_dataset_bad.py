@@ -12,7 +12,7 @@ import pytest
 from houseexpo import HouseExpoError, encode, open_dataset
 from houseexpo.index import index_table, row
 from houseexpo.store import records
-from houseexpo.store.cache import cache_folder
+from houseexpo.store.cache import VERSION, cache_folder
 from houseexpo.store.catalogue import read_ids
 from tests.builders.datasets import KINDS, hexed, house, houses, pack, tar
 
@@ -21,7 +21,7 @@ from tests.builders.datasets import KINDS, hexed, house, houses, pack, tar
 def _nothing_is_kept(tmp_path, monkeypatch):
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
     yield
-    assert not list(cache_folder("stores", "1").iterdir())
+    assert not list(cache_folder("stores", VERSION).iterdir())
     assert not [name for name in tmp_path.rglob("*") if name.name in ("evil", "evil.json")]
 
 

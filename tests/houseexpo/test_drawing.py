@@ -9,7 +9,7 @@ from houseexpo.categories import colour
 from houseexpo.drawing import contact_sheet, draw_plan, svg
 from houseexpo.errors import ConfigError
 from houseexpo.plan_json import decode
-from houseexpo.scene import DOOR_COLOURS, WALL, scene
+from houseexpo.scene import DOOR_COLOURS, FURNITURE, FURNITURE_EDGE, WALL, scene
 
 
 def rgb(text: str) -> list[int]:
@@ -35,6 +35,14 @@ def test_what_lies_where(two_rooms):
     }
     assert {p: at(image, two_rooms, p, 50) for p in expected} == {p: rgb(c) for p, c in expected.items()}
     assert image[0, 0].tolist() == [255, 255, 255]
+
+
+def test_furniture_is_drawn_lightly_with_an_edge(furnished):
+    image = draw_plan(furnished, 50)
+    assert at(image, furnished, (1.2, 1.2), 50) == rgb(FURNITURE)
+    assert at(image, furnished, (1.01, 1.2), 50) == rgb(FURNITURE_EDGE)
+    assert at(image, furnished, (4.15, 0.5), 50) == rgb(WALL)
+    assert "furniture</text>" in svg(furnished)
 
 
 def test_the_size_asked_for_is_kept_to(two_rooms, published_lines):

@@ -8,7 +8,7 @@ import pytest
 
 from houseexpo.errors import PlanError
 from houseexpo.frame import source_from_plan
-from houseexpo.plan import Door, FloorPlan, Frame, Room
+from houseexpo.plan import Door, FloorPlan, Frame, PlanObject, Quality, Room
 
 SQUARE = [(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)]
 BOW_TIE = [(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)]
@@ -50,10 +50,58 @@ def test_equality_is_by_value(two_rooms):
     assert two_rooms != "two_rooms"
 
 
-def test_repr_says_something(two_rooms):
+def test_quality_and_objects_are_values_too(furnished, two_rooms):
+    other = pickle.loads(pickle.dumps(furnished))  # noqa: S301 - our own bytes
+    assert other == furnished
+    assert other.quality == Quality(0.93, {"cut_share": 0.0, "guessed_wall_share": 0.1})
+    assert hash(other.quality) == hash(furnished.quality)
+    assert replace(furnished, quality=None) != furnished
+    assert replace(furnished, objects=()) != furnished
+    assert (two_rooms.quality, two_rooms.objects) == (None, ())
+
+
+def test_a_plan_is_doubtful_below_four_fifths():
+    assert Quality(0.79).is_doubtful
+    assert not Quality(0.8).is_doubtful
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Quality(-0.1), "score: expected 0 to 1, found -0.1"),
+        (lambda: Quality(float("nan")), "score: expected a finite number"),
+        (lambda: Quality(1, {"cuts": float("inf")}), "grounds.cuts: expected a finite number"),
+        (lambda: Quality(1, {"": 1.0}), "grounds: expected a name"),
+        (lambda: PlanObject(0, "bed", True, SQUARE, 0.5), "room: expected an integer"),
+        (lambda: PlanObject(0, "bed", None, SQUARE[:2], 0.5), "polygon: expected at least 3 vertices"),
+        (lambda: PlanObject(0, "bed", None, SQUARE, -0.5), "height: expected metres, 0 or more"),
+    ],
+)
+def test_a_broken_quality_or_object_is_refused(make, message):
+    with pytest.raises(PlanError, match=message):
+        make()
+
+
+def test_objects_have_ids_of_their_own_and_stand_in_rooms_that_exist(furnished):
+    (stove,) = furnished.objects
+    with pytest.raises(PlanError, match=r"plan 'furnished': objects\[1\].id: expected ids that differ"):
+        replace(furnished, objects=(stove, stove))
+    with pytest.raises(PlanError, match=r"objects\[0\].room: expected null or one of \[0, 1\], found 5"):
+        replace(furnished, objects=(replace(stove, room=5),))
+
+
+def test_objects_move_with_the_plan(furnished):
+    moved = furnished.moved(2.0, -1.0)
+    np.testing.assert_allclose(moved.objects[0].polygon, furnished.objects[0].polygon + np.array([2.0, -1.0]))
+    assert moved.quality == furnished.quality
+
+
+def test_repr_says_something(two_rooms, furnished):
     assert repr(two_rooms) == (
         "FloorPlan('two_rooms', 20.9 m2, 7.1 x 3.0 m, 12 vertices, room_num 2, 1 holes, 2 rooms, 2 doors)"
     )
+    assert repr(furnished).endswith("2 rooms, 2 doors, 1 objects, quality 0.93)")
+    assert repr(furnished.objects[0]) == "PlanObject(0, 'Kachelofen', 0.90 m high, room 0)"
     assert repr(two_rooms.rooms[1]) == "Room(1, 'Unlabelled', 9.00 m2)"
     assert repr(two_rooms.doors[1]) == "Door(1, 'entrance', 0.90 m, rooms 0 and None)"
 

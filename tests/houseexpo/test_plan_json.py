@@ -1,11 +1,13 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
 from houseexpo.errors import PlanError
 from houseexpo.files import load_plan, save_plan
+from houseexpo.plan import Quality
 from houseexpo.plan_json import decode, encode
 
 PUBLISHED = (
@@ -41,6 +43,49 @@ def test_our_plan_round_trips_with_the_keys_of_the_format(two_rooms):
     assert b"4.2," in data
     assert b"4.20" not in data
     assert b" " not in data.replace(b"made by hand", b"")
+
+
+def test_quality_and_objects_round_trip_and_stand_where_the_format_has_them(furnished, two_rooms):
+    data = encode(furnished)
+    assert decode(data) == furnished
+    assert encode(decode(data)) == data
+    keys = json.loads(data)
+    assert list(keys)[8:11] == ["doors", "quality", "objects"]
+    assert keys["quality"] == {"score": 0.93, "grounds": {"cut_share": 0.0, "guessed_wall_share": 0.1}}
+    assert keys["objects"] == [
+        {"id": 0, "label": "Kachelofen", "room": 0, "height": 0.9, "polygon": two_rooms.holes[0][::-1].tolist()}
+    ]
+    assert {"quality", "objects"}.isdisjoint(json.loads(encode(two_rooms)))
+
+
+def test_a_quality_alone_makes_a_plan_one_of_ours():
+    published = decode(PUBLISHED)
+    assert published.quality is None
+    judged = replace(published, quality=Quality(0.5))
+    assert decode(encode(judged)) == judged
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (b'"score":0.93', b'"score":1.2', r"plan 'furnished': quality\.score: expected 0 to 1, found 1\.2"),
+        (b'"score":0.93', b'"score":"high"', "quality.score: expected `float`, got `str`"),
+        (b'"cut_share":0.0', b'"cut_share":null', "quality.grounds"),
+        (
+            b'"room":0,',
+            b'"room":7,',
+            r"plan 'furnished': objects\[0\]\.room: expected null or one of \[0, 1\], found 7",
+        ),
+        (b'"height":0.9', b'"height":-1', r"objects\[0\]\.height: expected metres, 0 or more, found -1"),
+        (b'"label":"Kachelofen"', b'"label":" "', r"objects\[0\]\.label: expected a name, found ' '"),
+        (b'"height":0.9', b'"tall":0.9', "unknown field `tall`|expected this key"),
+    ],
+)
+def test_a_broken_quality_or_object_is_named(furnished, old, new, message):
+    data = encode(furnished)
+    assert old in data
+    with pytest.raises(PlanError, match=message):
+        decode(data.replace(old, new, 1))
 
 
 def test_a_published_file_may_hold_more_and_ours_may_not(two_rooms):

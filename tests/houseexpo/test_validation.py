@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from houseexpo import DatasetError, encode
-from houseexpo.plan import Navigability
+from houseexpo.plan import Navigability, PlanObject, Quality
 from houseexpo.schema import SHIPPED, schema, schema_text
 from houseexpo.validation import RULES, validate
 from tests.builders.datasets import hexed, house, houses, pack
@@ -58,6 +58,10 @@ def test_what_is_right_has_no_findings(tmp_path, whole):
     (tmp_path / "ours").mkdir()
     assert found(tmp_path, encode(GOOD)) == {}
     assert found(tmp_path / "ours", encode(whole), "two_rooms") == {}
+    oven = PlanObject(0, "oven", 0, whole.holes[0][::-1], 0.9)
+    furnished = encode(replace(whole, objects=(oven,), quality=Quality(0.9, {"cut_share": 0.0})))
+    assert found(tmp_path / "ours", furnished, "two_rooms") == {}
+    jsonschema.Draft202012Validator(schema()).validate(msgspec.json.decode(furnished))
 
 
 def moved(**keys):
@@ -93,6 +97,8 @@ def test_our_plans(tmp_path, whole):
         "collinear": replace(whole, verts=[(0.1, 0.1), (0.1, 1.1), *whole.verts[1:].tolist()]),
         "rooms": replace(whole, rooms=(room, replace(other, polygon=other.polygon + np.array([0.5, 0])))),
         "doors": replace(whole, doors=(replace(door, width=0.9), entrance)),
+        "objects": replace(whole, objects=(PlanObject(0, "bed", 1, other.polygon, 0.5),)),
+        "grid": replace(whole, objects=(PlanObject(0, "oven", 0, whole.holes[0] + 0.003, 0.5),)),
         "navigability": replace(whole, navigability={"0.20": Navigability(1, 1.5, 0.8)}),
         "direction": replace(whole, holes=(whole.holes[0][::-1],)),
     }

@@ -47,6 +47,7 @@ def test_every_input_ends_as_a_plan_a_rejection_or_a_duplicate(street: Path, tmp
     assert data_set.stats["outcomes"] == {
         "inputs": 7,
         "plans": 2,
+        "doubtful": 0,
         "duplicates": 1,
         "rejected": 4,
         "reasons": {"empty": 1, "internal": 1, "not_enclosed": 1, "unreadable": 1},

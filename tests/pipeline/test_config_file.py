@@ -43,6 +43,7 @@ def test_relative_sources_count_from_the_manifest(tmp_path: Path) -> None:
         ("[planes]\ndoor_m = -0.2", "planes.door_m = -0.2: expected a finite number of at least 0"),
         ("[connectivity]\nsamples = 0", "connectivity.samples = 0: expected at least 1"),
         ("[build]\nseed = true", "build.seed = True: expected `int`, got `bool`"),
+        ("[build]\nmin_quality = 80.0", "build.min_quality = 80.0: expected 0 to 1"),
         ('[build]\nup = "w"', "build.up = 'w'"),
         ("[build", "expected TOML, found"),
     ],
@@ -65,6 +66,7 @@ def test_the_hash_tells_parameters_apart_but_not_inputs(tmp_path: Path) -> None:
     assert load_config(written(tmp_path, '[build]\nsources = ["x.ply"]\nlimit = 2')).digest() == plain
     assert load_config(written(tmp_path, "[cells]\narea_m2 = 2.5")).digest() != plain
     assert load_config(written(tmp_path, "[build]\nseed = 1")).digest() != plain
+    assert load_config(written(tmp_path, "[build]\nmin_quality = 0.8")).digest() != plain
 
 
 def test_overrides_lie_beside_a_manifest(tmp_path: Path) -> None:
@@ -78,6 +80,17 @@ def test_overrides_lie_beside_a_manifest(tmp_path: Path) -> None:
     assert not found["b"].applied(PipelineConfig()).layout.characters
 
 
+def test_one_door_or_point_is_written_as_it_is_and_several_as_a_list(tmp_path: Path) -> None:
+    manifest = written(tmp_path, "")
+    text = "[one]\ndoor = [[1, 2], [1, 3]]\nno_room = [5, 6.5]\n[more]\ndoor = [[[1, 2], [1, 3]], [[0, 0], [1, 0]]]\n"
+    written(tmp_path, text + "no_room = [[5, 6.5], [7, 8]]\n[none]\ndoor = []\nno_room = []\n", "overrides.toml")
+    found = load_overrides(manifest)
+    first, second = ((1.0, 2.0), (1.0, 3.0)), ((0.0, 0.0), (1.0, 0.0))
+    assert found["one"] == Override(door=(first,), no_room=((5.0, 6.5),))
+    assert found["more"] == Override(door=(first, second), no_room=((5.0, 6.5), (7.0, 8.0)))
+    assert found["none"] == Override()
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -85,6 +98,13 @@ def test_overrides_lie_beside_a_manifest(tmp_path: Path) -> None:
         ("[villa]\nkeep = true\ndrop = true", "villa: expected keep or drop, found both"),
         ("[villa]\nh_g = 0.5\nh_d = 0.2", "villa: expected h_d above h_g, found 0.2 and 0.5"),
         ("villa = true", "villa: expected a table, found True"),
+        ("[villa]\ndoor = [1, 2]", "villa.door = [1, 2]"),
+        ("[villa]\ndoor = [[1, 2], [1, 2.1]]", "villa: door: expected jambs 0.3 m apart or more"),
+        ("[villa]\ndoor = [[1, 2], [1, nan]]", "villa: expected finite metres in door and no_room"),
+        ("[villa]\nno_room = [1, 2, 3]", "villa.no_room"),
+        ("[villa]\nscale = 0", "villa: scale: expected more than 0, found 0"),
+        ("[villa]\nscale = -20.0", "villa.scale = -20.0: expected a finite number of at least 0"),
+        ('[villa]\ndrop_nodes = "Lamp"', "villa.drop_nodes = 'Lamp': expected `array`, got `str`"),
         ("[villa]\nkeep = 1", "villa.keep = 1: expected `bool`, got `int`"),
     ],
 )

@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 
 from houseexpo.categories import LABELS, UNLABELLED
 from houseexpo.graph import navigability
-from houseexpo.plan import Door, FloorPlan, Frame, Navigability, Room
+from houseexpo.plan import Door, FloorPlan, Frame, Navigability, PlanObject, Quality, Room
 from houseexpo.plan_json import decode, encode
 from houseexpo.raster import free_mask
 from houseexpo.similarity import SYMMETRIES, compare, crop, fingerprint, lower_bound, transformed
@@ -21,6 +21,8 @@ point = st.tuples(coordinate, coordinate)
 ring = st.lists(point, min_size=3, max_size=12).filter(lambda points: points[0] != points[-1])
 box = st.tuples(coordinate, coordinate, coordinate, coordinate)
 words = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)
+names = words.filter(str.strip)
+qualities = st.builds(Quality, st.floats(0, 1), st.dictionaries(names, coordinate, max_size=3))
 
 
 @st.composite
@@ -40,6 +42,10 @@ def plans(draw: st.DrawFn) -> FloorPlan:
             draw(st.lists(st.sampled_from(["door", "cut", "entrance"]), max_size=2)) if rooms else []
         )
     )
+    objects = tuple(
+        PlanObject(i, draw(names), draw(st.none() | ids), draw(ring), draw(st.floats(0, 3)))
+        for i in range(draw(st.integers(0, 2)))
+    )
     reach = st.builds(Navigability, st.integers(0, 9), st.floats(0, 1), st.floats(0, 5))
     frame = st.just(Frame(((1.0, 0.0, 0.25), (0.0, -1.0, 1 / 3)), "y", -2.8, -1))
     return FloorPlan(
@@ -53,6 +59,8 @@ def plans(draw: st.DrawFn) -> FloorPlan:
         draw(st.none() | frame),
         draw(st.none() | st.dictionaries(st.sampled_from(["0.10", "0.20"]), reach)),
         draw(st.none() | st.dictionaries(words, words | st.integers(-9, 9) | st.booleans(), max_size=2)),
+        draw(st.none() | qualities),
+        objects,
     )
 
 

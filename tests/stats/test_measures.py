@@ -1,11 +1,14 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from houseexpo.plan import FloorPlan
+from houseexpo.plan import FloorPlan, PlanObject, Quality
 from houseexpo.similarity import SYMMETRIES
 from stats import measures
+from stats.record import record
 from tests.stats.conftest import outline
 
 
@@ -18,6 +21,14 @@ def test_a_house_with_rooms(ring_of_rooms: FloorPlan) -> None:
     assert measures.depth(ring_of_rooms) == 3, "entrance into 3, then 0, 1, 2"
     assert measures.room_areas_m2(ring_of_rooms) == pytest.approx([4.0, 4.0, 4.0, 2.0])
     assert measures.door_kinds(ring_of_rooms) == {"door": 2, "opening": 1, "cut": 1, "entrance": 1}
+
+
+def test_quality_and_furniture_are_of_plans_that_have_them(ring_of_rooms) -> None:
+    assert (measures.quality(ring_of_rooms), measures.furniture(ring_of_rooms)) == (None, None)
+    stool = PlanObject(0, "stool", None, [(0.5, 0.5), (0.5, 0.8), (0.8, 0.8)], 0.45)
+    told = replace(ring_of_rooms, quality=Quality(0.75), objects=(stool,))
+    assert (measures.quality(told), measures.furniture(told)) == (0.75, 1)
+    assert (record(told).numbers["quality"], record(told).numbers["furniture"]) == ([0.75], [1])
 
 
 def test_an_outline_has_no_doors_to_count() -> None:

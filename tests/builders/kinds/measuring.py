@@ -113,6 +113,7 @@ def paired(member: Member, plans: list[dict[str, Any]]) -> tuple[list[dict[str, 
             continue
         score = scorer()(plans[pairs[n]], truth)
         score["failing"] = columns_failing(score, truth)
+        score["plan"] = pairs[n]
         score["quality"] = (plans[pairs[n]].get("quality") or {}).get("score")
         failing += score["failing"]
         scores.append(score)

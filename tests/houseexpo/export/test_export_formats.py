@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+from dataclasses import replace
 
 import networkx as nx
 import numpy as np
@@ -30,6 +31,7 @@ from houseexpo.export import (
     stage,
     svg,
 )
+from houseexpo.plan import PlanObject, Quality
 from tests.houseexpo.export.readers import box_of, enclosed, parsed, polyline_of, solid_at, stage_blocks
 
 SQUARE = "square", [(0.1, 0.1), (0.1, 2.1), (2.1, 2.1), (2.1, 0.1)], 1, {}
@@ -153,6 +155,27 @@ def test_geojson_through_shapely(plans):
         assert len(of.get("door", [])) == len(plan.doors)
         rings = [part.exterior for s in shapes for part in shapely.get_parts(s)]
         assert shapely.is_ccw(rings).all()
+
+
+def test_geojson_and_svg_carry_furniture_and_quality(flat):
+    oven = PlanObject(4, "Oven & <hob>", 0, flat.holes[0][::-1], 0.9)
+    told = replace(flat, objects=(oven,), quality=Quality(0.7, {"cut_share": 0.5}))
+    collection = json.loads(geojson(told)[f"{flat.id}.geojson"])
+    (found,) = [f for f in collection["features"] if f["properties"]["kind"] == "object"]
+    assert found["properties"] == {"kind": "object", "object": 4, "label": "Oven & <hob>", "room": 0, "height": 0.9}
+    assert shapely.geometry.shape(found["geometry"]).area == pytest.approx(0.16)
+    assert collection["properties"]["quality"] == {"score": 0.7, "grounds": {"cut_share": 0.5}}
+    assert json.loads(geojson(flat)[f"{flat.id}.geojson"])["properties"]["quality"] is None
+    groups = {group.get("id"): group for group in parsed(svg(told)[f"{flat.id}.svg"]) if group.get("id")}
+    assert [path[0].text for path in groups["objects"]] == ["Oven & <hob>"]
+    assert b'"objects"' not in svg(flat)[f"{flat.id}.svg"]
+
+
+def test_furniture_of_a_mirrored_house_is_turned_back_with_it(mirrored):
+    oven = PlanObject(0, "oven", 0, mirrored.holes[0][::-1], 0.9)
+    (turned,) = oriented(replace(mirrored, objects=(oven,))).objects
+    assert turned.shape.equals(shapely.Polygon(oriented(mirrored).holes[0]))
+    assert not turned.shape.equals(oven.shape)
 
 
 def test_graphml_through_networkx(flat):

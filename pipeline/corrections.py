@@ -1,0 +1,97 @@
+"""Where overrides take hold: whose they are, what a reader is told, and what is added to a level.
+
+R1  An id in ``overrides.toml`` is an input's, or that of a building (``_B2``) or a level (``_L1``) of one; eight digits
+    of a hash may follow.
+R2  ``scale`` and ``drop_nodes`` concern a whole file: they stand under the input's own id, and its reader must take
+    them.
+R3  A door and a point that a person gives are taken from the source's plan axes into the level's.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from shapely import LineString
+
+from houseexpo.errors import ConfigError
+from houseexpo.frame import plan_from_source
+from houseexpo.plan import Frame
+from pipeline.overrides import NAME, Override, Point
+from pipeline.sources import OVERRIDABLE
+from pipeline.values import Input, Level, SourceOpening
+
+DOOR_DEPTH_M: Final = 0.4
+"""How deep a door is taken to be that a person gives as a line: through most walls, and into no room behind."""
+
+_OF_AN_INPUT: Final = re.compile(r"(_B\d+)?(_L\d+)?(_[0-9a-f]{8})?")
+
+
+def check_ids(overrides: Mapping[str, Override], inputs: Iterable[Input]) -> None:
+    """Refuse overrides of which there is no house.
+
+    Raises
+    ------
+    ConfigError
+        It names the nearest id that there is.
+    """
+    ids = [item.id for item in inputs]
+    for name in overrides:
+        if not any(_concerns(name, known) for known in ids):
+            near = difflib.get_close_matches(name, ids, n=1, cutoff=0.0)
+            hint = f"did you mean {near[0]!r}?" if near else "the build has no inputs"
+            raise ConfigError(f"{NAME}: {name}: expected an id of this build, found no such input; {hint}")
+
+
+def corrected_input(item: Input, overrides: Mapping[str, Override]) -> Input:
+    """Return the input with what its reader must know among its options.
+
+    Raises
+    ------
+    ConfigError
+        R2 is not kept.
+    """
+    own = {name: override for name, override in overrides.items() if override.of_file and _concerns(name, item.id)}
+    for name in own:
+        if name != item.id:
+            raise ConfigError(f"{NAME}: {name}: scale and drop_nodes are of a whole file; put them under [{item.id}]")
+    if not own:
+        return item
+    override = own[item.id]
+    told = {"scale": override.scale and repr(override.scale), "drop_nodes": _patterns(override)}
+    options = {key: value for key, value in told.items() if value}
+    if unknown := sorted(set(options) - set(OVERRIDABLE.get(item.reader, ()))):
+        raise ConfigError(f"{NAME}: {item.id}: its reader, {item.reader}, takes no {unknown[0]}; take it out")
+    return replace(item, options=tuple(sorted({**dict(item.options), **options}.items())))
+
+
+def corrected_level(level: Level, override: Override) -> Level:
+    """Return the level with the doors and the points of no rooms that a person gives (R3)."""
+    doors = tuple(
+        SourceOpening(
+            LineString([_at(level.frame, end) for end in segment]).buffer(DOOR_DEPTH_M / 2, cap_style="flat"),
+            has_door=True,
+        )
+        for segment in override.door
+    )
+    no_rooms = tuple(_at(level.frame, point) for point in override.no_room)
+    return replace(level, openings=(*level.openings, *doors), no_rooms=(*level.no_rooms, *no_rooms))
+
+
+def _concerns(name: str, known: str) -> bool:
+    """R1."""
+    return name.startswith(known) and _OF_AN_INPUT.fullmatch(name, len(known)) is not None
+
+
+def _patterns(override: Override) -> str:
+    return json.dumps(override.drop_nodes) if override.drop_nodes else ""
+
+
+def _at(frame: Frame, point: Point) -> Point:
+    x, y = plan_from_source(frame, np.array(point)).tolist()
+    return x, y

@@ -1,0 +1,82 @@
+"""How sure a plan is: a logistic model over a handful of named grounds, each a share of what could speak against it.
+
+A ground is 0 where nothing speaks against the plan and 1 where everything does, so no weight is above 0::
+
+    score = 1 / (1 + exp(-(BIAS + sum of weight * ground)))
+
+BIAS and weights were fitted on the kit of kinds and the development cases: ``python -m tests.benchmarks.quality_fit``
+fits them anew and prints this table; ``tests/benchmarks/test_bench_quality_score.py`` says how good it is on houses
+that were left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from houseexpo.plan import FloorPlan
+from houseexpo.quality import Quality
+from pipeline.rejection import Reason, Rejection
+
+_DIGITS: Final = 4
+_TELLING: Final = 0.1  # what moves the exponent by less is not worth a person's time
+_PICTURE_PX: Final = 240
+
+
+@dataclass(frozen=True)
+class Ground:
+    """One ground: its name in a plan's file, what it says for people, and its weight (0 or less)."""
+
+    name: str
+    about: str
+    weight: float
+
+
+BIAS: Final = 3.0
+GROUNDS: Final = (
+    Ground("cut_share", "doors that are cuts, not evidence", -3.0),
+    Ground("cut_off_share", "rooms that only cuts lead into", -2.0),
+    Ground("guessed_wall_share", "walls closed by a guess", -4.0),
+    Ground("guesses", "levels, units, scale or axis guessed", -2.0),
+    Ground("floorless_share", "rooms without a floor under them", -2.0),
+    Ground("odd_room_share", "rooms of odd shape or size", -3.0),
+    Ground("unlike_spaces", "unlike the rooms that the source names", -3.0),
+    Ground("lone_room", "one room without an inner door", -2.0),
+    Ground("furnished_share", "furniture told apart by its shape alone", -1.0),
+)
+
+
+def judged(grounds: Mapping[str, float]) -> Quality:
+    """Return the quality of a plan with these grounds, 0 to 1 each; a ground that the model does not know weighs 0."""
+    exponent = BIAS + sum(ground.weight * grounds.get(ground.name, 0.0) for ground in GROUNDS)
+    kept = {name: round(float(value), _DIGITS) for name, value in grounds.items()}
+    return Quality(round(1 / (1 + math.exp(-exponent)), _DIGITS), kept)
+
+
+def main_grounds(quality: Quality, most: int = 3) -> list[str]:
+    """Say what speaks most against a plan, in words, the weightiest first; nothing where nothing does to speak of."""
+    against = [(ground.weight * quality.grounds.get(ground.name, 0.0), ground) for ground in GROUNDS]
+    heaviest = sorted((pair for pair in against if pair[0] <= -_TELLING), key=lambda pair: pair[0])[:most]
+    return [f"{ground.about}: {quality.grounds[ground.name]:.2f}" for _, ground in heaviest]
+
+
+def check_quality(plan: FloorPlan, least: float) -> None:
+    """Refuse a plan that is less sure than asked for; one that says nothing of it passes.
+
+    Raises
+    ------
+    Rejection
+        DOUBTFUL, with the score and the main grounds.
+    """
+    quality = plan.quality
+    if quality is None or quality.score >= least:
+        return
+    grounds = "; ".join(main_grounds(quality)) or "no single ground"
+    detail = f"expected a quality of {least:g} or more, found {quality.score:.2f} ({grounds})"
+    advice = "look at it with houseexpo inspect; overrides.toml can say where doors are, or keep it"
+    from houseexpo.drawing import draw_plan
+    from pipeline.png import as_png
+
+    raise Rejection("quality", Reason.DOUBTFUL, detail, advice, as_png(draw_plan(plan, size=_PICTURE_PX)))

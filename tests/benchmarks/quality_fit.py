@@ -1,0 +1,102 @@
+"""Fit the model of ``pipeline.quality`` anew and print the table of its weights, to be put there by hand.
+
+::
+
+    python -m tests.benchmarks.quality_fit --members 100 --records records.jsonl
+
+``--records`` keeps what was judged, and judges nothing where the file is there already.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from contextlib import nullcontext
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from pipeline.quality import GROUNDS
+from tests.builders.judged import judged
+from tests.builders.kinds.registry import KINDS
+from tests.builders.quality_model import (
+    PRECISION,
+    Bools,
+    Floats,
+    Judged,
+    Model,
+    area_under_curve,
+    fit,
+    met_of,
+    precision_at,
+    split,
+)
+
+AREA = 0.9
+"""The area under the curve that is asked of houses on which the model was not fitted."""
+
+
+def quality_table(rows: dict[str, tuple[Floats, Bools]]) -> Table:
+    """Show how good scores are: a row for each name with its scores and which plans are right."""
+    table = Table(title=f"Quality of plans (asked: precision {PRECISION:g} at 0.8, area {AREA:g})")
+    for k, heading in enumerate(("plans", "n", "right", "at 0.8 or more", "precision", "area under curve")):
+        table.add_column(heading, justify="right" if k else "left")
+    for name, (scores, met) in rows.items():
+        sure, precision = f"{(scores >= 0.8).sum()}", precision_at(scores, met)
+        figures = (f"{value:.3f}" for value in (precision, area_under_curve(scores, met)))
+        table.add_row(name, str(len(met)), str(met.sum()), sure, *figures)
+    return table
+
+
+def by_kind(plans: list[Judged]) -> dict[str, tuple[Floats, Bools]]:
+    """Return scores and judgements as the plans carry them, by kind."""
+    kinds = sorted({plan.kind for plan in plans})
+    return {kind: met_of([plan for plan in plans if plan.kind == kind]) for kind in kinds}
+
+
+def source_of(model: Model) -> str:
+    """Write the model as it stands in ``pipeline/quality.py``."""
+    lines = [f'    Ground("{g.name}", "{g.about}", {model.weights[g.name]:.2f}),' for g in GROUNDS]
+    return "\n".join([f"BIAS: Final = {model.bias:.2f}", "GROUNDS: Final = (", *lines, ")"])
+
+
+def judged_or_kept(kinds: list[str], members: int, seed: int, records: Path | None) -> list[Judged]:
+    """Return what the file of records has, where there is one; else judge, and write each plan there as it comes."""
+    if records and records.exists():
+        return [msgspec.json.decode(line, type=Judged) for line in records.read_bytes().splitlines()]
+    plans = []
+    with tempfile.TemporaryDirectory() as folder, records.open("wb") if records else nullcontext() as stream:
+        for plan in judged(kinds, members, seed, Path(folder)):
+            plans.append(plan)
+            if stream:
+                stream.write(msgspec.json.encode(plan) + b"\n")
+                stream.flush()
+    return plans
+
+
+def main() -> None:
+    """Judge, fit on the houses that are for it, show what comes of it on the others, and print the model."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--members", type=int, default=100)
+    parser.add_argument("--kinds", default=",".join(KINDS))
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--records", type=Path)
+    given = parser.parse_args()
+    plans = judged_or_kept(given.kinds.split(","), given.members, given.seed, given.records)
+    fitted, held_out = split(plans)
+    model = fit(fitted)
+    rows = {
+        "as they carry it": met_of(plans),
+        "fitted": (model.scores(fitted), np.array([p.met for p in fitted])),
+        "held out": (model.scores(held_out), np.array([p.met for p in held_out])),
+    }
+    console = Console(width=120)
+    console.print(quality_table({**rows, **by_kind(plans)}))
+    console.print(source_of(model), highlight=False, markup=False)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,73 @@
+"""Plans of which is known whether they meet the table: of the development cases, and of the kit of kinds.
+
+A plan that no storey of its house is like is judged too: it does not meet the table.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import re
+from collections.abc import Iterator, Sequence
+from concurrent.futures import TimeoutError as Late
+from pathlib import Path
+from typing import Any
+
+from pebble import ProcessExpired, ProcessPool
+
+from tests.builders.kinds.measuring import columns_failing, overlap, paired, plans_of
+from tests.builders.kinds.registry import make_member
+from tests.builders.quality_model import Judged
+from tests.builders.shared import CASES, DATA, case, scorer
+
+WORKERS, LIMIT_S = 2, 60
+CASE = "case"
+
+
+def judged(kinds: Sequence[str], members: int, seed: int, folder: Path) -> Iterator[Judged]:
+    """Plan so many members of each kind and the cases in worker processes, and judge every plan that says its quality.
+
+    A house that takes too long, or whose worker dies, gives no plan.
+    """
+    tasks = [(kind, number) for number in range(members) for kind in kinds]
+    tasks += [(CASE, number) for number in range(len(CASES))]
+    with ProcessPool(max_workers=WORKERS, context=multiprocessing.get_context("spawn")) as pool:
+        futures = [
+            pool.schedule(judge, args=(kind, number, seed, str(folder)), timeout=LIMIT_S) for kind, number in tasks
+        ]
+        for future in futures:
+            try:
+                yield from future.result()
+            except (Late, ProcessExpired):
+                continue
+
+
+def judge(kind: str, number: int, seed: int, folder: str) -> list[Judged]:
+    """Judge the plans of a case, or of a member of a kind."""
+    return _of_case(CASES[number]) if kind == CASE else _of_member(kind, number, seed, Path(folder) / kind)
+
+
+def _of_case(name: str) -> list[Judged]:
+    """Judge what the mesh gives, and what the IFC file does, where there is one."""
+    found, truth = [], case(name)
+    house = re.sub(r"(_\d+)?(_leaves)?$", "", name)
+    for source in dict.fromkeys(truth[key] for key in ("mesh", "ifc") if key in truth):
+        known = {**truth, "zones": None, "kind": "ifc"} if source.endswith(".ifc") else truth
+        plans, _ = plans_of(DATA / source)
+        plan = max(plans, key=lambda plan: overlap(known, plan), default=None)
+        if plan is not None and overlap(known, plan) > 0:
+            found += _judged(house, CASE, plan, met=not columns_failing(scorer()(plan, known), known))
+    return found
+
+
+def _of_member(kind: str, number: int, seed: int, folder: Path) -> list[Judged]:
+    member = make_member(kind, number, seed, folder)
+    plans, _ = plans_of(member.path)
+    scores, _, _ = paired(member, plans)
+    met = {score["plan"]: not score["failing"] for score in scores if "plan" in score}
+    house = f"{kind} {number}"
+    return [one for k, plan in enumerate(plans) for one in _judged(house, kind, plan, met=met.get(k, False))]
+
+
+def _judged(house: str, kind: str, plan: dict[str, Any], *, met: bool) -> list[Judged]:
+    quality = plan.get("quality")
+    return [Judged(house, kind, met, quality["score"], quality["grounds"])] if quality else []

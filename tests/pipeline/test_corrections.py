@@ -1,0 +1,102 @@
+"""What a person says in overrides.toml reaches the reader and the level."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from houseexpo.errors import ConfigError
+from houseexpo.plan import Frame
+from pipeline.corrections import check_ids, corrected_input, corrected_level
+from pipeline.overrides import Override
+from pipeline.sources import find, reader
+from pipeline.values import Input, Level, Mesh
+from tests.builders.batch import one_room, run_build
+
+VILLA, SCENE = Input("villa", "mesh_file", "villa.ply"), Input("0a1b", "suncg", "root", "0a1b")
+NOTHING = Mesh(np.empty((0, 3)), np.empty((0, 3), np.int64))
+
+
+def level(frame: Frame) -> Level:
+    return Level("villa", NOTHING, 2.7, frame)
+
+
+@pytest.mark.parametrize("name", ["villa", "villa_L1", "villa_B2", "villa_B2_L1", "villa_L1_0123abcd", "0a1b_L3"])
+def test_an_override_is_of_an_input_or_of_a_level_or_building_of_one(name: str) -> None:
+    check_ids({name: Override(keep=True)}, [VILLA, SCENE])
+
+
+@pytest.mark.parametrize("name", ["vila", "villa_L", "villa_L1x", "villa_2", "illa", "villa_L1_B2"])
+def test_an_id_that_no_house_has_is_refused_with_the_nearest(name: str) -> None:
+    with pytest.raises(ConfigError, match=f"overrides.toml: {name}: expected an id .* did you mean 'villa'"):
+        check_ids({name: Override(keep=True)}, [VILLA, SCENE])
+
+
+def test_a_build_refuses_an_unknown_id_but_not_where_it_takes_only_some_houses(tmp_path: Path) -> None:
+    one_room(tmp_path / "street" / "a.ply")
+    one_room(tmp_path / "street" / "b.ply", 6.0)
+    with pytest.raises(ConfigError, match="bb: expected an id of this build"):
+        run_build([tmp_path / "street"], tmp_path / "out", overrides={"bb": Override(drop=True)})
+    assert not (tmp_path / "out").exists()
+    assert run_build([tmp_path / "street"], tmp_path / "out", limit=1, overrides={"b": Override(drop=True)}).ids == (
+        "a",
+    )
+
+
+def test_scale_and_nodes_are_told_to_the_reader() -> None:
+    override = Override(scale=20.0, drop_nodes=("Lamp*", "Car"), keep=True)
+    told = corrected_input(replace(VILLA, options=(("up", "z"),)), {"villa": override})
+    assert told.options == (("drop_nodes", '["Lamp*", "Car"]'), ("scale", "20.0"), ("up", "z"))
+    assert corrected_input(VILLA, {"villa": Override(keep=True), "other": override}) == VILLA
+
+
+def test_scale_of_a_level_or_of_a_reader_that_takes_none_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"villa_L1: scale and drop_nodes are of a whole file; .* \[villa\]"):
+        corrected_input(VILLA, {"villa_L1": Override(scale=20.0)})
+    with pytest.raises(ConfigError, match="0a1b: its reader, suncg, takes no drop_nodes"):
+        corrected_input(SCENE, {"0a1b": Override(drop_nodes=("Lamp",))})
+
+
+def test_a_door_and_no_room_are_said_in_the_source_s_plan_axes() -> None:
+    given = Override(door=(((10.0, -3.0), (10.0, -4.0)),), no_room=((12.0, -7.0),))
+    y_up = Frame(((1.0, 0.0, 9.0), (0.0, -1.0, -2.0)), "y", 0.0, 0)  # X = x + 9, Z = -y - 2
+    found = corrected_level(level(y_up), given)
+    (door,) = found.openings
+    assert door.has_door
+    assert door.polygon.bounds == pytest.approx((0.8, 1.0, 1.2, 2.0))
+    assert found.no_rooms == ((3.0, 5.0),)
+    assert corrected_level(found, Override()).openings == found.openings
+
+
+def test_a_scale_model_becomes_a_house_of_true_size(tmp_path: Path) -> None:
+    path = one_room(tmp_path / "toy.ply")
+    trimesh.load(path).apply_scale(1 / 20).export(path)
+    (item,) = find(str(path))
+    item = corrected_input(item, {item.id: Override(scale=20.0)})
+    (found,) = reader("mesh_file").read(item)
+    assert np.ptp(found.walls.vertices, axis=0) == pytest.approx((5.4, 4.4, 2.7), abs=1e-3)
+    assert found.provenance["scale"] == 20.0
+
+
+def test_nodes_are_dropped_with_all_that_is_in_them_and_no_others(tmp_path: Path) -> None:
+    scene = trimesh.Scene(trimesh.load(one_room(tmp_path / "shell.ply")), base_frame="world")
+    scene.graph.update("Gizmos", "world")
+    for name, parent, x in (("Blip", "Gizmos", 1.0), ("Gizmo_2", "world", 2.0), ("Quux", "world", 3.0)):
+        matrix = trimesh.transformations.translation_matrix((x, 2.0, 0.5))
+        scene.add_geometry(trimesh.creation.box((0.1, 0.1, 1)), name, f"{name}_mesh", parent, transform=matrix)
+    scene.apply_transform(trimesh.transformations.rotation_matrix(-np.pi / 2, (1, 0, 0)))
+    scene.export(tmp_path / "villa.glb")
+    (item,) = find(str(tmp_path / "villa.glb"))
+
+    def faces(*patterns: str) -> int:
+        (found,) = reader("mesh_file").read(corrected_input(item, {item.id: Override(drop_nodes=patterns)}))
+        return len(found.walls.faces)
+
+    assert faces("Gizmos") == faces() - 12
+    assert faces("Gizmo*") == faces() - 24
+    assert faces("gizmo*") == faces()
+    assert faces("Quux_mesh") == faces() - 12

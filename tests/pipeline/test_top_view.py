@@ -1,0 +1,58 @@
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import trimesh
+from PIL import Image
+
+from pipeline.rejection import Rejection
+from pipeline.sources import find, reader
+from pipeline.top_view import SIDE_PX, top_view
+from pipeline.values import Mesh
+
+
+def seen(mesh: Mesh, up: int = 2) -> npt.NDArray[np.uint8]:
+    return np.asarray(Image.open(io.BytesIO(top_view(mesh, up))))
+
+
+def block(*bounds: list[list[float]]) -> Mesh:
+    found = trimesh.util.concatenate([trimesh.creation.box(bounds=b) for b in bounds])
+    return Mesh(np.array(found.vertices), np.array(found.faces, np.int64))
+
+
+STEPS = block([[0, 0, 0], [4, 4, 0.1]], [[4, 0, 0], [8, 4, 3]])  # low on the left, high on the right
+
+
+def test_what_is_higher_is_darker_and_nothing_is_white() -> None:
+    view = seen(STEPS)
+    assert view.shape == (SIDE_PX // 2, SIDE_PX)
+    assert view[50, 150] < view[50, 50] < 255
+    apart = seen(block([[0, 0, 0], [1, 1, 1]], [[9, 9, 0], [10, 10, 1]]))
+    assert apart[10, 10] == apart[190, 190] == 255
+    assert apart[10, 190] < 255
+    assert apart[190, 10] < 255
+
+
+def test_y_points_up_and_a_y_up_mesh_is_seen_from_above_too() -> None:
+    x, y, z = STEPS.vertices.T
+    assert (seen(Mesh(np.column_stack([x, z, -y]), STEPS.faces), up=1) == seen(STEPS)).mean() > 0.97
+
+
+def test_a_mesh_that_its_reader_rejects_is_shown(tmp_path: Path) -> None:
+    plate = trimesh.creation.box((9.0, 6.0, 0.2))
+    plate.export(tmp_path / "plate.ply")
+    (item,) = find(str(tmp_path / "plate.ply"))
+    with pytest.raises(Rejection) as caught:
+        list(reader("mesh_file").read(item))
+    rows, cols = np.asarray(Image.open(io.BytesIO(caught.value.picture))).shape
+    assert (cols, abs(rows - SIDE_PX * 2 / 3) <= 1) == (SIDE_PX, True)
+
+
+def test_the_same_mesh_gives_the_same_bytes_and_one_without_area_none() -> None:
+    assert top_view(STEPS) == top_view(STEPS)
+    assert top_view(Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]]))) == b""
+    assert top_view(Mesh(np.empty((0, 3)), np.empty((0, 3), np.int64))) == b""
