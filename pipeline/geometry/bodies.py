@@ -112,7 +112,7 @@ def box_around(points: Floats) -> Box:
     angle = np.deg2rad(degrees + (0.0 if w >= h else 90.0))
     along = np.array([np.cos(angle), np.sin(angle)])
     low, high = float(points[:, 2].min()), float(points[:, 2].max())
-    return Box(middle + (x, y), along, float(max(w, h)), float(min(w, h)), low, high)
+    return Box(middle + np.array([x, y]), along, float(max(w, h)), float(min(w, h)), low, high)
 
 
 def _places(vertices: Floats) -> npt.NDArray[np.int64]:

@@ -50,7 +50,8 @@ def between(z: npt.NDArray[np.float64], low: float, high: float, *, smallest_gap
     """Heights that see every distinct section of a mesh of upright walls between ``low`` and ``high``.
 
     Between two neighbouring vertex heights the section of an upright wall does not change, so the middle of each gap
-    is enough: the ``most`` widest of them, the highest always among them. A scan has a vertex at every height: there, ``most`` evenly spaced heights stand for the gaps.
+    is enough: the ``most`` widest of them, the highest always among them. A scan has a vertex at every height: there,
+    ``most`` evenly spaced heights stand for the gaps.
     """
     if high <= low:
         return []

@@ -42,7 +42,10 @@ class Judged:
 
 def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeometry, ceiling_m: float) -> Judged:
     """Judge what is shaped as a door; ``walls`` and ``hanging`` are without it."""
-    doorways, found, pieces, things = [], [], [], []
+    doorways: list[Doorway] = []
+    found: list[Polygon] = []
+    pieces: list[int] = []
+    things: list[Polygon] = []
     for leaf in leaves:
         way = doorway(leaf.box, walls)
         plan = rectangle(leaf.box, depth=max(leaf.box.thickness, SHEET_M))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -46,9 +47,12 @@ def ending_below(standing: BaseGeometry, above: Sequence[BaseGeometry]) -> list[
     present = standing
     for here in above:
         still = overlap(present, here)
-        for part in polygons_of(opened(subtract(present, still), SLIVER_M)):
-            if _walls_go_on(part, subtract(_around(part, present), part), here, alone=still.area > 0.5 * present.area):
-                found.append(part)
+        house_goes_on = still.area > 0.5 * present.area
+        found += [
+            part
+            for part in polygons_of(opened(subtract(present, still), SLIVER_M))
+            if _walls_go_on(part, subtract(_around(part, present), part), here, alone=house_goes_on)
+        ]
         present = still
     return found
 
@@ -97,7 +101,7 @@ def _places(part: Polygon) -> list[shapely.Point]:
     edges = np.linspace(x1 if along_x else y1, x2 if along_x else y2, LOOKS + 1)
     boxes = [
         shapely.box(a, y1, b, y2) if along_x else shapely.box(x1, a, x2, b)
-        for a, b in zip(edges[:-1], edges[1:], strict=True)
+        for a, b in pairwise(edges)
     ]
     pieces = [overlap(part, box) for box in boxes]
     return [piece.representative_point() for piece in pieces if not piece.is_empty]
