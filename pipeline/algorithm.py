@@ -12,12 +12,14 @@ from houseexpo.graph import navigability
 from houseexpo.plan import FloorPlan
 from pipeline.config import PipelineConfig
 from pipeline.quality import judged
-from pipeline.rejection import Reason, Rejection
+from pipeline.rejection import Rejection
+from pipeline.stages.buildings import separate
 from pipeline.stages.cells import fill_cells
 from pipeline.stages.connectivity import connect
 from pipeline.stages.contour import trace_contour
 from pipeline.stages.doors import find_doors
 from pipeline.stages.evidence import gather
+from pipeline.stages.furnish import furnish
 from pipeline.stages.grounds import weigh
 from pipeline.stages.isolated import erase_isolated
 from pipeline.stages.layout import lay_out
@@ -25,48 +27,89 @@ from pipeline.stages.planes import cut_planes
 from pipeline.stages.refine import refine
 from pipeline.stages.rooms import name_rooms
 from pipeline.stages.vectorise import vectorise
-from pipeline.values import Evidence, Layout, Level, Planes, Spaces
+from pipeline.values import Evidence, Layout, Level, Obstacle, Planes, RejectedLevel, Spaces
 
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """What a stage made, for pictures; ``value`` is an Evidence, a Planes, a Layout, a Spaces or the FloorPlan."""
+    """What a stage made of the level or building of this id.
+
+    ``value`` is an Evidence, a Planes, a Layout, a Spaces, and at last the FloorPlan; or a RejectedLevel, where one of
+    several buildings cannot become a plan.
+    """
 
     stage: str
-    value: Evidence | Planes | Layout | Spaces | FloorPlan
+    value: Evidence | Planes | Layout | Spaces | FloorPlan | RejectedLevel
+    id: str
 
 
 def stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Iterator[Snapshot]:
-    """Run Algorithm 1 and show each step; raises Rejection where the house cannot become a plan."""
+    """Run Algorithm 1 and show each step; raises Rejection where the level cannot become a plan.
+
+    From ``isolated`` on, each building goes its own way.
+    """
     evidence = gather(level, config.evidence)
-    yield Snapshot("evidence", evidence)
+    yield Snapshot("evidence", evidence, level.id)
     planes = cut_planes(level, evidence, config.planes)
-    yield Snapshot("planes", planes)
+    yield Snapshot("planes", planes, level.id)
     layout = lay_out(level, evidence, planes, config.layout)
-    yield Snapshot("layout", layout)
+    yield Snapshot("layout", layout, level.id)
     spaces = find_doors(level, planes, layout, config.doors)
-    yield Snapshot("doors", spaces)
+    yield Snapshot("doors", spaces, level.id)
     spaces = trace_contour(spaces)
-    yield Snapshot("contour", spaces)
+    yield Snapshot("contour", spaces, level.id)
     spaces = fill_cells(spaces, config.cells)
-    yield Snapshot("cells", spaces)
+    yield Snapshot("cells", spaces, level.id)
     spaces = erase_isolated(spaces, config.isolated)
-    yield Snapshot("isolated", spaces)
+    yield Snapshot("isolated", spaces, level.id)
+    buildings = separate(level, spaces, config.isolated)
+    for building, spaces in buildings:
+        try:
+            yield from _of_building(building, spaces, _Whole(evidence, planes, layout), config, rng)
+        except Rejection as rejection:
+            if len(buildings) == 1:
+                raise
+            yield Snapshot("rejected", RejectedLevel(building.id, rejection), building.id)
+
+
+@dataclass(frozen=True, eq=False)
+class _Whole:
+    """What the first stages found of the whole level, whichever building it is of."""
+
+    evidence: Evidence
+    planes: Planes
+    layout: Layout
+
+
+def _of_building(
+    level: Level, spaces: Spaces, whole: _Whole, config: PipelineConfig, rng: np.random.Generator
+) -> Iterator[Snapshot]:
     spaces = connect(spaces, config.connectivity, config.cells.area_m2, rng)
-    yield Snapshot("connectivity", spaces)
+    yield Snapshot("connectivity", spaces, level.id)
     spaces = refine(spaces, config.refine)
-    yield Snapshot("refine", spaces)
-    plan = vectorise(level, spaces, name_rooms(level, spaces), _provenance(level, planes, spaces))
-    quality = judged(weigh(level, evidence, layout, spaces))
-    yield Snapshot("plan", replace(plan, navigability=navigability(plan), quality=quality))
+    yield Snapshot("refine", spaces, level.id)
+    obstacles: tuple[Obstacle, ...] = ()
+    if config.evidence.furniture:
+        spaces, obstacles = furnish(level, whole.evidence, spaces)
+        yield Snapshot("furnish", spaces, level.id)
+    plan = vectorise(level, spaces, name_rooms(level, spaces), _provenance(level, whole.planes, spaces), obstacles)
+    quality = judged(weigh(level, whole.evidence, whole.layout, spaces))
+    yield Snapshot("plan", replace(plan, navigability=navigability(plan), quality=quality), level.id)
+
+
+def plan_level(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan | RejectedLevel, ...]:
+    """Turn a level into plans, one a building; raises Rejection where none can be made."""
+    values = [snapshot.value for snapshot in stages(level, config, rng)]
+    return tuple(value for value in values if isinstance(value, FloorPlan | RejectedLevel))
 
 
 def plan_house(level: Level, config: PipelineConfig, rng: np.random.Generator) -> FloorPlan:
-    """Turn one level into its floor plan; raises Rejection where it cannot become one."""
-    for snapshot in stages(level, config, rng):
-        if isinstance(snapshot.value, FloorPlan):
-            return snapshot.value
-    raise Rejection("algorithm", Reason.INTERNAL, "no stage made a plan")
+    """Turn a level into the plan of its (largest) building; raises Rejection where it cannot become one."""
+    found = plan_level(level, config, rng)
+    plans = [plan for plan in found if isinstance(plan, FloorPlan)]
+    if not plans:
+        raise next(each.rejection for each in found if isinstance(each, RejectedLevel))
+    return max(plans, key=lambda plan: plan.area)
 
 
 def _provenance(level: Level, planes: Planes, spaces: Spaces) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import msgspec
 import houseexpo
 import pipeline
 from houseexpo.errors import ConfigError
-from pipeline.algorithm import plan_house
+from pipeline.algorithm import plan_level
 from pipeline.assemble import DataSet, assemble
 from pipeline.config_file import BuildConfig
 from pipeline.corrections import check_ids, corrected_input
@@ -45,7 +45,7 @@ def build(
     overrides: Mapping[str, Override],
     workers: int,
     progress: Progress,
-    plan: Plan = plan_house,
+    plan: Plan = plan_level,
     others: Others = Others.REFUSE,
 ) -> DataSet:
     """Build a data set folder; what an earlier run with the same parameters has done is not done again.
@@ -78,7 +78,7 @@ def build(
         sources[origin[item]].append(key)
     store = Store.open(out, config.digest(), sources, others)
     stamp = {"generator": "houseexpo", "version": version("houseexpo"), "parameters_sha256": config.digest()}
-    settings = Settings(config.stages, config.build.seed, overrides, stamp, plan, config.build.min_quality)
+    settings = Settings(config.planning, config.build.seed, overrides, stamp, plan, config.build.min_quality)
     known = {item: store.known(key) for item, key in keys.items()}
     jobs = [Job(item, entry.content if entry else "") for item, entry in known.items()]
     limits = Limits(config.limits.seconds, int(config.limits.memory_gb * 2**30))

@@ -65,6 +65,12 @@ class BuildConfig:
     limits: LimitsConfig = field(default_factory=LimitsConfig)
     stages: PipelineConfig = field(default_factory=PipelineConfig)
 
+    @property
+    def planning(self) -> PipelineConfig:
+        """The stages' parameters, with what the options say of them."""
+        evidence = replace(self.stages.evidence, furniture=self.build.furniture or self.stages.evidence.furniture)
+        return replace(self.stages, evidence=evidence)
+
     def parameters(self) -> dict[str, Any]:
         """Return what the plans depend on, as plain values: stored with the output, and hashed."""
         options = asdict(self.build)

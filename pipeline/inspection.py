@@ -86,13 +86,21 @@ def inspect_house(config: BuildConfig, overrides: Mapping[str, Override], number
     snapshots: list[Snapshot] = []
     rejection_: Rejection | None = None
     try:
-        snapshots.extend(stages(level, override.applied(config.stages), rng_of(level, config.build.seed)))
+        snapshots.extend(stages(level, override.applied(config.planning), rng_of(level, config.build.seed)))
     except Rejection as rejection:
         rejection_ = rejection
     if rejection_ is not None and not snapshots:
         return Inspection(shown, _picture_of(rejection_.pictured(top_view(level.walls)), out), rejection_)
+    snapshots = _of_one_building(snapshots, level.id)
     plans = [snapshot.value for snapshot in snapshots if isinstance(snapshot.value, FloorPlan)]
     return Inspection(shown, _write(snapshots, level, out), rejection_, plans[0].quality if plans else None)
+
+
+def _of_one_building(snapshots: list[Snapshot], level_id: str) -> list[Snapshot]:
+    """The steps of the whole level, and of the largest of its buildings."""
+    plans = [snapshot for snapshot in snapshots if isinstance(snapshot.value, FloorPlan)]
+    largest = max(plans, key=lambda snapshot: snapshot.value.area).id if plans else level_id  # type: ignore[union-attr]
+    return [snapshot for snapshot in snapshots if snapshot.id in {level_id, largest}]
 
 
 def _level(item: Input, number: int) -> tuple[Level | RejectedLevel, int]:

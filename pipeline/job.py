@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -23,7 +23,7 @@ from pipeline.sources import reader
 from pipeline.top_view import top_view
 from pipeline.values import Input, Level, RejectedLevel
 
-Plan = Callable[[Level, PipelineConfig, np.random.Generator], FloorPlan]
+Plan = Callable[[Level, PipelineConfig, np.random.Generator], Sequence[FloorPlan | RejectedLevel]]
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def _outcomes(item: Input, settings: Settings) -> Iterator[Made | Refused]:
             if isinstance(level, RejectedLevel):
                 yield Refused.of(level.id, level.rejection)
             else:
-                yield _outcome(level, item, settings)
+                yield from _of_level(level, item, settings)
     except Exception as error:  # noqa: BLE001 - one input's fault must not stop the batch
         yield Refused.of(item.id, _as_rejection(error, item))
     else:
@@ -118,23 +118,39 @@ def _outcomes(item: Input, settings: Settings) -> Iterator[Made | Refused]:
             yield Refused.of(item.id, nothing)
 
 
-def _outcome(level: Level, item: Input, settings: Settings) -> Made | Refused:
-    content = str(level.provenance.get("sha256", ""))
+def _of_level(level: Level, item: Input, settings: Settings) -> list[Made | Refused]:
+    """What came of a level: an outcome for each of its buildings."""
     override = settings.overrides.get(level.id, Override())
     if override.drop:
-        why = override.why or "no reason given"
-        return Refused.of(level.id, Rejection("overrides", Reason.DROPPED_BY_HAND, why, "see overrides.toml"))
+        return [Refused.of(level.id, _dropped(override))]
     rng = rng_of(level, settings.seed)
     try:
-        plan = settings.plan(corrected_level(level, override), override.applied(settings.config), rng)
-        if not override.keep:
-            check_quality(plan, settings.min_quality)
-        plan = replace(plan, provenance={**(plan.provenance or {}), **settings.stamp})
-        return Made(level.id, content, encode(plan) + b"\n")
+        found = settings.plan(corrected_level(level, override), override.applied(settings.config), rng)
     except Rejection as rejection:
-        return Refused.of(level.id, rejection.pictured(top_view(level.walls)))
+        return [Refused.of(level.id, rejection.pictured(top_view(level.walls)))]
     except Exception as error:  # noqa: BLE001 - the other levels of the house go on
-        return Refused.of(level.id, _as_rejection(error, item))
+        return [Refused.of(level.id, _as_rejection(error, item))]
+    return [_outcome(each, level, settings) for each in found]
+
+
+def _outcome(found: FloorPlan | RejectedLevel, level: Level, settings: Settings) -> Made | Refused:
+    if isinstance(found, RejectedLevel):
+        return Refused.of(found.id, found.rejection.pictured(top_view(level.walls)))
+    override = settings.overrides.get(found.id, Override())
+    try:
+        if override.drop:
+            raise _dropped(override)
+        if not override.keep:
+            check_quality(found, settings.min_quality)
+    except Rejection as rejection:
+        return Refused.of(found.id, rejection.pictured(top_view(level.walls)))
+    plan = replace(found, provenance={**(found.provenance or {}), **settings.stamp})
+    return Made(found.id, str(level.provenance.get("sha256", "")), encode(plan) + b"\n")
+
+
+def _dropped(override: Override) -> Rejection:
+    why = override.why or "no reason given"
+    return Rejection("overrides", Reason.DROPPED_BY_HAND, why, "see overrides.toml")
 
 
 def _as_rejection(error: Exception, item: Input) -> Rejection:

@@ -57,7 +57,7 @@ def stage_pictures(snapshots: Sequence[Snapshot], frame: Frame) -> list[tuple[st
             pictures += _draw_planes(value, bounds)
         elif isinstance(value, Layout):
             pictures.append(("layout", _draw_layout(canvas, value)))
-        else:
+        elif isinstance(value, Spaces):
             pictures.append((snapshot.stage, _draw_spaces(canvas, value, before)))
             before = value
     return pictures

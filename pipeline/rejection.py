@@ -27,7 +27,6 @@ class Reason(StrEnum):
     NOT_ENCLOSED = "not_enclosed"
     CHARACTERS = "characters"
     NO_ROOM_FITS = "no_room_fits"
-    UNREACHABLE = "unreachable"
 
 
 class Rejection(Exception):  # noqa: N818 - an outcome that unwinds the stages, not a fault

@@ -272,3 +272,12 @@ class NamedRoom:
     polygon: Polygon
     labels: tuple[str, ...] = ()
     words: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Obstacle:
+    """A piece of furniture: its footprint in the level frame, its height in metres, and the source's word for it."""
+
+    polygon: Polygon
+    height_m: float
+    word: str

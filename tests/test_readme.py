@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.algorithm import plan_house
+from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
 
 README = Path(__file__).resolve().parents[1] / "README.md"
@@ -19,7 +19,7 @@ PYTHON = re.findall(r"^```python\n(.*?)^```", README.read_text(), re.DOTALL | re
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder that holds the data set that the lines open."""
     found = tmp_path_factory.mktemp("readme")
-    run_build([Path("procedural:8")], found / "plans", seed=3, plan=plan_house)
+    run_build([Path("procedural:8")], found / "plans", seed=3, plan=plan_level)
     return found
 
 

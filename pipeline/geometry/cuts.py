@@ -111,12 +111,3 @@ def _is_clean(cut: Bridge, floor: BaseGeometry, walls: BaseGeometry, rules: CutR
     if overlap(strip, floor).area > 0.02 * strip.area:
         return False
     return not rules.only_walls or overlap(strip, walls).area >= 0.9 * strip.area
-
-
-def nearest_cut(a: BaseGeometry, b: BaseGeometry, width_m: float) -> Bridge:
-    """The shortest way between two pieces, whatever it goes through: the last resort."""
-    start, end = shapely.get_coordinates(shapely.shortest_line(a, b))
-    across = end - start
-    depth = max(float(np.hypot(*across)), 1e-3)
-    across = across / depth if depth > 1e-3 else np.array([0.0, 1.0])
-    return Bridge((start + end) / 2, np.array([across[1], -across[0]]), width_m, depth, (0, 0))

@@ -99,9 +99,6 @@ def _places(part: Polygon) -> list[shapely.Point]:
     x1, y1, x2, y2 = part.bounds
     along_x = x2 - x1 >= y2 - y1
     edges = np.linspace(x1 if along_x else y1, x2 if along_x else y2, LOOKS + 1)
-    boxes = [
-        shapely.box(a, y1, b, y2) if along_x else shapely.box(x1, a, x2, b)
-        for a, b in pairwise(edges)
-    ]
+    boxes = [shapely.box(a, y1, b, y2) if along_x else shapely.box(x1, a, x2, b) for a, b in pairwise(edges)]
     pieces = [overlap(part, box) for box in boxes]
     return [piece.representative_point() for piece in pieces if not piece.is_empty]

@@ -7,8 +7,10 @@ R3  Where there is no path, a wall on the line between the two is cut: the thinn
     ``cut_width_m`` at right angles to it, with free floor on both sides; it slides along the wall for that. The pair is
     then planned again by A*, and the path kept for the pictures.
 R4  A corner of a room that the disc fits in but cannot get to, smaller than a cell, is filled.
-R5  Where no pair gives a clean cut, parts are joined through what lies between them, walls or open air, at last by the
-    shortest way.
+R5  Where no pair gives a clean cut through a wall, parts are joined through what lies between them, if that is less
+    than ``DEEPEST_M``.
+R6  A part that no cut joins is left out, the smallest first, and a note says so: what a robot cannot reach is no reason
+    to reject a house.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.bridges import Bridge
-from pipeline.geometry.cuts import CutRules, cuts_on_lines, nearest_cut
+from pipeline.geometry.cuts import CutRules, cuts_on_lines
 from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
 from pipeline.geometry.paths import plan_path
 from pipeline.geometry.standing import floor_of, piece_of, sample, standing_pieces
@@ -32,7 +34,7 @@ from pipeline.values import Passage, Spaces
 
 MOST_PAIRS = 300
 DEEPEST_WALL_M = 1.5
-DEEPEST_M = 12.0
+DEEPEST_M = 2.5
 
 
 def connect(spaces: Spaces, config: ConnectivityConfig, least_m2: float, rng: np.random.Generator) -> Spaces:
@@ -52,23 +54,39 @@ def connect(spaces: Spaces, config: ConnectivityConfig, least_m2: float, rng: np
         return spaces
     spaces = _without_pockets(spaces, pieces, config.robot_radius_m, least_m2)
     points: npt.NDArray[np.float64] | None = None
-    cuts = 0
+    notes = {"cuts": 0, "left_out": 0}
     for _ in range(2 * len(pieces) + 8):
         floor = floor_of(spaces)
         pieces = standing_pieces(floor, config.robot_radius_m)
         if len(pieces) == 1:
-            return replace(spaces, notes={**spaces.notes, "cuts": cuts}) if cuts else spaces
+            break
         if points is None:
             points = sample(pieces, config.samples, rng)  # R1
-        pair, cut = _next_cut(points, pieces, floor, spaces.walls, config)
+        found = _next_cut(points, pieces, floor, spaces.walls, config)
+        if found is None:  # R6
+            spaces = _without_part(spaces, pieces, config.robot_radius_m)
+            points = None
+            notes["left_out"] += 1
+            continue
+        pair, cut = found
         spaces = _planned_again(_with_cut(spaces, cut), pair, config)
-        cuts += 1
-    raise Rejection(
-        "connectivity",
-        Reason.UNREACHABLE,
-        f"{len(pieces)} parts stay apart after {cuts} cuts",
-        "look at it with inspect",
-    )
+        notes["cuts"] += 1
+    return replace(spaces, notes={**spaces.notes, **{name: count for name, count in notes.items() if count}})
+
+
+def _without_part(spaces: Spaces, pieces: list[Polygon], radius_m: float) -> Spaces:
+    """R6: leave the last piece out, with the rooms that only it reaches."""
+    part = shapely.buffer(pieces[-1], radius_m + 0.01)
+    others = shapely.buffer(united(pieces[:-1]), radius_m + 0.01)
+    kept, rooms = [], list(spaces.rooms)
+    for k, room in enumerate(spaces.rooms):
+        if not overlap(room, part).area:
+            kept.append(k)
+        elif overlap(room, others).area > overlap(room, part).area:
+            rest = polygons_of(subtract(room, subtract(part, others)))
+            rooms[k] = max(rest, key=lambda piece: overlap(piece, others).area)
+            kept.append(k)
+    return replace(spaces, rooms=tuple(rooms)).keeping(kept)
 
 
 def _without_pockets(spaces: Spaces, pieces: list[Polygon], radius_m: float, least_m2: float) -> Spaces:
@@ -96,8 +114,8 @@ def _next_cut(
     floor: BaseGeometry,
     walls: BaseGeometry,
     config: ConnectivityConfig,
-) -> tuple[npt.NDArray[np.float64], Bridge]:
-    """The cut to make now, and the pair (2, 2) of points that it is made for."""
+) -> tuple[npt.NDArray[np.float64], Bridge] | None:
+    """The cut to make now, and the pair (2, 2) of points that it is made for; None where there is no clean one."""
     lines = _pairs_apart(points, piece_of(points, pieces))
     walls_only = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True)
     anything = CutRules(config.cut_width_m, DEEPEST_M, only_walls=False)
@@ -105,8 +123,7 @@ def _next_cut(
         for pair, cut in cuts_on_lines(lines, floor, walls, rules):
             if _joins_pieces(cut, pieces, floor, config.robot_radius_m):
                 return pair, cut
-    cut = nearest_cut(pieces[0], united(pieces[1:]), config.cut_width_m)
-    return cut.centre + cut.across * cut.depth * np.array([[-0.5], [0.5]]), cut
+    return None
 
 
 def _pairs_apart(points: npt.NDArray[np.float64], piece: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:

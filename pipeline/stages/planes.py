@@ -12,7 +12,7 @@ R4  No cut runs through coplanar faces; the heights used are recorded.
 from __future__ import annotations
 
 from pipeline.config import PlanesConfig
-from pipeline.geometry.cutting import Cutter, Segments, differing, merged
+from pipeline.geometry.cutting import Cutter, Segments, differing
 from pipeline.geometry.heights import near
 from pipeline.geometry.overlay import EMPTY, subtract, united
 from pipeline.geometry.regions import opened
@@ -39,7 +39,7 @@ def cut_planes(level: Level, evidence: Evidence, config: PlanesConfig) -> Planes
 
 def _with_sills(level: Level, config: PlanesConfig) -> Planes:
     """R1."""
-    cutter = Cutter(merged(level.walls, *(each.mesh for each in level.furniture)))
+    cutter = Cutter(level.walls)
     door_height = near(config.door_m, cutter.heights)
     ground_height = near(config.ground_m, cutter.heights)
     standing_cut, ground_cut = cutter.cut(door_height), cutter.cut(ground_height)

@@ -6,7 +6,8 @@ vertices; the faces between them are given back to the rooms and doors they came
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,52 +16,91 @@ import shapely
 from shapely import Polygon
 
 from houseexpo.categories import UNLABELLED
-from houseexpo.plan import Box, Door, FloorPlan, Frame, Room
+from houseexpo.plan import Box, Door, FloorPlan, Frame, PlanObject, Room
 from houseexpo.tiling import GRID_M, Points, faces_between, rings_of
 from pipeline.geometry.fitting import opening_polygon
 from pipeline.geometry.overlay import polygons_of, united
-from pipeline.rejection import Reason, Rejection
-from pipeline.values import Level, NamedRoom, Passage, Spaces
+from pipeline.values import Level, NamedRoom, Obstacle, Passage, Spaces
 
+TOUCH_M = 0.03
+BESIDE_M = 1.0
 MARGIN_M = 0.1
 """``min(verts)`` of every plan, as published."""
 
 
-def vectorise(level: Level, spaces: Spaces, named: tuple[NamedRoom, ...], provenance: Mapping[str, Any]) -> FloorPlan:
-    """The plan of FORMAT.md; raises Rejection where the free space is not in one piece."""
-    inner = [p for p in spaces.passages if not p.leads_outside]
-    openings = [opening_polygon(p.bridge, list(spaces.rooms)) for p in inner]
-    room_shapes, door_shapes = _tiled([r.polygon for r in named], openings)
-    outline = polygons_of(united([*room_shapes, *door_shapes]))
-    if len(outline) != 1:
-        raise Rejection(
-            "vectorise",
-            Reason.UNREACHABLE,
-            f"the free space falls into {len(outline)} parts",
-            "look at it with inspect",
-        )
-    shift = MARGIN_M - np.array(outline[0].bounds[:2])
-    verts, holes = rings_of(outline[0], shift)
-    rooms = [_room(k, shape, name, shift) for k, (shape, name) in enumerate(zip(room_shapes, named, strict=True))]
+def vectorise(
+    level: Level,
+    spaces: Spaces,
+    named: tuple[NamedRoom, ...],
+    provenance: Mapping[str, Any],
+    obstacles: tuple[Obstacle, ...] = (),
+) -> FloorPlan:
+    """The plan of FORMAT.md; of free space that falls into parts on the grid, the largest one."""
+    tiles = _in_one_piece(spaces, named)
+    outline = tiles.outline
+    shift = MARGIN_M - np.array(outline.bounds[:2])
+    verts, holes = rings_of(outline, shift)
+    pairs = enumerate(zip(tiles.rooms, tiles.named, strict=True))
+    rooms = [_room(k, shape, name, shift) for k, (shape, name) in pairs]
     doors = [
-        _door(k, p, shape, _beside(p, room_shapes), shift)
-        for k, (p, shape) in enumerate(zip(inner, door_shapes, strict=True))
+        _door(k, p, shape, _beside(p, tiles.rooms), shift)
+        for k, (p, shape) in enumerate(zip(tiles.passages, tiles.doors, strict=True))
     ]
-    for p in spaces.passages:
-        if p.leads_outside:
-            strip = opening_polygon(p.bridge, list(spaces.rooms))
-            doors.append(_door(len(doors), p, strip, _beside(p, room_shapes), shift))
     return FloorPlan(
         id=level.id,
         verts=verts,
         holes=holes,
         room_num=level.room_count if level.room_count is not None else len(rooms),
-        room_category=_boxes(level, named, room_shapes, shift),
+        room_category=_boxes(level, tiles.named, tiles.rooms, shift),
         rooms=tuple(rooms),
         doors=tuple(doors),
+        objects=tuple(_objects(obstacles, tiles.rooms, shift)),
         frame=_frame(level.frame, shift),
         provenance=provenance,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Tiles:
+    """Rooms and doors on the grid: ``outline`` is their union, or for entrances what they lie beside."""
+
+    outline: Polygon
+    named: tuple[NamedRoom, ...]
+    rooms: list[Polygon]
+    passages: list[Passage]
+    doors: list[Polygon]
+
+
+def _in_one_piece(spaces: Spaces, named: tuple[NamedRoom, ...]) -> _Tiles:
+    """Rooms and doors on the grid; where they come in several parts, those of the largest."""
+    inner = [p for p in spaces.passages if not p.leads_outside]
+    openings = [opening_polygon(p.bridge, list(spaces.rooms)) for p in inner]
+    room_shapes, door_shapes = _tiled([r.polygon for r in named], openings)
+    outline = polygons_of(united([*room_shapes, *door_shapes]))[0]
+    rooms = [k for k, room in enumerate(room_shapes) if outline.intersects(room.representative_point())]
+    doors = [k for k, door in enumerate(door_shapes) if outline.intersects(door.representative_point())]
+    passages, shapes = [inner[k] for k in doors], [door_shapes[k] for k in doors]
+    for passage in spaces.passages:
+        strip = opening_polygon(passage.bridge, list(spaces.rooms)) if passage.leads_outside else None
+        if strip is not None and strip.distance(outline) < TOUCH_M:
+            passages.append(passage)
+            shapes.append(strip)
+    return _Tiles(outline, tuple(named[k] for k in rooms), [room_shapes[k] for k in rooms], passages, shapes)
+
+
+def _objects(obstacles: tuple[Obstacle, ...], rooms: list[Polygon], shift: Points) -> Iterator[PlanObject]:
+    """Furniture with the room that it stands in: the one beside its middle."""
+    tree = shapely.STRtree(rooms)
+    found = 0
+    for obstacle in obstacles:
+        shape = polygons_of(shapely.set_precision(obstacle.polygon, GRID_M))
+        if not shape:
+            continue
+        filled = Polygon(shape[0].exterior)
+        near = tree.query_nearest(filled.centroid, max_distance=BESIDE_M)
+        room = int(near[0]) if len(near) else None
+        yield PlanObject(found, obstacle.word, room, rings_of(filled, shift)[0], round(obstacle.height_m, 2))
+        found += 1
 
 
 def _tiled(rooms: list[Polygon], doors: list[Polygon]) -> tuple[list[Polygon], list[Polygon]]:

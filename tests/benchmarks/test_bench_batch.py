@@ -9,7 +9,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from pipeline.algorithm import plan_house
+from pipeline.algorithm import plan_level
 from pipeline.build import list_inputs
 from pipeline.config_file import BuildConfig, BuildOptions
 from pipeline.job import rng_of
@@ -29,7 +29,7 @@ def planned(item: Input, config: BuildConfig) -> tuple[float, float]:
     loaded = time.perf_counter()
     for level in levels:
         try:
-            plan_house(level, config.stages, rng_of(level, SEED))
+            plan_level(level, config.stages, rng_of(level, SEED))
         except Rejection:
             continue
     return loaded - start, time.perf_counter() - loaded
@@ -59,7 +59,7 @@ def test_a_batch_of_made_houses(tmp_path: Path) -> None:
     for workers in (1, 2):
         start = time.perf_counter()
         data_set = run_build(
-            [Path("procedural:100")], tmp_path / str(workers), workers=workers, seed=SEED, plan=plan_house
+            [Path("procedural:100")], tmp_path / str(workers), workers=workers, seed=SEED, plan=plan_level
         )
         seconds = time.perf_counter() - start
         table.add_row(str(workers), f"{seconds:.1f}", f"{100 / seconds:.1f}")

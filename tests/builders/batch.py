@@ -35,7 +35,7 @@ def one_room(path: Path, width: float = 5.0, depth: float = 4.0) -> Path:
     return path
 
 
-def boxed(level: Level, config: PipelineConfig, rng: np.random.Generator) -> FloorPlan:
+def boxed(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan]:
     """Return the room of a ``one_room`` house; ids of a few words misbehave as they say."""
     if "crash" in level.id:
         os.kill(os.getpid(), signal.SIGSEGV)
@@ -55,7 +55,7 @@ def boxed(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Flo
         "characters": config.layout.characters,
         "drawn": int(rng.integers(1000)),
     }
-    return FloorPlan(level.id, ring, 1, {}, frame=level.frame, provenance={**level.provenance, **asked})
+    return (FloorPlan(level.id, ring, 1, {}, frame=level.frame, provenance={**level.provenance, **asked}),)
 
 
 def killed_once(mark: Path, level: Level, config: PipelineConfig, rng: np.random.Generator) -> FloorPlan:

@@ -6,7 +6,7 @@ import shapely
 
 from houseexpo.plan_json import decode, encode
 from pipeline.algorithm import plan_house
-from pipeline.config import LayoutConfig, PipelineConfig
+from pipeline.config import EvidenceConfig, LayoutConfig, PipelineConfig
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Mesh, SourceObject, SourceRoom
 from tests.builders.houses import (
@@ -133,10 +133,16 @@ def test_a_ceiling_a_floor_slab_and_a_wall_cabinet_change_nothing() -> None:
 
 
 def test_furniture_is_in_the_plan_only_where_it_was_asked_for() -> None:
-    table = joined([box((1.0, 1.0, 2.0, 2.0), 0.0, 0.75)])
-    plan = plan_of(level(two_rooms(DOOR), furniture=(SourceObject((), table),)))
-    assert plan.area == pytest.approx(TWO_ROOMS.area - 1.0, abs=0.01)
+    table, cupboard = box((1.0, 1.0, 2.0, 2.0), 0.0, 0.75), box((0.0, 2.4, 1.0, 3.0), 0.0, 1.6)
+    lamp = SourceObject(("Lamp",), joined([box((2.5, 1.0, 3.0, 1.5), 1.8, 2.2)]))
+    house = level([*two_rooms(DOOR), cupboard], furniture=(SourceObject(("Table",), joined([table])), lamp))
+    assert plan_of(house).free_space.equals(TWO_ROOMS)
+    assert plan_of(house).objects == ()
+    plan = plan_of(house, PipelineConfig(evidence=EvidenceConfig(furniture=True)))
+    assert plan.area == pytest.approx(TWO_ROOMS.area - 1.0 - 0.6, abs=0.01)
     assert len(plan.holes) == 1
+    assert [(each.label, each.height, each.room) for each in plan.objects] == [("Table", 0.75, 0), ("object", 1.6, 0)]
+    assert plan.navigability["0.20"].components == 1
 
 
 def test_a_chimney_is_filled_and_a_free_standing_block_is_a_hole() -> None:

@@ -7,15 +7,15 @@ from pathlib import Path
 import pyarrow.parquet as pq
 
 from houseexpo.files import load_plan
-from pipeline.algorithm import plan_house
+from pipeline.algorithm import plan_level
 from pipeline.sources.procedural import scene_id
 from tests.builders.batch import contents, run_build
 
 
 def test_made_houses_become_plans_whatever_the_workers(tmp_path: Path) -> None:
     house = [Path("procedural:8")]
-    one = run_build(house, tmp_path / "one", workers=1, seed=5, plan=plan_house)
-    run_build(house, tmp_path / "two", workers=2, seed=5, plan=plan_house)
+    one = run_build(house, tmp_path / "one", workers=1, seed=5, plan=plan_level)
+    run_build(house, tmp_path / "two", workers=2, seed=5, plan=plan_level)
     assert contents(tmp_path / "one") == contents(tmp_path / "two")
     scenes = {scene_id(index, 5) for index in range(8)}
     assert {name.partition("_")[0] for name in one.ids} <= scenes

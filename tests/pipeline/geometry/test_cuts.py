@@ -3,7 +3,7 @@ import pytest
 import shapely
 
 from pipeline.geometry.bridges import Bridge
-from pipeline.geometry.cuts import CutRules, cuts_on_lines, nearest_cut
+from pipeline.geometry.cuts import CutRules, cuts_on_lines
 
 LEFT, RIGHT = shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3)
 FLOOR = shapely.union_all([LEFT, RIGHT])
@@ -75,9 +75,3 @@ def test_an_oblique_wall() -> None:
     (cut,) = cuts([(2.5, 1.5), (5.7, 1.5)], floor, walls)
     assert cut.depth == pytest.approx(0.2, abs=1e-6)
     assert cut.centre == pytest.approx([4.1, 1.5], abs=0.07)  # the line meets the near face aside of the middle
-
-
-def test_the_last_resort_is_the_shortest_way() -> None:
-    cut = nearest_cut(LEFT, RIGHT, 0.8)
-    assert (cut.width, cut.depth) == (0.8, pytest.approx(0.2))
-    assert cut.across @ [1, 0] == pytest.approx(1)

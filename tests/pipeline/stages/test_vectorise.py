@@ -9,7 +9,6 @@ from houseexpo.frame import source_from_plan
 from houseexpo.plan import FloorPlan, Frame
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.regions import OUTSIDE
-from pipeline.rejection import Reason, Rejection
 from pipeline.stages.vectorise import vectorise
 from pipeline.values import NamedRoom, Passage, SourceRoom, Spaces
 from tests.builders.houses import level, shell
@@ -133,7 +132,7 @@ def test_room_num_is_the_sources_count(count: int | None, expected: int) -> None
     assert plan_from([LEFT, RIGHT], passage(), room_count=count).room_num == expected
 
 
-def test_free_space_in_two_parts_is_no_plan() -> None:
-    with pytest.raises(Rejection) as caught:
-        plan_from([LEFT, RIGHT])
-    assert caught.value.reason == Reason.UNREACHABLE
+def test_of_free_space_in_two_parts_the_larger_is_the_plan() -> None:
+    plan = plan_from([LEFT, RIGHT])
+    assert plan.area == pytest.approx(12.0)
+    assert len(plan.rooms) == 1

@@ -1,0 +1,55 @@
+"""Separate buildings in one file become plans of their own: nobody cuts a way through the open air between two houses.
+
+R1  Parts of a level whose outlines stand within ``distance_m`` of each other are one building.
+R2  Buildings are numbered by place, from the least x and then the least y; the number stands in the id before the
+    level's (``_B1``).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import networkx as nx
+import shapely
+
+from pipeline.config import IsolatedConfig
+from pipeline.values import Level, SourceRoom, Spaces
+
+
+def separate(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple[Level, Spaces]]:
+    """Each building as a level with its spaces; a level of one building as it is."""
+    outlines = list(spaces.outlines)
+    near = nx.Graph()
+    near.add_nodes_from(range(len(outlines)))
+    pairs = shapely.STRtree(outlines).query(outlines, predicate="dwithin", distance=config.distance_m).T
+    near.add_edges_from(pairs.tolist())
+    groups = [sorted(group) for group in nx.connected_components(near)]  # R1
+    if len(groups) < 2:
+        return [(level, spaces)]
+    groups.sort(key=lambda group: min(outlines[k].bounds[:2] for k in group))  # R2
+    found = []
+    for number, group in enumerate(groups, start=1):
+        inside = [
+            k
+            for k, room in enumerate(spaces.rooms)
+            if any(outlines[g].contains(room.representative_point()) for g in group)
+        ]
+        if not inside:
+            continue
+        part = replace(spaces.keeping(inside), outlines=tuple(outlines[k] for k in group))
+        rooms = tuple(room for room in level.rooms if _lies_in(room, part))
+        count = len(rooms) if level.room_count is not None else None
+        found.append((replace(level, id=building_id(level.id, number), rooms=rooms, room_count=count), part))
+    return found
+
+
+def building_id(level_id: str, number: int) -> str:
+    """The id of a building of a level: ``house_L1`` becomes ``house_B2_L1``."""
+    base, storey = re.fullmatch(r"(.*?)(_L\d+)?", level_id).groups()  # type: ignore[union-attr]
+    return f"{base}_B{number}{storey or ''}"
+
+
+def _lies_in(room: SourceRoom, part: Spaces) -> bool:
+    shape = room.polygon if room.polygon is not None else shapely.box(*room.box) if room.box is not None else None
+    return shape is not None and any(outline.intersects(shape.centroid) for outline in part.outlines)

@@ -1,0 +1,75 @@
+"""Furniture as obstacles, where it was asked for: what stands on the floor is taken out of the rooms.
+
+R1  An object is an obstacle if it begins below ``STEP_OVER_M``: a lamp that hangs is none.
+R2  Of a room that furniture divides, the parts that a way leads to stay: those in the piece of the floor that holds
+    most of it, and of these the largest.
+R3  Furniture that nobody named is what the evidence took for it; its height is that of what stands there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.footprints import footprint
+from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
+from pipeline.geometry.regions import opened
+from pipeline.geometry.standing import floor_of
+from pipeline.values import Evidence, Level, Obstacle, Spaces
+
+STEP_OVER_M = 0.5
+SMALLEST_M2 = 0.01
+CRACK_M = 0.04
+UNNAMED = "object"
+
+
+def furnish(level: Level, evidence: Evidence, spaces: Spaces) -> tuple[Spaces, tuple[Obstacle, ...]]:
+    """The spaces without what furniture covers, and the furniture."""
+    obstacles = [*_named(level), *_unnamed(level, evidence)]
+    floor = united(spaces.rooms)
+    inside = [o for o in obstacles if overlap(o.polygon, floor).area > SMALLEST_M2]
+    if not inside:
+        return spaces, ()
+    taken = united(o.polygon for o in inside)
+    parts = [polygons_of(opened(subtract(room, taken), CRACK_M)) for room in spaces.rooms]
+    left = replace(spaces, rooms=tuple(part for room in parts for part in room))
+    reached = polygons_of(floor_of(left))
+    if not reached:
+        return spaces, ()
+    kept = [max(found, key=lambda p: overlap(p, reached[0]).area) for found in parts if found]
+    owners = [k for k, found in enumerate(parts) if found]
+    furnished = spaces.keeping(owners)
+    return replace(furnished, rooms=tuple(kept)), tuple(inside)
+
+
+def _named(level: Level) -> list[Obstacle]:
+    """R1."""
+    found = []
+    for each in level.furniture:
+        z = each.mesh.vertices[:, 2]
+        if len(z) and z.min() < STEP_OVER_M:
+            word = each.words[0] if each.words else UNNAMED
+            found += [Obstacle(p, float(z.max()), word) for p in polygons_of(footprint(each.mesh))]
+    return [obstacle for obstacle in found if obstacle.polygon.area > SMALLEST_M2]
+
+
+def _unnamed(level: Level, evidence: Evidence) -> list[Obstacle]:
+    """R3."""
+    if level.sills:
+        return []
+    named = united(footprint(each.mesh) for each in level.furniture)
+    parts = polygons_of(opened(subtract(evidence.furniture, named), CRACK_M))
+    return [Obstacle(Polygon(part.exterior), _height(part, level), UNNAMED) for part in parts]
+
+
+def _height(part: BaseGeometry, level: Level) -> float:
+    points = level.walls.vertices
+    x1, y1, x2, y2 = part.bounds
+    near = points[(points[:, 0] >= x1) & (points[:, 0] <= x2) & (points[:, 1] >= y1) & (points[:, 1] <= y2)]
+    standing = near[(near[:, 2] > 0) & (near[:, 2] < level.ceiling_m - CRACK_M)]
+    within = standing[shapely.intersects_xy(shapely.buffer(part, CRACK_M), *standing[:, :2].T)]
+    return float(np.max(within[:, 2])) if len(within) else 0.0

@@ -1,0 +1,49 @@
+"""Stage buildings: detached houses in one level become plans of their own, houses wall to wall do not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from houseexpo.plan import FloorPlan
+from pipeline.algorithm import plan_level
+from pipeline.config import PipelineConfig
+from pipeline.stages.buildings import building_id
+from tests.builders.houses import Hole, level, shell, two_rooms, wall
+
+DOOR = Hole(1.0, 1.9)
+
+
+def moved(parts: list, x: float) -> list:
+    return [part.copy().apply_translation((x, 0.0, 0.0)) for part in parts]
+
+
+def plans(parts: list, name: str = "row_L1") -> list[FloorPlan]:
+    found = plan_level(level(parts, id=name), PipelineConfig(), np.random.default_rng(0))
+    return [each for each in found if isinstance(each, FloorPlan)]
+
+
+def test_detached_houses_become_plans_of_their_own_without_a_cut() -> None:
+    found = plans([*moved(two_rooms(DOOR), 15.0), *two_rooms(DOOR)])
+    assert [plan.id for plan in found] == ["row_B1_L1", "row_B2_L1"]
+    assert [plan.area for plan in found] == pytest.approx([21.18, 21.18], abs=0.01)
+    assert [door.kind for plan in found for door in plan.doors] == ["door", "door"]
+    assert found[0].frame.matrix[0][2] < found[1].frame.matrix[0][2]  # numbered by place
+
+
+def test_houses_wall_to_wall_are_one_building_joined_through_their_wall() -> None:
+    (plan,) = plans([*shell((0, 0, 4, 4)), *shell((4.2, 0, 8.2, 4))])
+    assert plan.id == "row_L1"
+    assert [door.kind for door in plan.doors] == ["cut"]
+
+
+def test_what_no_wall_joins_is_left_out_with_a_note() -> None:
+    shed = moved(shell((0, 0, 2.5, 2.5)), 9.0)  # 1.4 m from the house, and too far for a doorway through a wall
+    found = plans([*two_rooms(DOOR), *shed, *wall((8.0, -3.0, 8.2, 6.0))], "house")
+    assert [plan.id for plan in found] == ["house"]
+    assert found[0].navigability["0.20"].components == 1
+
+
+@pytest.mark.parametrize(("level_id", "expected"), [("a", "a_B2"), ("a_L3", "a_B2_L3"), ("a_L3_x", "a_L3_x_B2")])
+def test_the_number_of_a_building_stands_before_the_levels(level_id: str, expected: str) -> None:
+    assert building_id(level_id, 2) == expected
