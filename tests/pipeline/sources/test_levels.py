@@ -215,3 +215,12 @@ def test_ground_at_the_floors_height_is_no_floor_outside():
     (level,) = find_levels(joined([*storey(0.0, 2.5, WALLS), plain]))
     assert level.floor is not None
     assert level.floor.area < 1.5 * 48.0
+
+
+def test_tops_of_beds_in_a_house_without_a_floor_are_none():
+    beds = [box((0.4 + 4 * i, 0.4, 3.4 + 4 * i, 3.4), 0.2, 0.5) for i in range(2)]
+    assert found(storey(0.0, 2.5, WALLS), beds) == [(0.0, 2.5)]
+
+
+def test_a_floor_over_a_foundation_is_one_even_so():
+    assert found(storey(-0.6, 2.5, WALLS), slab(-0.3, 0.0, [HOUSE])) == [(0.0, 2.5)]
