@@ -114,9 +114,12 @@ def _upright(shape: Shape, axis: str, convention: Convention) -> float:
         weight = DECLARED_WEIGHT if convention.declared else BINDING_WEIGHT
     evidence = 1.5 * shape.flatness + (1.5 if shape.bare else 0.0) + (weight if axis == convention.up else 0.0)
     evidence += 3.0 * min(shape.square, SQUARE)
-    possible = convention.metres is None and model_scale(shape.storey, shape.heads) is not None
-    possible |= any(shape.fits(metres) for metres in UNITS.values()) or shape.stands(convention.metres or 1.0)
-    return evidence if possible else evidence - 10.0
+    possible = any(shape.fits(metres) for metres in UNITS.values()) or shape.stands(convention.metres or 1.0)
+    if possible:
+        return evidence
+    told = model_scale(shape.storey, shape.heads) if convention.metres is None else None
+    is_model = told is not None and shape.fits_width(told)
+    return evidence - (8.0 if is_model else 10.0)
 
 
 def _unit(shape: Shape, convention: Convention, door: float | None) -> float | None:
@@ -131,7 +134,7 @@ def _unit(shape: Shape, convention: Convention, door: float | None) -> float | N
     if 1.0 in fitting and is_usual(shape.heads, 1.0):
         return 1.0
     told = model_scale(shape.storey, shape.heads) if convention.metres is None else None
-    if told and is_sound(told):
+    if told and is_sound(told) and shape.fits_width(told):
         return told
     if fitting:
         nearest = min(fitting, key=lambda metres: abs(math.log(shape.storey * metres / USUAL_STOREY_M)))
