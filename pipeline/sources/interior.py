@@ -1,7 +1,8 @@
 """Is there an inside? Facades, city blocks, cars and terrain are told from rooms before any plan is made.
 
-R1  Walls stand: along enough of the outline the same wall is met at knee, chest and head height. On terrain it is not.
-    In a car it may be, but there the walls lean and the floor is a small part of what they surround.
+R1  Walls stand: along enough of the outline the same wall is met at chest and head height; nearer to the floor other
+    things stand too. On terrain it is not. In a car it may be, but there the walls lean and the floor is a small part
+    of what they surround.
 R2  A facade is one sheet, wound to be seen from outside, closed all round, with no wall inside it: nobody modelled an
     inside. A wall with two faces, a sheet that looks inwards (a room's scan), a gap to enter by or an inner wall
     speaks for rooms.
@@ -22,7 +23,7 @@ from pipeline.sources.plan_grid import Cells, PlanGrid
 from pipeline.sources.surfaces import Bools, Floats, Surfaces, cut_faces
 from pipeline.values import Mesh
 
-HEIGHTS_M = (0.4, 1.1, 1.7)
+HEIGHTS_M = (1.1, 1.7)
 CELL_M = 0.1
 SAMPLE_M = 0.2
 LEAN_M = 0.2  # walls of scans lean and wave
@@ -63,7 +64,7 @@ class Look:
         """Say why this is no interior; "" where it may be one."""
         if self.standing_m < STANDING * self.outline_m:
             return (
-                f"walls stand from knee to head height along {self.standing_m:.0f} m of an outline of "
+                f"walls stand from chest to head height along {self.standing_m:.0f} m of an outline of "
                 f"{self.outline_m:.0f} m: a car, a sculpture or terrain"
             )
         if self.is_cabin:
@@ -100,20 +101,18 @@ def look_at(walls: Mesh, floor_m2: float | None = None) -> Look:
     upright = np.abs(surfaces.normal[:, 2]) < STEEP
     sections = [cut_faces(surfaces, upright, height) for height in HEIGHTS_M]
     ends = np.concatenate([segments.reshape(-1, 2) for segments, _ in sections])
-    if not len(ends):
+    if not len(sections[0][0]):
         return Look(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
     low, high = ends.min(axis=0), ends.max(axis=0)
     size = max(CELL_M, float(np.sqrt(np.prod(high - low + 2.0) / MOST_CELLS)))
     grid = PlanGrid.over(low, high, size_m=size)
     traces = [grid.trace(segments) for segments, _ in sections]
-    standing = traces[1]
-    for trace in (traces[0], traces[2]):
-        standing = standing & grid.grown(trace, LEAN_M)
-    wall = grid.grown(traces[1], grid.size_m)
+    standing = traces[0] & grid.grown(traces[1], LEAN_M)
+    wall = grid.grown(traces[0], grid.size_m)
     outside = _outside(wall)
     covered = _hull(wall)
     inside = ((outside == 0) & (wall == 0)).astype(np.uint8)
-    points, normals = _samples(*sections[1], surfaces)
+    points, normals = _samples(*sections[0], surfaces)
     outer = grid.at(grid.grown(outside, 2 * grid.size_m), points)
     looks_out = grid.at(outside, points + normals * 4 * grid.size_m)
     stands = grid.at(grid.grown(standing, grid.size_m), points)

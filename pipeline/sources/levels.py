@@ -6,6 +6,8 @@ R1  A floor is a level surface with room to stand on and 1.8 m of wall around an
     shelves or of door heads.
 R2  Walls without a floor are a house of one level that begins at the foot of the walls; such a level may also lie
     below the lowest floor, where a full storey of walls goes down from it.
+    Ground that lies under the foot of all walls gives the floor's area, not its height.
+    A lowest floor that lies over the foot of the walls and is a small part of the house is the tops of furniture.
 R3  Walls may be looked at up to the underside of what closes the level: the next floor's slab, a roof slab, else the
     top of the walls. A hung ceiling above which the walls go on does not close it.
 R4  What the source calls floor is the floor's area where it is most of it; what it calls ceiling or roof is no floor.
@@ -30,6 +32,10 @@ MARGIN_M = 0.05  # the last height stays this far under what closes the level
 SLAB_M = 0.65  # the thickest slab between two storeys
 ATTIC_M = 1.0  # walls that go on so far over a slab are an attic's; over less, it may be a hung ceiling
 SHORTEST_WALLS_M = 2.0
+FURNITURE_M = 0.25
+HOVER_M = 0.15
+HOVER_SHARE = 0.15  # of the usual wall length
+FURNITURE_SHARE = 0.4  # of the plan
 LOWEST_STOREY_M = 2.15  # from floor to floor, where one lies over the other
 LEAST_SHARE = 0.1  # of the house's plan; a smaller upper floor is the head of a stair, or a row of shelves
 NAMED_SHARE = 0.5  # of a surface, beyond which its names are believed
@@ -70,12 +76,17 @@ def find_levels(
     names = none if named_floor is None else named_floor, none if named_ceiling is None else named_ceiling
     candidates = [layer for layer in layers if not _is_named(surfaces, layer, names[1])]
     floors: list[FloorSurface | None] = list(find_floors(surfaces, walls, candidates, grid))
-    heights = [floor.layer.top for floor in floors if floor]
-    if not heights or foot < heights[0] - CLEAR_M:  # R2
-        floors = [None, *floors]
     enclosed = enclosed_cells(surfaces, walls, foot, grid)
+    lowest = floors[0] if floors else None
+    if lowest and foot < lowest.layer.top - FURNITURE_M and lowest.area_m2 < FURNITURE_SHARE * grid.area(enclosed):
+        floors = floors[1:]  # R2: tops of beds and tables
+        lowest = floors[0] if floors else None
+    if lowest is None or foot < lowest.layer.top - CLEAR_M:
+        floors = [None, *floors]
     floors = _storeys(floors, foot, grid.area(enclosed))
     heights = [floor.layer.top if floor else foot for floor in floors]
+    if heights[0] < foot - HOVER_M and profile.length_at(heights[0] + HOVER_M / 2) < HOVER_SHARE * profile.usual:
+        heights[0] = foot  # R2: ground under the house
     found = []
     for floor, height in zip(floors, heights, strict=True):
         around = _profile_around(surfaces, walls, floor, grid) if len(heights) > 1 else profile
@@ -130,7 +141,7 @@ def wall_bounds(surfaces: Surfaces, walls: Bools) -> tuple[np.ndarray, np.ndarra
 
 def _foot(surfaces: Surfaces, walls: Bools, profile: WallProfile) -> float | None:
     """Return the exact height at which half of the usual wall length begins; None where no storey of walls stands."""
-    usual = float(np.median(profile.length[profile.length > 0.1 * profile.length.max()]))
+    usual = profile.usual
     if usual < SHORTEST_WALLS_M:
         return None
     standing = np.flatnonzero(profile.length >= usual / 2)

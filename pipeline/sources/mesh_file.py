@@ -24,8 +24,9 @@ from pipeline.sources.mesh_load import SUFFIXES, convention, load_scene
 from pipeline.sources.named_scene import door_heights, sort_faces, structural
 from pipeline.sources.naming import base_id, level_id, list_files, sha256
 from pipeline.sources.placing import Shift, near_shift
+from pipeline.sources.scale import UNITS
 from pipeline.sources.scene import Scene
-from pipeline.sources.units import UNITS, UPS, Frame3D, Wish, detect
+from pipeline.sources.units import UPS, Frame3D, Wish, detect
 from pipeline.top_view import top_view
 from pipeline.values import Input, Level, Mesh
 

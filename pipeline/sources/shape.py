@@ -15,6 +15,9 @@ WIDTH_M = (1.5, 200.0)
 LONGEST_AT_LEAST_M = 2.0
 SQUARE = 0.85  # roofs, stairs and furniture may be the rest
 BINS = 400
+HEAD = 0.03  # of the walls' usual length: what a door or two of a house add over their heads
+LEVEL = 0.002  # of the plan: the undersides of a lintel or two
+MOST_HEADS = 2
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,7 @@ class Shape:
     flatness: float
     bare: bool  # hardly any face looks up: walls alone
     square: float  # share of the area that is upright or level; on a wrong axis, a turned house has slopes
+    heads: tuple[float, ...] = ()  # of openings, above the storey's foot
 
     def fits(self, metres: float) -> bool:
         """R2: tell whether a unit of so many metres makes this a house."""
@@ -53,8 +57,9 @@ def measured(surfaces: Surfaces, axis: int) -> Shape | None:
     flat_area, wall_area = float(surfaces.area[flats].sum()), float(surfaces.area[walls].sum())
     square = (flat_area + wall_area) / all_area
     flatness = math.log(max(math.sqrt(widths[0] * widths[1]), 1e-12) / height)
-    storey = _storey(surfaces, walls, flats, axis, widths[0] * widths[1])
-    return Shape((widths[0], widths[1]), storey, flatness, flat_area < 0.06 * all_area and square > SQUARE, square)
+    storey, heads = _storey(surfaces, walls, flats, axis, widths[0] * widths[1])
+    bare = flat_area < 0.06 * all_area and square > SQUARE
+    return Shape((widths[0], widths[1]), storey, flatness, bare, square, heads)
 
 
 def _span(surfaces: Surfaces, faces: Bools, axis: int) -> tuple[float, float]:
@@ -62,8 +67,13 @@ def _span(surfaces: Surfaces, faces: Bools, axis: int) -> tuple[float, float]:
     return weighted_quantile(low, area, 0.005), weighted_quantile(high, area, 0.995)
 
 
-def _storey(surfaces: Surfaces, walls: Bools, flats: Bools, axis: int, footprint: float) -> float:
-    """Return the greatest height between two level surfaces that cover the plan, or the ends of the walls."""
+def _storey(
+    surfaces: Surfaces, walls: Bools, flats: Bools, axis: int, footprint: float
+) -> tuple[float, tuple[float, ...]]:
+    """Return the greatest height between two level surfaces that cover the plan, or the ends of the walls.
+
+    And in it, above its foot, the heights at which openings end and there is more wall than below.
+    """
     low, high = surfaces.low[walls, axis].min(), surfaces.high[walls, axis].max()
     profile = WallProfile.of(surfaces, walls, axis, float(high - low) / BINS)
     standing = np.flatnonzero(profile.length >= 0.2 * profile.length.max())
@@ -73,7 +83,33 @@ def _storey(surfaces: Surfaces, walls: Bools, flats: Bools, axis: int, footprint
     covered = np.maximum(*looks)  # not their sum: walls made in courses have faces of both kinds between these
     layers = profile.edges[:-1][covered > 0.35 * footprint]
     stops = np.concatenate([[foot], layers[(layers > foot) & (layers < top)], [top]])
-    return float(np.diff(np.sort(stops)).max())
+    stops = np.sort(stops)
+    widest = int(np.diff(stops).argmax())
+    foot, storey = float(stops[widest]), float(stops[widest + 1] - stops[widest])
+    grown = _heads(profile.edges[:-1], _growth(profile), foot, storey, HEAD * float(np.median(profile.length)))
+    level = np.histogram(
+        (surfaces.low[flats, axis] + surfaces.high[flats, axis]) / 2, profile.edges, weights=surfaces.area[flats]
+    )[0]
+    undersides = _heads(profile.edges[:-1], level, foot, storey, LEVEL * footprint)
+    return storey, tuple(sorted({*grown, *undersides}))
+
+
+def _growth(profile: WallProfile) -> Floats:
+    """How much longer the walls are two steps above each height than two steps below it."""
+    grown = np.zeros_like(profile.length)
+    grown[2:-2] = profile.length[4:] - profile.length[:-4]
+    return grown
+
+
+def _heads(heights: Floats, evidence: Floats, foot: float, storey: float, least: float) -> tuple[float, ...]:
+    """Heights over ``foot``, in the upper half of a storey, at which the evidence peaks, the strongest few."""
+    left = np.where((heights > foot + 0.5 * storey) & (heights < foot + 0.96 * storey), evidence, 0.0)
+    found: list[float] = []
+    while len(found) < MOST_HEADS and left.max() > least:
+        best = int(left.argmax())
+        found.append(float(heights[best] - foot))
+        left[max(best - 4, 0) : best + 5] = 0.0
+    return tuple(found)
 
 
 def _area_over_height(surfaces: Surfaces, faces: Bools, axis: int, edges: Floats) -> Floats:

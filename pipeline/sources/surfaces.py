@@ -81,6 +81,16 @@ class WallProfile:
         below = _ramp_sum(edges, low, length) - _ramp_sum(edges, high, length)
         return cls(edges, np.maximum(np.diff(below) / step, 0.0), float(high.max()))
 
+    @property
+    def usual(self) -> float:
+        """Return the middle of the lengths at heights where walls stand."""
+        return float(np.median(self.length[self.length > 0.1 * self.length.max()]))
+
+    def length_at(self, height: float) -> float:
+        """Plan length of the walls at a height, 0 outside of the profile."""
+        step = int(np.searchsorted(self.edges, height, side="right")) - 1
+        return float(self.length[step]) if 0 <= step < len(self.length) else 0.0
+
     def end_above(self, height: float, foot: float) -> float:
         """Height over ``height`` at which the walls from ``foot`` up to it have ended, all but a chimney or a gable."""
         usual = float(np.median(self.length[(self.edges[:-1] >= foot) & (self.edges[1:] <= height)]))

@@ -5,7 +5,8 @@ R1  The up axis is the convention's unless the shape speaks clearly against it: 
     declares is outvoted by nothing but an absurd shape.
 R2  A unit fits where a storey is 1.9 to 6.6 m high and the walls stand 1.5 to 200 m apart, the longer way at least 2 m.
 R3  A declared unit stands while the building is 1.9 to 60 m high: a shell has no inner slab. Without one, metres are
-    taken where they fit; else the unit that brings a storey nearest to 2.7 m.
+    taken where they fit; else what the heads of openings tell (``scale``); else the unit that brings a storey nearest
+    to 2.7 m.
 R4  Doors that the file names are 1.5 to 3.2 m high in any unit that is not absurd; where no unit does that, the model
     is to a scale that makes them 2.05 m.
 R5  What the user says is believed: the axis, the unit or metres a unit, a model's scale, or a storey's height; it must
@@ -20,13 +21,12 @@ from dataclasses import dataclass
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.mesh_load import Convention
+from pipeline.sources.scale import UNITS, USUAL_STOREY_M, is_usual, model_scale, storey_scale
 from pipeline.sources.shape import SQUARE, STOREY_M, Shape, measured
 from pipeline.sources.surfaces import Surfaces
 from pipeline.values import Mesh
 
-UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 UPS = {"y": 1, "z": 2}
-USUAL_STOREY_M = 2.7
 USUAL_DOOR_M = 2.05
 DOOR_M = (1.5, 3.2)
 CUSTOM_WEIGHT = 0.9  # a house outweighs it that is 1.5 times as deep as high when stood on the other axis
@@ -115,7 +115,11 @@ def _upright(shape: Shape, axis: str, convention: Convention) -> float:
     evidence = 1.5 * shape.flatness + (1.5 if shape.bare else 0.0) + (weight if axis == convention.up else 0.0)
     evidence += 3.0 * min(shape.square, SQUARE)
     possible = any(shape.fits(metres) for metres in UNITS.values()) or shape.stands(convention.metres or 1.0)
-    return evidence if possible else evidence - 10.0
+    if possible:
+        return evidence
+    told = model_scale(shape.storey, shape.heads) if convention.metres is None else None
+    is_model = told is not None and shape.fits_width(told)
+    return evidence - (8.0 if is_model else 10.0)
 
 
 def _unit(shape: Shape, convention: Convention, door: float | None) -> float | None:
@@ -127,13 +131,17 @@ def _unit(shape: Shape, convention: Convention, door: float | None) -> float | N
     if convention.metres is not None and shape.stands(convention.metres) and is_sound(convention.metres):
         return convention.metres
     fitting = [metres for metres in UNITS.values() if shape.fits(metres) and is_sound(metres)]
-    if 1.0 in fitting:
+    if 1.0 in fitting and is_usual(shape.heads, 1.0):
         return 1.0
+    told = model_scale(shape.storey, shape.heads) if convention.metres is None else None
+    if told and is_sound(told) and shape.fits_width(told):
+        return told
     if fitting:
-        return min(fitting, key=lambda metres: abs(math.log(shape.storey * metres / USUAL_STOREY_M)))
+        nearest = min(fitting, key=lambda metres: abs(math.log(shape.storey * metres / USUAL_STOREY_M)))
+        return 1.0 if 1.0 in fitting else nearest
     if convention.metres is None and shape.stands(1.0) and is_sound(1.0):
         return 1.0
-    scaled = USUAL_DOOR_M / door if door else None
+    scaled = USUAL_DOOR_M / door if door else storey_scale(shape.storey)
     return scaled if scaled and shape.stands(scaled) else None
 
 

@@ -65,8 +65,8 @@ def test_a_material_is_called_by_its_name(tmp_path):
     library = (
         '<library_materials><material id="m1" name="Glass"><instance_effect url="#e"/></material></library_materials>'
     )
-    material = '<technique_common><instance_material symbol="m" target="#m1"/></technique_common>'
-    bound = f"<bind_material>{material}</bind_material>"
+    symbol = '<instance_material symbol="m" target="#m1"/>'
+    bound = f"<bind_material><technique_common>{symbol}</technique_common></bind_material>"
     nodes = f'<node name="Wall"><instance_geometry url="#g">{bound}</instance_geometry></node>'
     (piece,) = write(tmp_path / "house.dae", nodes, more=library)
     assert piece.part.material == "Glass"

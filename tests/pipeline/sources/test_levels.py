@@ -215,3 +215,26 @@ def test_ground_at_the_floors_height_is_no_floor_outside():
     (level,) = find_levels(joined([*storey(0.0, 2.5, WALLS), plain]))
     assert level.floor is not None
     assert level.floor.area < 1.5 * 48.0
+
+
+def test_tops_of_beds_in_a_house_without_a_floor_are_none():
+    beds = [box((0.4 + 4 * i, 0.4, 3.4 + 4 * i, 3.4), 0.2, 0.5) for i in range(2)]
+    assert found(storey(0.0, 2.5, WALLS), beds) == [(0.0, 2.5)]
+
+
+def test_a_floor_over_a_foundation_is_one_even_so():
+    assert found(storey(-0.6, 2.5, WALLS), slab(-0.3, 0.0, [HOUSE])) == [(0.0, 2.5)]
+
+
+def test_ground_under_the_foot_of_the_walls_gives_area_but_no_height():
+    corners = [(-3, -3, -0.25), (11, -3, -0.25), (11, 9, -0.25), (-3, 9, -0.25)]
+    plain = trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]], process=False)
+    (level,) = find_levels(joined([*storey(0.0, 2.5, WALLS), plain]))
+    assert level.floor_z == pytest.approx(0.0)
+    assert level.floor is not None
+
+
+def test_walls_that_stand_on_the_floor_with_wide_openings_keep_its_height():
+    posts = [(x, y, x + 0.3, y + 0.2) for x in (0.0, 2.0, 4.0, 6.0, 7.7) for y in (0.0, 5.8)]
+    walls = [*storey(0.0, 2.7, posts), *storey(0.9, 2.7, [SHELL[0], SHELL[2]]), *storey(0.0, 2.7, [SHELL[1], SHELL[3]])]
+    assert found(walls, slab(-0.2, 0.0, [HOUSE]))[0][0] == 0.0

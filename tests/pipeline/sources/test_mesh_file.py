@@ -209,9 +209,31 @@ def test_a_person_decides_on_a_models_scale(tmp_path, options):
     assert level.guesses == ()
 
 
+def test_a_model_without_doors_is_to_the_usual_scale_that_makes_its_storey_usual(tmp_path):
+    (level,) = read(write(scaled(walls_alone(), 1 / 20), tmp_path / "model.glb"))
+    assert level.ceiling_m == pytest.approx(2.5)
+    assert level.guesses == ("scale",)
+
+
+def with_doors() -> Mesh:
+    """Walls of 2.7 m with lintels over gaps, in a plan of 8 x 6 m."""
+    walls = [(0.0, 0.0, 8.0, 0.2), (7.8, 0.2, 8.0, 5.8), (0.0, 5.8, 8.0, 6.0), (0.0, 0.2, 0.2, 5.8)]
+    inner = [(4.0, 0.2, 4.2, 2.0), (4.0, 2.9, 4.2, 4.0), (4.0, 4.9, 4.2, 5.8)]
+    lintels = [box((4.0, y, 4.2, y + 0.9), 2.05, 2.7) for y in (2.0, 4.0)]
+    return joined([*storey(0.0, 2.7, [*walls, *inner]), *lintels])
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.0254, 0.01, 0.001])
+@pytest.mark.parametrize("scale", [1, 20, 50])
+def test_door_heads_tell_the_unit_and_the_scale_where_none_is_declared(tmp_path, unit, scale):
+    path = write(scaled(with_doors(), 1 / (unit * scale)), tmp_path / "model.ply")
+    (level,) = read(path)
+    assert np.ptp(level.walls.vertices[:, 0]) == pytest.approx(8.0, rel=0.02)
+
+
 def test_a_unit_that_cannot_be_decided_shows_the_sizes(tmp_path):
-    path = write(scaled(walls_alone(), 1 / 20), tmp_path / "model.glb")
-    with pytest.raises(Rejection, match=r"bad_units.*in: 0\.01016 m.*--scale") as caught:
+    path = write(scaled(walls_alone(), 1 / 3), tmp_path / "model.glb")
+    with pytest.raises(Rejection, match=r"bad_units.*in: 0\.06773 m.*--scale") as caught:
         read(path)
     assert caught.value.reason is Reason.BAD_UNITS
 
