@@ -1,6 +1,9 @@
 """Wavefront files (.obj): triangles with the names of their objects, groups and materials; nothing else is opened.
 
 SUNCG's files, which are many and plain, have a reader of their own (``obj``).
+
+R1  An object begins without a group: the last one belongs to the object before.
+R2  A group that follows faces of an object outside any group stands beside that object, not inside it.
 """
 
 from __future__ import annotations
@@ -67,6 +70,8 @@ def _sorted(path: Path) -> _Lines:
             rows.append(rest)
             before.append(len(found.vertices))
         elif word in names:
+            if word == b"o" or (word == b"g" and rows is not None and not names[b"g"]):
+                names[b"o"] = names[b"g"] = ""  # R1, R2
             names[word] = rest.strip().decode("utf-8", "replace")
             groups = tuple(name for name in (names[b"o"], names[b"g"]) if name)
             part, rows, before = Part(groups, "", names[b"usemtl"]), None, None

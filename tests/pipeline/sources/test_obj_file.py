@@ -23,6 +23,16 @@ def test_groups_and_materials_are_parts(tmp_path):
     assert scene.owner.tolist() == [0, 0, 1]
 
 
+def test_a_group_ends_where_an_object_begins(tmp_path):
+    scene = load(tmp_path, SQUARE + "g Plant\nf 1 2 3\no Wall\nf 1 3 4\n")
+    assert scene.parts == (Part(("Plant",), "", ""), Part(("Wall",), "", ""))
+
+
+def test_an_object_with_faces_of_its_own_ends_where_a_group_begins(tmp_path):
+    scene = load(tmp_path, SQUARE + "o Wardrobe\nusemtl oak\nf 1 2 3\ng Shell_44\nf 1 3 4\n")
+    assert scene.parts == (Part(("Wardrobe",), "", "oak"), Part(("Shell_44",), "", "oak"))
+
+
 @pytest.mark.parametrize("face", ["f 1/1/1 2//2 3/3 4", "f -4 -3 -2 -1", "f 1 2 3 4 # a comment", "f 1 2 \\\n3 4"])
 def test_every_way_to_write_a_face(tmp_path, face):
     scene = load(tmp_path, SQUARE + face + "\n")
