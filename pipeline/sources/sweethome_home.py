@@ -170,7 +170,7 @@ def _door(element: Element, values: dict[str, Any]) -> DoorOrWindow:
 
 def _is_frame(element: Element) -> bool:
     """R4."""
-    kind = (element.get("catalogId") or element.get("name", "")).lower()
+    kind = (element.get("catalogId") or element.get("name") or "").lower()
     return "frame" in kind or "opening" in kind
 
 
