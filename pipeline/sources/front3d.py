@@ -24,7 +24,7 @@ from shapely import LineString, Polygon
 from houseexpo.plan import Frame
 from pipeline.geometry.overlay import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.around import deepened, walls_around
+from pipeline.sources.around import deepened, one_each, walls_around
 from pipeline.sources.drawn import Hole, floor_of, openings, prism, standing
 from pipeline.sources.front3d_scene import Chamber, Placed, parse_scene
 from pipeline.sources.naming import base_id, check_file, level_id
@@ -35,7 +35,6 @@ from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
 STOREY_M = 1.5
 USUAL_M = 2.6
 THIN_M = 0.02
-APART_M = 0.3
 NAMES = {
     "LivingDiningRoom": ("Living_Room", "Dining_Room"),
     "KidsRoom": ("Child_Room",),
@@ -156,36 +155,7 @@ def _holes(rooms: Sequence[Chamber], height: float, top: float) -> list[Hole]:
             shape = shape.buffer(THIN_M / 2, cap_style="flat")
         if isinstance(shape, Polygon) and low < top and high > 0:
             found.append(Hole(shape, low, high, surface.kind == "Door"))
-    return [_hole([found[k] for k in group]) for group in _groups([each.shape for each in found])]
-
-
-def _hole(parts: list[Hole]) -> Hole:
-    """The meshes of one door as one hole, which is wider than deep."""
-    box = shapely.minimum_rotated_rectangle(shapely.union_all([part.shape for part in parts]))
-    sides = np.diff(shapely.get_coordinates(box)[:3], axis=0)
-    lengths = np.hypot(*sides.T)
-    x, y = sides[int(np.argmin(lengths))] / max(float(lengths.min()), 1e-9)
-    low, high = min(part.bottom_m for part in parts), max(part.top_m for part in parts)
-    return Hole(box, low, high, any(part.has_door for part in parts), (float(x), float(y)))
-
-
-def _groups(shapes: list[Polygon]) -> list[list[int]]:
-    """Indices of shapes that lie within APART_M of each other across a wall, and are one door."""
-    groups: list[list[int]] = []
-    for k, shape in enumerate(shapes):
-        near = next((g for g in groups if any(_is_one(shapes[i], shape) for i in g)), None)
-        if near is None:
-            groups.append([k])
-        else:
-            near.append(k)
-    return groups
-
-
-def _is_one(one: Polygon, other: Polygon) -> bool:
-    """Whether two shapes lie beside each other along most of their length."""
-    shared = shapely.intersection(shapely.buffer(one, APART_M), other).area
-    back = shapely.intersection(shapely.buffer(other, APART_M), one).area
-    return bool(shared > 0.7 * other.area and back > 0.7 * one.area)
+    return one_each(found)
 
 
 def _room(floor: _Floor) -> SourceRoom:

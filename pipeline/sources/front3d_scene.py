@@ -1,4 +1,4 @@
-"""A scene of 3D-FRONT as checked values, in metres and its own axes, y up; keys that plans do not need are passed over."""
+"""A scene of 3D-FRONT as checked values: metres, its own axes, y up; keys that plans do not need are passed over."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A tiny 3D-FRONT scene: a bedroom of 3 x 4 m, a wall of 0.2 m, a living room of 5 x 4 m, sheets on the rooms' sides."""
+"""A tiny 3D-FRONT scene: a bedroom of 3 x 4 m, a wall of 0.2 m, a living room of 5 x 4 m; walls as sheets."""
 
 from __future__ import annotations
 
