@@ -13,7 +13,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.bodies import Box
-from pipeline.geometry.overlay import clipped
+from pipeline.geometry.overlay import clipped, overlap
 
 PLAY_M = 0.35
 """A leaf ends at most so far from the jamb: the play and the frame are between."""
@@ -37,7 +37,11 @@ def rectangle(box: Box, *, width: float | None = None, depth: float | None = Non
 def seated(polygon: Polygon, walls: BaseGeometry) -> Polygon:
     """A doorway as its source draws it, drawn in to the faces of the wall that it lies in, where that is known."""
     found = doorway(box_of(polygon), walls)
-    return polygon if found is None else rectangle(found)
+    if found is None:
+        return polygon
+    drawn = rectangle(found)
+    kept = overlap(drawn, polygon).area > 0.5 * min(drawn.area, polygon.area)
+    return drawn if kept else polygon  # between two walls the one beside it may look nearer
 
 
 def box_of(polygon: Polygon) -> Box:

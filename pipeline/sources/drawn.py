@@ -9,8 +9,9 @@ R3  Walls of the same two heights are united first, so that a wall drawn once fo
 R4  What is drawn as a room but has neither walls nor other rooms around it is open air: a terrace, a garden.
 R5  Where rooms are drawn as areas, what is left between these and the walls is wall, as far as it is narrower than
     NARROW_M; what is wider is a room that nobody drew.
-R6  Where rooms are drawn between the walls, and not over them, a wall ends at a room's edge; but
-    not beside a hole, for which a room may be drawn up to the middle of the wall.
+R6  Where rooms are drawn between the walls, and not over them, a wall that lies in a room, deeper
+    than EDGE_M, ends at the room's edge. One with a hole stands: how far a room goes into a door, people draw as they
+    like.
 """
 
 from __future__ import annotations
@@ -33,9 +34,10 @@ HEAD_M = 1.6  # doors of old houses and of cellars are low; no window that start
 OPEN = 0.15
 NEAR_M = 0.3
 NARROW_M = 0.6
-JAMB_M = 0.05
+CORNER_M2 = 0.05
+EDGE_M = 0.12
 COVERED = 0.35  # of the walls' area; rooms drawn up to the walls' middles cover nearly all of it
-LAP_M = 0.005  # a hole reaches so far over its wall's faces, which rounding may have moved
+LAP_M = 0.001  # a hole reaches so far over its wall's faces, which rounding may have moved; stages close 2 mm
 SMALLEST_M2 = 1e-6
 FINEST_M = 1e-4
 NOTHING = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
@@ -137,9 +139,15 @@ def beside(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[H
     area, standing_ = shapely.union_all(shapes), shapely.union_all([wall.shape for wall in walls])
     if shapely.intersection(area, standing_).area > COVERED * standing_.area:
         return list(walls)
-    jambs = shapely.buffer(shapely.union_all([hole.shape for hole in holes]), JAMB_M, join_style="mitre")
-    inner = shapely.difference(area, jambs)
-    return [replace(wall, shape=part) for wall in walls for part in polygons_of(shapely.difference(wall.shape, inner))]
+    deep = shapely.union_all([shapely.buffer(shape, -EDGE_M, join_style="mitre") for shape in shapes])
+    found = []
+    for wall in walls:
+        has_hole = any(hole.shape.intersects(wall.shape) for hole in holes)
+        inner = shapely.intersection(wall.shape, deep).area
+        whole = has_hole or inner < 0.5 * wall.shape.area or wall.shape.area < CORNER_M2
+        parts = [wall.shape] if whole else polygons_of(shapely.difference(wall.shape, area))
+        found += [replace(wall, shape=part) for part in parts]
+    return found
 
 
 def between(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[Hole]) -> tuple[list[Wall], list[Hole]]:

@@ -5,7 +5,7 @@ Frame: x = X, y = Y, z = Z of the world, metres.
 R1  A body that can move is furniture, and so is a fixed one that stands inside the building and ends below its walls.
     The building is the fixed body that covers most of what the fixed ones cover together; where none does, all of them
     are. Where nothing is fixed, as in a model's own file, everything is.
-R2  What is called a door is a leaf: it may stand open or shut.
+R2  What is called a door is a leaf: it may stand open or shut. What is called furniture is that, but for the building.
 R3  The building's levels are found as those of any mesh; furniture goes to the level where it stands.
 """
 
@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,14 +24,15 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn import united
 from pipeline.sources.gazebo_scene import Body, Scene
 from pipeline.sources.levels import FoundLevel, find_levels
+from pipeline.sources.name_tables import Role
 from pipeline.sources.naming import base_id, check_file, level_id
 from pipeline.sources.placing import Shift, near_shift
+from pipeline.sources.roles import role_of
 from pipeline.sources.uris import Places, search_path
 from pipeline.values import Input, Level, Mesh, SourceObject
 
 SHARE = 0.6  # of the plan box of all that is fixed
 LOWER_M = 0.3
-_DOOR = re.compile(r"(?<![a-z])doors?(?![a-z])", re.IGNORECASE)
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
@@ -108,11 +108,19 @@ class _Parts:
 
 def _sorted(bodies: list[Body]) -> _Parts:
     """R1, R2."""
-    leaves = [body for body in bodies if _DOOR.search(body.name.replace("_", " "))]
-    others = [body for body in bodies if body not in leaves]
+    roles = {id(body): named.role for body in bodies if (named := role_of(body.name))}
+    leaves = [body for body in bodies if roles.get(id(body)) is Role.DOOR]
+    others = [body for body in bodies if roles.get(id(body)) is not Role.DOOR]
     fixed = [body for body in others if body.fixed] or others
     main = _building(fixed)
-    furniture = [body for body in others if body not in fixed or (main is not None and _stands_in(body, main))]
+    furniture = [
+        body
+        for body in others
+        if body is not main
+        and (
+            body not in fixed or roles.get(id(body)) is Role.FURNITURE or (main is not None and _stands_in(body, main))
+        )
+    ]
     return _Parts(united([body.mesh for body in fixed if body not in furniture]), leaves, furniture)
 
 

@@ -16,7 +16,7 @@ import shapely
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn import NOTHING, clean, prism
 from pipeline.sources.gazebo_poses import numbers
-from pipeline.sources.mesh_load import SUFFIXES, convention, load_triangles
+from pipeline.sources.mesh_load import SUFFIXES, convention, load_scene
 from pipeline.sources.uris import Places
 from pipeline.sources.xml_tree import Element
 from pipeline.values import Mesh
@@ -65,7 +65,7 @@ def named(uri: str) -> str:
 
 
 def _in_metres(path: Path) -> Mesh:
-    mesh = load_triangles(path)
+    mesh = load_scene(path).mesh
     if path.suffix.lower() == ".dae":
         said = convention(path)
         x, y, z = (mesh.vertices * (said.metres or 1.0)).T

@@ -3,6 +3,7 @@
 R1  What carries no ``level`` belongs to the one level of a home without levels. Heights count from the level.
 R2  A wall without a height has the home's; ``heightAtEnd`` slopes it; ``arcExtent`` (radians) bends it.
 R3  What is not visible is not there. Groups hold pieces, which have places of their own.
+R4  A piece without a sash is a mere opening where the catalogue calls it a frame: sliding windows have no sash either.
 """
 
 from __future__ import annotations
@@ -62,14 +63,14 @@ class Piece:
 
 @dataclass(frozen=True)
 class DoorOrWindow(Piece):
-    """The part that stands in the wall, as shares of width and depth; ``sashes`` are its leaves."""
+    """The part that stands in the wall, as shares of width and depth; ``has_leaf`` tells it from a mere frame."""
 
     wall_left: float
     wall_width: float
     wall_distance: float
     wall_thickness: float
     mirrored: bool
-    sashes: int
+    has_leaf: bool
 
 
 @dataclass(frozen=True)
@@ -163,8 +164,14 @@ def _door(element: Element, values: dict[str, Any]) -> DoorOrWindow:
         wall_distance=_number(element, "wallDistance", 0.0),
         wall_thickness=_number(element, "wallThickness", 1.0),
         mirrored=_flag(element, "modelMirrored", False),
-        sashes=len(element.findall("sash")),
+        has_leaf=element.find("sash") is not None or not _is_frame(element),
     )
+
+
+def _is_frame(element: Element) -> bool:
+    """R4."""
+    kind = (element.get("catalogId") or element.get("name") or "").lower()
+    return "frame" in kind or "opening" in kind
 
 
 def _room(element: Element) -> DrawnRoom:

@@ -76,7 +76,7 @@ def hole_of(door: DoorOrWindow, found: Sequence[Strip]) -> Hole | None:
         return None
     shape = shapely.convex_hull(shapely.union_all(parts))
     return Hole(
-        shape, door.elevation_m, door.elevation_m + door.height_m, door.sashes > 0, (float(across[0]), float(across[1]))
+        shape, door.elevation_m, door.elevation_m + door.height_m, door.has_leaf, (float(across[0]), float(across[1]))
     )
 
 

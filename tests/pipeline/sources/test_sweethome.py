@@ -51,7 +51,10 @@ def test_the_plan_has_both_rooms_the_door_and_the_entrance(tmp_path):
 
 
 def test_a_frame_without_a_leaf_is_an_opening_and_a_part_of_a_piece_is_the_hole(tmp_path):
-    level = one(tmp_path, home(door=DOOR.format(" wallLeft='0.25' wallWidth='0.5'").replace("<sash/>", "")))
+    level = one(
+        tmp_path,
+        home(door=DOOR.format(" wallLeft='0.25' wallWidth='0.5' catalogId='doorFrame'").replace("<sash/>", "")),
+    )
     assert not level.openings[0].has_door
     assert level.openings[0].polygon.bounds == pytest.approx((4.0, -1.725, 4.2, -1.275))
 

@@ -1,0 +1,175 @@
+"""3D-FRONT: a scene's rooms, doors and furniture from its JSON file.
+
+Frame: y is up and right-handed in the file, so that x = X and y = -Z show the house from above as it is; z = Y.
+
+R1  A room is the area of its Floor meshes. Its walls are sheets, one for each side; the walls' bodies are what lies
+    between the floors (``around``), and the sheets only say how high they stand.
+R2  A Door is a door and a Hole an opening, where it reaches from the floor to above a head; the meshes of one that
+    belongs to two rooms are one. Windows are none.
+R3  Floors more than STOREY_M apart in height are levels of their own.
+R4  Furniture is a box where the file has its size.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import shapely
+from shapely import LineString, Polygon
+
+from houseexpo.plan import Frame
+from pipeline.geometry.overlay import polygons_of
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.around import deepened, one_each, walls_around
+from pipeline.sources.drawn import Hole, floor_of, openings, prism, standing
+from pipeline.sources.front3d_scene import Chamber, Placed, parse_scene
+from pipeline.sources.naming import base_id, check_file, level_id
+from pipeline.sources.recognise import LONGEST_JSON
+from pipeline.sources.room_names import labels_for
+from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
+
+STOREY_M = 1.5
+USUAL_M = 2.6
+THIN_M = 0.02
+NAMES = {
+    "LivingDiningRoom": ("Living_Room", "Dining_Room"),
+    "KidsRoom": ("Child_Room",),
+    "ElderlyRoom": ("Bedroom",),
+    "NannyRoom": ("Bedroom",),
+    "Aisle": ("Hallway",),
+    "CloakRoom": ("Wardrobe",),
+    "EquipmentRoom": ("Boiler_room",),
+}
+
+
+def find(path: str, **options: str) -> Iterator[Input]:
+    """List one scene."""
+    file = Path(path)
+    name = options.get("file", f"{file.absolute().parent.name}/{file.name}")
+    yield Input(base_id(name), "front3d", str(file), options=(("file", name),))
+
+
+def read(item: Input) -> Iterator[Level]:
+    """Yield the scene's levels, lowest first; raises Rejection where it cannot be read or has no floor."""
+    path = Path(item.path)
+    name = dict(item.options).get("file", path.name)
+    check_file(path)
+    data = path.read_bytes() if path.stat().st_size < LONGEST_JSON else b""
+    rooms = parse_scene(data, path.name)
+    floors = [found for room in rooms if (found := _floor(room)) is not None]
+    if not floors:
+        detail = f"{name}: expected a mesh of type Floor in a room, found none"
+        raise Rejection("source", Reason.NO_LEVEL, detail, "leave the scene out")
+    provenance = {"source": "3d-front", "file": name, "sha256": hashlib.sha256(data).hexdigest()}
+    levels = _levels(floors)
+    for number, level in enumerate(levels):
+        above = levels[number + 1][0].height_m if number + 1 < len(levels) else np.inf
+        made = _level(level, rooms, above, provenance)
+        yield replace(made, id=level_id(item.id, number, len(levels)), frame=replace(made.frame, level=number))
+
+
+@dataclass(frozen=True, eq=False)
+class _Floor:
+    """A room's floor in plan, and its height."""
+
+    room: Chamber
+    shape: Polygon
+    height_m: float
+
+
+def _floor(room: Chamber) -> _Floor | None:
+    """R1."""
+    meshes = [surface.mesh for surface in room.surfaces if surface.kind == "Floor" and len(surface.mesh.faces)]
+    if not meshes:
+        return None
+    parts = polygons_of(shapely.union_all([_shadow(mesh) for mesh in meshes], grid_size=1e-4))
+    height = float(np.median(np.concatenate([mesh.vertices[:, 1] for mesh in meshes])))
+    return _Floor(room, parts[0], height) if parts else None
+
+
+def _shadow(mesh: Mesh) -> shapely.Geometry:
+    """The plan area of a mesh."""
+    triangles = shapely.polygons(_in_plan(mesh.vertices)[mesh.faces])
+    return shapely.union_all(triangles[shapely.area(triangles) > 1e-8], grid_size=1e-4)
+
+
+def _in_plan(points: np.ndarray) -> np.ndarray:
+    """(X, Y, Z) to the plan's (x, y)."""
+    return np.column_stack([points[:, 0], -points[:, 2]])
+
+
+def _levels(floors: Sequence[_Floor]) -> list[list[_Floor]]:
+    """R3: the floors by level, lowest first, the largest of each level first."""
+    levels: list[list[_Floor]] = []
+    for floor in sorted(floors, key=lambda each: each.height_m):
+        if levels and floor.height_m - levels[-1][0].height_m < STOREY_M:
+            levels[-1].append(floor)
+        else:
+            levels.append([floor])
+    return [sorted(level, key=lambda each: -each.shape.area) for level in levels]
+
+
+def _level(floors: list[_Floor], rooms: Sequence[Chamber], above: float, provenance: dict[str, str]) -> Level:
+    """Return a level, still without its own id and number; ``above`` is the height of the next one."""
+    height = floors[0].height_m
+    top = _top(rooms, height, above)
+    walls = walls_around([floor.shape for floor in floors], top)
+    holes = [hole for each in _holes(rooms, height, top) if (hole := deepened(each, walls)) is not None]
+    named = tuple(_room(floor) for floor in floors)
+    things = [thing for floor in floors for thing in floor.room.furniture]
+    return Level(
+        id="",
+        walls=standing(walls, holes),
+        ceiling_m=top,
+        frame=Frame(((1.0, 0.0, 0.0), (0.0, -1.0, 0.0)), "y", height, 0),
+        floor=floor_of(floor.shape for floor in floors),
+        furniture=tuple(_object(thing, height) for thing in things),
+        named_openings=True,
+        rooms=named,
+        room_count=len(named),
+        openings=openings(holes),
+        n_objects=len(things),
+        provenance=provenance,
+    )
+
+
+def _top(rooms: Sequence[Chamber], height: float, above: float) -> float:
+    """How high the walls stand: the median over the sheets that stand on this floor."""
+    sheets = [surface.mesh for room in rooms for surface in room.surfaces if surface.kind.startswith("WallInner")]
+    tops = [float(mesh.vertices[:, 1].max()) - height for mesh in sheets if abs(mesh.vertices[:, 1].min() - height) < 1]
+    top = float(np.median([each for each in tops if each > 1.8] or [USUAL_M]))
+    return min(top, above - height)
+
+
+def _holes(rooms: Sequence[Chamber], height: float, top: float) -> list[Hole]:
+    """R2."""
+    found: list[Hole] = []
+    for surface in (surface for room in rooms for surface in room.surfaces if surface.kind in {"Door", "Hole"}):
+        low, high = (float(end(surface.mesh.vertices[:, 1])) - height for end in (np.min, np.max))
+        shape = shapely.convex_hull(shapely.MultiPoint(_in_plan(surface.mesh.vertices)))
+        if isinstance(shape, LineString):
+            shape = shape.buffer(THIN_M / 2, cap_style="flat")
+        if isinstance(shape, Polygon) and low < top and high > 0:
+            found.append(Hole(shape, low, high, surface.kind == "Door"))
+    return one_each(found)
+
+
+def _room(floor: _Floor) -> SourceRoom:
+    word = floor.room.name
+    words = (word,) if word and word.lower() != "none" else ()
+    return SourceRoom(words, NAMES.get(word) or labels_for(words), floor.shape)
+
+
+def _object(thing: Placed, height: float) -> SourceObject:
+    """R4; a turn about the upright axis is the same turn in the plan, counter-clockwise."""
+    across, deep = thing.size[0] / 2, thing.size[2] / 2
+    cos, sin = np.cos(thing.turn_rad), np.sin(thing.turn_rad)
+    at = np.array([thing.at[0], -thing.at[2]])
+    corners = np.array([(-across, -deep), (across, -deep), (across, deep), (-across, deep)])
+    shape = Polygon(at + corners @ np.array([[cos, sin], [-sin, cos]]))
+    bottom = thing.at[1] - height
+    return SourceObject((thing.words,), prism(shape, bottom, bottom + thing.size[1]))

@@ -1,0 +1,162 @@
+"""Point clouds as blocks of points: a file of any size is never in memory as a whole (an E57 file: scan by scan).
+
+PLY without faces, PCD (ascii and binary), XYZ text, LAS and LAZ (laspy), E57 (pye57); the content says which it is.
+"""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import sys
+import warnings
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import MissingDependencyError
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.naming import check_file
+
+Points = npt.NDArray[np.float64]
+BLOCK = 1_000_000
+HEAD_BYTES = 1 << 16
+LINE_BYTES = 1 << 25
+_PLY = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
+        "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
+        "float32": "f4", "float64": "f8"}  # fmt: skip
+
+
+def blocks(path: Path) -> Iterator[Points]:
+    """Yield the points (n, 3) of a file in its own unit and axes, a million at a time.
+
+    Raises
+    ------
+    Rejection
+        Where it cannot be read.
+    MissingDependencyError
+        Where the library for its format is not installed.
+    """
+    check_file(path)
+    with path.open("rb") as stream:
+        head = stream.read(HEAD_BYTES)
+    try:
+        if head.startswith(b"ply"):
+            yield from _ply(path, head)
+        elif head.startswith(b"LASF"):
+            _need(path, "laspy")
+            yield from _in_child(path)
+        elif head.startswith(b"ASTM-E57"):
+            _need(path, "pye57")
+            yield from _in_child(path)
+        elif b"FIELDS" in head[:2000] and b"DATA" in head[:4000]:
+            yield from _pcd(path, head)
+        else:
+            with path.open("rb") as stream:
+                yield from _text(stream, (0, 1, 2))
+    except (Rejection, MissingDependencyError, MemoryError):
+        raise
+    except Exception as error:  # noqa: BLE001 - what the libraries raise on broken bytes is of many kinds
+        detail = f"{path.name} cannot be read as a point cloud: {type(error).__name__}: {str(error)[:120]}"
+        raise Rejection("source", Reason.UNREADABLE, detail, "export or copy it again") from None
+
+
+def _ply(path: Path, head: bytes) -> Iterator[Points]:
+    end = head.index(b"end_header")
+    start = head.index(b"\n", end) + 1
+    lines = [line.split() for line in head[:end].decode("ascii", "replace").splitlines()]
+    kind = next(line[1] for line in lines if line[:1] == ["format"])
+    first = next(k for k, line in enumerate(lines) if line[:1] == ["element"])
+    if lines[first][1] != "vertex":
+        raise ValueError("expected the vertices first")
+    fields = []
+    for line in lines[first + 1 :]:
+        if line[:1] == ["element"]:
+            break
+        if line[:1] == ["property"]:
+            fields.append((line[-1], _PLY[line[1]]))
+    count = int(lines[first][2])
+    names = [name for name, _ in fields]
+    with path.open("rb") as stream:
+        stream.seek(start)
+        if kind == "ascii":
+            yield from _text(stream, tuple(names.index(axis) for axis in "xyz"), count)
+        else:
+            order = ">" if kind == "binary_big_endian" else "<"
+            yield from _binary(stream, np.dtype([(name, order + code) for name, code in fields]), count)
+
+
+def _pcd(path: Path, head: bytes) -> Iterator[Points]:
+    at = head.index(b"DATA")
+    start = head.index(b"\n", at) + 1
+    said = {line.split()[0]: line.split()[1:] for line in head[:start].decode("ascii", "replace").splitlines() if line}
+    names, sizes, kinds = said["FIELDS"], said["SIZE"], said["TYPE"]
+    counts = said.get("COUNT", ["1"] * len(names))
+    total = int(said["POINTS"][0])
+    with path.open("rb") as stream:
+        stream.seek(start)
+        if said["DATA"] == ["ascii"]:
+            columns = np.cumsum([0, *map(int, counts)])
+            yield from _text(stream, tuple(int(columns[names.index(axis)]) for axis in "xyz"), total)
+        elif said["DATA"] == ["binary"]:
+            letters = {"F": "f", "I": "i", "U": "u"}
+            kind = [
+                (f"{name}{k}" if name == "_" else name, f"<{letters[t]}{int(size)}", (int(n),))
+                for k, (name, t, size, n) in enumerate(zip(names, kinds, sizes, counts, strict=True))
+            ]
+            yield from _binary(stream, np.dtype(kind), total)
+        else:
+            raise ValueError("its points are compressed; save it as binary or ascii")
+
+
+def _binary(stream: BinaryIO, kind: np.dtype[Any], count: int) -> Iterator[Points]:
+    left = count
+    while left > 0:
+        data = stream.read(kind.itemsize * min(left, BLOCK))
+        found = np.frombuffer(data, kind, count=len(data) // kind.itemsize)
+        if not len(found):
+            raise ValueError(f"it announces {count:,} points and breaks off {left:,} before")
+        yield np.column_stack([found[axis].reshape(len(found), -1)[:, 0].astype(np.float64) for axis in "xyz"])
+        left -= len(found)
+
+
+def _text(stream: BinaryIO, columns: tuple[int, ...], count: int | None = None) -> Iterator[Points]:
+    """Lines of numbers divided by spaces, tabs, commas or semicolons."""
+    left = np.inf if count is None else count
+    while left > 0 and (data := stream.read(LINE_BYTES)):
+        lines = (data + stream.readline(LINE_BYTES)).translate(bytes.maketrans(b",;\t", b"   "))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # a block of comments only
+            found = np.loadtxt(io.BytesIO(lines), usecols=columns, ndmin=2, comments=["#", "//"])
+        yield found[: int(min(left, len(found)))]
+        left -= len(found)
+    if count is not None and left > 0:
+        raise ValueError(f"it announces {count:,} points and breaks off {int(left):,} before")
+
+
+def _in_child(path: Path) -> Iterator[Points]:
+    """Points as another process reads them: the libraries of these formats end the process on some broken files."""
+    command = [sys.executable, "-m", "pipeline.sources.points_child", str(path.resolve())]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:  # noqa: S603 - our own
+        assert child.stdout is not None  # noqa: S101 - as asked for
+        assert child.stderr is not None  # noqa: S101
+        try:
+            while data := child.stdout.read(24 * BLOCK):
+                yield np.frombuffer(data[: len(data) // 24 * 24], "<f8").reshape(-1, 3)
+            said = child.stderr.read(1000).decode("utf-8", "replace").splitlines()
+        finally:
+            child.kill()
+    if child.returncode:
+        raise ValueError(said[0] if said else f"its library broke down ({child.returncode})")
+
+
+def _need(path: Path, library: str) -> None:
+    try:
+        import_module(library)
+    except ImportError:
+        raise MissingDependencyError(
+            f"{path.name} needs {library}, which is not installed; pip install 'houseexpo[scans]'"
+        ) from None

@@ -1,0 +1,185 @@
+"""RoomPlan: what a telephone found of a room or a home, as exported JSON or as USDZ.
+
+Frame: y is up and right-handed in the file, so that x = X and y = -Z show the home from above as it is; z = Y.
+
+R1  Walls are what lies between and around the floors (``around``), and the surfaces called walls that stand on these.
+    Where no floor was found, what the surfaces enclose is one; where they enclose nothing, they are the walls.
+R2  A door is a door, an opening one without a door; what two rooms have of one is one. It goes through all wall there.
+R3  A floor is a room. Sections name it; where a floor holds several, they name the rooms that walls make of it.
+R4  What stands STOREY_M over the walls' lowest feet is a level of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from houseexpo.plan import Frame
+from pipeline.geometry.overlay import mitred, polygons_of
+from pipeline.geometry.regions import enclosed, opened
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.around import deepened, one_each, walls_around
+from pipeline.sources.drawn import Hole, Wall, floor_of, openings, prism, standing
+from pipeline.sources.naming import base_id, check_file, level_id, sha256
+from pipeline.sources.recognise import LONGEST_JSON
+from pipeline.sources.room_names import labels_for
+from pipeline.sources.roomplan_scan import THIN_M, Floor, Scan, Section, Thing, parse_scan
+from pipeline.values import Input, Level, SourceObject, SourceRoom
+
+STOREY_M = 1.5
+THICK_M = 0.06
+INSIDE_M = 0.12
+CORNER_M = 0.1  # surfaces end so far from the corner that they make
+NARROW_M = 0.5
+UNKNOWN = frozenset({"", "unidentified", "other"})
+
+
+def find(path: str, **options: str) -> Iterator[Input]:
+    """List one scan."""
+    file = Path(path)
+    name = options.get("file", f"{file.absolute().parent.name}/{file.name}")
+    yield Input(base_id(name), "roomplan", str(file), options=(("file", name),))
+
+
+def read(item: Input) -> Iterator[Level]:
+    """Yield the scan's levels, lowest first; raises Rejection where it cannot be read or holds no wall.
+
+    Raises
+    ------
+    MissingDependencyError
+        For a USDZ file where usd-core is not installed.
+    """
+    path = Path(item.path)
+    name = dict(item.options).get("file", path.name)
+    scan = _scan(path)
+    if not scan.walls:
+        raise Rejection("source", Reason.EMPTY, f"{name}: expected walls, found none", "scan the room again")
+    provenance = {"source": "roomplan", "file": name, "sha256": sha256(path)}
+    heights = _heights(scan)
+    for number, height in enumerate(heights):
+        above = heights[number + 1] if number + 1 < len(heights) else np.inf
+        made = _level(_part(scan, height - STOREY_M / 2, above - STOREY_M / 2), height, provenance)
+        yield replace(made, id=level_id(item.id, number, len(heights)), frame=replace(made.frame, level=number))
+
+
+def _scan(path: Path) -> Scan:
+    check_file(path)
+    with path.open("rb") as stream:
+        packed = stream.read(2) == b"PK"
+    if packed:
+        from pipeline.sources.roomplan_usd import load_usdz
+
+        return load_usdz(path)
+    if path.stat().st_size > LONGEST_JSON:
+        detail = f"{path.name} has {path.stat().st_size >> 20} MB"
+        raise Rejection("source", Reason.TOO_LARGE, detail, "expected the JSON of one scan")
+    return parse_scan(path.read_bytes(), path.name)
+
+
+def _heights(scan: Scan) -> list[float]:
+    """R4: the floors' heights, lowest first."""
+    feet = sorted(wall.low_m for wall in scan.walls if wall.high_m - wall.low_m > 1.0)
+    groups: list[list[float]] = []
+    for foot in feet or sorted(wall.low_m for wall in scan.walls):
+        if groups and foot - groups[-1][0] < STOREY_M:
+            groups[-1].append(foot)
+        else:
+            groups.append([foot])
+    return [float(np.median(group)) for group in groups]
+
+
+def _part(scan: Scan, low: float, high: float) -> Scan:
+    """What begins between two heights."""
+
+    def here(things: Sequence[Thing]) -> tuple[Thing, ...]:
+        return tuple(thing for thing in things if low <= thing.low_m < high)
+
+    return Scan(
+        here(scan.walls),
+        here(scan.doors),
+        here(scan.openings),
+        tuple(thing for thing in scan.objects if low <= thing.low_m < high),
+        tuple(floor for floor in scan.floors if low <= floor.height_m < high),
+        tuple(section for section in scan.sections if low <= section.height_m < high),
+    )
+
+
+def _level(scan: Scan, height: float, provenance: dict[str, str]) -> Level:
+    """Return a level, still without its own id and number."""
+    top = float(np.median([wall.high_m for wall in scan.walls])) - height
+    walls = _walls(scan, [floor.shape for floor in scan.floors] or _enclosed(scan.walls), top)
+    found = [Hole(d.shape, d.low_m - height, d.high_m - height, has_door=True) for d in scan.doors]
+    found += [Hole(o.shape, o.low_m - height, o.high_m - height) for o in scan.openings]
+    holes = [hole for each in one_each(found) if (hole := deepened(each, walls)) is not None]  # R2
+    rooms = _rooms(scan.floors, scan.sections)
+    return Level(
+        id="",
+        walls=standing(walls, holes),
+        ceiling_m=top,
+        frame=Frame(((1.0, 0.0, 0.0), (0.0, -1.0, 0.0)), "y", height, 0),
+        floor=floor_of(floor.shape for floor in scan.floors),
+        furniture=tuple(_object(thing, height) for thing in scan.objects),
+        named_openings=True,
+        rooms=rooms,
+        room_count=len(rooms) or None,
+        openings=openings(holes),
+        n_objects=len(scan.objects),
+        provenance=provenance,
+    )
+
+
+def _walls(scan: Scan, floors: Sequence[Polygon], top: float) -> list[Wall]:
+    """R1."""
+    strips = shapely.union_all([_strip(wall.shape, THICK_M, 0.0) for wall in scan.walls], grid_size=1e-4)
+    if not floors:
+        return [Wall(part, 0.0, top) for part in polygons_of(strips)]
+    inner = shapely.intersection(strips, mitred(shapely.union_all(floors), -INSIDE_M))
+    reached = shapely.union_all([mitred(part, INSIDE_M) for part in polygons_of(inner)])
+    free_standing = polygons_of(shapely.intersection(reached, strips))
+    return [*walls_around(floors, top), *(Wall(part, 0.0, top) for part in free_standing)]
+
+
+def _enclosed(walls: Sequence[Thing]) -> list[Polygon]:
+    """What surfaces close all round, but for the inside of walls between two of them."""
+    strips = shapely.union_all([_strip(wall.shape, THIN_M, CORNER_M) for wall in walls], grid_size=1e-4)
+    areas = [mitred(area, THIN_M / 2) for area in enclosed(strips)[1]]
+    return [area for area in areas if not opened(area, NARROW_M).is_empty]
+
+
+def _strip(shape: Polygon, thick_m: float, longer_m: float) -> Polygon:
+    """A wall's surface as a strip about its middle."""
+    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shape))
+    sides = np.hypot(*np.diff(corners[:3], axis=0).T)
+    k = int(np.argmin(sides))
+    ends = np.array([corners[k] + corners[k + 1], corners[(k + 2) % 4] + corners[(k + 3) % 4]]) / 2
+    along = (ends[1] - ends[0]) / max(float(sides.max()), 1e-9) * longer_m
+    line = shapely.LineString([ends[0] - along, ends[1] + along])
+    strip: Polygon = line.buffer(max(float(sides[k]), thick_m) / 2, cap_style="flat")
+    return strip
+
+
+def _rooms(floors: Sequence[Floor], sections: Sequence[Section]) -> tuple[SourceRoom, ...]:
+    """R3."""
+    rooms, free = [], list(sections)
+    for floor in floors:
+        inside = [s for s in sections if shapely.intersects_xy(floor.shape, *s.at)]
+        if len(inside) > 1:
+            continue
+        words = tuple(s.label for s in inside if s.label.lower() not in UNKNOWN)
+        rooms.append(SourceRoom(words, labels_for(words), floor.shape))
+        free = [s for s in free if s not in inside]
+    for section in free:
+        if section.label.lower() not in UNKNOWN:
+            x, y = section.at
+            box = (x - 0.1, y - 0.1, x + 0.1, y + 0.1)
+            rooms.append(SourceRoom((section.label,), labels_for((section.label,)), box=box))
+    return tuple(rooms)
+
+
+def _object(thing: Thing, height: float) -> SourceObject:
+    return SourceObject((thing.word,), prism(thing.shape, thing.low_m - height, thing.high_m - height))

@@ -1,0 +1,176 @@
+import sys
+
+import numpy as np
+import pytest
+import shapely
+
+from houseexpo.errors import MissingDependencyError
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources import find, points, points_voxels
+from tests.builders.clouds import (
+    flat,
+    sampled,
+    turned,
+    write_e57,
+    write_las,
+    write_pcd,
+    write_ply,
+    write_xyz,
+)
+from tests.builders.houses import kinds, plan_of
+from tests.builders.mutations import mutated, outcome
+
+ROOMS = shapely.union_all(
+    [shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3), shapely.box(4.0, 1.0, 4.2, 1.9)],
+)
+
+
+def cloud(**options):
+    return sampled(flat(), np.random.default_rng(0), **options)
+
+
+def wide(**options):
+    """Two such flats side by side: the floor is larger than any wall."""
+    found = cloud(**options)
+    return np.concatenate([found, found + np.array([0.0, 3.2, 0.0])])
+
+
+def levels(path, **options):
+    return [level for item in find(str(path), **options) for level in points.read(item)]
+
+
+def free_iou(plan, truth):
+    matrix = np.array(plan.frame.matrix)
+    rings = [np.array(ring) @ matrix[:, :2].T + matrix[:, 2] for ring in (plan.verts, *plan.holes)]
+    found = shapely.Polygon(rings[0], rings[1:])
+    return found.intersection(truth).area / found.union(truth).area
+
+
+@pytest.mark.parametrize(("noise", "outliers"), [(0.0, 0.0), (0.005, 0.1), (0.02, 0.1)])
+@pytest.mark.parametrize("degrees", [0.0, 25.0])
+def test_a_scanned_flat_gives_its_two_rooms_and_the_door(tmp_path, noise, outliers, degrees):
+    there = (3.0, -2.0, 1.0)
+    found = turned(cloud(noise_m=noise, outliers=outliers), degrees, there)
+    (level,) = levels(write_ply(tmp_path / "scan.ply", found))
+    plan = plan_of(level)
+    truth = shapely.transform(ROOMS, lambda xy: turned(np.column_stack([xy, 0 * xy[:, :1]]), degrees, there)[:, :2])
+    assert free_iou(plan, truth) > 0.95
+    assert sorted(room.area for room in plan.rooms) == pytest.approx([9.0, 12.0], rel=0.06)
+    assert "door" in kinds(plan)
+    assert level.frame.floor == pytest.approx(1.0, abs=0.03)
+    assert level.ceiling_m == pytest.approx(2.5, abs=0.08)
+
+
+def test_furniture_and_windows_leave_no_trace(tmp_path):
+    (level,) = levels(write_ply(tmp_path / "scan.ply", cloud()))
+    plan = plan_of(level)
+    assert plan.holes == ()  # a cupboard stands in the first room
+    assert kinds(plan) == ["door"]  # and a window is in its wall
+
+
+WRITERS = {
+    "a.ply": write_ply,
+    "b.ply": lambda path, found: write_ply(path, found, ascii_=True),
+    "c.pcd": write_pcd,
+    "d.pcd": lambda path, found: write_pcd(path, found, ascii_=True),
+    "e.xyz": write_xyz,
+    "f.xyz": lambda path, found: write_xyz(path, found, ";"),
+    "g.las": write_las,
+    "h.laz": write_las,
+    "i.e57": write_e57,
+}
+NEEDS = {".las": "laspy", ".laz": "lazrs", ".e57": "pye57"}
+
+
+def written(path, found):
+    pytest.importorskip(NEEDS.get(path.suffix, "numpy"))
+    return WRITERS[path.name](path, found)
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_every_format_holds_the_same_points(tmp_path, name):
+    found = cloud(density=300.0)
+    path = written(tmp_path / name, found)
+    assert [item.reader for item in find(str(path))] == ["points"]
+    voxels = points_voxels.fill(points.blocks(path), 1.0, "auto", name)
+    same = points_voxels.fill([found], 1.0, "auto", name)
+    assert len(voxels.index) == pytest.approx(len(same.index), rel=0.02)
+    assert voxels.centres().mean(axis=0) == pytest.approx(same.centres().mean(axis=0), abs=0.01)
+
+
+def test_a_cloud_with_y_up_is_turned_upright(tmp_path):
+    (level,) = levels(write_ply(tmp_path / "wide.ply", wide()[:, [0, 2, 1]] * (1.0, 1.0, -1.0)))
+    assert (level.frame.up, level.frame.matrix[1][1]) == ("y", -1.0)
+    (level,) = levels(write_ply(tmp_path / "scan.ply", cloud()[:, [0, 2, 1]] * (1.0, 1.0, -1.0)), up="y")
+    assert free_iou(plan_of(level), shapely.transform(ROOMS, lambda xy: xy * (1.0, -1.0))) > 0.95
+
+
+def test_millimetres_are_said(tmp_path):
+    path = write_ply(tmp_path / "scan.ply", 1000 * cloud(density=500.0))
+    assert outcome(path).reason is Reason.BAD_UNITS
+    assert len(levels(path, units="mm")) == 1
+
+
+def test_two_storeys_are_two_levels(tmp_path):
+    lower = wide(density=800.0)
+    upper = lower + np.array([0.0, 0.0, 2.8])
+    (below, above) = levels(write_ply(tmp_path / "scan.ply", np.concatenate([lower, upper])))
+    assert (below.frame.floor, above.frame.floor) == pytest.approx((0.0, 2.8), abs=0.05)
+
+
+def test_a_mesh_in_the_same_folder_is_none(tmp_path):
+    write_ply(tmp_path / "scan.ply", cloud(density=50.0))
+    assert [item.reader for item in find(str(tmp_path))] == ["points"]
+
+
+def test_the_voxels_do_not_depend_on_the_blocks():
+    found = cloud(density=300.0)
+    whole = points_voxels.fill([found], 1.0, "z", "a")
+    parts = points_voxels.fill(np.array_split(found, 7), 1.0, "z", "a")
+    same = [np.unique(np.round(each.centres(), 3), axis=0) for each in (whole, parts)]
+    assert np.array_equal(*same)
+
+
+@pytest.mark.parametrize(
+    ("found", "reason"),
+    [
+        (np.full((5000, 3), np.nan), Reason.NOT_FINITE),
+        (np.zeros((1, 3)), Reason.EMPTY),
+        (np.random.default_rng(0).random((20_000, 3)) * (900.0, 700.0, 30.0), Reason.BAD_UNITS),
+        (np.random.default_rng(0).random((20_000, 3)) * (5.0, 5.0, 0.5), Reason.NO_LEVEL),
+    ],
+    ids=["nan", "point", "campus", "rug"],
+)
+def test_what_is_no_flat(tmp_path, found, reason):
+    rejection = outcome(write_ply(tmp_path / "scan.ply", found))
+    assert isinstance(rejection, Rejection)
+    assert rejection.reason is reason
+
+
+@pytest.mark.parametrize("library", ["laspy", "pye57"])
+def test_a_missing_library_is_named(tmp_path, monkeypatch, library):
+    path = tmp_path / "scan.bin"
+    path.write_bytes({"laspy": b"LASF", "pye57": b"ASTM-E57"}[library] + b"\0" * 500)
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(MissingDependencyError, match="scans"):
+        list(points.blocks(path))
+
+
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [(name, 10 if name[-3:] in {"las", "laz", "e57"} else 200) for name in WRITERS]
+    + [pytest.param(name, 200, marks=pytest.mark.slow) for name in ("g.las", "h.laz", "i.e57")],
+)
+def test_damaged_clouds_end_as_levels_or_rejections(tmp_path, name, count):
+    path = tmp_path / name
+    data = written(path, cloud(density=15.0)).read_bytes()
+    whole = sum(map(len, points.blocks(path)))
+    found = []
+    for changed in mutated(data, count, seed=2):
+        path.write_bytes(changed)
+        try:
+            found.append(sum(map(len, points.blocks(path))))
+        except Rejection as error:
+            found.append(error)
+    assert any(isinstance(each, Rejection) for each in found)
+    assert all(isinstance(each, Rejection) or each <= 2 * whole for each in found)

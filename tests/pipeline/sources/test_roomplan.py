@@ -1,0 +1,137 @@
+import json
+import sys
+
+import pytest
+import shapely
+
+from houseexpo.errors import MissingDependencyError
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources import find, roomplan
+from tests.builders.houses import kinds, plan_of
+from tests.builders.mutations import mutated, outcome
+from tests.builders.roomplan import FLOOR, HEIGHT, home, pack, room, usda, whole, write
+
+
+def levels(path):
+    return [level for item in find(str(path)) for level in roomplan.read(item)]
+
+
+def one(tmp_path, value):
+    (level,) = levels(write(tmp_path / "scan.json", value))
+    return level
+
+
+def test_rooms_doors_and_frame_are_the_files_own(tmp_path):
+    level = one(tmp_path, home())
+    bedroom, kitchen = level.rooms
+    assert bedroom.polygon.bounds == pytest.approx((0.0, -4.0, 3.0, 0.0))
+    assert (kitchen.words, kitchen.labels) == (("kitchen",), ("Kitchen",))
+    between, front = level.openings  # both rooms have the door; the windows are none
+    assert between.polygon.bounds == pytest.approx((3.0, -1.9, 3.12, -1.0), abs=1e-6)
+    assert front.polygon.bounds[1::2] == pytest.approx((-3.2, -2.0), abs=1e-6)
+    assert [each.has_door for each in level.openings] == [True, False]
+    assert (level.frame.matrix, level.frame.up) == (((1, 0, 0), (0, -1, 0)), "y")
+    assert (level.frame.floor, level.ceiling_m) == pytest.approx((FLOOR, HEIGHT))
+
+
+@pytest.mark.parametrize("floors", [True, False])
+def test_the_plan_has_both_rooms_the_door_and_the_entrance(tmp_path, floors):
+    plan = plan_of(one(tmp_path, home(floors)))
+    assert sorted(room.area for room in plan.rooms) == pytest.approx([12.0, 20.0], rel=0.015)
+    assert kinds(plan) == ["door", "entrance"]
+    assert {room.label for room in plan.rooms} == {"Bedroom", "Kitchen"}
+
+
+def test_a_wall_inside_a_floor_divides_it_and_sections_name_what_it_makes(tmp_path):
+    plan = plan_of(one(tmp_path, whole()))
+    assert sorted(room.area for room in plan.rooms) == pytest.approx([12.0, 20.0], rel=0.02)
+    assert {room.label for room in plan.rooms} == {"Bedroom", "Living_Room"}
+    assert kinds(plan) == ["door"]
+    plan = plan_of(one(tmp_path, whole(divided=False)))
+    assert [room.area for room in plan.rooms] == pytest.approx([32.0], rel=0.01)
+
+
+def test_an_object_is_furniture(tmp_path):
+    (bed,) = one(tmp_path, home()).furniture
+    assert bed.words == ("bed",)
+    assert shapely.MultiPoint(bed.mesh.vertices[:, :2]).bounds == pytest.approx((0.0, -1.8, 2.0, -0.2))
+    assert bed.mesh.vertices[:, 2].min() == pytest.approx(0.0)
+
+
+def test_two_storeys_are_two_levels(tmp_path):
+    value = home()
+    upper = json.loads(json.dumps(room("office", (0.0, 0.0, 3.0, 4.0))))
+    for kind in ("walls", "floors", "windows"):
+        for item in upper[kind]:
+            item["transform"][13] += 3.0
+    upper["sections"][0]["center"][1] += 3.0
+    value["rooms"].append(upper)
+    below, above = levels(write(tmp_path / "scan.json", value))
+    assert (below.frame.floor, above.frame.floor) == pytest.approx((FLOOR, FLOOR + 3.0))
+    assert [room.words for room in above.rooms] == [("office",)]
+
+
+def test_a_usdz_says_the_same_as_the_json(tmp_path):
+    pytest.importorskip("pxr")
+    (level,) = levels(pack(tmp_path / "scan.usdz", {"scan.usda": usda(home())}))
+    for found, same in zip(level.rooms, one(tmp_path, home()).rooms, strict=True):
+        assert found.polygon.bounds == pytest.approx(same.polygon.bounds, abs=1e-5)
+    assert len(level.furniture) == 1
+    plan = plan_of(level)
+    assert sorted(room.area for room in plan.rooms) == pytest.approx([12.0, 20.0], rel=0.015)
+    assert kinds(plan) == ["door", "entrance"]
+
+
+def test_a_usdz_may_refer_to_its_own_layers_only(tmp_path):
+    pytest.importorskip("pxr")
+    (tmp_path / "secret.usda").write_text(usda(home()))
+    for target in ("../secret.usda", str(tmp_path / "secret.usda"), "https://host/a.usda", "secret.usda"):
+        layer = usda({"rooms": []}, f"(\n    prepend references = @{target}@\n)")
+        found = outcome(pack(tmp_path / "scan.usdz", {"scan.usda": layer}))
+        assert isinstance(found, Rejection)
+        assert "not in the archive" in found.detail
+    layers = {"scan.usda": usda({"rooms": []}, "(\n    prepend references = @in/a.usda@\n)"), "in/a.usda": usda(home())}
+    assert len(levels(pack(tmp_path / "scan.usdz", layers))[0].rooms) == 2
+
+
+def test_a_missing_library_is_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pxr", None)
+    (item,) = roomplan.find(str(pack(tmp_path / "scan.usdz", {"a.usda": usda(home())})))
+    with pytest.raises(MissingDependencyError, match="scans"):
+        list(roomplan.read(item))
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (lambda s: s["rooms"].clear() or s["walls"].clear(), Reason.EMPTY),
+        (lambda s: s["rooms"][0]["walls"][0].update(transform=[1.0]), Reason.UNREADABLE),
+        (lambda s: s["rooms"][0]["walls"][0]["transform"].__setitem__(12, 1e9), Reason.BAD_UNITS),
+        (lambda s: s["rooms"][0].update(sections=[{"label": "a", "center": []}]), Reason.UNREADABLE),
+    ],
+)
+def test_bad_scans(tmp_path, change, reason):
+    value = home()
+    change(value)
+    path = write(tmp_path / "scan.json", value)
+    (item,) = roomplan.find(str(path))
+    with pytest.raises(Rejection) as caught:
+        list(roomplan.read(item))
+    assert caught.value.reason is reason
+
+
+@pytest.mark.parametrize("kind", ["json", "usdz"])
+def test_damaged_scans_end_as_levels_or_rejections(tmp_path, kind):
+    if kind == "usdz":
+        pytest.importorskip("pxr")
+    path = tmp_path / f"scan.{kind}"
+    data = json.dumps(home()).encode() if kind == "json" else pack(path, {"a.usda": usda(home())}).read_bytes()
+    found = []
+    for changed in mutated(data, 200, seed=11):
+        path.write_bytes(changed)
+        (item,) = roomplan.find(str(path))
+        try:
+            found.append(list(roomplan.read(item)))
+        except Rejection as error:
+            found.append(error)
+    assert sum(isinstance(each, Rejection) for each in found) > 20
