@@ -16,9 +16,10 @@ import msgspec
 from houseexpo.index import index_table, row
 from houseexpo.plan import FloorPlan
 from houseexpo.plan_json import FORMAT, decode, encode
-from houseexpo.similarity import Duplicate, comparison_mask
+from houseexpo.similarity import Duplicate
 from houseexpo.summaries import new_summaries
 from pipeline.batch import disk
+from pipeline.batch.copies import copies
 from pipeline.batch.entry import Entry, Kept, Refused
 from pipeline.batch.folder import MANIFEST, Finished, Folder, Written
 from pipeline.batch.ids import settle
@@ -122,10 +123,9 @@ def _as_it_was(parts: Parts, finished: Finished) -> DataSet:
 
 
 def _dropped(parts: Parts, kept: Mapping[str, Kept]) -> list[Duplicate]:
-    config = parts.config.stages.dedupe
-    masks = {name: comparison_mask(_load(parts, plan), config.pixels_per_metre) for name, plan in kept.items()}
+    pairs = copies(parts.folder.build / "copies.npz", parts.plans, list(kept.values()), parts.config.stages.dedupe)
     keep = {name for name, plan in kept.items() if _override(name, plan, parts.overrides).keep}
-    return dedupe(masks, config, keep)
+    return dedupe(list(kept), pairs, keep)
 
 
 def pretty(values: Any) -> bytes:

@@ -11,7 +11,7 @@ from houseexpo.errors import ConfigError
 from pipeline.batch.folder import Others
 from pipeline.batch.lock import locked
 from pipeline.batch.verify import verify
-from tests.builders.batch import contents, one_room, run_build
+from tests.builders.batch import contents, lines, one_room, run_build
 
 
 @pytest.fixture
@@ -159,6 +159,19 @@ def test_verify_names_what_is_not_as_it_was_written(out: Path) -> None:
     ]
     assert len(found) == 4
     assert "damaged" in found[3]
+
+
+@pytest.mark.parametrize("how", ["kept", "truncated", "deleted"])
+def test_copies_are_those_of_a_fresh_build_whatever_was_compared_before(street: Path, out: Path, how: str) -> None:
+    one_room(street / "aa.ply", 4.0, 5.0)  # b, turned; its id comes first
+    one_room(street / "d.ply", 9.0, 4.0)
+    (street / "c.ply").unlink()
+    if how != "kept":
+        spoil(out / ".build" / "copies.npz", how)
+    run_build([street], out)
+    run_build([street], street.parent / "fresh")
+    assert contents(out) == contents(street.parent / "fresh")
+    assert [line["id"] for line in lines(out / "duplicates.jsonl")] == ["b"]
 
 
 def test_what_interrupted_writes_left_is_swept(street: Path, out: Path) -> None:
