@@ -1,5 +1,5 @@
 """``python -m houseexpo`` is the command ``houseexpo``."""
 
-from houseexpo.cli import main
+from houseexpo.entry import main
 
 main()

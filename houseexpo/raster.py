@@ -146,7 +146,7 @@ def _fill(mask: npt.NDArray[np.generic], rings: list[Ring], frame: GridFrame, va
 
 def _crossings(rings: list[Ring], frame: GridFrame) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
     """Return row and column of each toggle; rows run from 0 to ``rows`` (one below the grid), columns stay on it."""
-    start, end = _edges(rings, frame)
+    start, end = edges_in_pixels(rings, frame)
     rows, cols = frame.shape
     # columns c with start.x <= c + 0.5 < end.x
     first, last = np.clip(_centre_from(np.stack([start[:, 0], end[:, 0]])), 0, cols).astype(np.intp)
@@ -169,8 +169,8 @@ def _centre_from(position: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return first
 
 
-def _edges(rings: list[Ring], frame: GridFrame) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return the two ends (n, 2) of all edges in pixels, the left one first.
+def edges_in_pixels(rings: list[Ring], frame: GridFrame) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the two ends (n, 2) of all edges in pixels, the left one first, as scanlines down the columns want them.
 
     One direction for both neighbours of an edge: they compute the same crossing to the last bit.
     """

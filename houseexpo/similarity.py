@@ -1,7 +1,7 @@
 """When two plans are the same house: pixel difference under the symmetries of the square, and a quick bound of it.
 
 The difference of two masks A and B is |A xor B| / max(|A|, |B|), the least over the eight symmetries and over the
-positions in which the crops meet at one end of each axis or the other, within a cell.
+positions in which the crops meet at one end of each axis or the other, shifted by up to two cells.
 """
 
 from __future__ import annotations
@@ -34,6 +34,9 @@ SYMMETRIES: Final[Mapping[str, tuple[bool, bool, bool]]] = {
     "antitranspose": (True, True, True),
 }
 
+SHIFT_PX: Final = 2
+"""How far from meeting two crops may lie."""
+
 _HAIR: Final = 1e-4
 _BINS: Final = 64
 _BIN_PX: Final = 8
@@ -61,16 +64,20 @@ def comparison_mask(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) ->
     The grid is centred on the bounds, has an even number of cells each way and is finer than asked for by 1 in 10,000:
     then no wall on the 1 cm grid runs through cells' centres, where one side would have to be preferred.
     """
-    rings = rings_of(space)
-    corners = np.concatenate(rings)
+    frame = comparison_frame(space, pixels_per_metre)
+    mask = np.zeros(frame.shape, dtype=bool)
+    fill(mask, space, frame, True)
+    return crop(mask)
+
+
+def comparison_frame(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) -> GridFrame:
+    """Return the grid of ``comparison_mask``."""
+    corners = np.concatenate(rings_of(space))
     low, high = corners.min(axis=0), corners.max(axis=0)
     scale = pixels_per_metre * (1 + _HAIR)
     cols, rows = (2 * math.ceil(size * scale / 2) for size in (high - low).tolist())
     x, y = ((low + high) / 2 - np.array([cols, rows]) / (2 * scale)).tolist()
-    frame = GridFrame((x, y), scale, (max(rows, 2), max(cols, 2)))
-    mask = np.zeros(frame.shape, dtype=bool)
-    fill(mask, space, frame, True)
-    return crop(mask)
+    return GridFrame((x, y), scale, (max(rows, 2), max(cols, 2)))
 
 
 def crop(mask: Mask) -> Mask:
@@ -217,7 +224,7 @@ def _pooled(profile: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
 def _offsets(sums: npt.NDArray[np.int64], sums_: npt.NDArray[np.int64], areas: int) -> list[tuple[int, int]]:
     """Return where the second profile may lie on the first, each with the least difference that the sums allow."""
     size, size_ = len(sums), len(sums_)
-    ends = sorted({end + by for end in (0, size - size_) for by in (-1, 0, 1)}, key=abs)
+    ends = sorted({end + by for end in (0, size - size_) for by in range(-SHIFT_PX, SHIFT_PX + 1)}, key=abs)
     common = [int(np.minimum(_from(sums, at, size_), _from(sums_, -at, size)).sum()) for at in ends]
     return [(at, areas - 2 * shared) for at, shared in zip(ends, common, strict=True)]
 

@@ -1,5 +1,5 @@
 """``python -m pipeline`` is ``houseexpo build``."""
 
-from houseexpo.cli import main
+from houseexpo.entry import main
 
 main("build")

@@ -5,17 +5,26 @@ What is heavy is imported where a command runs, so that ``houseexpo --help`` ans
 
 from __future__ import annotations
 
+import shlex
+import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from pipeline.interrupts import EXIT_CODE as INTERRUPTED
+from pipeline.interrupts import interruptible
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
 
     from pipeline.config_file import BuildConfig
+
+DAMAGED, NOT_DONE = 1, 3
+"""Exit codes, beside 0, 2 (the command cannot be carried out) and that of Ctrl-C."""
 
 Up = Literal["auto", "y", "z"]
 
@@ -43,15 +52,15 @@ _MinQuality = Annotated[
 
 
 def build(
-    out: Annotated[Path, typer.Option(help="The data set folder.", show_default=False)],
     sources: Annotated[
         list[str] | None,
         typer.Argument(
             metavar="SOURCE",
-            help="A mesh, a folder, an IFC file, a SUNCG root or procedural:COUNT.",
+            help="A mesh, a folder, an IFC file, a SUNCG root or procedural:COUNT; with --verify, a data set.",
             show_default=False,
         ),
     ] = None,
+    out: Annotated[Path | None, typer.Option(help="The data set folder.", show_default=False)] = None,
     config: _Config = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
     limit: Annotated[int | None, typer.Option(min=1, help="Take the first N inputs only.", show_default=False)] = None,
@@ -65,6 +74,8 @@ def build(
     replace_others: Annotated[bool, typer.Option("--replace", help="Remove what else OUT holds of builds.")] = False,
     model_path: _ModelPath = None,
     min_quality: _MinQuality = None,
+    rehash: Annotated[bool, typer.Option("--rehash", help="Read all inputs to see whether they changed.")] = False,
+    verify: Annotated[bool, typer.Option("--verify", help="Check the hashes of a data set; build nothing.")] = False,
 ) -> None:
     """Build a data set of floor plans from 3D houses.
 
@@ -72,15 +83,13 @@ def build(
 
     A build that was interrupted goes on where it stopped.
     """
-    from rich.console import Console
-
-    from houseexpo.workers import cores
-    from pipeline.build import build as run_build
-    from pipeline.overrides import load_overrides
-    from pipeline.report import outcome_table, plans_line, reasons_lines
-    from pipeline.report_page import write_report
-    from pipeline.store import Others
-
+    if verify:
+        _verify([*map(Path, sources or ()), *([out] if out else [])])
+        return
+    if out is None:
+        raise typer.BadParameter("missing; name the data set folder", param_hint="--out")
+    if add and replace_others:
+        raise typer.BadParameter("expected --add or --replace, found both")
     given = {
         "sources": tuple(sources or ()),
         "limit": limit,
@@ -93,28 +102,89 @@ def build(
         "model_path": model_path,
         "min_quality": min_quality,
     }
+    others = "add" if add else "replace" if replace_others else "refuse"
+    last_words = f"interrupted; what is done is kept, and this goes on with the rest: {shlex.join(_command())}"
+    try:
+        with interruptible(last_words) as check:
+            not_done = _build(config, given, out, workers, others, rehash, check)
+    except KeyboardInterrupt:
+        typer.echo(last_words, err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    if not_done:
+        raise typer.Exit(NOT_DONE)
+
+
+def _build(
+    config: Path | None,
+    given: dict[str, Any],
+    out: Path,
+    workers: int | None,
+    others: str,
+    rehash: bool,
+    check: Callable[[], None],
+) -> int:
+    """Build, show what came of it, and return how many inputs are not done yet."""
+    from rich.console import Console
+
+    from houseexpo.workers import cores
+    from pipeline.batch.build import build as run_build
+    from pipeline.batch.folder import Others
+    from pipeline.overrides import load_overrides
+    from pipeline.report import outcome_table, plans_line, reasons_lines
+    from pipeline.report_page import write_report
+
+    check()
     settings = _settings(config, given)
-    if add and replace_others:
-        raise typer.BadParameter("expected --add or --replace, found both")
-    others = Others.ADD if add else Others.REPLACE if replace_others else Others.REFUSE
     console = Console()
     with _progress(Console(stderr=True)) as bar:
-        overrides, show = load_overrides(config), _shown(bar)
         data_set = run_build(
-            settings, out, overrides=overrides, workers=workers or cores(), progress=show, others=others
+            settings,
+            out,
+            overrides=load_overrides(config),
+            workers=workers or cores(),
+            progress=(show := _shown(bar, check)),
+            others=Others(others),
+            rehash=rehash,
         )
-        write_report(data_set, show)
+        if not data_set.unchanged:
+            write_report(data_set, show)
+    if data_set.unchanged:
+        console.print("nothing to do: the data set stands as its inputs are")
     console.print(outcome_table(data_set.stats))
     if (line := plans_line(data_set.stats)) is not None:
         console.print(line, highlight=False)
     for line in reasons_lines(data_set):
         console.print(line, style="red", markup=False, highlight=False)
+    if data_set.not_done:
+        console.print(
+            f"not done yet: {data_set.not_done}; build again when what kept them from it has passed", style="yellow"
+        )
     for what, path in {
         "data set": out,
         "pictures": out / ".build/pictures",
         "report": out / ".build/report.html",
     }.items():
         console.print(f"[bold]{what:10}[/]{path}", highlight=False, soft_wrap=True)
+    return data_set.not_done
+
+
+def _verify(folders: list[Path]) -> None:
+    """Check data sets; ends with 1 where something is damaged."""
+    from pipeline.batch.verify import verify
+
+    if not folders:
+        raise typer.BadParameter("name the data set", param_hint="--verify")
+    wrong = [f"{folder}: {line}" for folder in folders for line in verify(folder)]
+    for line in wrong:
+        typer.secho(line, fg=typer.colors.RED)
+    if wrong:
+        typer.echo(f"{len(wrong)} files are not as they were written; the build's own command writes them again")
+        raise typer.Exit(DAMAGED)
+    typer.echo("every file is as it was written")
+
+
+def _command() -> list[str]:
+    return ["houseexpo", *sys.argv[1:]] if Path(sys.argv[0]).name != "__main__.py" else sys.orig_argv
 
 
 def inspect(
@@ -188,14 +258,15 @@ def _progress(console: Console) -> Progress:
     )
 
 
-def _shown(bar: Progress) -> Any:
-    """Return the callback of a build that keeps a bar for each thing it does."""
+def _shown(bar: Progress, check: Callable[[], None]) -> Any:
+    """Return the callback of a build that keeps a bar for each thing it does, and ends where ``check`` says so."""
     tasks: dict[str, Any] = {}
 
     def show(what: str, done: int, total: int) -> None:
+        check()
         if what not in tasks:
             tasks[what] = bar.add_task(what, total=total, rate="")
         speed = next(task.speed for task in bar.tasks if task.id == tasks[what])
-        bar.update(tasks[what], completed=done, rate=f"{speed:.1f}/s" if speed and total > 1 else "")
+        bar.update(tasks[what], completed=done, total=total, rate=f"{speed:.1f}/s" if speed and total > 1 else "")
 
     return show

@@ -84,10 +84,12 @@ class RefineConfig:
 
 @dataclass(frozen=True)
 class DedupeConfig:
-    """Pixel difference |A xor B| / max(|A|, |B|) under the eight symmetries of the square."""
+    """Pixel difference |A xor B| / max(|A|, |B|) under the eight symmetries of the square and small shifts."""
 
     pixels_per_metre: int = 20
     threshold: float = 0.02
+    symmetries: bool = True  # False: a mirrored or turned house is another house
+    shift_px: int = 2
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from houseexpo.drawing import contact_sheet
 from houseexpo.errors import ConfigError
 from houseexpo.plan import FloorPlan, Quality
 from pipeline.algorithm import Snapshot, stages
-from pipeline.build import list_inputs
+from pipeline.batch.job import rng_of
+from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig
 from pipeline.corrections import corrected_input, corrected_level
-from pipeline.job import rng_of
 from pipeline.overrides import Override
 from pipeline.pictures import stage_pictures
 from pipeline.png import as_png
@@ -71,7 +71,7 @@ def inspect_house(config: BuildConfig, overrides: Mapping[str, Override], number
     ConfigError
         Where the source is none, or the house has no such level.
     """
-    inputs = list_inputs(config)
+    inputs = list(list_inputs(config))
     item = corrected_input(inputs[0], overrides)
     out.mkdir(parents=True, exist_ok=True)
     try:

@@ -20,6 +20,7 @@ class Reason(StrEnum):
     TIMEOUT = "timeout"
     OUT_OF_MEMORY = "out_of_memory"
     INTERNAL = "internal"
+    NOT_YET = "not_yet"
     DROPPED_BY_HAND = "dropped_by_hand"
     DOUBTFUL = "doubtful"
     # layout rules

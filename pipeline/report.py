@@ -8,7 +8,7 @@ from typing import Any
 from rich.table import Table
 
 from houseexpo.quality import SURE
-from pipeline.assemble import DataSet
+from pipeline.batch.assemble import DataSet
 
 RULES = {
     "boundary:floor_edge": "closed an open front by its floor",

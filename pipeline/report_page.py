@@ -17,13 +17,13 @@ from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.files import load_plan
 from houseexpo.plan import FloorPlan
 from houseexpo.quality import SURE
-from pipeline.assemble import DataSet
-from pipeline.build import Progress
-from pipeline.job import Refused
+from pipeline.batch.assemble import DataSet
+from pipeline.batch.build import Progress
+from pipeline.batch.disk import write
+from pipeline.batch.entry import Refused
 from pipeline.png import as_png
 from pipeline.quality import main_grounds
 from pipeline.report import RULES
-from pipeline.store import write
 
 PICTURES: Final = 60
 """How many of the other plans are drawn: enough to look at, quick to make."""

@@ -61,6 +61,12 @@ def is_path(source: str) -> bool:
     return not source.startswith("procedural:")
 
 
+def made_count(source: str) -> int | None:
+    """Return how many houses ``procedural:COUNT`` stands for; None for any other source."""
+    count = source.partition(":")[2]
+    return int(count) if not is_path(source) and count.isdecimal() else None
+
+
 def reader(name: str) -> Reader:
     """Return the reader of that name: it is loaded only where it is needed."""
     return cast("Reader", import_module(f"pipeline.sources.{name}"))

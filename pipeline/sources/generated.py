@@ -17,13 +17,12 @@ from pipeline.values import Input, Level, RejectedLevel
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
-    """List COUNT houses of a seed, sorted by sceneId; option ``seed`` (default 0)."""
+    """List COUNT houses of a seed, one by one; option ``seed`` (default 0)."""
     count, seed = path.partition(":")[2], options.get("seed", "0")
     if not count.isdecimal() or int(count) < 1:
         raise ConfigError(f"source {path!r}: expected procedural:COUNT with a COUNT of at least 1")
-    houses = [(scene_id(index, int(seed)), index) for index in range(int(count))]
-    for scene, index in sorted(houses):
-        yield Input(scene, "generated", "procedural", key=f"{seed}:{index}")
+    for index in range(int(count)):
+        yield Input(scene_id(index, int(seed)), "generated", "procedural", key=f"{seed}:{index}")
 
 
 def read(item: Input) -> Iterator[Level | RejectedLevel]:

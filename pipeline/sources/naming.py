@@ -10,6 +10,9 @@ from pathlib import Path
 
 from pipeline.rejection import Reason, Rejection
 
+LONGEST_ID = 180
+"""Ids name files, together with a level and a suffix; file systems take 255 bytes."""
+
 
 def slug(text: str) -> str:
     """Lower-case ASCII letters, digits and single underscores: what an id may hold."""
@@ -25,8 +28,8 @@ def level_id(base: str, level: int, n_levels: int) -> str:
 def list_files(path: str, suffixes: Iterable[str]) -> Iterator[tuple[Path, str]]:
     """Yield (file, relative name) for each file with one of the suffixes, sorted by relative name.
 
-    The name is relative to the SOURCE given; a single file carries its folder's name. A single file is listed even
-    where it is missing, so that the batch records it as one rejection.
+    The name is relative to the SOURCE given; a single file carries its folder's name. Bytes of it that are no UTF-8
+    stand as U+FFFD. A single file is listed even where it is missing, so that the batch records it as one rejection.
 
     Raises
     ------
@@ -37,16 +40,25 @@ def list_files(path: str, suffixes: Iterable[str]) -> Iterator[tuple[Path, str]]
     source = Path(path)
     if source.is_dir():
         files = (file for file in source.rglob("*") if file.suffix.lower() in known and file.is_file())
-        yield from sorted(((file, file.relative_to(source).as_posix()) for file in files), key=lambda pair: pair[1])
+        named = ((file, as_text(file.relative_to(source).as_posix())) for file in files)
+        yield from sorted(named, key=lambda pair: (pair[1], pair[0]))
     elif source.suffix.lower() in known:
-        yield source, f"{source.absolute().parent.name}/{source.name}".lstrip("/")
+        yield source, as_text(f"{source.absolute().parent.name}/{source.name}").lstrip("/")
     elif not source.exists():
         raise Rejection("source", Reason.MISSING_FILE, f"{source.name} does not exist", "check the path")
 
 
 def base_id(name: str) -> str:
-    """Slug of a relative file name without its suffix."""
-    return slug(Path(name).with_suffix("").as_posix())
+    """Slug of a relative file name without its suffix; a long one is cut, and eight digits of its hash put on."""
+    whole = slug(Path(name).with_suffix("").as_posix())
+    if len(whole) <= LONGEST_ID:
+        return whole
+    return f"{whole[: LONGEST_ID - 9]}_{hashlib.sha256(whole.encode()).hexdigest()[:8]}"
+
+
+def as_text(name: str) -> str:
+    """Return a file name as text that can be written: bytes that are no UTF-8 stand as U+FFFD."""
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
 def sha256(path: Path) -> str:

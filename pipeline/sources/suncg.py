@@ -21,6 +21,8 @@ from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import obj
+from pipeline.sources.naming import as_text
+from pipeline.sources.reading import report
 from pipeline.sources.suncg_house import House, Node, parse_house
 from pipeline.values import Input, Level, Mesh, RejectedLevel, SourceObject, SourceRoom
 
@@ -45,7 +47,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
         raise Rejection("source", Reason.MISSING_FILE, "expected a folder 'house' in the SUNCG root", "give the root")
     settings = tuple(sorted(options.items()))
     for scene in sorted(entry.name for entry in folder.iterdir() if entry.is_dir()):
-        yield Input(id=scene, reader="suncg", path=path, key=scene, options=settings)
+        yield Input(id=as_text(scene), reader="suncg", path=path, key=scene, options=settings)
 
 
 def read(item: Input) -> Iterator[Level | RejectedLevel]:
@@ -136,6 +138,8 @@ class _Files:
     def mesh(self, name: str) -> Mesh:
         data = self.read(name)
         material = obj.material_file(data)
+        if material is not None:
+            report((self._root / name).with_name(material))
         if material is not None and not (self._root / name).with_name(material).exists():
             advice = "copy it again, or take the mtllib line out of the OBJ file"
             raise Rejection("source", Reason.MISSING_FILE, f"{name} names {material}, found no such file", advice)

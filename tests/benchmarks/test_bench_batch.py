@@ -10,9 +10,9 @@ from rich.console import Console
 from rich.table import Table
 
 from pipeline.algorithm import plan_level
-from pipeline.build import list_inputs
+from pipeline.batch.job import rng_of
+from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig, BuildOptions
-from pipeline.job import rng_of
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
 from pipeline.sources.procedural import write_house
@@ -39,7 +39,7 @@ def test_one_house_from_file_to_plan(tmp_path: Path) -> None:
     for index in range(HOUSES):
         write_house(tmp_path, index, SEED)
     config = BuildConfig(BuildOptions(sources=(str(tmp_path),), seed=SEED))
-    items = list_inputs(config)
+    items = list(list_inputs(config))
     planned(items[0], config)
     times = 1000 * np.array([planned(item, config) for item in items])
     table = Table(title=f"One house, {HOUSES} procedural houses, one core (ms)")

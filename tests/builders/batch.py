@@ -14,14 +14,14 @@ import numpy as np
 import trimesh
 
 from houseexpo.plan import FloorPlan
-from pipeline.assemble import DataSet
-from pipeline.build import build
+from pipeline.batch.assemble import DataSet
+from pipeline.batch.build import build
+from pipeline.batch.folder import Others
+from pipeline.batch.job import Plan
 from pipeline.config import PipelineConfig
 from pipeline.config_file import BuildConfig, BuildOptions, LimitsConfig
-from pipeline.job import Plan
 from pipeline.overrides import Override
 from pipeline.rejection import Reason, Rejection
-from pipeline.store import Others
 from pipeline.values import Level
 
 
@@ -75,12 +75,22 @@ def run_build(
     seconds: float = 30.0,
     plan: Plan = boxed,
     others: Others = Others.REFUSE,
+    rehash: bool = False,
     **options: Any,
 ) -> DataSet:
     """Build with the quick planner."""
     chosen = BuildOptions(sources=tuple(map(str, sources)), **options)
     config = BuildConfig(chosen, LimitsConfig(seconds=seconds))
-    return build(config, out, overrides=overrides or {}, workers=workers, progress=_quiet, plan=plan, others=others)
+    return build(
+        config,
+        out,
+        overrides=overrides or {},
+        workers=workers,
+        progress=_quiet,
+        plan=plan,
+        others=others,
+        rehash=rehash,
+    )
 
 
 def _quiet(what: str, done: int, total: int) -> None:

@@ -27,8 +27,8 @@ def slow_difference(one: np.ndarray, other: np.ndarray) -> float:
     best = np.inf
     for symmetry in SYMMETRIES:
         moved = transformed(other, symmetry)
-        rows = {end + by for end in (0, one.shape[0] - moved.shape[0]) for by in (-1, 0, 1)}
-        cols = {end + by for end in (0, one.shape[1] - moved.shape[1]) for by in (-1, 0, 1)}
+        rows = {end + by for end in (0, one.shape[0] - moved.shape[0]) for by in (-2, -1, 0, 1, 2)}
+        cols = {end + by for end in (0, one.shape[1] - moved.shape[1]) for by in (-2, -1, 0, 1, 2)}
         for down in rows:
             for right in cols:
                 painted = canvas.copy()

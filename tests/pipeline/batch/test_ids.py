@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from pipeline.ids import settle
+from pipeline.batch.ids import settle
 
 
 def test_an_id_that_stands_alone_stays() -> None:

@@ -1,4 +1,4 @@
-"""What a worker does with one input: open it, plan its levels, and let nothing escape but outcomes."""
+"""What a worker does with one input: open it, plan its levels, keep the plans, and let nothing escape but outcomes."""
 
 from __future__ import annotations
 
@@ -6,20 +6,26 @@ import hashlib
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from houseexpo.errors import MissingDependencyError
 from houseexpo.plan import FloorPlan
 from houseexpo.plan_json import encode
+from pipeline.batch.entry import Entry, Kept, Outcome, Refused, identity
+from pipeline.batch.files import folders_of, known_again, looked_at
+from pipeline.batch.passing import passing_fault
+from pipeline.batch.plans import Plans
 from pipeline.config import PipelineConfig
 from pipeline.corrections import corrected_level
 from pipeline.overrides import Override
 from pipeline.quality import check_quality
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import reader
+from pipeline.sources.reading import recorded
 from pipeline.top_view import top_view
 from pipeline.values import Input, Level, RejectedLevel
 
@@ -27,72 +33,59 @@ Plan = Callable[[Level, PipelineConfig, np.random.Generator], Sequence[FloorPlan
 
 
 @dataclass(frozen=True)
-class Made:
-    """A plan, as the bytes of its file; ``content`` is the SHA-256 of what it was made from."""
-
-    id: str
-    content: str
-    plan: bytes = field(repr=False)
-
-
-@dataclass(frozen=True)
-class Refused:
-    """An input, or a level of one, that gave no plan; ``picture`` is a PNG of it, or nothing."""
-
-    id: str
-    stage: str
-    reason: str
-    detail: str
-    advice: str = ""
-    picture: bytes = field(default=b"", repr=False)
-
-    @classmethod
-    def of(cls, name: str, rejection: Rejection) -> Refused:
-        """Put a rejection down under the id it concerns."""
-        return cls(name, rejection.stage, str(rejection.reason), rejection.detail, rejection.advice, rejection.picture)
-
-    def line(self) -> dict[str, str]:
-        """Return what ``rejected.jsonl`` has of it."""
-        return {"id": self.id, "stage": self.stage, "reason": self.reason, "detail": self.detail, "advice": self.advice}
-
-
-@dataclass(frozen=True)
-class Finished:
-    """What came of one input; ``seconds`` of wall clock."""
-
-    content: str
-    seconds: float
-    outcomes: tuple[Made | Refused, ...]
-
-
-@dataclass(frozen=True)
 class Settings:
-    """What all jobs of a build share; ``stamp`` goes into every plan's provenance."""
+    """What all jobs of a build share; ``stamp`` goes into every plan's provenance, ``plans`` is where they are kept."""
 
     config: PipelineConfig
     seed: int
     overrides: Mapping[str, Override]
     stamp: Mapping[str, str]
+    versions: Mapping[str, str]
     plan: Plan
+    plans: Plans
     min_quality: float = 0.0
 
 
 @dataclass(frozen=True)
 class Job:
-    """One input, and the content of which the outcomes are known already ("" where none are)."""
+    """One input, its source and recipe, and the entry that is still right if the files hold what they held."""
 
     item: Input
-    known: str = ""
+    source: str
+    recipe: str
+    known: Entry | None = None
+
+    def refused(self, rejection: Rejection, *, passing: bool = False) -> Entry:
+        """Return the entry of an input that gives no plan for a reason outside of it."""
+        refused = Refused.of(self.item.id, rejection)
+        return Entry(identity(self.item), self.source, self.recipe, [], 0.0, [], [refused], passing=passing)
 
 
-def work(settings: Settings, job: Job) -> Finished | None:
-    """Return what came of an input, or None where it is still what the outcomes known were made from."""
-    start = time.perf_counter()
-    content = _content(job.item)
-    if content == job.known:
-        return None
-    outcomes = tuple(_outcomes(job.item, settings))
-    return Finished(content, time.perf_counter() - start, outcomes)
+def work(settings: Settings, job: Job) -> Entry:
+    """Return what came of an input; where its files only look changed, what came of it before."""
+    start, began_ns = time.perf_counter(), time.time_ns()
+    if job.known is not None and (files := known_again(job.item, job.known.files, began_ns)) is not None:
+        return msgspec.structs.replace(job.known, files=files, source=job.source, gone=False)
+    with recorded(*folders_of(job.item)) as names:
+        try:
+            outcomes = list(_outcomes(job.item, settings))
+        except OSError as error:  # a fault of the moment: it says nothing about the house
+            return job.refused(not_yet(error.strerror or str(error)), passing=True)
+    return Entry(
+        input=identity(job.item),
+        source=job.source,
+        recipe=job.recipe,
+        files=looked_at(names, job.item, began_ns),
+        seconds=round(time.perf_counter() - start, 4),
+        plans=[outcome for outcome in outcomes if isinstance(outcome, Kept)],
+        refused=[outcome for outcome in outcomes if isinstance(outcome, Refused)],
+        versions=dict(settings.versions),
+    )
+
+
+def not_yet(what: str) -> Rejection:
+    """Return what is said of an input that a fault of the moment kept from being done."""
+    return Rejection("executor", Reason.NOT_YET, what, "build again when it has passed")
 
 
 def rng_of(level: Level, seed: int) -> np.random.Generator:
@@ -100,13 +93,17 @@ def rng_of(level: Level, seed: int) -> np.random.Generator:
     return np.random.default_rng([seed, *hashlib.sha256(level.id.encode()).digest()])
 
 
-def _outcomes(item: Input, settings: Settings) -> Iterator[Made | Refused]:
-    """Yield an outcome for each level; what goes wrong outside of a level's stages is the whole input's."""
+def _outcomes(item: Input, settings: Settings) -> Iterator[Outcome]:
+    """Yield an outcome for each level; what goes wrong outside of a level's stages is the whole input's.
+
+    Raises OSError for a fault of the moment.
+    """
     count = 0
     try:
         for level in reader(item.reader).read(item):
             count += 1
             if isinstance(level, RejectedLevel):
+                _raise_passing(level.rejection)
                 yield Refused.of(level.id, level.rejection)
             else:
                 yield from _of_level(level, item, settings)
@@ -118,7 +115,7 @@ def _outcomes(item: Input, settings: Settings) -> Iterator[Made | Refused]:
             yield Refused.of(item.id, nothing)
 
 
-def _of_level(level: Level, item: Input, settings: Settings) -> list[Made | Refused]:
+def _of_level(level: Level, item: Input, settings: Settings) -> list[Outcome]:
     """What came of a level: an outcome for each of its buildings."""
     override = settings.overrides.get(level.id, Override())
     if override.drop:
@@ -126,14 +123,16 @@ def _of_level(level: Level, item: Input, settings: Settings) -> list[Made | Refu
     rng = rng_of(level, settings.seed)
     try:
         found = settings.plan(corrected_level(level, override), override.applied(settings.config), rng)
+        return [_outcome(each, level, settings) for each in found]
     except Rejection as rejection:
+        _raise_passing(rejection)
         return [Refused.of(level.id, rejection.pictured(top_view(level.walls)))]
     except Exception as error:  # noqa: BLE001 - the other levels of the house go on
         return [Refused.of(level.id, _as_rejection(error, item))]
-    return [_outcome(each, level, settings) for each in found]
 
 
-def _outcome(found: FloorPlan | RejectedLevel, level: Level, settings: Settings) -> Made | Refused:
+def _outcome(found: FloorPlan | RejectedLevel, level: Level, settings: Settings) -> Outcome:
+    """What came of a building."""
     if isinstance(found, RejectedLevel):
         return Refused.of(found.id, found.rejection.pictured(top_view(level.walls)))
     override = settings.overrides.get(found.id, Override())
@@ -145,7 +144,7 @@ def _outcome(found: FloorPlan | RejectedLevel, level: Level, settings: Settings)
     except Rejection as rejection:
         return Refused.of(found.id, rejection.pictured(top_view(level.walls)))
     plan = replace(found, provenance={**(found.provenance or {}), **settings.stamp})
-    return Made(found.id, str(level.provenance.get("sha256", "")), encode(plan) + b"\n")
+    return settings.plans.put(found.id, str(level.provenance.get("sha256", "")), encode(plan) + b"\n")
 
 
 def _dropped(override: Override) -> Rejection:
@@ -154,6 +153,7 @@ def _dropped(override: Override) -> Rejection:
 
 
 def _as_rejection(error: Exception, item: Input) -> Rejection:
+    _raise_passing(error)
     if isinstance(error, Rejection):
         return error
     if isinstance(error, MemoryError):
@@ -167,25 +167,6 @@ def _as_rejection(error: Exception, item: Input) -> Rejection:
     return Rejection("internal", Reason.INTERNAL, detail, "this is a fault of the program: please report it")
 
 
-def _content(item: Input) -> str:
-    """SHA-256 of what an input is made from: its file, the scene's files, or what a made house is made from.
-
-    A reader whose inputs are more, or less, than one file says itself what they are (``content``).
-    """
-    path = Path(item.path)
-    own = getattr(reader(item.reader), "content", None)
-    if own is not None:
-        try:
-            return hashlib.sha256(item.key.encode() + own(item)).hexdigest()
-        except Rejection as rejection:  # what cannot be read stays so until the file changes
-            return hashlib.sha256(str(rejection).encode()).hexdigest()
-    digest = hashlib.sha256(item.key.encode())
-    scene = [path / "house" / item.key, path / "room" / item.key]
-    files = [path] if not item.key else sorted(file for folder in scene for file in folder.glob("*"))
-    for file in files:
-        try:
-            data = file.read_bytes()
-        except OSError:
-            data = b"unreadable"
-        digest.update(file.name.encode() + b"\0" + hashlib.sha256(data).digest())
-    return digest.hexdigest()
+def _raise_passing(error: BaseException) -> None:
+    if (fault := passing_fault(error)) is not None:
+        raise fault

@@ -50,6 +50,7 @@ def test_every_input_ends_as_a_plan_a_rejection_or_a_duplicate(street: Path, tmp
         "doubtful": 0,
         "duplicates": 1,
         "rejected": 4,
+        "not_done": 0,
         "reasons": {"empty": 1, "internal": 1, "not_enclosed": 1, "unreadable": 1},
         "rules": {},
     }

@@ -1,0 +1,242 @@
+"""Put a data set together from outcomes: which plans stay, and the files beside them (FORMAT.md section 3)."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from houseexpo.index import index_table, row
+from houseexpo.plan import FloorPlan
+from houseexpo.plan_json import FORMAT, decode, encode
+from houseexpo.similarity import Duplicate
+from houseexpo.summaries import new_summaries
+from pipeline.batch import disk
+from pipeline.batch.copies import copies
+from pipeline.batch.entry import Entry, Kept, Refused
+from pipeline.batch.folder import MANIFEST, Finished, Folder, Written
+from pipeline.batch.ids import settle
+from pipeline.batch.lists import list_files, valid_parts
+from pipeline.batch.plans import Plans
+from pipeline.batch.recipe import digest_of, versions
+from pipeline.config_file import BuildConfig
+from pipeline.overrides import Override
+from pipeline.sources import is_path
+from pipeline.stages.dedupe import dedupe
+
+_BESIDE = ("duplicates.jsonl", "index.parquet", "rejected.jsonl", "stats.json")
+
+
+@dataclass(frozen=True)
+class DataSet:
+    """What a finished build came to: its statistics, the ids of its plans, and what a person should know of it.
+
+    ``not_done`` counts the inputs that a fault of the moment kept from being done; ``unchanged``: it stood so before.
+    """
+
+    root: Path
+    stats: Mapping[str, Any]
+    ids: tuple[str, ...]
+    refused: tuple[Refused, ...]
+    not_done: int = 0
+    unchanged: bool = False
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What a data set is put together from; ``entries`` are ``entry.ordered``."""
+
+    folder: Folder
+    plans: Plans
+    entries: Sequence[Entry]
+    sources: Sequence[str]
+    config: BuildConfig
+    overrides: Mapping[str, Override]
+
+    def state(self) -> str:
+        """Return a hash of all that the data set depends on."""
+        outcomes = [(entry.plans, entry.refused, entry.versions, entry.passing) for entry in self.entries]
+        words = {name: asdict(override) for name, override in self.overrides.items()}
+        lists = [(str(file.relative_to(self.folder.root)), file.read_bytes()) for file in list_files(self.folder.root)]
+        parts = (outcomes, _public(self.sources), self.config.parameters(), words, sorted(lists), digest_of(__name__))
+        return hashlib.sha256(msgspec.json.encode(parts, order="deterministic")).hexdigest()
+
+
+def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet:
+    """Write everything but the pictures, the manifest last; nothing where it stands already as it would be written.
+
+    Raises
+    ------
+    DamagedPlanError
+        Where a plan is not in the store as it was kept.
+    """
+    folder = parts.folder
+    state, before = parts.state(), folder.finished()
+    if before is not None and before.state == state and _stands(folder, before):
+        return _as_it_was(parts, before)
+    progress("putting together", 0, 1)
+    kept = _settled(parts)
+    refused = sorted(
+        (r for entry in parts.entries for r in entry.refused), key=lambda r: (r.id, r.stage, r.reason, r.detail)
+    )
+    dropped = _dropped(parts, kept)
+    for duplicate in dropped:
+        del kept[duplicate.id]
+    folder.announce(f"{name}.json" for name in kept)
+    stats, written = _write_plans(parts, kept, before, _outcomes(parts, len(kept), dropped, refused))
+    beside = {
+        "rejected.jsonl": _lines(r.line() for r in refused),
+        "duplicates.jsonl": _lines(d._asdict() for d in dropped),
+        "stats.json": pretty(stats),
+    }
+    for name, data in beside.items():
+        disk.write(folder.root / name, data)
+    os.sync()  # the plans, whose names the manifest is about to vouch for
+    disk.write(folder.root / MANIFEST, pretty(_manifest(parts, kept, stats)))
+    disk.sync_folder(folder.root)
+    files = {name: folder.described(name, _sha256(folder.root / name)) for name in (*_BESIDE, MANIFEST)}
+    folder.finish(Finished(parts.state(), {**written, **files}))
+    progress("putting together", 1, 1)
+    return DataSet(folder.root, stats, tuple(kept), tuple(refused), stats["outcomes"]["not_done"])
+
+
+def _stands(folder: Folder, finished: Finished) -> bool:
+    """Tell whether every file looks as it was written, and no other plan lies beside them."""
+    names = {f"json/{file.name}" for file in folder.json.iterdir()}
+    plans = {name for name in finished.files if name.startswith("json/")}
+    return names == plans and all(folder.stands(name, written) for name, written in finished.files.items())
+
+
+def _as_it_was(parts: Parts, finished: Finished) -> DataSet:
+    stats = msgspec.json.decode((parts.folder.root / "stats.json").read_bytes())
+    refused = sorted(r for entry in parts.entries for r in entry.refused)
+    ids = sorted(Path(name).stem for name in finished.files if name.startswith("json/"))
+    not_done = stats["outcomes"]["not_done"]
+    return DataSet(parts.folder.root, stats, tuple(ids), tuple(refused), not_done, unchanged=True)
+
+
+def _dropped(parts: Parts, kept: Mapping[str, Kept]) -> list[Duplicate]:
+    pairs = copies(parts.folder.build / "copies.npz", parts.plans, list(kept.values()), parts.config.stages.dedupe)
+    keep = {name for name, plan in kept.items() if _override(name, plan, parts.overrides).keep}
+    return dedupe(list(kept), pairs, keep)
+
+
+def pretty(values: Any) -> bytes:
+    """Return JSON that people can read and diff, keys as they come."""
+    return msgspec.json.format(msgspec.json.encode(values), indent=2) + b"\n"
+
+
+def _settled(parts: Parts) -> dict[str, Kept]:
+    """Return the plans by final id, sorted; a plan whose id had to change is kept anew."""
+    found = [kept for entry in parts.entries for kept in entry.plans]
+    names = settle([kept.id for kept in found], [kept.content for kept in found])
+    plans = {}
+    for name, kept in sorted(zip(names, found, strict=True), key=lambda pair: pair[0]):
+        plans[name] = kept
+        if name != kept.id:
+            plans[name] = parts.plans.put(name, kept.content, encode(replace(_load(parts, kept), id=name)) + b"\n")
+    return plans
+
+
+def _load(parts: Parts, kept: Kept) -> FloorPlan:
+    return decode(parts.plans.get(kept))
+
+
+def _override(name: str, kept: Kept, overrides: Mapping[str, Override]) -> Override:
+    return overrides.get(name) or overrides.get(kept.id) or Override()
+
+
+def _write_plans(
+    parts: Parts, kept: Mapping[str, Kept], before: Finished | None, outcomes: dict[str, Any]
+) -> tuple[dict[str, Any], dict[str, Written]]:
+    """Write json/ and the index in one pass; return the statistics, and the plans as they were written."""
+    summaries, parts_of = new_summaries(), valid_parts(parts.folder.root, kept)
+    rules: Counter[str] = Counter()
+    rows, written, doubtful = [], {}, 0
+    for name, plan_kept in kept.items():
+        data = parts.plans.get(plan_kept)
+        plan = decode(data)
+        rows.append({**row(plan), "split": parts_of.get(name)})
+        rules.update(_rules(plan))
+        doubtful += plan.quality is not None and plan.quality.is_doubtful
+        for summary in summaries.values():
+            summary.add(plan)
+        file = f"json/{name}.json"
+        written[file] = _published(parts.folder, file, plan_kept, data, before)
+    for found in parts.folder.json.iterdir():
+        if f"json/{found.name}" not in written:
+            found.unlink()
+    disk.write(parts.folder.root / "index.parquet", index_table(rows))
+    outcomes = {**outcomes, "doubtful": doubtful, "rules": dict(sorted(rules.items()))}
+    return {"outcomes": outcomes, **{name: summary.report() for name, summary in summaries.items()}}, written
+
+
+def _published(folder: Folder, file: str, kept: Kept, data: bytes, before: Finished | None) -> Written:
+    """Write a plan into the data set, unless it stands there as an earlier run wrote it."""
+    was = before.files.get(file) if before is not None else None
+    if was is not None and was.sha256 == kept.plan and folder.stands(file, was):
+        return was
+    disk.write(folder.root / file, data, wait=False)
+    return folder.described(file, kept.plan)
+
+
+def _outcomes(parts: Parts, plans: int, dropped: list[Duplicate], refused: list[Refused]) -> dict[str, Any]:
+    not_done = sum(entry.passing for entry in parts.entries)
+    reasons = Counter(r.reason for r in refused)
+    return {
+        "inputs": len(parts.entries),
+        "plans": plans,
+        "duplicates": len(dropped),
+        "rejected": len(refused) - not_done,
+        "not_done": not_done,
+        "reasons": dict(sorted(reasons.items(), key=lambda pair: (-pair[1], pair[0]))),
+    }
+
+
+def _rules(plan: FloorPlan) -> list[str]:
+    """Name the rules that had something to do in a plan: those that stand for what the paper left to people."""
+    notes = (plan.provenance or {}).get("notes", {})
+    return [f"{name}:{value}" if isinstance(value, str) else name for name, value in notes.items()]
+
+
+def _lines(values: Iterable[dict[str, Any]]) -> bytes:
+    return b"".join(msgspec.json.encode(value) + b"\n" for value in values)
+
+
+def _manifest(parts: Parts, kept: Mapping[str, Kept], stats: Mapping[str, Any]) -> dict[str, Any]:
+    root = parts.folder.root
+    lists = sorted(path.relative_to(root).as_posix() for path in list_files(root))
+    files = {name: _sha256(root / name) for name in (*_BESIDE, *lists)}
+    others = {entry.input: entry.versions for entry in parts.entries if entry.plans and entry.versions != versions()}
+    made_otherwise = {
+        plan.id: entry.versions for entry in parts.entries if entry.input in others for plan in entry.plans
+    }
+    return {
+        "format": FORMAT,
+        "generator": {"name": "houseexpo", "version": version("houseexpo")},
+        "sources": _public(parts.sources),
+        "parameters": parts.config.parameters(),
+        "parameters_sha256": parts.config.digest(),
+        "overrides": {name: asdict(override) for name, override in parts.overrides.items()},
+        "versions": versions(),
+        **({"versions_of": dict(sorted(made_otherwise.items()))} if made_otherwise else {}),
+        "counts": stats["outcomes"],
+        "files": dict(sorted((files | {f"json/{name}.json": plan.plan for name, plan in kept.items()}).items())),
+    }
+
+
+def _public(sources: Iterable[str]) -> list[str]:
+    """Return the sources' own names: where they lie on this machine is nobody else's business."""
+    return sorted(disk.printable(Path(source).name) if is_path(source) else source for source in sources)
+
+
+def _sha256(file: Path) -> str:
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -1,0 +1,64 @@
+"""Files that are there whole or not at all, also after the power failed."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+PARTIAL = ".partial-"
+"""What is being written bears a name that begins so; what is left of it was interrupted."""
+
+
+def write(path: Path, data: bytes, *, wait: bool = True) -> None:
+    """Write a file under a temporary name, bring it to the disk (if ``wait``), and give it its own name."""
+    descriptor, partial = tempfile.mkstemp(dir=path.parent, prefix=PARTIAL)
+    try:
+        with os.fdopen(descriptor, "wb") as stream:
+            stream.write(data)
+            stream.flush()
+            os.fchmod(stream.fileno(), 0o644)
+            if wait:
+                os.fsync(stream.fileno())
+        Path(partial).replace(path)
+    except BaseException:
+        Path(partial).unlink(missing_ok=True)
+        raise
+
+
+def sync_folder(folder: Path) -> None:
+    """Bring the names in a folder to the disk."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def sweep(folder: Path) -> None:
+    """Remove what interrupted writes left."""
+    for file in folder.glob(f"{PARTIAL}*"):
+        file.unlink(missing_ok=True)
+
+
+def to_text(path: str) -> str:
+    """Return a path as text that JSON can hold, whatever its bytes are; ``from_text`` undoes it."""
+    return os.fsencode(path).decode("latin-1")
+
+
+def from_text(text: str) -> str:
+    """Return the path of ``to_text``."""
+    return os.fsdecode(text.encode("latin-1"))
+
+
+def printable(text: str) -> str:
+    """Return text for people: bytes of a file name that are no UTF-8 are shown as a question mark in a lozenge."""
+    return text.encode("utf-8", "surrogateescape").decode("utf-8", "replace") if not _is_clean(text) else text
+
+
+def _is_clean(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True

@@ -1,0 +1,96 @@
+"""What is known of one input, as a line of the journal."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator
+from typing import TypeAlias
+
+import msgspec
+
+from pipeline.batch.disk import printable
+from pipeline.rejection import Rejection
+from pipeline.values import Input
+
+
+class Kept(msgspec.Struct, frozen=True):
+    """A plan in the store: its reader's id, the SHA-256 of what it was made from and of its bytes, and how many."""
+
+    id: str
+    content: str
+    plan: str
+    size: int
+
+
+class Refused(msgspec.Struct, frozen=True, order=True):
+    """An input, or a level of one, that gave no plan; ``picture`` is a PNG of it, or nothing."""
+
+    id: str
+    stage: str
+    reason: str
+    detail: str
+    advice: str = ""
+    picture: bytes = b""
+
+    @classmethod
+    def of(cls, name: str, rejection: Rejection) -> Refused:
+        """Put a rejection down under the id it concerns."""
+        detail, advice = printable(rejection.detail), printable(rejection.advice)
+        return cls(printable(name), rejection.stage, str(rejection.reason), detail, advice, rejection.picture)
+
+    def line(self) -> dict[str, str]:
+        """Return what ``rejected.jsonl`` has of it."""
+        return {"id": self.id, "stage": self.stage, "reason": self.reason, "detail": self.detail, "advice": self.advice}
+
+
+class Content(msgspec.Struct, frozen=True, array_like=True):
+    """A file that was read: its name within the source's folder (``disk.to_text``), how it looked, what it held.
+
+    One that was not there has the size -1; one that may have changed while it was read has the time 0.
+    """
+
+    name: str
+    size: int
+    mtime_ns: int
+    sha256: str
+
+
+Outcome: TypeAlias = Kept | Refused
+
+
+class Entry(msgspec.Struct, frozen=True):
+    """One input that is done: what went in, and what came of it.
+
+    ``source`` lists it; ``gone`` says that its source no longer does. ``passing``: a fault of the moment kept it from
+    being done, so that it is to be tried again. ``versions`` are those of the libraries that made it.
+    """
+
+    input: str
+    source: str
+    recipe: str
+    files: list[Content]
+    seconds: float
+    plans: list[Kept] = []
+    refused: list[Refused] = []
+    versions: dict[str, str] = {}
+    passing: bool = False
+    gone: bool = False
+
+    @property
+    def outcomes(self) -> Iterator[Outcome]:
+        """The outcomes of the input, plans first."""
+        yield from self.plans
+        yield from self.refused
+
+
+def identity(item: Input) -> str:
+    """Return what stands for an input in the journal: which reader opens what."""
+    text = f"{item.id}\0{item.reader}\0{item.path}\0{item.key}"
+    return hashlib.sha256(text.encode("utf-8", "surrogateescape")).hexdigest()[:32]
+
+
+def ordered(entries: Iterable[Entry]) -> list[Entry]:
+    """Return entries in an order that depends on what came of them only, not on when or from where."""
+    return sorted(
+        entries, key=lambda entry: [(o.id, o.content if isinstance(o, Kept) else o.reason) for o in entry.outcomes]
+    )

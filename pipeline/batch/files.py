@@ -1,0 +1,86 @@
+"""The files that an input was made from: how they look, what they hold, whether they are still the same."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from collections.abc import Iterable, Sequence
+from glob import escape
+from pathlib import Path
+
+from pipeline.batch.disk import from_text, to_text
+from pipeline.batch.entry import Content
+from pipeline.rejection import Rejection
+from pipeline.sources import reader
+from pipeline.values import Input
+
+ABSENT = -1
+
+
+def folder_of(item: Input) -> Path:
+    """Return the folder that an input's files lie in: a SUNCG root, or where its file lies."""
+    path = Path(item.path)
+    return path if path.is_dir() else path.parent
+
+
+def folders_of(item: Input) -> list[Path]:
+    """Return the folders in which a reader may open files: the input's own, its source's, those named for models.
+
+    A house that is made where it is read has none.
+    """
+    if item.key and not Path(item.path).exists():
+        return []
+    options = dict(item.options)
+    named = [options.get("root", ""), *options.get("model_path", "").split(os.pathsep)]
+    return [folder_of(item), *map(Path, filter(None, named))]
+
+
+def looked_at(names: Iterable[str], item: Input, began_ns: int) -> list[Content]:
+    """Return what the files hold that were opened, and the input's own, which not every reader opens in Python."""
+    path = Path(item.path)
+    own = [] if item.key and not path.is_file() else [path.name]
+    return [_content(to_text(name), item, began_ns) for name in sorted({*names, *own})]
+
+
+def look_same(item: Input, files: Sequence[Content]) -> bool:
+    """Tell whether files have the size and the time that they had; nothing is read."""
+    folder = folder_of(item)
+    return all(_look(folder / from_text(file.name)) == (file.size, file.mtime_ns) for file in files)
+
+
+def known_again(item: Input, files: Sequence[Content], began_ns: int) -> list[Content] | None:
+    """Return the files as they look now where they still hold what they held, else None; all are read."""
+    now = [_content(file.name, item, began_ns) for file in files]
+    return now if [file.sha256 for file in now] == [file.sha256 for file in files] else None
+
+
+def files_of(item: Input) -> list[Content]:
+    """Return the files of an input of which no reader could say what it read: its own, or all in its own folders."""
+    folder = folder_of(item)
+    names = [str(file.relative_to(folder)) for file in folder.glob(f"*/{escape(item.key)}/*")] if item.key else []
+    return looked_at(names, item, time.time_ns())
+
+
+def _look(file: Path) -> tuple[int, int]:
+    try:
+        found = file.stat()
+    except OSError:
+        return ABSENT, 0
+    return found.st_size, found.st_mtime_ns
+
+
+def _content(name: str, item: Input, began_ns: int) -> Content:
+    """Return a file as it looks now; of a file that holds many houses, what it holds of this one."""
+    file = folder_of(item) / from_text(name)
+    size, mtime_ns = _look(file)
+    try:
+        part = getattr(reader(item.reader), "content", None)
+        if item.key and part is not None and file == Path(item.path):
+            digest = hashlib.sha256(part(item)).hexdigest()
+        else:
+            with file.open("rb") as stream:
+                digest = hashlib.file_digest(stream, "sha256").hexdigest()
+    except (OSError, Rejection):
+        return Content(name, ABSENT, 0, "")
+    return Content(name, size, mtime_ns if mtime_ns < began_ns else 0, digest)

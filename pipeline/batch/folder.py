@@ -1,0 +1,195 @@
+"""A data set folder as a build finds it: what is in it, whether it may be built into, what has changed in it.
+
+Rules:
+
+1. A folder that holds other things, and no data set, is never built into.
+2. A data set without its ``.build`` is left alone: nothing says where its plans come from. So is a file in ``json/``
+   that no build wrote. Only REPLACE removes them.
+3. Links are never followed into, and never removed: not even REPLACE does.
+4. A damaged record in ``.build`` makes no folder unusable: what it said is found again, or done again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+
+from houseexpo.errors import ConfigError
+from pipeline.batch import disk
+
+MANIFEST = "manifest.json"
+
+T = TypeVar("T")
+
+
+class Others(StrEnum):
+    """What a build does with the plans of other sources, and with other files, that its folder holds."""
+
+    REFUSE = "refuse"
+    ADD = "add"
+    REPLACE = "replace"
+
+
+class Written(msgspec.Struct, frozen=True, array_like=True):
+    """A file of the data set as it was written."""
+
+    sha256: str
+    size: int
+    mtime_ns: int
+
+
+class Finished(msgspec.Struct, frozen=True):
+    """``finished.json``: what the data set was made from, as a hash, and its files by name."""
+
+    state: str
+    files: dict[str, Written]
+
+
+class _Started(msgspec.Struct):
+    """``build.json``: the parameters of the build."""
+
+    parameters_sha256: str
+
+
+class _Manifest(msgspec.Struct):
+    """Of a manifest, the files it names."""
+
+    files: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Folder:
+    """A data set folder; ``build`` is where all lies that the data set does not depend on."""
+
+    root: Path
+
+    @property
+    def build(self) -> Path:
+        """The folder ``.build``."""
+        return self.root / ".build"
+
+    @property
+    def json(self) -> Path:
+        """The folder of plans."""
+        return self.root / "json"
+
+    def check(self, parameters: str, others: Others) -> None:
+        """Raise ConfigError where the folder holds what a build must not touch; nothing is changed."""
+        if not self.root.exists():
+            if self.root.is_symlink():
+                raise ConfigError(f"{self.root}: a link to nothing; choose another --out")
+            return
+        if not self.root.is_dir():
+            raise ConfigError(f"{self.root}: expected a folder, found a file; choose another --out")
+        if not any(self.root.iterdir()):
+            return
+        self._check_links()
+        if not self.build.is_dir():
+            if not (self.root / MANIFEST).is_file():  # R1
+                raise self._other("expected an empty folder or an earlier build, found other files")
+            if others is not Others.REPLACE:  # R2
+                raise self._other(
+                    "holds a data set without the .build folder that says where its plans come from; "
+                    "--replace removes them"
+                )
+        if others is not Others.REPLACE:
+            self._check_parameters(parameters)
+            self._check_foreign()
+
+    def start(self, parameters: str) -> None:
+        """Lay the folder out, and remove what interrupted writes left."""
+        for folder in (self.json, self.build):
+            folder.mkdir(parents=True, exist_ok=True)
+            disk.sweep(folder)
+        disk.sweep(self.root)
+        disk.write(self.build / "build.json", msgspec.json.encode(_Started(parameters)))
+
+    def finished(self) -> Finished | None:
+        """Return the record of the data set as it was last finished."""
+        return _read(self.build / "finished.json", Finished)
+
+    def announce(self, names: Iterable[str]) -> None:
+        """Say which files in ``json/`` are about to be written: they are ours, whatever happens."""
+        known = self._ours() or set()
+        (self.root / MANIFEST).unlink(missing_ok=True)
+        disk.write(self.build / "announced.json", msgspec.json.encode(sorted({*known, *names})))
+
+    def finish(self, finished: Finished) -> None:
+        """Put down what the data set is now."""
+        disk.write(self.build / "finished.json", msgspec.json.encode(finished))
+        (self.build / "announced.json").unlink(missing_ok=True)
+
+    def written(self, name: str, data: bytes) -> Written:
+        """Describe a file that has just been written with these bytes."""
+        return self.described(name, hashlib.sha256(data).hexdigest())
+
+    def described(self, name: str, sha256: str) -> Written:
+        """Describe a file of that hash."""
+        found = (self.root / name).stat()
+        return Written(sha256, found.st_size, found.st_mtime_ns)
+
+    def stands(self, name: str, written: Written) -> bool:
+        """Tell whether a file has the size and the time that it was written with; nothing is read."""
+        try:
+            found = (self.root / name).lstat()
+        except OSError:
+            return False
+        return (found.st_size, found.st_mtime_ns) == (written.size, written.mtime_ns)
+
+    def _check_links(self) -> None:
+        for path in (self.build, self.json, *self._plans()):
+            if path.is_symlink() or (path.exists() and path.is_dir() != (path.parent != self.json)):
+                what = "a link" if path.is_symlink() else "a folder" if path.is_dir() else "a file"
+                raise self._other(f"{path.relative_to(self.root)} is {what}; move it away")  # R3
+
+    def _check_parameters(self, parameters: str) -> None:
+        started = _read(self.build / "build.json", _Started)
+        if started is not None and started.parameters_sha256 != parameters:
+            raise self._other(
+                f"holds a build with other parameters (hash {started.parameters_sha256[:8]}, this one's is "
+                f"{parameters[:8]}); --replace builds it anew"
+            )
+
+    def _check_foreign(self) -> None:
+        ours = self._ours()
+        foreign = sorted(file.name for file in self._plans() if ours is not None and file.name not in ours)
+        if foreign:  # R2
+            named = ", ".join(map(disk.printable, foreign[:3])) + (" ..." if len(foreign) > 3 else "")
+            raise self._other(
+                f"json/ holds {len(foreign)} files that no build wrote ({named}); move them away, "
+                "or --replace removes them"
+            )
+
+    def _plans(self) -> Iterator[Path]:
+        if self.json.is_dir():
+            yield from (file for file in self.json.iterdir() if not file.name.startswith(disk.PARTIAL))
+
+    def _ours(self) -> set[str] | None:
+        """Return the names in ``json/`` that builds wrote; None where that cannot be told any more (R4)."""
+        records = [
+            [name.removeprefix("json/") for name in finished.files] if (finished := self.finished()) else None,
+            _read(self.build / "announced.json", list[str]),
+            [name.removeprefix("json/") for name in found.files]
+            if (found := _read(self.root / MANIFEST, _Manifest))
+            else None,
+        ]
+        known = [set(names) for names in records if names is not None]
+        torn = not known and any((self.build / name).exists() for name in ("finished.json", "announced.json"))
+        return None if torn else set().union(*known)
+
+    def _other(self, found: str) -> ConfigError:
+        return ConfigError(f"{self.root}: {found}; or choose another --out")
+
+
+def _read(file: Path, kind: type[T]) -> T | None:
+    """Return a record, None where it is not there or damaged."""
+    try:
+        return msgspec.json.decode(file.read_bytes(), type=kind)
+    except (OSError, msgspec.DecodeError):
+        return None

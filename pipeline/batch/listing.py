@@ -1,0 +1,92 @@
+"""What goes in: the inputs that the sources hold."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path
+
+from houseexpo.errors import ConfigError
+from pipeline.batch.disk import printable
+from pipeline.config_file import BuildConfig
+from pipeline.sources import find, is_path, made_count
+from pipeline.values import Input
+
+
+@dataclass(frozen=True)
+class Listing:
+    """The inputs of a build; houses that are made are listed one by one, so that a million of them need no memory."""
+
+    config: BuildConfig
+    _files: dict[str, list[Input]] = field(default_factory=dict)
+
+    def __iter__(self) -> Iterator[tuple[str, Input]]:
+        """Yield each input once, with its source: the path in full, or ``procedural:COUNT``."""
+        return islice(self._found(), self.config.build.limit)
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """The sources by their full names."""
+        return tuple(dict.fromkeys(map(full_name, self.config.build.sources)))
+
+    def check(self) -> None:
+        """Raise ConfigError where a source does not exist, is none, or holds nothing."""
+        if not self.config.build.sources:
+            raise ConfigError("no SOURCE: name one, or a --config whose [build] has sources")
+        for source in self.config.build.sources:
+            next(iter(self._inputs(source)))
+
+    def total(self) -> int:
+        """Return how many inputs there are; one that two sources hold counts twice."""
+        counts = (made_count(source) or len(list(self._inputs(source))) for source in self.config.build.sources)
+        return min(sum(counts), self.config.build.limit or sys.maxsize)
+
+    def _found(self) -> Iterator[tuple[str, Input]]:
+        sources = {full_name(source): source for source in self.config.build.sources}
+        seen: set[Input] = set()
+        for name, source in sources.items():
+            for item in self._inputs(source):
+                if len(sources) == 1:
+                    yield name, item
+                elif item not in seen:
+                    seen.add(item)
+                    yield name, item
+
+    def _inputs(self, source: str) -> Iterable[Input]:
+        if not is_path(source):
+            return find(source, **self._options())
+        if source not in self._files:
+            self._files[source] = list(find(source, **self._options()))
+        return self._files[source]
+
+    def _options(self) -> dict[str, str]:
+        options = self.config.build
+        return {
+            "up": options.up,
+            "units": options.units,
+            "scale": f"{options.scale:g}",
+            "storey_height": "" if options.storey_height is None else f"{options.storey_height:g}",
+            "furniture": "yes" if options.furniture else "no",
+            "seed": str(options.seed),
+            "model_path": options.model_path,
+        }
+
+
+def list_inputs(config: BuildConfig) -> Iterator[Input]:
+    """Yield what the sources hold, each once, up to the limit.
+
+    Raises
+    ------
+    ConfigError
+        Where a source does not exist, or is none.
+    """
+    listing = Listing(config)
+    listing.check()
+    return (item for _, item in listing)
+
+
+def full_name(source: str) -> str:
+    """Return a source's own name on this machine."""
+    return printable(str(Path(source).resolve())) if is_path(source) else source

@@ -1,0 +1,39 @@
+"""Faults of the moment: what kept a house from being done says nothing about the house."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Iterator
+
+_ERRORS = frozenset(
+    {
+        errno.EAGAIN,
+        errno.EBUSY,
+        errno.EDQUOT,
+        errno.EIO,
+        errno.EMFILE,
+        errno.ENFILE,
+        errno.ENOMEM,
+        errno.ENOSPC,
+        errno.EROFS,
+        errno.ESTALE,
+        errno.ETIMEDOUT,
+    }
+)
+_NO_SCRATCH = "No usable temporary directory"  # how Python says that none of them can be written
+
+
+def passing_fault(error: BaseException) -> OSError | None:
+    """Return the fault of the moment that an error comes from, None where it comes from none."""
+    for cause in _causes(error):
+        if isinstance(cause, OSError) and (cause.errno in _ERRORS or _NO_SCRATCH in str(cause)):
+            return cause
+    return None
+
+
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
+    seen: set[int] = set()
+    while error is not None and id(error) not in seen:
+        seen.add(id(error))
+        yield error
+        error = error.__cause__ or error.__context__

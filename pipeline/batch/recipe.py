@@ -1,0 +1,111 @@
+"""What a result depends on besides the files that were read: parameters, the program, its libraries."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import platform
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import msgspec
+
+import houseexpo
+import pipeline
+from pipeline.batch.disk import to_text
+from pipeline.config_file import BuildConfig
+from pipeline.overrides import Override
+from pipeline.values import Input
+
+LIBRARIES = (
+    "ifcopenshell",
+    "manifold3d",
+    "networkx",
+    "numba",
+    "numpy",
+    "opencv-python-headless",
+    "pycollada",
+    "scipy",
+    "shapely",
+    "trimesh",
+)
+"""Libraries whose versions may show in a plan."""
+
+_ROOTS = ("pipeline.batch.job", "pipeline.algorithm")
+_OURS = {package.__name__: Path(package.__path__[0]) for package in (houseexpo, pipeline)}
+
+
+def recipe(item: Input, config: BuildConfig, overrides: Mapping[str, Override]) -> str:
+    """Return a hash of all that an input's outcomes depend on but the files that its reader reads.
+
+    Where an input lies is no part of it: the same files elsewhere give the same plans.
+    """
+    own = {name: asdict(override) for name, override in overrides.items() if name.startswith(item.id)}
+    parts = (item.id, item.reader, to_text(item.key), item.options, config.digest(), own, code_digest(), versions())
+    return hashlib.sha256(msgspec.json.encode(parts, order="deterministic")).hexdigest()
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the libraries that touch geometry, as far as they are installed."""
+    found = {"python": ".".join(platform.python_version_tuple()[:2])}
+    for name in LIBRARIES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:  # an extra that is not installed made no plan
+            continue
+    return found
+
+
+def code_digest() -> str:
+    """Return a hash of the modules that a worker runs: the job, every reader, and what they import of ours."""
+    folder = _OURS["pipeline"] / "sources"
+    return digest_of(*_ROOTS, *(f"pipeline.sources.{file.stem}" for file in folder.glob("*.py")))
+
+
+@cache
+def digest_of(*names: str) -> str:
+    """Return a hash of modules and of what they import of ours, for types only excepted."""
+    digest = hashlib.sha256()
+    for name, file in sorted(_modules(names).items()):
+        digest.update(name.encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())
+    return digest.hexdigest()
+
+
+def _modules(names: Iterable[str]) -> dict[str, Path]:
+    """Return the files of those modules by name."""
+    waiting = list(names)
+    found: dict[str, Path] = {}
+    while waiting:
+        name = waiting.pop()
+        if name in found or (file := _file(name)) is None:
+            continue
+        found[name] = file
+        waiting.extend([name.rpartition(".")[0], *_imports(file)])
+    return found
+
+
+def _file(name: str) -> Path | None:
+    """Return a module's file, without importing it; None where the name is no module of ours."""
+    package, *parts = name.split(".")
+    if package not in _OURS:
+        return None
+    place = _OURS[package].joinpath(*parts)
+    return next((file for file in (place.with_suffix(".py"), place / "__init__.py") if file.is_file()), None)
+
+
+def _imports(file: Path) -> Iterator[str]:
+    """Yield what a module imports, wherever in it; of ``from a import b`` both a and a.b, whichever is a module."""
+    waiting: list[ast.AST] = [ast.parse(file.read_bytes())]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif not (isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"):
+            waiting.extend(ast.iter_child_nodes(node))

@@ -1,0 +1,63 @@
+"""Check a data set against what its build wrote: every hash of the manifest, and every plan in the store."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+
+from houseexpo.errors import ConfigError
+from pipeline.batch.disk import printable
+from pipeline.batch.folder import MANIFEST, Folder
+from pipeline.batch.journal import Journal
+from pipeline.batch.plans import DamagedPlanError, Plans
+
+
+class _Manifest(msgspec.Struct):
+    files: dict[str, str]
+
+
+def verify(root: Path) -> Iterator[str]:
+    """Yield what is wrong with a data set, a line for each file; nothing is changed but damaged plans in the store.
+
+    Raises
+    ------
+    ConfigError
+        Where there is no data set, or its build has not ended.
+    """
+    try:
+        files = msgspec.json.decode((root / MANIFEST).read_bytes(), type=_Manifest).files
+    except OSError:
+        raise ConfigError(f"{root}: expected a data set, found no {MANIFEST}; build it first") from None
+    except msgspec.DecodeError:
+        yield f"{MANIFEST}: damaged"
+        return
+    for name, sha256 in files.items():
+        try:
+            found = hashlib.sha256((root / name).read_bytes()).hexdigest()
+        except OSError:
+            yield f"{name}: missing"
+            continue
+        if found != sha256:
+            yield f"{name}: changed since it was written"
+    for file in sorted((root / "json").glob("*")):
+        if f"json/{file.name}" not in files:
+            yield f"json/{printable(file.name)}: no build wrote it"
+    yield from _store(Folder(root))
+
+
+def _store(folder: Folder) -> Iterator[str]:
+    """Yield the plans of the store that are damaged; a data set without its store is none the worse."""
+    if not (folder.build / "journal.jsonl").is_file():
+        return
+    plans = Plans(folder.build / "plans")
+    with contextlib.closing(Journal(folder.build / "journal.jsonl")) as journal:
+        for entry in journal.current():
+            for kept in entry.plans:
+                try:
+                    plans.get(kept)
+                except DamagedPlanError:
+                    yield f".build/plans: {kept.id}: damaged; the next build makes it again"

@@ -1,0 +1,116 @@
+"""The kernels against their twins in ``houseexpo``, which are NumPy and obvious."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shapely import Polygon
+
+from houseexpo.raster import edges_in_pixels, rings_of
+from houseexpo.similarity import (
+    SYMMETRIES,
+    compare,
+    comparison_frame,
+    comparison_mask,
+    crop,
+    fingerprint,
+    lower_bound,
+    transformed,
+)
+from pipeline.kernels import shapes
+from pipeline.stages.dedupe import print_of
+
+
+def blob(rng: np.random.Generator, rows: int, cols: int) -> np.ndarray:
+    """A room with bites taken out of it."""
+    mask = np.ones((rows, cols), dtype=bool)
+    for _ in range(5):
+        r, c = rng.integers(0, rows), rng.integers(0, cols)
+        mask[r : r + 6, c : c + 9] = False
+    return crop(mask)
+
+
+def near(mask: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """The same with a few cells changed, turned and mirrored by chance."""
+    other = mask.copy()
+    for _ in range(int(rng.integers(0, 8))):
+        other[rng.integers(0, len(mask)), rng.integers(0, mask.shape[1])] ^= True
+    return crop(transformed(other, list(SYMMETRIES)[rng.integers(0, 8)]))
+
+
+def as_cells(mask: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(mask).view(np.uint8)
+
+
+def test_a_house_is_filled_as_its_twin_fills_it() -> None:
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        angles = np.sort(rng.uniform(0, 2 * np.pi, 9))
+        ring = np.round(np.column_stack([np.cos(angles), np.sin(angles)]) * rng.uniform(2, 5, (9, 1)), 2)
+        hole = Polygon([(0, 0), (0.5, 0), (0.5, 0.5), (0, 0.35)])
+        house = Polygon(ring, [hole.exterior.coords])
+        frame = comparison_frame(house)
+        filled = shapes.filled(*edges_in_pixels(rings_of(house), frame), *frame.shape)
+        np.testing.assert_array_equal(crop(filled.astype(bool)), comparison_mask(house))
+
+
+def test_prints_are_fingerprints() -> None:
+    rng = np.random.default_rng(2)
+    for _ in range(10):
+        mask = blob(rng, *rng.integers(5, 70, 2))
+        np.testing.assert_array_equal(print_of(as_cells(mask)), fingerprint(mask))
+
+
+@pytest.mark.parametrize("symmetry", range(8))
+def test_symmetries_have_the_numbers_of_their_names(symmetry: int) -> None:
+    mask = blob(np.random.default_rng(3), 12, 17)
+    expected = transformed(mask, list(SYMMETRIES)[symmetry])
+    np.testing.assert_array_equal(shapes.turned(as_cells(mask), symmetry), expected)
+
+
+def test_offsets_lie_near_one_end_or_the_other_and_each_comes_once() -> None:
+    for size, size_, shift in ((9, 9, 2), (9, 8, 2), (9, 4, 2), (4, 9, 2), (5, 6, 1), (20, 3, 0), (7, 7, 0)):
+        expected = {end + by for end in (0, size - size_) for by in range(-shift, shift + 1)}
+        found = shapes.offsets(size, size_, shift).tolist()
+        assert sorted(found) == sorted(expected)
+
+
+def test_a_row_of_words_holds_the_cells_wherever_it_is_laid() -> None:
+    mask = blob(np.random.default_rng(4), 9, 150)
+    for right, cols in ((0, 150), (3, 150), (-5, 150), (0, 63), (40, 64), (-149, 10)):
+        laid = np.zeros((9, cols), bool)
+        left = max(right, 0)
+        part = mask[:, max(-right, 0) :][:, : max(cols - left, 0)]
+        laid[:, left : left + part.shape[1]] = part
+        words = shapes.packed(as_cells(mask), right, cols)
+        bits = np.unpackbits(words.view(np.uint8), axis=1, bitorder="little")[:, :cols]
+        np.testing.assert_array_equal(bits, laid)
+
+
+@pytest.mark.parametrize("limit", [0.0, 0.02, 0.1, 1.9])
+def test_the_least_difference_is_its_twins(limit: float) -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(25):
+        one = blob(rng, *rng.integers(15, 80, 2))
+        other = near(one, rng) if rng.random() < 0.7 else blob(rng, *rng.integers(15, 80, 2))
+        expected = compare(one, other, limit)
+        cells, symmetry = shapes.least_difference(as_cells(one), as_cells(other), limit, 2, 8)
+        found = None if symmetry < 0 else (cells / max(one.sum(), other.sum()), list(SYMMETRIES)[symmetry])
+        assert found == expected
+
+
+def test_prints_rule_out_what_their_twin_rules_out() -> None:
+    rng = np.random.default_rng(6)
+    masks = [blob(rng, *rng.integers(20, 30, 2)) for _ in range(12)]
+    masks += [near(mask, rng) for mask in masks]
+    prints = np.array(sorted((fingerprint(mask) for mask in masks), key=lambda row: row[0]), np.int32)
+    fresh = np.arange(len(prints)) % 3 == 0
+    expected = {
+        (i, j)
+        for i in range(len(prints))
+        for j in range(i + 1, len(prints))
+        if (fresh[i] or fresh[j]) and lower_bound(prints[i], prints[j : j + 1])[0] <= 0.05 * prints[j, 0]
+    }
+    parts = [shapes.near_prints(prints, fresh, 0.05, first, first + 8) for first in range(0, len(prints), 8)]
+    assert {tuple(pair) for part in parts for pair in part.tolist()} == expected
+    assert expected
