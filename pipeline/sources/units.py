@@ -114,7 +114,7 @@ def _upright(shape: Shape, axis: str, convention: Convention) -> float:
         weight = DECLARED_WEIGHT if convention.declared else BINDING_WEIGHT
     evidence = 1.5 * shape.flatness + (1.5 if shape.bare else 0.0) + (weight if axis == convention.up else 0.0)
     evidence += 3.0 * min(shape.square, SQUARE)
-    possible = any(shape.fits(metres) for metres in UNITS.values()) or shape.stands(convention.metres or 1.0)
+    possible = any(shape.fits(metres) for metres in UNITS.values()) or shape.stands(convention.metres or 0.0)
     if possible:
         return evidence
     told = model_scale(shape.storey, shape.heads) if convention.metres is None else None
