@@ -1,9 +1,12 @@
 """Gaps of full height: where a wall ends and goes on, or meets another, after a step of free floor.
 
 Two planes never differ in such a gap, so it is found from the walls' ends: an end is a short edge of the wall's
-outline between two right angles; the gap is what lies between it and the wall that it points at. Where that is the end
-of another wall, the gap is a hole in one wall; where it is a wall that crosses, the gap has the width of a door at
-most, or every wall that juts into a corridor would part it in two.
+outline between two right angles; the gap is what lies between it and the wall that it points at.
+
+R1  Where that is the end of another wall, the gap is a hole in one wall.
+R2  Where it is a wall that crosses, the gap has the width of a door at most, or every wall that juts into a corridor
+    would part it in two.
+R3  A nib, too short to be told from a pilaster, is the end of a wall where another end or nib faces it in line.
 """
 
 from __future__ import annotations
@@ -23,27 +26,47 @@ THICKEST_M = 0.6
 SQUARE = np.sin(np.deg2rad(25.0))
 LONGER = 2.0
 """A wall is at least this many times longer than thick; less is a pillar or a piece of furniture."""
+NIB_M = 0.04
+"""Beside a corner a wall may end as soon as this, seen from one side; from the other it is long."""
 DOOR_M = 1.25
 """The widest gap between the end of a wall and one that crosses."""
 ALIKE = 0.5
+OPPOSITE = 0.9
+IN_LINE_M = 0.03
 BEFORE_M = 0.01  # so close before an end nothing stands, for a crack of twice this is closed already
 
 
 @dataclass(frozen=True, eq=False)
 class WallEnd:
-    """The short edge ``a`` to ``b`` (2,) at the end of a wall, and the unit vector ``out`` that points on from it."""
+    """The short edge ``a`` to ``b`` (2,) at the end of a wall, and the unit vector ``out`` that points on from it.
+
+    ``is_nib`` is True where it juts from a wall by less than a wall does that ends.
+    """
 
     a: npt.NDArray[np.float64]
     b: npt.NDArray[np.float64]
     out: npt.NDArray[np.float64]
+    is_nib: bool = False
+
+    @property
+    def centre(self) -> npt.NDArray[np.float64]:
+        """The middle of the edge."""
+        return np.asarray((self.a + self.b) / 2)
+
+    def faces(self, other: WallEnd) -> bool:
+        """Whether two ends look at each other in one line, as those of one wall do."""
+        aside = np.array([-self.out[1], self.out[0]])
+        width, other_width = (np.hypot(*(end.b - end.a)) for end in (self, other))
+        beside = abs((other.centre - self.centre) @ aside)
+        return bool(other.out @ self.out < -OPPOSITE and max(abs(width - other_width), beside) < IN_LINE_M)
 
 
-def wall_ends(walls: BaseGeometry) -> Iterator[WallEnd]:
-    """Every free end of a straight wall."""
+def wall_ends(walls: BaseGeometry, *, nibs: bool = False) -> Iterator[WallEnd]:
+    """Every free end of a straight wall; with ``nibs`` those that are told from pilasters by what they face only."""
     for part in polygons_of(walls):
         shape = shapely.orient_polygons(part.simplify(0.002))
         for ring in (shape.exterior, *shape.interiors):
-            yield from _ends_of_ring(shapely.get_coordinates(ring)[:-1])
+            yield from (end for end in _ends_of_ring(shapely.get_coordinates(ring)[:-1]) if nibs or not end.is_nib)
 
 
 def _ends_of_ring(points: npt.NDArray[np.float64]) -> Iterator[WallEnd]:
@@ -54,9 +77,12 @@ def _ends_of_ring(points: npt.NDArray[np.float64]) -> Iterator[WallEnd]:
     turn = came[:, 0] * unit[:, 1] - came[:, 1] * unit[:, 0]
     square = turn > np.cos(np.arcsin(SQUARE))  # a left turn of about 90 degrees: convex, the wall on the left
     before, after = np.roll(length, 1), np.roll(length, -1)
-    short = (length <= THICKEST_M) & (np.minimum(before, after) >= LONGER * length)
-    for k in np.flatnonzero(short & square & np.roll(square, -1)):
-        yield WallEnd(points[k], points[(k + 1) % len(points)], np.array([unit[k, 1], -unit[k, 0]]))
+    end = square & np.roll(square, -1) & (length <= THICKEST_M) & (np.minimum(before, after) >= NIB_M)
+    long = np.maximum(before, after) >= LONGER * length
+    juts = (np.roll(turn, 1) < 0) | (np.roll(turn, -2) < 0)  # from a wall; a pillar stands free
+    for k in np.flatnonzero(end & (long | juts)):
+        out = np.array([unit[k, 1], -unit[k, 0]])
+        yield WallEnd(points[k], points[(k + 1) % len(points)], out, is_nib=not long[k])
 
 
 def gap_at(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:
@@ -86,17 +112,19 @@ def gaps(tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float) -
     standing
         All that closes the plane; a gap that it fills already is none.
     """
-    ends = list(wall_ends(tall))
+    ends = list(wall_ends(tall, nibs=True))
     if not ends:
         return []
-    before = shapely.points([(end.a + end.b) / 2 + BEFORE_M * end.out for end in ends])
+    before = shapely.points([end.centre + BEFORE_M * end.out for end in ends])
     taken = set(shapely.STRtree(standing).query(before, predicate="intersects")[0].tolist())
     found: list[Polygon] = []
     for k, end in enumerate(ends):
         if k in taken:
             continue
         gap = gap_at(end, tall, reach_m)
-        if gap is not None and (_width(gap, end) <= DOOR_M or _meets_end(gap, end, ends)):
+        if gap is None:
+            continue
+        if _meets_end(gap, end, ends) or (_width(gap, end) <= DOOR_M and not end.is_nib):  # R1, R2
             found.append(gap)
     return _each_once(sorted(found, key=lambda g: (round(g.length, 6), g.bounds)))
 
@@ -115,6 +143,10 @@ def _width(gap: Polygon, end: WallEnd) -> float:
 
 
 def _meets_end(gap: Polygon, end: WallEnd, ends: list[WallEnd]) -> bool:
-    """Whether the far side of a gap is the end of a wall that comes the other way."""
+    """Whether the far side of a gap is the end of a wall that comes the other way; R3 where one of the two is a nib."""
     near = shapely.buffer(gap, 0.02)
-    return any(other.out @ end.out < -0.9 and shapely.intersects_xy(near, *((other.a + other.b) / 2)) for other in ends)
+    for other in ends:
+        faces = other.out @ end.out < -OPPOSITE and shapely.intersects_xy(near, *other.centre)
+        if faces and (end.faces(other) or not (end.is_nib or other.is_nib)):
+            return True
+    return False

@@ -8,6 +8,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.cutting import Cutter
 from pipeline.geometry.overlay import overlap, polygons_of, united
+from pipeline.geometry.slits import joined_sheets
 from pipeline.geometry.walls import section
 
 STANDING = 0.5
@@ -26,7 +27,7 @@ class Sections:
     def foot(self, height: float) -> BaseGeometry:
         """All that stands at a height near the floor, massive bodies included."""
         found = section(self.cutter.cut(height), sheet_m=self.sheet_m, solid_m=self.solid_m)
-        return united([found.walls, found.solids])
+        return united([joined_sheets(found.walls, self.sheet_m), found.solids])
 
     def at(self, height: float, foot: BaseGeometry) -> BaseGeometry:
         """The upright faces at a height, and of massive bodies those that stand at ``foot`` too: a slab does not."""
@@ -34,5 +35,6 @@ class Sections:
             cut = self.cutter.cut(height, upright_only=True)
             found = section(cut, sheet_m=self.sheet_m, solid_m=self.solid_m)
             massive = [part for part in polygons_of(found.solids) if overlap(part, foot).area > STANDING * part.area]
-            self._made[height] = united([found.walls, *massive]) if massive else found.walls
+            walls = joined_sheets(found.walls, self.sheet_m)
+            self._made[height] = united([walls, *massive]) if massive else walls
         return self._made[height]

@@ -6,7 +6,8 @@ neither, so that each thing is judged by where it begins and where it ends.
 R1  A wall stands from the floor to head height: it is there at breast height and at head height.
 R2  Below and above a window stands wall too: what stands at sill height and goes on over the opening.
 R3  Under a sloped roof a wall may end at the roof before head height.
-R4  Two sheets with an edge of the same wall over them are one wall: the slit between them is filled.
+R4  Two sheets are one wall (``geometry.slits``), and so are two walls with an edge of the same wall over them: the
+    slit between them is filled.
 R5  What is thick and ends below the walls beside it is furniture (a cupboard); so is all that ends below head height,
     but for what is thin: that may be a railing or a parapet.
 R6  A lintel hangs over free floor from head height up to where the walls beside it end; what ends below is none.
@@ -35,6 +36,7 @@ from pipeline.geometry.leaves import find_leaves
 from pipeline.geometry.overlay import EMPTY, clipped, mitred, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import opened
 from pipeline.geometry.sections import Sections
+from pipeline.geometry.slits import SLIT_M, long_slits
 from pipeline.geometry.tops import ending_below, hanging_free, under_slopes, without_headroom
 from pipeline.geometry.walls import close_cracks
 from pipeline.values import Evidence, Level
@@ -44,7 +46,6 @@ SMALLEST_GAP_M = 0.03
 HANDRAIL_M = 0.02  # a handrail may be no higher, and closes what its balusters do not
 WIDEST_RAIL_M = 0.3
 SLIVER_M = 0.04  # less than a sheet gets, more than a baluster has
-SLIT_M = 0.38  # narrower than any door
 CUPBOARD_M = 0.28
 LARGEST_CUPBOARD_M2 = 2.5
 ALIKE = 0.7
@@ -124,8 +125,7 @@ class _Heights:
 
 def _without_slits(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
     """R4: two sheets drawn together, as far as wall lies over what is between them."""
-    closed = mitred(mitred(full, SLIT_M / 2), -SLIT_M / 2)
-    slits = opened(overlap(subtract(closed, full), above), SLIVER_M)
+    slits = opened(overlap(united(long_slits(full, full)), above), SLIVER_M)
     long = [mitred(p, LAP_M) for p in polygons_of(slits) if box_of(p).width > SLIT_M]
     return united([full, *long]) if long else full
 

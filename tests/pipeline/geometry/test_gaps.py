@@ -56,3 +56,33 @@ def test_walls_of_two_thicknesses_share_one_gap() -> None:
 def test_gaps_come_shortest_first() -> None:
     three = walls((0, 0, 2, 0.2), (3.2, 0, 5, 0.2), (5.8, 0, 8, 0.2))
     assert [round(g.bounds[0], 1) for g in gaps(three, [three], 1.5)] == [5.0, 2.0]
+
+
+def test_a_wall_may_end_close_to_a_corner() -> None:
+    hook = walls((0, 0, 3, 0.15), (3, 0, 3.15, 4), (3.15, 0, 3.3, 0.15), (4.2, 0, 6, 0.15))  # a stub of 0.15 m
+    assert [round(g.bounds[0], 1) for g in gaps(hook, [hook], 1.5)] == [3.3]
+
+
+def test_a_nib_faces_the_end_of_its_wall() -> None:
+    nib = walls((0, -3, 0.15, 3), (0.15, 0, 0.3, 0.15), (1.7, 0, 5, 0.15))
+    assert len(gaps(nib, [nib], 1.5)) == 1
+
+
+def test_two_nibs_face_each_other() -> None:
+    nibs = walls((0, -3, 0.15, 3), (0.15, 0, 0.3, 0.15), (1.3, 0, 1.45, 0.15), (1.45, -3, 1.6, 3))
+    assert len(gaps(nibs, [nibs], 1.5)) == 1
+
+
+def test_a_pilaster_parts_no_corridor() -> None:
+    pilaster = walls((0, -3, 0.15, 3), (0.15, 0, 0.3, 0.15), (1.3, -3, 1.45, 3))
+    assert gaps(pilaster, [pilaster], 1.5) == []
+
+
+def test_pillars_in_a_row_are_no_wall() -> None:
+    row = walls(*((x, 0, x + 0.3, 0.3) for x in range(4)))
+    assert gaps(row, [row], 1.5) == []
+
+
+def test_a_nib_and_an_end_out_of_line_leave_no_gap() -> None:
+    aside = walls((0, -3, 0.15, 3), (0.15, 0, 0.3, 0.15), (1.7, 0.1, 5, 0.25))
+    assert gaps(aside, [aside], 1.5) == []

@@ -1,0 +1,41 @@
+"""Walls of two sheets, in plan: sheets are drawn 0.05 m thick, half on each side of where they stand."""
+
+import pytest
+import shapely
+from shapely import box
+
+from pipeline.geometry.slits import joined_sheets
+
+SHEET_M = 0.05
+
+
+def sheet(x1, y1, x2, y2):
+    return shapely.buffer(shapely.linestrings([(x1, y1), (x2, y2)]), SHEET_M / 2, cap_style="flat")
+
+
+def test_two_sheets_are_one_wall_from_face_to_face():
+    found = joined_sheets(shapely.union_all([sheet(0, 0, 5, 0), sheet(0, 0.2, 5, 0.2)]), SHEET_M)
+    assert found.symmetric_difference(box(0, 0, 5, 0.2)).area < 0.01
+
+
+def test_a_gap_in_both_sheets_stays_open():
+    sheets = [sheet(a, y, b, y) for y in (0, 0.2) for a, b in ((0, 2), (3, 5))]
+    found = joined_sheets(shapely.union_all(sheets), SHEET_M)
+    assert not found.intersects(box(2.01, 0, 2.99, 0.2))
+    assert found.area == pytest.approx(2 * 2 * 0.2, abs=0.01)
+
+
+def test_sheets_as_far_apart_as_a_narrow_door_are_two_walls():
+    walls = shapely.union_all([sheet(0, 0, 5, 0), sheet(0, 0.5, 5, 0.5)])
+    assert joined_sheets(walls, SHEET_M).equals(walls)
+
+
+def test_a_niche_between_solid_walls_stays():
+    walls = shapely.union_all([box(0, 0, 5, 0.15), box(0, 0.45, 5, 0.6)])
+    assert joined_sheets(walls, SHEET_M).equals(walls)
+
+
+def test_a_partition_stays_joined_to_the_wall_that_it_meets():
+    sheets = [sheet(0, 0, 5, 0), sheet(0, 0.2, 5, 0.2), sheet(2, 0.2, 2, 3)]
+    found = joined_sheets(shapely.union_all(sheets), SHEET_M)
+    assert found.geom_type == "Polygon"
