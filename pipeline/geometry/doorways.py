@@ -111,6 +111,8 @@ def _faces(box: Box, at: float, walls: BaseGeometry) -> tuple[float, float] | No
     line = shapely.linestrings([point - THICKEST_M * box.across, point + THICKEST_M * box.across])
     best: tuple[float, float] | None = None
     for part in shapely.get_parts(shapely.intersection(line, walls)):
+        if part.is_empty:
+            continue
         across = (shapely.get_coordinates(part) - point) @ box.across
         low, high = float(across.min()), float(across.max())
         if high - low > 1e-3 and (best is None or abs(low + high) < abs(best[0] + best[1])):

@@ -2,7 +2,8 @@
 
 R1  A leaf that stands proud of the wall on both sides (a frame) is a door.
 R2  A leaf that goes up to the ceiling, or with wall above it that is no thicker than itself, is a piece of wall.
-R3  A leaf between two ends of one wall stands closed in a doorway.
+R3  A leaf between two ends of one wall stands closed in a doorway, but not one that ends beside a lintel of its own
+    width: that hangs over the doorway, and the leaf stands ajar against another wall.
 R4  Any other leaf stands open, or is furniture where it is too thick for a leaf.
 R5  A leaf that is one body with its wall shows by the recess under its lintel (``geometry.recesses``).
 R6  An opening that the source names is a doorway, whatever stands in it, and so is a door that it names in a wall.
@@ -13,13 +14,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.bodies import Bodies, Box, box_around
-from pipeline.geometry.doorways import doorway, rectangle, seated
+from pipeline.geometry.doorways import box_of, doorway, rectangle, seated
 from pipeline.geometry.leaves import DEEPEST_M, PLATE_M, WIDTH_M, Leaf, find_leaves
-from pipeline.geometry.overlay import clipped, overlap, united
+from pipeline.geometry.overlay import clipped, overlap, polygons_of, united
 from pipeline.geometry.recesses import leaves_in_recesses
 from pipeline.values import Doorway, Level, Mesh
 
@@ -28,6 +30,8 @@ CEILING_M = 0.1
 SHEET_M = 0.05
 ABOVE = 0.5
 SAME = 0.3
+HINGE_M = 0.15
+ALIKE = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +59,7 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
             found.append(plan)
         elif leaf.box.high > ceiling_m - CEILING_M or 0 < over <= 1.25 * max(leaf.plate_m, SHEET_M):  # R2
             pieces += leaf.bodies
-        elif way is not None:  # R3
+        elif way is not None and (over > 0 or not _ends_beside_lintel(leaf.box, hanging)):  # R3
             doorways.append(Doorway(rectangle(way), "leaf"))
             found.append(plan)
         elif over > 0:
@@ -75,6 +79,18 @@ def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
         return 0.0
     wide = overlap(rectangle(box, depth=2 * DEEPEST_M), near)
     return float(wide.area / box.width)
+
+
+def _ends_beside_lintel(box: Box, hanging: BaseGeometry) -> bool:
+    """Whether a lintel about as wide as a leaf begins at one of the leaf's ends."""
+    reach = box.width / 2 + HINGE_M
+    x, y = box.centre
+    near = clipped(hanging, x - reach, y - reach, x + reach, y + reach)
+    ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
+    beside = [p for p in polygons_of(hanging) if p.intersects(near)] if not near.is_empty else []
+    return any(
+        abs(box_of(p).width - box.width) < ALIKE * box.width and shapely.distance(ends, p).min() < HINGE_M for p in beside
+    )
 
 
 def known_doorways(

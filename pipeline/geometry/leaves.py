@@ -2,13 +2,14 @@
 
 R1  What a door is made of is thin or hollow (a plate, a frame) or holds such a thing, begins at the floor, and is no
     wider than a door.
-R2  Parts that touch belong to one door; together they are as large as one, and no deeper than a thick wall.
+R2  Parts that touch and stand parallel belong to one door; together they are as large as one, and no deeper than a
+    thick wall. A leaf that stands ajar in its frame, or against another leaf, is one of its own.
 R3  Three plates or more side by side in one row are glazing or panelling, and stay wall.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import networkx as nx
@@ -30,6 +31,7 @@ TOUCH_M = 0.06
 SHEET_M = 0.02
 IN_ROW_M = 0.2
 PARALLEL = np.cos(np.deg2rad(10.0))
+SQUARE = np.sin(np.deg2rad(10.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +55,8 @@ def find_leaves(bodies: Bodies) -> list[Leaf]:
     parts |= casings
     keys = list(parts)
     found = []
-    for members in _touching(list(parts.values())):  # R2
-        group = [keys[k] for k in members]
+    touching = [[keys[k] for k in members] for members in _touching(list(parts.values()))]
+    for group in (parallel for members in touching for parallel in _parallel(members, parts)):  # R2
         points = [bodies.mesh.vertices[np.unique(bodies.mesh.faces[bodies.faces(k)])] for k in group]
         box = box_around(np.concatenate(points))
         if WIDTH_M[0] <= box.width <= 2 * WIDTH_M[1] and box.thickness <= DEEPEST_M:
@@ -72,6 +74,29 @@ def _touching(boxes: list[Box]) -> list[list[int]]:
         pairs = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=TOUCH_M).T
         graph.add_edges_from(pairs[pairs[:, 0] < pairs[:, 1]].tolist())
     return [sorted(group) for group in nx.connected_components(graph)]
+
+
+def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
+    """A group parted by the directions that its parts stand in; a post belongs to what stands square to it, or to none."""
+    wide = sorted((k for k in group if parts[k].width >= WIDTH_M[0]), key=lambda k: -parts[k].width)
+    parted: list[list[int]] = []
+    for k in wide:
+        same = [each for each in parted if abs(parts[each[0]].along @ parts[k].along) > PARALLEL]
+        if same:
+            same[0].append(k)
+        else:
+            parted.append([k])
+    for k in sorted(set(group) - set(wide)):
+        square = [each for each in parted if _is_square(parts[each[0]], parts[k])]
+        if square:
+            square[0].append(k)
+    return [sorted(each) for each in parted] or [group]
+
+
+def _is_square(box: Box, post: Box) -> bool:
+    """Whether a post stands parallel to a box or at right angles to it."""
+    along = abs(box.along @ post.along)
+    return bool(along > PARALLEL or along < SQUARE)
 
 
 def _is_plate(box: Box, bodies: Bodies, body: int) -> bool:
