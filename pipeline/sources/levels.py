@@ -9,13 +9,15 @@ R2  Walls without a floor are a house of one level that begins at the foot of th
     Ground that lies under the foot of all walls gives the floor's area, not its height.
     A lowest floor that lies over the foot of the walls and is a small part of the house is the tops of furniture.
 R3  Walls may be looked at up to the underside of what closes the level: the next floor's slab, a roof slab, else the
-    top of the walls. A hung ceiling above which the walls go on does not close it.
+    top of the walls. A hung ceiling does not close it: nearly all walls run on through it, as through no slab.
 R4  What the source calls floor is the floor's area where it is most of it; what it calls ceiling or roof is no floor.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from shapely import MultiPolygon, Polygon
@@ -31,6 +33,7 @@ BELOW_M = 0.3  # faces this far under the floor stay with the level
 MARGIN_M = 0.05  # the last height stays this far under what closes the level
 SLAB_M = 0.65  # the thickest slab between two storeys
 ATTIC_M = 1.0  # walls that go on so far over a slab are an attic's; over less, it may be a hung ceiling
+THROUGH = 0.9  # of the wall length that reaches a layer; where more runs on through it, it hangs between the walls
 SHORTEST_WALLS_M = 2.0
 FURNITURE_M = 0.25
 HOVER_M = 0.15
@@ -91,7 +94,10 @@ def find_levels(
     for floor, height in zip(floors, heights, strict=True):
         around = _profile_around(surfaces, walls, floor, grid) if len(heights) > 1 else profile
         region = floor.region if floor else enclosed
-        ceiling = _ceiling(around, layers, region, height, _next_floor(floor, height, floors))
+        near = walls & grid.at(grid.grown(region, 0.5), (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2)
+        hangs = partial(_hangs, surfaces, near)
+        above = _next_floor(floor, height, floors)
+        ceiling = _ceiling(around, layers, region, height, above=above, hangs=hangs)
         part = mesh if len(heights) == 1 else _slice(surfaces, height - BELOW_M, height + ceiling)
         area = _area(surfaces, floor, names[0], grid) if floor else None
         found.append(FoundLevel(height, ceiling, _lowered(part, height), area))
@@ -171,7 +177,15 @@ def _next_floor(floor: FloorSurface | None, height: float, floors: list[FloorSur
     return None
 
 
-def _ceiling(profile: WallProfile, layers: list[Layer], region: Cells, height: float, above: float | None) -> float:
+def _ceiling(
+    profile: WallProfile,
+    layers: list[Layer],
+    region: Cells,
+    height: float,
+    *,
+    above: float | None,
+    hangs: Callable[[Layer], bool],
+) -> float:
     """R3: height above the floor up to which this level's walls may be looked at."""
     end = above if above is not None else profile.end_above(height + CLEAR_M, height + 0.3)
     size = np.count_nonzero(region)
@@ -182,7 +196,7 @@ def _ceiling(profile: WallProfile, layers: list[Layer], region: Cells, height: f
     ]
     closing = [cover for cover in covers if end - cover.top < 0.1]
     if not closing and above is None:  # a slab under an attic or a parapet, on which walls go on
-        closing = [cover for cover in covers if end - cover.top > ATTIC_M]
+        closing = [cover for cover in covers if end - cover.top > ATTIC_M and not hangs(cover)]
     if not closing:  # sheets, or walls open above; a hung ceiling closes nothing
         return float(end - height - (MARGIN_M if above is not None else 0.0))
     slab = closing[-1]
@@ -190,6 +204,15 @@ def _ceiling(profile: WallProfile, layers: list[Layer], region: Cells, height: f
     thin = slab.top - slab.bottom < 0.02
     underside = lower[-1] if thin and lower else slab.bottom
     return float(max(underside - MARGIN_M, height + CLEAR_M) - height)
+
+
+def _hangs(surfaces: Surfaces, walls: Bools, layer: Layer) -> bool:
+    """R3: whether the walls run on through a layer, face by face."""
+    below = layer.bottom - MARGIN_M
+    reach = walls & (surfaces.low[:, 2] < below) & (surfaces.high[:, 2] > below)
+    length = surfaces.area[reach] / (surfaces.high[reach, 2] - surfaces.low[reach, 2])
+    through = surfaces.high[reach, 2] > layer.top + MARGIN_M
+    return float(length[through].sum()) > THROUGH * float(length.sum())
 
 
 def _slice(surfaces: Surfaces, low: float, high: float) -> Mesh:

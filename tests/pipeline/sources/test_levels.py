@@ -128,6 +128,16 @@ def test_a_hung_ceiling_does_not_end_the_walls():
     assert found(below, slab(3.0, 3.3, [HOUSE]), storey(3.3, 6.0, WALLS)) == [(0.0, 2.95), (3.3, 2.7)]
 
 
+def test_a_ceiling_hung_far_below_the_walls_tops_does_not_end_them():
+    hung = slab(2.5, 2.52, [(0.2, 0.2, 4.0, 5.8), (4.2, 0.2, 7.8, 5.8)])
+    assert found(slab(-0.3, 0.0, [HOUSE]), storey(0.0, 4.2, WALLS), hung) == [(0.0, 4.2)]
+
+
+def test_a_slab_between_walls_of_which_the_inner_end_under_it_closes_them():
+    ceiling = slab(2.5, 2.7, [(0.2, 0.2, 7.8, 5.8)])
+    assert found(slab(-0.3, 0.0, [HOUSE]), storey(0.0, 4.2, SHELL), storey(0.0, 2.5, [INNER]), ceiling) == [(0.0, 2.45)]
+
+
 def test_an_upper_slab_over_walls_without_a_floor():
     assert found(storey(0.0, 2.5, WALLS), slab(2.5, 2.8, [HOUSE]), storey(2.8, 5.3, WALLS)) == [(0.0, 2.45), (2.8, 2.5)]
 
