@@ -35,10 +35,12 @@ from pipeline.geometry.known_doors import judge_leaves, known_doorways
 from pipeline.geometry.leaves import find_leaves
 from pipeline.geometry.overlay import EMPTY, clipped, mitred, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import opened
+from pipeline.geometry.scan_columns import is_scan
 from pipeline.geometry.sections import Sections
 from pipeline.geometry.slits import SLIT_M, long_slits
 from pipeline.geometry.tops import ending_below, hanging_free, under_slopes, without_headroom
 from pipeline.geometry.walls import close_cracks
+from pipeline.stages.scan_evidence import gather_scan
 from pipeline.values import Evidence, Level
 
 MOST_HEIGHTS = 8
@@ -55,6 +57,8 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     """Judge all that stands in a level; a level without walls gives empty evidence."""
     if level.sills or not len(level.walls.faces):
         return Evidence(EMPTY, EMPTY, EMPTY, EMPTY, _furniture(level), floor=level.floor)
+    if is_scan(level.walls):
+        return gather_scan(level, config)
     bodies = Bodies.of(level.walls)
     leaves = find_leaves(bodies)
     cutter = Cutter(bodies.without([k for leaf in leaves for k in leaf.bodies]))

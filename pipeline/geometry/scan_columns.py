@@ -1,0 +1,185 @@
+"""What stands over each spot of a scanned surface, height by height: a raster of columns.
+
+A scan is a surface of small faces, seen from inside: it is noisy, a part of it is missing, and furniture has grown
+together with the walls. One section through it says little; what persists over many heights is a wall.
+
+R1  The raster lies along the house's main direction, so that most walls run along its rows and columns.
+R2  Each face that does not lie flat is cut at every plane of a stack, a few centimetres apart, and marks the cells that
+    the cut touches, and their neighbours: noise moves a wall from height to height.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import scipy.ndimage
+
+from pipeline.values import Mesh
+
+STEP_M = 0.03
+"""From plane to plane."""
+FLAT = 0.8
+"""A face whose unit normal has |z| above this is floor, ceiling or the top of something."""
+DENSE_M = 0.25
+"""Half of the area of a scan lies in upright faces with shorter edges; the walls of a drawn house have few faces."""
+FEW = 3000
+MARGIN_M = 1.0
+MOST_CELLS = 4_000_000
+SPREAD = 1
+"""So many cells on each side of a cut are marked too."""
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+Shares = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Raster:
+    """Where cells lie: ``origin`` (2,) metres in the turned frame, ``cell_m``, (rows, columns), ``along`` the rows."""
+
+    origin: Floats
+    cell_m: float
+    shape: tuple[int, int]
+    along: Floats
+
+    @property
+    def axes(self) -> Floats:
+        """(2, 2): the unit vectors of rows' direction and columns' direction, in the level frame."""
+        return np.array([self.along, [-self.along[1], self.along[0]]])
+
+    def cells(self, points: Floats) -> npt.NDArray[np.int64]:
+        """The flat index of the cell of each point (n, 2) of the level frame."""
+        at = np.floor((points @ self.axes.T - self.origin) / self.cell_m).astype(np.int64)
+        return np.asarray(at[:, 1] * self.shape[1] + at[:, 0])
+
+    def placed(self, pixels: Floats) -> Floats:
+        """Level-frame points of (column, row) pixel centres (n, 2)."""
+        return np.asarray(((pixels + 0.5) * self.cell_m + self.origin) @ self.axes)
+
+    def size(self, metres: float) -> int:
+        """So many metres in cells, at least one."""
+        return max(1, round(metres / self.cell_m))
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """``stands`` (planes, rows, columns) at ``heights`` (planes,) metres; ``ground`` (rows, columns) where floor or the
+    top of something low is seen."""
+
+    raster: Raster
+    heights: Floats
+    stands: Bools
+    ground: Bools
+
+    def share(self, low_m: float, high_m: float) -> Shares:
+        """In which share of the planes between two heights something stands, cell by cell."""
+        chosen = (self.heights >= low_m) & (self.heights <= high_m)
+        return np.asarray(self.stands[chosen].mean(axis=0, dtype=np.float32))
+
+    @property
+    def amount(self) -> npt.NDArray[np.int64]:
+        """How many cells are marked at each height."""
+        return np.asarray(self.stands.sum(axis=(1, 2)), np.int64)
+
+
+def is_scan(mesh: Mesh) -> bool:
+    """Whether a mesh follows a scanned surface: half of its area lies in upright faces of short edges."""
+    if len(mesh.faces) < FEW:
+        return False
+    corners = mesh.vertices[mesh.faces]
+    edges = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(normal, axis=1)
+    upright = np.abs(normal[:, 2]) < 0.5 * area
+    return bool(area[upright & (edges < DENSE_M)].sum() > 0.5 * area[upright].sum() > 0)
+
+
+def columns_of(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> Columns:
+    """The columns of a mesh between two heights above the floor."""
+    corners = mesh.vertices[mesh.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(normal, axis=1)
+    flat = np.abs(normal[:, 2]) > FLAT * area
+    heights = np.arange(low_m, high_m, STEP_M)
+    ends, plane = _cuts(corners[~flat], heights)
+    raster = _raster(ends, cell_m)
+    stands = np.zeros((len(heights), *raster.shape), bool)
+    if len(ends):
+        points, at = _points(ends, plane, raster.cell_m)
+        stands.reshape(len(heights), -1)[at, raster.cells(points)] = True
+    square = np.ones((2 * SPREAD + 1, 2 * SPREAD + 1), np.uint8)
+    for layer in stands:
+        layer[:] = cv2.dilate(layer.view(np.uint8), square).view(bool)
+    low = flat & (corners[:, :, 2].max(axis=1) < 1.2)
+    return Columns(raster, heights, stands, _ground(corners[low], raster))
+
+
+def _cuts(corners: Floats, heights: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """R2: the segments (n, 2, 2) of all faces at all planes, and the plane of each."""
+    order = np.argsort(corners[:, :, 2], axis=1)
+    a, b, c = np.moveaxis(np.take_along_axis(corners, order[:, :, None], axis=1), 1, 0)
+    first, last = np.searchsorted(heights, a[:, 2]), np.searchsorted(heights, c[:, 2])
+    count = last - first
+    face = np.repeat(np.arange(len(corners)), count)
+    plane = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + first[face]
+    z = heights[plane]
+    a, b, c = a[face], b[face], c[face]
+    lower = z < b[:, 2]
+    return np.stack([_at(a, c, z), np.where(lower[:, None], _at(a, b, z), _at(b, c, z))], axis=1), plane
+
+
+def _at(low: Floats, high: Floats, z: Floats) -> Floats:
+    rise = high[:, 2] - low[:, 2]
+    share = np.clip((z - low[:, 2]) / np.where(rise > 0, rise, 1.0), 0.0, 1.0)
+    return np.asarray(low[:, :2] + share[:, None] * (high - low)[:, :2])
+
+
+def _raster(ends: Floats, cell_m: float) -> Raster:
+    """R1."""
+    along = _main_direction(ends)
+    axes = np.array([along, [-along[1], along[0]]])
+    turned = ends.reshape(-1, 2) @ axes.T
+    low = turned.min(axis=0, initial=0.0 if not len(turned) else np.inf) - MARGIN_M
+    high = turned.max(axis=0, initial=0.0 if not len(turned) else -np.inf) + MARGIN_M
+    while np.prod((high - low) / cell_m) > MOST_CELLS:
+        cell_m *= 1.25
+    columns, rows = (np.ceil((high - low) / cell_m).astype(int) + 1).tolist()
+    return Raster(low, cell_m, (rows, columns), along)
+
+
+def _main_direction(ends: Floats) -> Floats:
+    """The direction that most of the segments' length follows, modulo a right angle."""
+    d = ends[:, 1] - ends[:, 0]
+    length = np.hypot(*d.T)
+    turns = 4.0 * np.arctan2(d[:, 1], d[:, 0])
+    angle = np.rad2deg(turns % (2 * np.pi)) / 4.0
+    histogram = np.bincount(np.floor(angle).astype(int) % 90, length, 90)
+    smooth = scipy.ndimage.convolve1d(histogram, np.hanning(13)[1:-1], mode="wrap")
+    peak = np.deg2rad(4.0 * (float(np.argmax(smooth)) + 0.5))
+    near = np.cos(turns - peak) > np.cos(np.deg2rad(4 * 10.0))
+    mean = np.angle(np.sum(length[near] * np.exp(1j * turns[near]))) / 4.0 if near.any() else 0.0
+    return np.array([np.cos(mean), np.sin(mean)])
+
+
+def _points(ends: Floats, plane: npt.NDArray[np.int64], cell_m: float) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """Points along segments, less than a cell apart, and the plane of each."""
+    length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+    count = np.ceil(length / (0.8 * cell_m)).astype(np.int64) + 1
+    segment = np.repeat(np.arange(len(ends)), count)
+    step = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    share = (step / np.maximum(count[segment] - 1, 1))[:, None]
+    return ends[segment, 0] + share * (ends[segment, 1] - ends[segment, 0]), plane[segment]
+
+
+def _ground(corners: Floats, raster: Raster) -> Bools:
+    """The cells under faces, points of them a quarter of an edge apart at most, and what lies close to these."""
+    weights = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
+    points = (weights @ corners[:, :, :2]).reshape(-1, 2)
+    at = raster.cells(points)
+    inside = (at >= 0) & (at < raster.shape[0] * raster.shape[1])
+    seen = np.zeros(raster.shape, bool)
+    seen.reshape(-1)[at[inside]] = True
+    return np.asarray(scipy.ndimage.binary_dilation(seen, np.ones((3, 3), bool)))

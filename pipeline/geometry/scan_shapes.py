@@ -1,0 +1,73 @@
+"""Masks on a raster as areas with few, straight edges."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.overlay import areas, mitred, united
+from pipeline.geometry.scan_columns import Bools, Floats, Raster
+
+ROUGH_M = 0.045
+"""Contours are drawn with as few corners as this allows."""
+SMOOTH = 5
+AXIS = np.tan(np.deg2rad(12.0))
+SLACK_M = 0.07
+"""An edge is put along the raster if none of its ends moves more than that."""
+
+
+def area_of(mask: Bools, raster: Raster) -> BaseGeometry:
+    """A mask as an area in the level frame."""
+    smooth = cv2.medianBlur(mask.view(np.uint8) * 255, SMOOTH)
+    contours, tree = cv2.findContours(smooth, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    shapes = []
+    for k, contour in enumerate(contours):
+        if tree[0][k][3] >= 0:
+            continue
+        holes, child = [], int(tree[0][k][2])
+        while child >= 0:
+            holes.append(_ring(contours[child][:, 0], raster))
+            child = int(tree[0][child][0])
+        ring = _ring(contour[:, 0], raster)
+        if len(ring) >= 3:
+            inner = [Polygon(hole).buffer(0) for hole in holes if len(hole) >= 3]
+            shapes.append(shapely.difference(Polygon(ring).buffer(0), shapely.union_all(inner)))
+    pixels = mitred(united(shapes), 0.5)  # a contour runs through the middles of its pixels
+    return areas(shapely.transform(pixels, raster.placed))
+
+
+def _ring(points: Floats, raster: Raster) -> Floats:
+    """The corners of a contour (n, 2), its edges along the raster where they nearly are."""
+    loose = ROUGH_M / raster.cell_m
+    corners = cv2.approxPolyDP(points.astype(np.int32)[:, None], loose, closed=True)[:, 0].astype(float)
+    return _squared(corners, SLACK_M / raster.cell_m) if len(corners) >= 3 else corners
+
+
+def _squared(corners: Floats, slack: float) -> Floats:
+    """Each edge that is nearly level or upright becomes so, at the mean of its ends."""
+    ends = np.roll(corners, -1, axis=0)
+    d = np.abs(ends - corners)
+    level = (d[:, 1] <= AXIS * d[:, 0]) & (d[:, 1] <= 2 * slack)
+    upright = (d[:, 0] <= AXIS * d[:, 1]) & (d[:, 0] <= 2 * slack) & ~level
+    middle = (corners + ends) / 2
+    found: list[Floats] = []
+    for k, corner in enumerate(corners):
+        came = k - 1
+        into, out = corner.copy(), corner.copy()
+        for axis, lies in ((1, level), (0, upright)):
+            if lies[came]:
+                into[axis] = middle[came, axis]
+            if lies[k]:
+                out[axis] = middle[k, axis]
+        if level[came] and upright[k]:
+            found.append(np.array([middle[k, 0], middle[came, 1]]))
+        elif upright[came] and level[k]:
+            found.append(np.array([middle[came, 0], middle[k, 1]]))
+        elif (into == out).all() or not (level[came] | upright[came]):
+            found.append(out)
+        else:
+            found += [into, out]
+    return np.array(found)

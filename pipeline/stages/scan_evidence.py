@@ -1,0 +1,43 @@
+"""What stands in a scanned level: ``stages.evidence`` for a surface of many small faces.
+
+R1  Of a scan, no single section is worth much: walls and doorways are judged by whole columns (``geometry.scan_masks``).
+R2  A doorway without a lintel in the scan is found as a gap by the stage ``layout``, as in every house.
+R3  The floor of a scan is as incomplete as the rest of it, so that it deletes no room.
+"""
+
+from __future__ import annotations
+
+from shapely import Polygon
+
+from pipeline.config import EvidenceConfig
+from pipeline.geometry.footprints import footprint
+from pipeline.geometry.known_doors import judge_leaves, known_doorways
+from pipeline.geometry.overlay import EMPTY, overlap, subtract, united
+from pipeline.geometry.scan_columns import columns_of
+from pipeline.geometry.scan_masks import top_of_walls, wall_masks
+from pipeline.geometry.scan_shapes import area_of
+from pipeline.values import Evidence, Level
+
+LOWEST_M = 0.15
+CELL_M = 0.025
+
+
+def gather_scan(level: Level, config: EvidenceConfig) -> Evidence:
+    """Judge all that stands in a scanned level."""
+    columns = columns_of(level.walls, LOWEST_M, max(level.ceiling_m, config.head_m), CELL_M)
+    masks = wall_masks(columns)
+    closed = area_of(masks.walls, masks.raster)
+    doorways = united([Polygon(masks.raster.placed(box)) for box in masks.doorways])
+    walls, lintels = subtract(closed, doorways), overlap(closed, doorways)
+    judged = judge_leaves([], walls, lintels, level.ceiling_m)
+    known, leaves = known_doorways(level, walls, lintels, judged)
+    return Evidence(
+        walls=walls,
+        tall=walls,
+        lintels=lintels,
+        rails=EMPTY,
+        furniture=united([footprint(each.mesh) for each in level.furniture]),
+        doorways=tuple(known),
+        leaves=tuple(leaves),
+        heights={"columns": [LOWEST_M, round(top_of_walls(columns), 4)]},
+    )
