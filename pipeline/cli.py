@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from pipeline.batch.disk import printable
 from pipeline.interrupts import EXIT_CODE as INTERRUPTED
 from pipeline.interrupts import interruptible
 
@@ -88,6 +89,8 @@ def build(
         return
     if out is None:
         raise typer.BadParameter("missing; name the data set folder", param_hint="--out")
+    if printable(str(out)) != str(out):
+        raise typer.BadParameter("its name is no UTF-8; choose another", param_hint="--out")
     if add and replace_others:
         raise typer.BadParameter("expected --add or --replace, found both")
     given = {

@@ -147,12 +147,12 @@ class _Batch:
     def _jobs(self) -> Iterator[Job]:
         """Yield what is to be done; what is done and looks as it did is noted as listed."""
         config = self.listing.config
-        for source, item in self.listing:
-            name = identity(item)
+        for source, listed in self.listing:
+            name = identity(listed)
             if name in self.listed:
                 continue
             self.listed.add(name)
-            item = corrected_input(item, self.overrides)
+            item = corrected_input(listed, self.overrides)
             how = recipe(item, config, self.overrides)
             entry = self.journal.get(name)
             if entry is None or entry.recipe != how or not all(map(self.plans.stands, entry.plans)):
