@@ -51,7 +51,10 @@ def find(source: str, **options: str) -> Iterator[Input]:
         except Rejection as rejection:
             raise ConfigError(f"source {source!r}: {rejection.detail}; {rejection.advice}") from None
     if not found:
-        expected = "a mesh (.ply .obj .glb .gltf .stl .dae .off), an .ifc file, a folder of these, a SUNCG root"
+        expected = (
+            "a mesh (.ply .obj .glb .gltf .stl .dae .off), an .ifc file, a file of ProcTHOR, 3D-FRONT, Gazebo, Sweet "
+            "Home 3D, RoomPlan, a point cloud, a folder of these, a SUNCG root"
+        )
         found_ = "nothing of the kind in it" if Path(source).is_dir() else "none of them"
         raise ConfigError(f"source {source!r}: expected {expected} or procedural:COUNT, found {found_}")
 

@@ -30,11 +30,14 @@ SLIT_M = 0.36
 HOLE_M = 0.3
 SPECK_M = 0.2
 FLOOR_M = 0.08
-RUN = 11
-"""Cells over which a wall is looked at along itself."""
+RUN = (11, 41)
+"""Cells over which a wall is looked at along itself: more of them in a thin cloud, for ENOUGH points."""
+ENOUGH = 60
 WIDE = 9
 RIDGE = 0.75
 THICK_M = 0.06
+FRINGE_M = 0.12
+SMOOTH = 1.0  # cells by which an edge may be drawn straighter
 USUAL = 0.98  # a cell with this share of all below it is one of a wall
 FAINT = 0.2
 LEVELS = (0.0, 0.85, 1.5, 2.05)
@@ -116,7 +119,7 @@ class _Picture:
         contours, tree = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)[-2:]
         rings = []
         for contour, (_, _, _, parent) in zip(contours, tree[0] if tree is not None else (), strict=True):
-            ring = cv2.approxPolyDP(contour, 1.0, closed=True)[:, 0].astype(np.float64)
+            ring = cv2.approxPolyDP(contour, SMOOTH, closed=True)[:, 0].astype(np.float64)
             if len(ring) > 2:
                 shape = shapely.make_valid(shapely.Polygon(ring * CELL_M + self.origin + CELL_M / 2))
                 grow = CELL_M / 2 if parent < 0 else -CELL_M / 2  # contours run through the cells' middles
@@ -131,7 +134,8 @@ def _ridges(mass: npt.NDArray[np.float32], filled: npt.NDArray[np.bool_]) -> Mas
     """R3: filled cells in the middle of a wall along rows or columns, where it has most of its points."""
     found = np.zeros(mass.shape, np.uint8)
     usual = float(np.quantile(mass[mass > 0], USUAL)) if mass.any() else 0.0
-    for along, across in (((RUN, 1), (1, WIDE)), ((1, RUN), (WIDE, 1))):  # cv2 has (width, height)
+    run = int(np.clip(ENOUGH / max(usual, 1e-9), *RUN)) // 2 * 2 + 1
+    for along, across in (((run, 1), (1, WIDE)), ((1, run), (WIDE, 1))):  # cv2 has (width, height)
         smooth = np.asarray(cv2.blur(mass, along), np.float32)
         most = np.asarray(cv2.dilate(smooth, np.ones(across[::-1], np.uint8)), np.float32)
         whole = np.asarray(cv2.blur(filled.astype(np.float32), along), np.float32)
@@ -184,7 +188,9 @@ def _without_floor(high: Mask, floor: Mask) -> Mask:
     area = np.bincount(labels.ravel(), minlength=count)
     seen = np.bincount(labels.ravel(), weights=floor.ravel(), minlength=count)
     bare: Mask = (seen < 0.5 * area)[labels].astype(np.uint8)
-    return bare
+    size = round(FRINGE_M / CELL_M)
+    inner = cv2.morphologyEx(floor & (1 - _dilated(high, 3)), cv2.MORPH_OPEN, np.ones((size, size), np.uint8))
+    return bare & (1 - np.asarray(inner, np.uint8))  # noise throws a fringe of floor behind the walls
 
 
 def _without_specks(mask: Mask) -> Mask:
