@@ -89,7 +89,8 @@ def _ends_beside_lintel(box: Box, hanging: BaseGeometry) -> bool:
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
     beside = [p for p in polygons_of(hanging) if p.intersects(near)] if not near.is_empty else []
     return any(
-        abs(box_of(p).width - box.width) < ALIKE * box.width and shapely.distance(ends, p).min() < HINGE_M for p in beside
+        abs(box_of(p).width - box.width) < ALIKE * box.width and shapely.distance(ends, p).min() < HINGE_M
+        for p in beside
     )
 
 

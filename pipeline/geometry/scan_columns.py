@@ -67,7 +67,8 @@ class Raster:
 @dataclass(frozen=True, eq=False)
 class Columns:
     """``stands`` (planes, rows, columns) at ``heights`` (planes,) metres; ``ground`` (rows, columns) where floor or the
-    top of something low is seen."""
+    top of something low is seen.
+    """
 
     raster: Raster
     heights: Floats

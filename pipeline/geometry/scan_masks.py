@@ -157,7 +157,8 @@ def _doorways(free: Bools, air: Bools, raster: Raster) -> tuple[Floats, ...]:
 
 def _box(points: npt.NDArray[np.int64], pixels: int) -> Floats:
     """The rectangle (4, 2) around pixels, along the raster or, where these fill it badly, the smallest; long side
-    first."""
+    first.
+    """
     low, high = points.min(axis=0), points.max(axis=0)
     (x1, y1), (x2, y2) = low, high
     box = np.array([[x1, y1], [x2, y1], [x2, y2], [x1, y2]], float)
