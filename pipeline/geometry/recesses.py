@@ -1,4 +1,4 @@
-"""Leaves that are one body with their wall: a door that is shut leaves a recess under its lintel."""
+"""Leaves and panes that are one body with their wall: what is shut leaves a recess under its lintel."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.bodies import Box
 from pipeline.geometry.doorways import box_of, rectangle
 from pipeline.geometry.overlay import clipped, mitred, overlap, polygons_of, united
+from pipeline.geometry.regions import opened
 
 WIDTH_M = (0.45, 2.8)
-DEPTH_M = (0.015, 0.35)
+DEPTH_M = (0.015, 0.6)
 LEAF_M = 0.09
 STRAIGHT = 0.7
 JOIN_M = 0.01
+SEAM_M = 0.12
 LOOKS = np.linspace(-0.4, 0.4, 5)
 
 Floats = npt.NDArray[np.float64]
@@ -28,10 +30,24 @@ def leaves_in_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polyg
     ``lintels`` is what hangs over free floor. A lintel over an open door is as deep as the wall; one over a recess is
     slimmer, and what stands beside it, as long as it, is the leaf.
     """
+    found = _recesses(lintels, walls, WIDTH_M)
+    return polygons_of(united(_with_lintel(leaf, lintel) for lintel, leaf in found))
+
+
+def glazed_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
+    """Lintels beside a pane too wide for a door: full-height glazing stands there, and the wall is as deep as they."""
+    bare = opened(lintels, SEAM_M)  # without the seams of a ceiling that end at them
+    return [lintel for lintel, _ in _recesses(bare, walls, (WIDTH_M[1], np.inf))]
+
+
+def _recesses(
+    lintels: BaseGeometry, walls: BaseGeometry, width_m: tuple[float, float]
+) -> list[tuple[Polygon, Polygon]]:
+    """Slim lintels of such widths, each with the thin piece of wall beside it."""
     found = []
     for lintel in polygons_of(lintels):
         box = box_of(lintel)
-        slim = DEPTH_M[0] <= box.thickness <= DEPTH_M[1] and WIDTH_M[0] <= box.width <= WIDTH_M[1]
+        slim = DEPTH_M[0] <= box.thickness <= DEPTH_M[1] and width_m[0] <= box.width <= width_m[1]
         if not slim or lintel.area < STRAIGHT * box.width * box.thickness:
             continue
         x1, y1, x2, y2 = lintel.bounds
@@ -39,8 +55,8 @@ def leaves_in_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polyg
         for sign in (-1.0, 1.0):
             thickness = _thickness_beside(box, sign, near)
             if thickness is not None:
-                found += [_with_lintel(leaf, lintel) for leaf in _leaf(box, sign, thickness, near)]
-    return polygons_of(united(found))
+                found += [(lintel, leaf) for leaf in _leaf(box, sign, thickness, near)]
+    return found
 
 
 def _with_lintel(leaf: Polygon, lintel: Polygon) -> BaseGeometry:

@@ -4,7 +4,8 @@ The paper cuts at one height, which serves SUNCG: its furniture is known, and ev
 neither, so that each thing is judged by where it begins and where it ends.
 
 R1  A wall stands from the floor to head height: it is there at breast height and at head height.
-R2  Below and above a window stands wall too: what stands at sill height and goes on over the opening.
+R2  Below and above a window stands wall too: what stands at sill height and goes on over the opening. Glazing from the
+    floor up, too wide for a door, is wall as deep as the lintel over it.
 R3  Under a sloped roof a wall may end at the roof before head height.
 R4  Two sheets are one wall (``geometry.slits``), and so are two walls with an edge of the same wall over them: the
     slit between them is filled.
@@ -34,6 +35,7 @@ from pipeline.geometry.heights import between, clear_of
 from pipeline.geometry.known_doors import judge_leaves, known_doorways
 from pipeline.geometry.leaves import find_leaves
 from pipeline.geometry.overlay import EMPTY, clipped, mitred, overlap, polygons_of, subtract, united
+from pipeline.geometry.recesses import glazed_recesses
 from pipeline.geometry.regions import opened
 from pipeline.geometry.scan_columns import is_scan
 from pipeline.geometry.sections import Sections
@@ -81,6 +83,8 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     low = opened(subtract(foot, united([full, hanging, cupboards])), SLIVER_M)
     walls = united([full, windows, *under_slopes(polygons_of(low), cutter)])  # R3
     lintels = opened(subtract(hanging, walls), SLIVER_M)
+    glazed = glazed_recesses(lintels, walls)  # R2
+    walls, lintels = united([walls, *glazed]), subtract(lintels, united(glazed))
     doorways, found_leaves = known_doorways(level, walls, lintels, judged)
     rails = [foot, *(sections.at(height, foot) for height in heights.between)]
     standing = opened(subtract(united(rails), united([walls, lintels, cupboards])), SLIVER_M)

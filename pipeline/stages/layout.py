@@ -7,7 +7,7 @@ R4  ... else from the ends of its walls. Either is marked in the plan.
 R5  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that bridges more than
     ``beam_m`` between walls that cross its line.
 R6  A gap is dropped where it would part off less than a room, and all strips around a space that has less than
-    ``walled`` of its edge along walls (what hangs from a ceiling is no room).
+    ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that is too narrow to stand in.
 R7  Walls that spell characters are no layout: strokes that stand apart from each other without a door in any of them,
     and that enclose little of what they span.
 R9  Where the house has floors, a space without one is no room, unless walls close it nearly all round (a stairwell);
@@ -41,6 +41,7 @@ CLOSED = 0.8
 FENCED = 0.5
 COVERED = 0.7
 SHAFT_M = 0.7
+SLOT_M = 0.45
 STROKE_M = 1.0
 
 
@@ -146,6 +147,8 @@ def _settled(
         if not useless:
             useless = _around_no_room(strips, rooms, config.walled)  # R6
         if not useless:
+            useless = _around_a_slot(strips, rooms)
+        if not useless:
             useless = _widest_gap_of_a_niche(strips, rooms, config.area_m2)
         if useless:
             strips, pruned = [strip for k, strip in enumerate(strips) if k not in useless], not rest
@@ -176,6 +179,18 @@ def _around_no_room(closers: list[Closer], rooms: list[Polygon], walled: float) 
         open_width = sum(b.width for k in around if (b := closers[k].bridge) is not None)
         if open_width > (1 - walled) * room.length:
             return around
+    return set()
+
+
+def _around_a_slot(closers: list[Closer], rooms: list[Polygon]) -> set[int]:
+    """R6: the strips between the first space that nobody can stand in and other rooms."""
+    for index, room in enumerate(rooms):
+        if not opened(room, SLOT_M).is_empty:
+            continue
+        ways = {k for k, c in enumerate(closers) if c.bridge is not None and index in c.bridge.sides}
+        inner = {k for k in ways if (b := closers[k].bridge) is not None and OUTSIDE not in b.sides}
+        if inner:
+            return inner
     return set()
 
 
