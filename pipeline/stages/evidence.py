@@ -79,7 +79,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
         full = close_cracks(united([full, again.foot(heights.breast)]))
     windows = opened(overlap(hanging, foot), SLIVER_M)  # R2
     low = opened(subtract(foot, united([full, hanging, cupboards])), SLIVER_M)
-    walls = united([full, windows, *under_slopes(polygons_of(low), cutter)])  # R3
+    walls = close_cracks(united([full, windows, *under_slopes(polygons_of(low), cutter)]))  # R3
     lintels = opened(subtract(hanging, walls), SLIVER_M)
     doorways, found_leaves = known_doorways(level, walls, lintels, judged)
     rails = [foot, *(sections.at(height, foot) for height in heights.between)]
