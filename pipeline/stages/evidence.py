@@ -129,7 +129,7 @@ class _Heights:
 
 def _without_slits(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
     """R4: two sheets drawn together, as far as wall lies over what is between them."""
-    slits = opened(overlap(united(long_slits(full, full)), above), SLIVER_M)
+    slits = opened(overlap(long_slits(full), above), SLIVER_M)
     long = [mitred(p, LAP_M) for p in polygons_of(slits) if box_of(p).width > SLIT_M]
     return united([full, *long]) if long else full
 
