@@ -1,17 +1,19 @@
 """Walls made of two sheets, one on each face: the slit between them is wall, and their faces are the wall's faces.
 
-R1  A slit narrower than any door between two sheets, longer than it is wide, is the inside of a wall. Whatever closes
-    it elsewhere does not matter: where an opening goes up to the ceiling, it is open at all heights.
+R1  A slit narrower than any door between two sheets, closed on both sides or in a corner on three, is the inside of a
+    wall. Whether wall lies over it does not matter: beside an opening up to the ceiling, it is open at all heights.
 R2  A sheet of such a wall needs no thickness of its own: the half of it that lies outside the wall is taken off, but
     where more wall stands against it.
 """
 
 from __future__ import annotations
 
+import shapely
+from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.doorways import box_of
-from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
+from pipeline.geometry.overlay import clipped, mitred, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import opened
 
 SLIT_M = 0.38
@@ -19,6 +21,7 @@ SLIT_M = 0.38
 SLIVER_M = 0.04
 LIKE_A_SHEET = 1.3
 HAIR_M = 1e-4
+CLOSED = 0.55
 FEW_M2 = 0.05
 
 
@@ -27,7 +30,7 @@ def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
     sheets = subtract(walls, opened(walls, LIKE_A_SHEET * sheet_m))
     if sheets.area < FEW_M2:
         return walls
-    slits = united(long_slits(sheets, walls))  # R1
+    slits = united(p for p in _slits(sheets, walls) if _closed(p, walls) > CLOSED)  # R1
     if slits.is_empty:
         return walls
     around = mitred(slits, sheet_m + HAIR_M)
@@ -36,7 +39,18 @@ def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
     return subtract(united([walls, slits]), subtract(outer, against))  # R2
 
 
-def long_slits(faces: BaseGeometry, walls: BaseGeometry) -> list[BaseGeometry]:
-    """The slits between ``faces`` that are longer than wide and not wall yet."""
+def long_slits(walls: BaseGeometry) -> BaseGeometry:
+    """The slits between walls that are longer than any is wide."""
+    return united(p for p in _slits(walls, walls) if box_of(p).width > SLIT_M)
+
+
+def _slits(faces: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
     closed = mitred(mitred(faces, SLIT_M / 2), -SLIT_M / 2)
-    return [p for p in polygons_of(opened(subtract(closed, walls), SLIVER_M)) if box_of(p).width > SLIT_M]
+    return polygons_of(opened(subtract(closed, walls), SLIVER_M))
+
+
+def _closed(slit: Polygon, walls: BaseGeometry) -> float:
+    """The share of a slit's edge that lies along walls."""
+    x1, y1, x2, y2 = slit.bounds
+    near = clipped(walls, x1 - SLIVER_M, y1 - SLIVER_M, x2 + SLIVER_M, y2 + SLIVER_M)
+    return float(shapely.intersection(slit.exterior, shapely.buffer(near, HAIR_M)).length / slit.exterior.length)

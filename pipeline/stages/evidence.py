@@ -81,7 +81,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
         full = close_cracks(united([full, again.foot(heights.breast)]))
     windows = opened(overlap(hanging, foot), SLIVER_M)  # R2
     low = opened(subtract(foot, united([full, hanging, cupboards])), SLIVER_M)
-    walls = united([full, windows, *under_slopes(polygons_of(low), cutter)])  # R3
+    walls = close_cracks(united([full, windows, *under_slopes(polygons_of(low), cutter)]))  # R3
     lintels = opened(subtract(hanging, walls), SLIVER_M)
     glazed = glazed_recesses(lintels, walls)  # R2
     walls, lintels = united([walls, *glazed]), subtract(lintels, united(glazed))
@@ -133,7 +133,7 @@ class _Heights:
 
 def _without_slits(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
     """R4: two sheets drawn together, as far as wall lies over what is between them."""
-    slits = opened(overlap(united(long_slits(full, full)), above), SLIVER_M)
+    slits = opened(overlap(long_slits(full), above), SLIVER_M)
     long = [mitred(p, LAP_M) for p in polygons_of(slits) if box_of(p).width > SLIT_M]
     return united([full, *long]) if long else full
 

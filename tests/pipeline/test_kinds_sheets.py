@@ -62,3 +62,15 @@ def test_two_sheets_with_a_slit_between_them_are_one_wall() -> None:
     plan = plan_of(level(mesh))
     assert len(plan.rooms) == 3
     assert kinds(plan) == ["door", "door"]
+
+
+WINDOW = Hole(0.6, 1.4, 0.9, 2.0)
+
+
+@pytest.mark.parametrize("degrees", [12.2, 17, 45])
+def test_no_crack_beside_a_window_lets_the_outside_in(degrees: float) -> None:
+    """Rounding leaves one in a few houses, where wall and window are put together."""
+    corners = [(0, 0), (4, 0), (4, 3), (0, 3)]
+    around = [sheet_wall(a, b, WINDOW) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+    house = turned(joined([part for parts in around for part in parts]), degrees, (57.1, 364.2, 0.0))
+    assert sum(room.area for room in plan_of(level(as_stored(house))).rooms) == pytest.approx(12.0, rel=0.04)

@@ -35,6 +35,16 @@ def test_a_niche_between_solid_walls_stays():
     assert joined_sheets(walls, SHEET_M).equals(walls)
 
 
+def test_the_stub_of_a_wall_beside_a_door_in_a_corner_is_filled():
+    corner = shapely.union_all([sheet(0, -2, 0, 2), sheet(0, 0, 0.15, 0), sheet(0, 0.2, 0.15, 0.2)])
+    assert joined_sheets(corner, SHEET_M).covers(box(0, 0.01, 0.14, 0.19))
+
+
+def test_a_narrow_gap_in_a_sheet_stays_open():
+    walls = shapely.union_all([sheet(0, 0, 2, 0), sheet(2.35, 0, 5, 0)])
+    assert joined_sheets(walls, SHEET_M).equals(walls)
+
+
 def test_a_partition_stays_joined_to_the_wall_that_it_meets():
     sheets = [sheet(0, 0, 5, 0), sheet(0, 0.2, 5, 0.2), sheet(2, 0.2, 2, 3)]
     found = joined_sheets(shapely.union_all(sheets), SHEET_M)
