@@ -3,7 +3,7 @@
 Two planes never differ in such a gap, so it is found from the walls' ends: an end is a short edge of the wall's
 outline between two right angles; the gap is what lies between it and the wall that it points at. Where that is the end
 of another wall, the gap is a hole in one wall; where it is a wall that crosses, the gap has the width of a door at
-most, or every wall that juts into a corridor would part it in two.
+most, or every wall that juts into a corridor would part it in two. Where a leaf hangs at the end, it may be wider.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ LONGER = 2.0
 DOOR_M = 1.25
 """The widest gap between the end of a wall and one that crosses."""
 ALIKE = 0.5
+HINGE_M = 0.1
 BEFORE_M = 0.01  # so close before an end nothing stands, for a crack of twice this is closed already
 
 
@@ -76,7 +77,9 @@ def gap_at(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:
     return Polygon([end.a + back, end.b + back, end.b + step, end.a + step])
 
 
-def gaps(tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float) -> list[Polygon]:
+def gaps(
+    tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float, leaves: Sequence[Polygon] = ()
+) -> list[Polygon]:
     """Fillings of all gaps of full height up to ``reach_m`` metres, shortest first.
 
     Parameters
@@ -85,18 +88,21 @@ def gaps(tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float) -
         Walls that stand from the floor to above head height; a gap lies between two of them.
     standing
         All that closes the plane; a gap that it fills already is none.
+    leaves
+        The leaves of doors, wherever they stand.
     """
     ends = list(wall_ends(tall))
     if not ends:
         return []
     before = shapely.points([(end.a + end.b) / 2 + BEFORE_M * end.out for end in ends])
     taken = set(shapely.STRtree(standing).query(before, predicate="intersects")[0].tolist())
+    hinges = set(shapely.STRtree(leaves).query(before, predicate="dwithin", distance=HINGE_M)[0].tolist())
     found: list[Polygon] = []
     for k, end in enumerate(ends):
         if k in taken:
             continue
         gap = gap_at(end, tall, reach_m)
-        if gap is not None and (_width(gap, end) <= DOOR_M or _meets_end(gap, end, ends)):
+        if gap is not None and (k in hinges or _width(gap, end) <= DOOR_M or _meets_end(gap, end, ends)):
             found.append(gap)
     return _each_once(sorted(found, key=lambda g: (round(g.length, 6), g.bounds)))
 

@@ -78,7 +78,7 @@ def _pieces(planes: Planes, config: LayoutConfig) -> list[Closer]:
     pieces += [Closer(lapped(p), "sill") for p in polygons_of(low)]
     pieces += [Closer(lapped(d.polygon), "door" if d.has_door else "opening") for d in planes.doorways]
     filled = [planes.door, *(p.polygon for p in pieces)]
-    return pieces + [Closer(p, "gap") for p in gaps(planes.tall, filled, config.gap_m)]
+    return pieces + [Closer(p, "gap") for p in gaps(planes.tall, filled, config.gap_m, planes.leaves)]
 
 
 def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
