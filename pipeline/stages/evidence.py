@@ -57,7 +57,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     if level.sills or not len(level.walls.faces):
         return Evidence(EMPTY, EMPTY, EMPTY, EMPTY, _furniture(level), floor=level.floor)
     bodies = Bodies.of(level.walls)
-    leaves = find_leaves(bodies)
+    leaves = find_leaves(bodies, level.ceiling_m)
     cutter = Cutter(bodies.without([k for leaf in leaves for k in leaf.bodies]))
     sections = Sections(cutter, config.sheet_m, config.solid_m)
     heights = _Heights.of(cutter, level, config)
@@ -71,7 +71,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     if not cupboards.is_empty:  # what is left along their edges would part the floor, thin as it is
         full = opened(subtract(full, cupboards), CREASE_M)
     hanging = hanging_free(above, united([full, cupboards]))  # R6
-    judged = judge_leaves(leaves, full, hanging, level.ceiling_m)  # R7
+    judged = judge_leaves(leaves, full, hanging)  # R7
     if judged.walls:
         again = Sections(Cutter(bodies.only(list(judged.walls))), config.sheet_m, config.solid_m)
         full = close_cracks(united([full, again.foot(heights.breast)]))
@@ -136,6 +136,8 @@ def _without_slits(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
 def _in_walls(windows: BaseGeometry, full: BaseGeometry) -> BaseGeometry:
     """R2: those of the pieces that touch wall."""
     parts = polygons_of(windows)
+    if not parts:
+        return EMPTY
     near = shapely.STRtree(polygons_of(full)).query(parts, predicate="dwithin", distance=SLIVER_M)[0]
     return united([parts[k] for k in sorted(set(near.tolist()))])
 
