@@ -137,6 +137,9 @@ def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry)
             found.append(closer)
             continue
         sides = (_most(faces[k, 0]), _most(faces[k, 1]))
+        blind = (faces[k] == WALL).all(axis=1)
+        if closer.kind == "gap" and blind.any():  # between a curtain and the next, before a wall: it leads nowhere
+            sides = (sides[int(blind[0])],) * 2
         found.append(replace(closer, bridge=replace(closer.bridge, sides=sides)))
         k += 1
     return found

@@ -5,7 +5,7 @@ outline between two right angles; the gap is what lies between it and the wall t
 
 R1  Where that is the end of another wall, the gap is a hole in one wall.
 R2  Where it is a wall that crosses, the gap has the width of a door at most, or every wall that juts into a corridor
-    would part it in two.
+    would part it in two. Where a leaf hangs at the end, it may be wider.
 R3  A nib, too short to be told from a pilaster, is the end of a wall where another end or nib faces it in line.
 """
 
@@ -33,6 +33,7 @@ DOOR_M = 1.25
 ALIKE = 0.5
 OPPOSITE = 0.9
 IN_LINE_M = 0.03
+HINGE_M = 0.1
 BEFORE_M = 0.01  # so close before an end nothing stands, for a crack of twice this is closed already
 
 
@@ -102,7 +103,9 @@ def gap_at(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:
     return Polygon([end.a + back, end.b + back, end.b + step, end.a + step])
 
 
-def gaps(tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float) -> list[Polygon]:
+def gaps(
+    tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float, leaves: Sequence[Polygon] = ()
+) -> list[Polygon]:
     """Fillings of all gaps of full height up to ``reach_m`` metres, shortest first.
 
     Parameters
@@ -111,12 +114,15 @@ def gaps(tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float) -
         Walls that stand from the floor to above head height; a gap lies between two of them.
     standing
         All that closes the plane; a gap that it fills already is none.
+    leaves
+        The leaves of doors, wherever they stand.
     """
     ends = list(wall_ends(tall, nibs=True))
     if not ends:
         return []
     before = shapely.points([end.centre + BEFORE_M * end.out for end in ends])
     taken = set(shapely.STRtree(standing).query(before, predicate="intersects")[0].tolist())
+    hinges = set(shapely.STRtree(leaves).query(before, predicate="dwithin", distance=HINGE_M)[0].tolist())
     found: list[Polygon] = []
     for k, end in enumerate(ends):
         if k in taken:
@@ -124,7 +130,8 @@ def gaps(tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float) -
         gap = gap_at(end, tall, reach_m)
         if gap is None:
             continue
-        if _meets_end(gap, end, ends) or (_width(gap, end) <= DOOR_M and not end.is_nib):  # R1, R2
+        crossing = (k in hinges or _width(gap, end) <= DOOR_M) and not end.is_nib  # R2
+        if crossing or _meets_end(gap, end, ends):  # R1
             found.append(gap)
     return _each_once(sorted(found, key=lambda g: (round(g.length, 6), g.bounds)))
 

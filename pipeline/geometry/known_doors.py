@@ -1,7 +1,7 @@
 """Doors that are known before any gap is looked at: named by the source, or by the leaf that stands in them.
 
 R1  A leaf that stands proud of the wall on both sides (a frame) is a door.
-R2  A leaf that goes up to the ceiling, or with wall above it that is no thicker than itself, is a piece of wall.
+R2  A leaf with wall above it that is no thicker than itself is a piece of wall.
 R3  A leaf between two ends of one wall stands closed in a doorway, but not one that ends beside a lintel of its own
     width: that hangs over the doorway, and the leaf stands ajar against another wall.
 R4  Any other leaf stands open, or is furniture where it is too thick for a leaf.
@@ -26,7 +26,6 @@ from pipeline.geometry.recesses import leaves_in_recesses
 from pipeline.values import Doorway, Level, Mesh
 
 PROUD_M = 0.04
-CEILING_M = 0.1
 SHEET_M = 0.05
 ABOVE = 0.5
 SAME = 0.3
@@ -44,7 +43,7 @@ class Judged:
     furniture: BaseGeometry
 
 
-def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeometry, ceiling_m: float) -> Judged:
+def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeometry) -> Judged:
     """Judge what is shaped as a door; ``walls`` and ``hanging`` are without it."""
     doorways: list[Doorway] = []
     found: list[Polygon] = []
@@ -57,7 +56,7 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
         if way is not None and leaf.box.thickness >= way.thickness + PROUD_M and leaf.plate_m < way.thickness:  # R1
             doorways.append(Doorway(rectangle(way), "leaf"))
             found.append(plan)
-        elif leaf.box.high > ceiling_m - CEILING_M or 0 < over <= 1.25 * max(leaf.plate_m, SHEET_M):  # R2
+        elif 0 < over <= 1.25 * max(leaf.plate_m, SHEET_M):  # R2
             pieces += leaf.bodies
         elif way is not None and (over > 0 or not _ends_beside_lintel(leaf.box, hanging)):  # R3
             doorways.append(Doorway(rectangle(way), "leaf"))

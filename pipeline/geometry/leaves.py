@@ -1,7 +1,7 @@
 """Doors among the bodies of a mesh that nobody named: leaves, and leaves with their frames.
 
-R1  What a door is made of is thin or hollow (a plate, a frame) or holds such a thing, begins at the floor, and is no
-    wider than a door.
+R1  What a door is made of is thin or hollow (a plate, a frame) or holds such a thing, begins at the floor, ends below
+    the ceiling, and is no wider than a door.
 R2  Parts that touch and stand parallel belong to one door; together they are as large as one, and no deeper than a
     thick wall. A leaf that stands ajar in its frame, or against another leaf, is one of its own.
 R3  Three plates or more side by side in one row are glazing or panelling, and stay wall.
@@ -24,6 +24,7 @@ PLATE_M = 0.12
 DEEPEST_M = 0.45
 TALL_M = 1.7
 HIGHEST_M = 3.4
+CEILING_M = 0.1
 FOOT_M = 0.3
 HOLLOW = 0.5
 """A frame fills less than this share of the box around it."""
@@ -47,9 +48,9 @@ class Leaf:
     plate_m: float
 
 
-def find_leaves(bodies: Bodies) -> list[Leaf]:
+def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
     """All that is shaped as a door; heights count from the level's floor."""
-    boxes = {k: bodies.box(k) for k in _likely(bodies)}
+    boxes = {k: bodies.box(k) for k in _likely(bodies, min(ceiling_m - CEILING_M, HIGHEST_M))}
     parts = {k: box for k, box in boxes.items() if _is_part(box, bodies, k)}
     casings = {k: box for k, box in boxes.items() if k not in parts and _is_casing(box, parts.values())}
     parts |= casings
@@ -117,10 +118,10 @@ def _depth(box: Box, plates: list[Box]) -> float:
     return max(c + t for c, t in at) - min(c - t for c, t in at) if at else 0.0
 
 
-def _likely(bodies: Bodies) -> Iterable[int]:
+def _likely(bodies: Bodies, highest_m: float) -> Iterable[int]:
     low, high = bodies.low, bodies.high
     extent = np.hypot(*(high - low)[:, :2].T)
-    tall = (low[:, 2] <= FOOT_M) & (high[:, 2] - low[:, 2] >= TALL_M) & (high[:, 2] <= HIGHEST_M)
+    tall = (low[:, 2] <= FOOT_M) & (high[:, 2] - low[:, 2] >= TALL_M) & (high[:, 2] <= highest_m)
     return [int(k) for k in np.flatnonzero(tall & (extent <= 1.1 * WIDTH_M[1]))]
 
 

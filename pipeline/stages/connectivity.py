@@ -93,10 +93,9 @@ def _without_pockets(spaces: Spaces, pieces: list[Polygon], radius_m: float, lea
     """R4: fill pockets of rooms that have a larger piece elsewhere."""
     rooms = list(spaces.rooms)
     where = shapely.STRtree(rooms)
-    largest: dict[int, Polygon] = {}
     home = [int(where.nearest(p.representative_point())) for p in pieces]
-    for piece, room in zip(pieces, home, strict=True):
-        largest.setdefault(room, piece)  # pieces come largest first
+    # a piece that spans many rooms is at home in one of them only, but may be the largest in each
+    largest = {room: max(pieces, key=lambda piece: overlap(piece, rooms[room]).area) for room in set(home)}
     filled = 0
     for piece, room in zip(pieces, home, strict=True):
         pocket = shapely.convex_hull(shapely.buffer(piece, radius_m + 0.01))

@@ -4,8 +4,9 @@ The paper cuts at one height, which serves SUNCG: its furniture is known, and ev
 neither, so that each thing is judged by where it begins and where it ends.
 
 R1  A wall stands from the floor to head height: it is there at breast height and at head height.
-R2  Below and above a window stands wall too: what stands at sill height and goes on over the opening. Glazing from the
-    floor up, too wide for a door, is wall as deep as the lintel over it.
+R2  Below and above a window stands wall too: what stands at sill height and goes on over the opening, and touches
+    wall (a lamp over a table does not). Glazing from the floor up, too wide for a door, is wall as deep as the lintel
+    over it.
 R3  Under a sloped roof a wall may end at the roof before head height.
 R4  Two sheets are one wall (``geometry.slits``), and so are two walls with an edge of the same wall over them: the
     slit between them is filled.
@@ -50,6 +51,7 @@ SMALLEST_GAP_M = 0.03
 HANDRAIL_M = 0.02  # a handrail may be no higher, and closes what its balusters do not
 WIDEST_RAIL_M = 0.3
 SLIVER_M = 0.04  # less than a sheet gets, more than a baluster has
+CREASE_M = 0.01
 CUPBOARD_M = 0.28
 LARGEST_CUPBOARD_M2 = 2.5
 ALIKE = 0.7
@@ -62,7 +64,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     if is_scan(level.walls):
         return gather_scan(level, config)
     bodies = Bodies.of(level.walls)
-    leaves = find_leaves(bodies)
+    leaves = find_leaves(bodies, level.ceiling_m)
     cutter = Cutter(bodies.without([k for leaf in leaves for k in leaf.bodies]))
     sections = Sections(cutter, config.sheet_m, config.solid_m)
     heights = _Heights.of(cutter, level, config)
@@ -73,13 +75,14 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     lower = [part for part in ending_below(full, above) if _is_cupboard(part, full)]
     sloped = under_slopes(lower, cutter)
     cupboards = united(part for part in lower if part not in sloped)  # R5
-    full = subtract(full, cupboards)
+    if not cupboards.is_empty:  # what is left along their edges would part the floor, thin as it is
+        full = opened(subtract(full, cupboards), CREASE_M)
     hanging = hanging_free(above, united([full, cupboards]))  # R6
-    judged = judge_leaves(leaves, full, hanging, level.ceiling_m)  # R7
+    judged = judge_leaves(leaves, full, hanging)  # R7
     if judged.walls:
         again = Sections(Cutter(bodies.only(list(judged.walls))), config.sheet_m, config.solid_m)
         full = close_cracks(united([full, again.foot(heights.breast)]))
-    windows = opened(overlap(hanging, foot), SLIVER_M)  # R2
+    windows = _in_walls(opened(overlap(hanging, foot), SLIVER_M), full)  # R2
     low = opened(subtract(foot, united([full, hanging, cupboards])), SLIVER_M)
     walls = close_cracks(united([full, windows, *under_slopes(polygons_of(low), cutter)]))  # R3
     lintels = opened(subtract(hanging, walls), SLIVER_M)
@@ -136,6 +139,15 @@ def _without_slits(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
     slits = opened(overlap(long_slits(full), above), SLIVER_M)
     long = [mitred(p, LAP_M) for p in polygons_of(slits) if box_of(p).width > SLIT_M]
     return united([full, *long]) if long else full
+
+
+def _in_walls(windows: BaseGeometry, full: BaseGeometry) -> BaseGeometry:
+    """R2: those of the pieces that touch wall."""
+    parts = polygons_of(windows)
+    if not parts:
+        return EMPTY
+    near = shapely.STRtree(polygons_of(full)).query(parts, predicate="dwithin", distance=SLIVER_M)[0]
+    return united([parts[k] for k in sorted(set(near.tolist()))])
 
 
 def _is_cupboard(part: Polygon, walls: BaseGeometry) -> bool:

@@ -1,6 +1,7 @@
 """Is there a layout at all, and what closes it (Algorithm 1 assumes a closed ground plane).
 
-R1  Lintels and sills close doors; gaps of full height up to ``gap_m`` are closed where that parts two spaces.
+R1  Lintels and sills close doors; gaps of full height up to ``gap_m`` are closed where that parts two spaces, and no
+    door or lintel runs along them.
 R2  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
 R3  An open or half-open house gets its boundary from the floor slab where the source has one, ...
 R4  ... else from the ends of its walls. Either is marked in the plan.
@@ -28,8 +29,9 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.config import LayoutConfig
 from pipeline.geometry.boundary import closes_most, from_floor, from_wall_ends
 from pipeline.geometry.closers import lapped, needed, parted, with_sides
+from pipeline.geometry.doorways import box_of
 from pipeline.geometry.gaps import gaps
-from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
+from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE, enclosed, opened
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Closer, Evidence, Layout, Level, Planes
@@ -43,6 +45,8 @@ COVERED = 0.7
 SHAFT_M = 0.7
 SLOT_M = 0.45
 STROKE_M = 1.0
+PASSABLE_M = 0.4
+BESIDE_M = 0.25
 
 
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
@@ -79,7 +83,15 @@ def _pieces(planes: Planes, config: LayoutConfig) -> list[Closer]:
     pieces += [Closer(lapped(p), "sill") for p in polygons_of(low)]
     pieces += [Closer(lapped(d.polygon), "door" if d.has_door else "opening") for d in planes.doorways]
     filled = [planes.door, *(p.polygon for p in pieces)]
-    return pieces + [Closer(p, "gap") for p in gaps(planes.tall, filled, config.gap_m)]
+    found = gaps(planes.tall, filled, config.gap_m, planes.leaves)
+    return pieces + [Closer(gap, "gap") for gap in found if not _runs_along(gap, pieces)]
+
+
+def _runs_along(gap: Polygon, pieces: list[Closer]) -> bool:
+    """R1: whether a door or a lintel beside a gap closes it already (the gap lies between a frame and a curtain)."""
+    return box_of(gap).width > PASSABLE_M and any(
+        overlap(gap, mitred(piece.polygon, BESIDE_M)).area > COVERED * gap.area for piece in pieces
+    )
 
 
 def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
