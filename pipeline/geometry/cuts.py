@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 import shapely
+from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.bridges import Bridge
-from pipeline.geometry.overlay import overlap
+from pipeline.geometry.overlay import clipped
 
 Vector = npt.NDArray[np.float64]
 Floats = npt.NDArray[np.float64]
@@ -20,6 +21,11 @@ FARTHEST_SLIDE_M = 2.0
 APPROACH_M = 0.45
 """So much free floor is asked for before and behind a cut."""
 ALIKE_M = 0.5
+BESIDE_M = 1.0
+THINNEST_M = 0.01
+FREE = 0.97
+FLOOR_IN = 0.02
+WALL_IN = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,14 +38,16 @@ class CutRules:
 
 
 def cuts_on_lines(
-    lines: Floats, floor: BaseGeometry, walls: BaseGeometry, rules: CutRules
+    lines: Floats, pieces: list[Polygon], floor: BaseGeometry, walls: BaseGeometry, rules: CutRules
 ) -> Iterator[tuple[Floats, Bridge]]:
     """Cuts near the lines (n, 2, 2) from point to point, each with its line (2, 2), in the order of the lines.
 
+    Only walls are cut that stand between two of the ``pieces`` in which a robot can stand: a line may cross many rooms.
     The thinnest wall of each line comes first. Lines that meet a wall at about the same place (``ALIKE_M``) stand for
     each other.
     """
     tried: set[tuple[int, ...]] = set()
+    tree = shapely.STRtree(pieces)
     for line, crossed in zip(lines, shapely.difference(shapely.linestrings(lines), floor), strict=True):
         walls_met = [p for p in shapely.get_parts(crossed) if p.length > 1e-6]
         for wall in sorted(walls_met, key=lambda p: (p.length, p.bounds)):
@@ -48,6 +56,8 @@ def cuts_on_lines(
             if place in tried:
                 continue
             tried.add(place)
+            if tree.nearest(shapely.points(start)) == tree.nearest(shapely.points(end)):
+                continue
             cut = _straight_cut(start, end, floor, walls, rules)
             if cut is not None:
                 yield line, cut
@@ -56,23 +66,28 @@ def cuts_on_lines(
 def _straight_cut(
     start: Vector, end: Vector, floor: BaseGeometry, walls: BaseGeometry, rules: CutRules
 ) -> Bridge | None:
-    along = _face_direction(start, floor)
+    along = _face_direction(start, _around(start, floor, BESIDE_M))
     if along is None:
         return None
     across = np.array([-along[1], along[0]])
     if across @ (end - start) < 0:
         along, across = -along, -across
-    near = shapely.intersection(floor, shapely.buffer(shapely.points(start), rules.deepest_m + FARTHEST_SLIDE_M + 1.0))
+    reach = rules.deepest_m + FARTHEST_SLIDE_M + 1.0
+    near = _around(start, floor, reach)
     steps = np.arange(0.0, FARTHEST_SLIDE_M, SLIDE_M)
-    for slide in sorted({*steps, *-steps}, key=lambda s: (abs(s), s)):
-        foot = start + slide * along
-        depth = _depth(foot, across, near, rules.deepest_m)
-        if depth is None:
-            continue
-        cut = Bridge(foot + across * depth / 2, along, rules.width_m, depth, (0, 0))
-        if _is_clean(cut, near, walls, rules):
-            return cut
-    return None
+    slides = np.array(sorted({*steps, *-steps}, key=lambda s: (abs(s), s)))
+    feet = start + slides[:, None] * along
+    depth = _depths(feet, across, near, rules.deepest_m)
+    through = np.flatnonzero(depth > THINNEST_M)
+    cuts = [Bridge(feet[k] + across * depth[k] / 2, along, rules.width_m, float(depth[k]), (0, 0)) for k in through]
+    clean = _are_clean(cuts, near, _around(start, walls, reach), rules)
+    return cuts[int(np.argmax(clean))] if clean.any() else None
+
+
+def _around(point: Vector, shape: BaseGeometry, reach_m: float) -> BaseGeometry:
+    """What of a shape lies in the square of ``reach_m`` to each side of a point: a storey has hundreds of walls."""
+    x, y = point
+    return clipped(shape, x - reach_m, y - reach_m, x + reach_m, y + reach_m)
 
 
 def _face_direction(point: Vector, floor: BaseGeometry) -> Vector | None:
@@ -90,24 +105,32 @@ def _face_direction(point: Vector, floor: BaseGeometry) -> Vector | None:
     return direction
 
 
-def _depth(foot: Vector, across: Vector, floor: BaseGeometry, deepest_m: float) -> float | None:
-    """How far it is through the wall from a point on its face, or None where there is no other side in reach."""
-    ray = shapely.linestrings([foot + 1e-3 * across, foot + deepest_m * across])
-    beyond = shapely.intersection(ray, floor)
-    if beyond.is_empty:
-        return None
-    depth = float(np.min((shapely.get_coordinates(beyond) - foot) @ across))
-    return depth if depth > 0.01 else None
+def _depths(feet: Floats, across: Vector, floor: BaseGeometry, deepest_m: float) -> Floats:
+    """How far it is through the wall from points (n, 2) on its face; 0 where there is no other side in reach."""
+    rays = shapely.linestrings(np.stack([feet + 1e-3 * across, feet + deepest_m * across], axis=1))
+    points, ray = shapely.get_coordinates(shapely.intersection(rays, floor), return_index=True)
+    depth = np.full(len(feet), np.inf)
+    np.minimum.at(depth, ray, (points - feet[ray]) @ across)
+    return np.where(np.isfinite(depth), depth, 0.0)
 
 
-def _is_clean(cut: Bridge, floor: BaseGeometry, walls: BaseGeometry, rules: CutRules) -> bool:
-    """The strip is wall throughout, and the floor before and behind it is free."""
-    strip = cut.strip()
-    shift = cut.across * (cut.depth + APPROACH_M) / 2
+def _are_clean(cuts: list[Bridge], floor: BaseGeometry, walls: BaseGeometry, rules: CutRules) -> npt.NDArray[np.bool_]:
+    """Of which cuts the strip is wall throughout, and the floor before and behind it is free."""
+    clean = np.ones(len(cuts), np.bool_)
     for side in (-1.0, 1.0):
-        before = replace(cut, centre=cut.centre + side * shift, depth=APPROACH_M).strip()
-        if overlap(before, floor).area < 0.97 * before.area:
-            return False
-    if overlap(strip, floor).area > 0.02 * strip.area:
-        return False
-    return not rules.only_walls or overlap(strip, walls).area >= 0.9 * strip.area
+        before = [
+            replace(c, centre=c.centre + side * c.across * (c.depth + APPROACH_M) / 2, depth=APPROACH_M) for c in cuts
+        ]
+        clean &= _shares(before, floor) >= FREE
+    strips = [c for c, free in zip(cuts, clean, strict=True) if free]
+    walled = _shares(strips, floor) <= FLOOR_IN
+    if rules.only_walls:
+        walled &= _shares(strips, walls) >= WALL_IN
+    clean[clean] = walled
+    return clean
+
+
+def _shares(strips: list[Bridge], shape: BaseGeometry) -> Floats:
+    """The share (n,) of each strip that lies in a shape."""
+    boxes = np.array([strip.strip() for strip in strips], np.object_)
+    return np.asarray(shapely.area(shapely.intersection(boxes, shape)) / shapely.area(boxes))

@@ -40,7 +40,9 @@ class StandingGrid:
     def _cell(self, point: Floats) -> tuple[int, int] | None:
         """The free cell (row, col) nearest to a point."""
         row, col = self.frame.pixels_from_points(point)[::-1] - 0.5
-        free = np.argwhere(self.free)
+        top, left = (max(0, int(np.floor(at - NEAR_CELLS))) for at in (row, col))
+        end = int(np.ceil(2 * NEAR_CELLS)) + 2
+        free = np.add(np.argwhere(self.free[top : top + end, left : left + end]), (top, left))
         if not len(free):
             return None
         apart = np.hypot(free[:, 0] - row, free[:, 1] - col)

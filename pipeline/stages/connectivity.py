@@ -26,15 +26,17 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.cuts import CutRules, cuts_on_lines
-from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
+from pipeline.geometry.overlay import clipped, overlap, polygons_of, subtract, united
 from pipeline.geometry.paths import plan_path
-from pipeline.geometry.standing import floor_of, piece_of, sample, standing_pieces
+from pipeline.geometry.standing import SPECK_M2, floor_of, piece_of, sample, standing_pieces
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Passage, Spaces
 
 MOST_PAIRS = 300
 DEEPEST_WALL_M = 1.5
 DEEPEST_M = 2.5
+AROUND = 4.0
+"""So many radii of the disc beyond a cut the floor is looked at."""
 
 
 def connect(spaces: Spaces, config: ConnectivityConfig, least_m2: float, rng: np.random.Generator) -> Spaces:
@@ -119,7 +121,7 @@ def _next_cut(
     walls_only = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True)
     anything = CutRules(config.cut_width_m, DEEPEST_M, only_walls=False)
     for rules in (walls_only, anything):  # R3, R5
-        for pair, cut in cuts_on_lines(lines, floor, walls, rules):
+        for pair, cut in cuts_on_lines(lines, pieces, floor, walls, rules):
             if _joins_pieces(cut, pieces, floor, config.robot_radius_m):
                 return pair, cut
     return None
@@ -135,9 +137,13 @@ def _pairs_apart(points: npt.NDArray[np.float64], piece: npt.NDArray[np.int64]) 
 
 
 def _joins_pieces(cut: Bridge, pieces: list[Polygon], floor: BaseGeometry, radius_m: float) -> bool:
-    """Whether there are fewer pieces with the cut than without."""
-    opened = united([floor, cut.strip(deeper_m=0.01)])
-    return len(standing_pieces(opened, radius_m)) < len(pieces)
+    """Whether the disc gets from one piece to another through the cut, which changes nothing farther away."""
+    strip = cut.strip(deeper_m=0.01)
+    x1, y1, x2, y2 = strip.bounds
+    reach = AROUND * radius_m
+    near = clipped(floor, x1 - reach, y1 - reach, x2 + reach, y2 + reach)
+    parts = standing_pieces(united([near, strip]), radius_m)
+    return any((shapely.area(shapely.intersection(part, pieces)) > SPECK_M2).sum() > 1 for part in parts)
 
 
 def _planned_again(spaces: Spaces, pair: npt.NDArray[np.float64], config: ConnectivityConfig) -> Spaces:

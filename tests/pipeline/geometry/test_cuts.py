@@ -4,6 +4,7 @@ import shapely
 
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.cuts import CutRules, cuts_on_lines
+from pipeline.geometry.standing import standing_pieces
 
 LEFT, RIGHT = shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3)
 FLOOR = shapely.union_all([LEFT, RIGHT])
@@ -14,7 +15,7 @@ RULES = CutRules(width_m=0.8, deepest_m=1.5, only_walls=True)
 def cuts(
     line: object, floor: shapely.Geometry = FLOOR, walls: shapely.Geometry = WALLS, rules: CutRules = RULES
 ) -> list[Bridge]:
-    return [cut for _, cut in cuts_on_lines(np.array([line], float), floor, walls, rules)]
+    return [cut for _, cut in cuts_on_lines(np.array([line], float), standing_pieces(floor, 0.2), floor, walls, rules)]
 
 
 def test_a_cut_is_where_the_line_meets_the_wall_and_at_right_angles_to_it() -> None:
@@ -49,9 +50,15 @@ def test_the_thinnest_wall_of_a_line_comes_first() -> None:
     assert [round(c.depth, 2) for c in found] == [0.05, 0.2]
 
 
+def test_no_wall_is_cut_that_a_robot_gets_around() -> None:
+    stub = shapely.box(6.0, 0, 6.1, 2)
+    (cut,) = cuts([(2, 1), (6.8, 1)], FLOOR.difference(stub), WALLS.union(stub))
+    assert cut.centre[0] == pytest.approx(4.1)
+
+
 def test_each_cut_comes_with_its_line() -> None:
     lines = np.array([[(2, 0.5), (6, 0.5)], [(2, 2.5), (6, 2.5)], [(2.1, 2.5), (6, 2.5)]])
-    found = list(cuts_on_lines(lines, FLOOR, WALLS, RULES))
+    found = list(cuts_on_lines(lines, standing_pieces(FLOOR, 0.2), FLOOR, WALLS, RULES))
     assert [line[0].tolist() for line, _ in found] == [
         [2.0, 0.5],
         [2.0, 2.5],

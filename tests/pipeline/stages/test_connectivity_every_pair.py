@@ -26,8 +26,8 @@ def connect_by_planning_every_pair(spaces: Spaces, config: ConnectivityConfig, r
         while standing_grid(floor_of(spaces), radius, config.pixels_per_metre).path(points[i], points[j]) is None:
             floor = floor_of(spaces)
             rules = CutRules(config.cut_width_m, 1.5, only_walls=True)
-            on_line = cuts_on_lines(points[None, [i, j]], floor, spaces.walls, rules)
             pieces = standing_pieces(floor, radius)
+            on_line = cuts_on_lines(points[None, [i, j]], pieces, floor, spaces.walls, rules)
             cut = next((cut for _, cut in on_line if _joins_pieces(cut, pieces, floor, radius)), None)
             if cut is None:  # no clean cut near this line: another pair's will do
                 break
