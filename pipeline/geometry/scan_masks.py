@@ -1,7 +1,8 @@
 """Walls and the free places in them, from the columns of a scan: masks on its raster.
 
 R1  What reaches the top of the walls, above doors, furniture and open leaves, is wall or hangs over a doorway.
-R2  A hole in it is closed where something stands below it all along (a part of every scan is missing).
+R2  A part of every scan is missing: a hole in it is closed where a straight wall goes on behind it, and at its end
+    where something stands below.
 R3  Two faces with no more than a wall between them are the two sides of one.
 R4  Around all that is inside stands an outer wall, also where none was seen.
 R5  A region between walls in which no ground was seen is no room, and filled.
@@ -32,7 +33,9 @@ STANDS = 0.4
 PASSED = 0.15
 """In a doorway stands something in less than this share of the heights (noise, a threshold, the edge of a leaf)."""
 HOLE_M = 1.2
-TURNS = 12
+TURNS = 24
+RUN_M = 0.3
+"""A wall that goes on is at least this long."""
 WALL_M = 0.38
 OUTER_M = 0.2
 LEAK_M = 1.0
@@ -101,18 +104,24 @@ def _without_specks(mask: Bools, raster: Raster) -> Bools:
 
 
 def _without_holes(reaching: Bools, body: Bools, raster: Raster) -> Bools:
-    """R2: closed along straight lines of each direction, where ``body`` stands below."""
+    """R2: each straight run goes on to the next one in its line, and to where ``body`` still stands beyond its end."""
     below = _grown(body, 1)
     closed = reaching.copy()
-    half = raster.size(HOLE_M) // 2
     for turn in range(TURNS):
         angle = np.pi * turn / TURNS
-        end = np.round(half * np.array([np.cos(angle), np.sin(angle)])).astype(int)
-        kernel = np.zeros((2 * half + 1, 2 * half + 1), np.uint8)
-        cv2.line(kernel, (int(half - end[0]), int(half - end[1])), (int(half + end[0]), int(half + end[1])), 1)
-        line = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, kernel).view(bool)
-        closed |= line & below
+        runs = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_OPEN, _line(angle, raster.size(RUN_M)))
+        closed |= cv2.morphologyEx(runs, cv2.MORPH_CLOSE, _line(angle, raster.size(HOLE_M))).view(bool)
+        closed |= cv2.dilate(runs, _line(angle, raster.size(HOLE_M))).view(bool) & below
     return closed
+
+
+def _line(angle: float, cells: int) -> Pixels:
+    """A straight line, so many cells long, as the kernel of a filter."""
+    half = (cells + 1) // 2
+    x, y = (round(half * float(v)) for v in (np.cos(angle), np.sin(angle)))
+    kernel = np.zeros((2 * half + 1, 2 * half + 1), np.uint8)
+    cv2.line(kernel, (half - x, half - y), (half + x, half + y), 1)
+    return kernel
 
 
 def _outside(thick: Bools, raster: Raster) -> Bools:
