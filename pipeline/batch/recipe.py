@@ -7,7 +7,7 @@ import hashlib
 import platform
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict
-from functools import cache
+from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -44,8 +44,13 @@ def recipe(item: Input, config: BuildConfig, overrides: Mapping[str, Override]) 
     Where an input lies is no part of it: the same files elsewhere give the same plans.
     """
     own = {name: asdict(override) for name, override in overrides.items() if name.startswith(item.id)}
-    parts = (item.id, item.reader, to_text(item.key), item.options, config.digest(), own, code_digest(), versions())
+    parts = (item.id, item.reader, to_text(item.key), item.options, _parameters(config), own, code_digest(), versions())
     return hashlib.sha256(msgspec.json.encode(parts, order="deterministic")).hexdigest()
+
+
+@lru_cache(maxsize=4)
+def _parameters(config: BuildConfig) -> str:
+    return config.digest()
 
 
 @cache
@@ -60,6 +65,7 @@ def versions() -> dict[str, str]:
     return found
 
 
+@cache
 def code_digest() -> str:
     """Return a hash of the modules that a worker runs: the job, every reader, and what they import of ours."""
     folder = _OURS["pipeline"] / "sources"
