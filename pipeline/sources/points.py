@@ -23,7 +23,7 @@ from pipeline.sources.points_file import blocks
 from pipeline.sources.points_storeys import Storey, find_storeys
 from pipeline.sources.points_voxels import Voxels, fill
 from pipeline.sources.points_walls import find_walls
-from pipeline.sources.units import UNITS
+from pipeline.sources.scale import UNITS
 from pipeline.values import Input, Level
 
 

@@ -16,6 +16,7 @@ from tests.builders.kinds import (
     ifc,
     office,
     procthor,
+    raw,
     roomplan,
     rowhouses,
     scale_models,
@@ -40,6 +41,11 @@ KINDS: dict[str, Maker] = {
     "office": office.make,
     "rowhouses": rowhouses.make,
     "scale_models": scale_models.make,
+    "raw_procthor": raw.make_procthor,
+    "raw_front3d": raw.make_front3d,
+    "raw_sdf": raw.make_sdf,
+    "raw_sh3d": raw.make_sh3d,
+    "raw_roomplan": raw.make_roomplan,
 }
 
 
