@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -159,7 +160,7 @@ def _sides(storey: Storey, room: shapely.Polygon) -> list[tuple[np.ndarray, np.n
     """The edges of a room along which a wall stands."""
     ring = np.array([*_ring(room), _ring(room)[0]])
     walls = storey.wall_area.buffer(0.02)
-    return [(a, b) for a, b in zip(ring[:-1], ring[1:], strict=True) if walls.contains(shapely.Point((a + b) / 2))]
+    return [(a, b) for a, b in pairwise(ring) if walls.contains(shapely.Point((a + b) / 2))]
 
 
 def _ring(shape: shapely.Polygon) -> list[tuple[float, float]]:
