@@ -75,14 +75,6 @@ def read(item: Input) -> Iterator[Level]:
         )
 
 
-def content(item: Input) -> bytes:
-    """Return the hash of all files that the input is made from."""
-    scene = _scene(item)
-    for _ in scene.bodies():
-        pass
-    return _digest(scene).encode() + "\n".join(scene.missing).encode()
-
-
 def _scene(item: Input) -> Scene:
     path, options = Path(item.path), dict(item.options)
     check_file(path)

@@ -37,6 +37,8 @@ ROWS = {
     "furnished": Row(0.92, 0.85, 0.7, 0.8, 0.7, 1),
     "scan": Row(0.90, 0.8, 0.7, 0.7, 0.6, 1),
     "ifc": Row(0.97, 0.9, 0.75, 1.0, 0.75, 0),
+    "raw": Row(0.98, 1.0, 1.0, 1.0, 1.0, 0),
+    "raw_sdf": Row(0.95, 1.0, 1.0, 1.0, 1.0, 0),
 }
 SAME_FLOOR_M = 0.6
 """How far a plan's floor may lie from the storey's that it is taken for."""

@@ -11,11 +11,13 @@ from numpy.random import Generator
 
 from tests.builders.kinds import (
     artist,
+    cloud,
     front3d,
     gazebo,
     ifc,
     office,
     procthor,
+    raw,
     roomplan,
     rowhouses,
     scale_models,
@@ -42,9 +44,21 @@ KINDS: dict[str, Maker] = {
     "scale_models": scale_models.make,
 }
 
+RAW: dict[str, Maker] = {
+    "raw_procthor": raw.make_procthor,
+    "raw_front3d": raw.make_front3d,
+    "raw_sdf": raw.make_sdf,
+    "raw_sh3d": raw.make_sh3d,
+    "raw_roomplan": raw.make_roomplan,
+    "cloud0": cloud.make_0,
+    "cloud5": cloud.make_5,
+    "cloud20": cloud.make_20,
+}
+"""Homes in the formats of docs/sources.md: no meshes."""
+
 
 def make_member(kind: str, number: int, seed: int, folder: Path) -> Member:
     """Write member ``number`` of a kind; the same three give the same bytes."""
     rng = np.random.default_rng([seed, number, zlib.crc32(kind.encode())])
     folder.mkdir(parents=True, exist_ok=True)
-    return KINDS[kind](rng, folder, f"{kind}_{number:03d}")
+    return (KINDS | RAW)[kind](rng, folder, f"{kind}_{number:03d}")

@@ -130,17 +130,6 @@ def test_meshes_are_scaled_and_placed(tmp_path):
     assert bounds(level.walls)[[0, 1, 3, 4]] == pytest.approx(own[[0, 1, 3, 4]] * [0.5, 1, 0.5, 1])
 
 
-def test_what_an_input_is_made_from_counts_its_models(tmp_path):
-    file = tmp_path / "house.world"
-    inner = model(tmp_path, "walls", house())
-    file.write_text(world("<include><uri>model://walls</uri></include>"))
-    (item,) = find(str(file))
-    before = gazebo.content(item)
-    assert gazebo.content(item) == before
-    inner.write_text(inner.read_text().replace("2.5", "2.6"))
-    assert gazebo.content(item) != before
-
-
 @pytest.mark.parametrize(
     "uri",
     ["model://../out", "file://../out/m.ply", "../out/m.ply", "https://host/m.ply", "file:///etc/m.ply", "link.ply"],

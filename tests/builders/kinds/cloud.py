@@ -1,0 +1,100 @@
+"""Kinds ``cloud0``, ``cloud5``, ``cloud20``: the inner surfaces of a home as points, with noise of 0, 5 or 20 mm.
+
+R1  Seen are floors, ceilings, the rooms' sides and the reveals of the doors; nothing is seen through a window.
+R2  Furniture hides the wall behind it, and a share of each surface is missing in patches.
+R3  With noise, a tenth of the points lies anywhere.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from numpy.random import Generator
+
+from tests.builders.clouds import write_ply
+from tests.builders.kinds.homes import Style, random_home
+from tests.builders.kinds.placing import random_placing, truth_of
+from tests.builders.kinds.values import Member, Storey
+
+DENSITY = 1500.0
+MISSING = 0.1
+PATCH_M = 0.25
+Points = npt.NDArray[np.float64]
+
+
+def make_0(rng: Generator, folder: Path, name: str) -> Member:
+    """Write a cloud without noise."""
+    return make(rng, folder, name, 0.0)
+
+
+def make_5(rng: Generator, folder: Path, name: str) -> Member:
+    """Write a cloud with noise of 5 mm."""
+    return make(rng, folder, name, 0.005)
+
+
+def make_20(rng: Generator, folder: Path, name: str) -> Member:
+    """Write a cloud with noise of 20 mm."""
+    return make(rng, folder, name, 0.02)
+
+
+def make(rng: Generator, folder: Path, name: str, noise_m: float) -> Member:
+    """Write one home as points."""
+    storey = random_home(rng, Style(outer_m=(0.2, 0.4), inner_m=(0.1, 0.2), windows=0.6))
+    points = _less_patches(_seen(storey, rng), rng)
+    points += rng.normal(0.0, noise_m, points.shape) if noise_m else 0.0
+    if noise_m:  # R3
+        low, high = points.min(axis=0) - 0.2, points.max(axis=0) + 0.2
+        wild = rng.random(len(points)) < 0.1
+        points[wild] = low + rng.random((int(wild.sum()), 3)) * (high - low)
+    placing = random_placing(rng, "z", turned=0.3, far=0.05)
+    path = write_ply(folder / f"{name}.ply", placing.in_file(points))
+    return Member(path, (truth_of(storey, placing, "scan", name),), f"{len(points)} points", "z", 1.0)
+
+
+def _seen(storey: Storey, rng: Generator) -> Points:
+    """R1."""
+    doors = [hole for hole in storey.openings if hole.kind != "window"]
+    windows = shapely.union_all([storey.gap(hole, 0.05) for hole in storey.openings if hole.kind == "window"])
+    rooms = shapely.union_all([*storey.rooms, *(c.polygon.difference(storey.wall_area) for c in storey.cells)])
+    head = min((hole.head for hole in doors), default=2.0)
+    low = shapely.union_all([rooms, *(storey.gap(hole, 0.001) for hole in doors if hole.kind != "french")])
+    found = [_sides(low, 0.0, head, rng), _sides(rooms, head, storey.height, rng)]
+    found += [_level(rooms, z, rng) for z in (0.0, storey.height)]
+    sides = np.concatenate(found)
+    through = shapely.intersects_xy(windows, sides[:, 0], sides[:, 1]) & (sides[:, 2] > 0.9) & (sides[:, 2] < head)
+    return sides[~through]
+
+
+def _sides(area: shapely.Geometry, low: float, high: float, rng: Generator) -> Points:
+    parts = [np.empty((0, 3))]
+    for polygon in shapely.get_parts(area):
+        for ring in (polygon.exterior, *polygon.interiors):
+            for a, b in pairwise(shapely.get_coordinates(ring)):
+                count = int(DENSITY * np.hypot(*(b - a)) * (high - low))
+                u, v = rng.random((2, count))
+                plan = a + u[:, None] * (b - a)
+                parts.append(np.column_stack([plan, low + v * (high - low)]))
+    return np.concatenate(parts)
+
+
+def _level(area: shapely.Geometry, z: float, rng: Generator) -> Points:
+    x1, y1, x2, y2 = area.bounds
+    count = int(DENSITY * (x2 - x1) * (y2 - y1))
+    xy = np.array([x1, y1]) + rng.random((count, 2)) * np.array([x2 - x1, y2 - y1])
+    inside = xy[shapely.intersects_xy(area, xy[:, 0], xy[:, 1])]
+    return np.column_stack([inside, np.full(len(inside), z)])
+
+
+def _less_patches(points: Points, rng: Generator) -> Points:
+    """R2: patches behind furniture, below 1 m, and anywhere."""
+    cell = np.floor(points / PATCH_M).astype(np.int64)
+    _, patch = np.unique(cell, axis=0, return_inverse=True)
+    gone = rng.random(int(patch.max()) + 1) < MISSING
+    low = points[:, 2] < 1.0
+    column = np.unique(cell[:, :2] // 4, axis=0, return_inverse=True)[1]
+    hidden = rng.random(int(column.max()) + 1) < 2 * MISSING
+    return points[~(gone[patch.ravel()] | (low & hidden[column.ravel()] & (points[:, 2] > 0.05)))]
