@@ -34,6 +34,7 @@ class LayoutConfig:
     area_m2: float = 2.0  # a scene that encloses less has no layout
     gap_m: float = 1.5  # the widest gap of full height that two wall ends close
     beam_m: float = 4.0  # a lintel that bridges more, from wall to crossing wall, is a beam in a room and no boundary
+    header_m: float = 1.5  # so does one that hangs from the ceiling by a hand's breadth only
     characters: bool = True  # reject walls shaped as characters; overrides.toml says "keep" where they are a house
     walled: float = 0.25  # a space with less than this share of its edge walled is part of a room
 
@@ -45,6 +46,7 @@ class DoorsConfig:
     sliver_m: float = 0.03  # differences thinner than this are noise
     narrowest_m: float = 0.4
     widest_m: float = 2.5  # a lintel over more divides rooms, but is no door
+    jambless_m: float = 0.95  # nor is one over more that meets a crossing wall at both ends
     post_m: float = 0.3  # a post this thick does not divide what stands beside it
 
 

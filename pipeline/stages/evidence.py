@@ -52,6 +52,7 @@ HANDRAIL_M = 0.02  # a handrail may be no higher, and closes what its balusters 
 WIDEST_RAIL_M = 0.3
 SLIVER_M = 0.04  # less than a sheet gets, more than a baluster has
 CREASE_M = 0.01
+SLIGHT_M = 0.12
 CUPBOARD_M = 0.28
 LARGEST_CUPBOARD_M2 = 2.5
 ALIKE = 0.7
@@ -102,8 +103,16 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
         leaves=tuple(found_leaves),
         floor=level.floor,
         low=without_headroom(level.walls),
+        slight=_slight(above, heights, level.ceiling_m),
         heights=heights.recorded,
     )
+
+
+def _slight(above: list[BaseGeometry], heights: _Heights, ceiling_m: float) -> BaseGeometry:
+    """What hangs from the ceiling by less than ``SLIGHT_M``: there in the last of the sections alone."""
+    if len(above) < 2 or 2 * (ceiling_m - heights.above[-1]) > SLIGHT_M:  # a section stands in the middle of its layer
+        return EMPTY
+    return opened(subtract(above[-1], united(above[:-1])), SLIVER_M)
 
 
 def _furniture(level: Level) -> BaseGeometry:

@@ -6,7 +6,7 @@ R2  Floor that is closed neither at the ground nor above its doors may be closed
 R3  An open or half-open house gets its boundary from the floor slab where the source has one, ...
 R4  ... else from the ends of its walls. Either is marked in the plan.
 R5  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that bridges more than
-    ``beam_m`` between walls that cross its line.
+    ``beam_m`` between walls that cross its line, or more than ``header_m`` and hangs down by less than a hand's breadth.
 R6  A gap is dropped where it would part off less than a room, and all strips around a space that has less than
     ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that is too narrow to stand in.
 R7  Walls that spell characters are no layout: strokes that stand apart from each other without a door in any of them,
@@ -36,6 +36,7 @@ from pipeline.geometry.regions import OUTSIDE, enclosed, opened
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Closer, Evidence, Layout, Level, Planes
 
+KNOWN = frozenset({"door", "opening"})
 STROKES = 3
 KNOWN_FLOOR = 0.5
 FLOORED = 0.25
@@ -62,7 +63,7 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
             fixed += more
             ground, rooms = enclosed(_plane(ground, more))
     standing = _plane(planes.door, fixed) if fixed else planes.door
-    strips, ground, rooms = _settled(standing, *parted(standing, pieces, ground, rooms), config)
+    strips, ground, rooms = _settled(standing, evidence.slight, *parted(standing, pieces, ground, rooms), config)
     rooms = _habitable(rooms, strips, planes, evidence, level)
     closers = with_sides(strips + fixed, rooms, ground)
     area = sum(r.area for r in rooms)
@@ -145,7 +146,7 @@ def _plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:
 
 
 def _settled(
-    door: BaseGeometry, strips: list[Closer], rest: list[Closer], config: LayoutConfig
+    door: BaseGeometry, slight: BaseGeometry, strips: list[Closer], rest: list[Closer], config: LayoutConfig
 ) -> tuple[list[Closer], BaseGeometry, list[Polygon]]:
     """Drop strips until each that is left parts two spaces, then what else is not needed to keep them apart.
 
@@ -155,7 +156,7 @@ def _settled(
     while True:
         plane, rooms = enclosed(_plane(door, strips + rest))
         strips = with_sides(strips, rooms, plane)
-        useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, door, config)}  # R5
+        useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, door, slight, config)}  # R5
         if not useless:
             useless = _around_no_room(strips, rooms, config.walled)  # R6
         if not useless:
@@ -170,14 +171,21 @@ def _settled(
             rest, pruned = needed(door, strips, rest), True
 
 
-def _parts_nothing(closer: Closer, door: BaseGeometry, config: LayoutConfig) -> bool:
+def _parts_nothing(closer: Closer, door: BaseGeometry, slight: BaseGeometry, config: LayoutConfig) -> bool:
     bridge = closer.bridge
     if bridge is None:
         return False
     if bridge.sides[0] == bridge.sides[1]:
         return True
-    inside = OUTSIDE not in bridge.sides
-    return inside and bridge.width > config.beam_m and not bridge.has_jamb(door)
+    if OUTSIDE in bridge.sides or closer.kind in KNOWN:
+        return False
+    if (
+        closer.kind == "lintel"
+        and bridge.width > config.header_m
+        and overlap(closer.polygon, slight).area > 0.5 * closer.polygon.area
+    ):
+        return True
+    return bridge.width > config.beam_m and not bridge.has_jamb(door)
 
 
 def _around_no_room(closers: list[Closer], rooms: list[Polygon], walled: float) -> set[int]:
@@ -195,14 +203,18 @@ def _around_no_room(closers: list[Closer], rooms: list[Polygon], walled: float) 
 
 
 def _around_a_slot(closers: list[Closer], rooms: list[Polygon]) -> set[int]:
-    """R6: the strips between the first space that nobody can stand in and other rooms."""
+    """R6: the strips between the first space that nobody can stand in and the room that it opens to most."""
     for index, room in enumerate(rooms):
         if not opened(room, SLOT_M).is_empty:
             continue
-        ways = {k for k, c in enumerate(closers) if c.bridge is not None and index in c.bridge.sides}
-        inner = {k for k in ways if (b := closers[k].bridge) is not None and OUTSIDE not in b.sides}
-        if inner:
-            return inner
+        ways: dict[int, set[int]] = {}
+        for k, closer in enumerate(closers):
+            if closer.bridge is not None and index in closer.bridge.sides:
+                (other,) = set(closer.bridge.sides) - {index} or {OUTSIDE}
+                ways.setdefault(other, set()).add(k)
+        ways.pop(OUTSIDE, None)
+        if ways:
+            return max(ways.values(), key=lambda strips: sum(closers[k].polygon.length for k in strips))
     return set()
 
 

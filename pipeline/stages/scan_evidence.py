@@ -29,7 +29,7 @@ def gather_scan(level: Level, config: EvidenceConfig) -> Evidence:
     closed = area_of(masks.walls, masks.raster)
     doorways = united([Polygon(masks.raster.placed(box)) for box in masks.doorways])
     walls, lintels = subtract(closed, doorways), overlap(closed, doorways)
-    judged = judge_leaves([], walls, lintels, level.ceiling_m)
+    judged = judge_leaves([], walls, lintels)
     known, leaves = known_doorways(level, walls, lintels, judged)
     return Evidence(
         walls=walls,
