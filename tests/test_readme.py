@@ -1,18 +1,28 @@
-"""The README's lines of Python run, on a small data set as its lines of shell make one."""
+"""The lines of the README and of the guides: Python runs, commands and options exist, links lead somewhere."""
 
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 
+from houseexpo.cli import make_app
 from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
 
-README = Path(__file__).resolve().parents[1] / "README.md"
-PYTHON = re.findall(r"^```python\n(.*?)^```", README.read_text(), re.DOTALL | re.MULTILINE)
+ROOT = Path(__file__).resolve().parents[1]
+README = ROOT / "README.md"
+PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
+MOST_CHARACTERS = 8000
+PYTHON = {  # by the lines, so that what two pages show runs once
+    lines: f"{page.stem}-{number}"
+    for page in PAGES
+    for number, lines in enumerate(re.findall(r"^```python\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE))
+}
 
 
 @pytest.fixture(scope="module")
@@ -23,13 +33,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
-@pytest.mark.parametrize("lines", PYTHON)
+@pytest.mark.parametrize("lines", PYTHON, ids=PYTHON.values())
 def test_lines_of_python_run(lines: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if "stable_baselines3" in lines:
         pytest.importorskip("stable_baselines3", reason="Stable-Baselines3 is no dependency of this project")
     monkeypatch.chdir(folder)
     names: dict[str, object] = {}
-    exec(compile(lines, "README.md", "exec"), names)  # noqa: S102 - our own words
+    exec(compile(lines, "a page", "exec"), names)  # noqa: S102 - our own words
     if "graph" in names:
         assert names["free"].shape[0] > 10
         assert names["graph"].number_of_nodes() == len(names["plan"].rooms)
@@ -41,9 +51,35 @@ def test_lines_of_python_run(lines: str, folder: Path, monkeypatch: pytest.Monke
         assert set(np.unique(names["grid"].data)) == {-1, 0, 100}
 
 
-def test_every_command_that_is_shown_exists() -> None:
-    from importlib.metadata import entry_points
+def _commands(text: str) -> list[list[str]]:
+    """The words of each ``houseexpo`` command that a page shows on a line of its own."""
+    lines = re.findall(r"^(?: {4})?(houseexpo [^#\n]+)", text, re.MULTILINE)
+    return [shlex.split(command) for line in lines for command in line.split("&&")]
 
-    shown = set(re.findall(r"(?:^|&& )houseexpo (\w+)", README.read_text(), re.MULTILINE))
-    assert shown <= {entry.name for entry in entry_points(group="houseexpo.commands")}
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_command_and_option_that_is_shown_exists(page: Path) -> None:
+    known = typer.main.get_command(make_app()).commands  # type: ignore[attr-defined]  # the app is a group
+    for _, name, *words in _commands(page.read_text()):
+        options = {option for parameter in known[name].params for option in parameter.opts}
+        assert {word for word in words if word.startswith("--")} <= options, (name, words)
+
+
+def test_the_readme_shows_the_commands_that_most_people_need() -> None:
+    shown = {command[1] for command in _commands(README.read_text())}
     assert {"build", "inspect", "export", "stats", "validate"} <= shown
+
+
+def test_the_readme_is_short() -> None:
+    assert len(README.read_text()) <= MOST_CHARACTERS
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_links_to_files_and_headings_lead_there(page: Path) -> None:
+    for place, heading in re.findall(r"\]\(([^)#:]*)(?:#([^)]*))?\)", page.read_text()):
+        target = page.parent / place if place else page
+        assert target.is_file(), place
+        if heading:
+            headings = re.findall(r"^#+ (.*)$", target.read_text(), re.MULTILINE)
+            slugs = {re.sub(r"[^\w -]", "", each).lower().replace(" ", "-") for each in headings}
+            assert heading in slugs, (place, heading)
