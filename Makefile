@@ -10,7 +10,7 @@ PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c c
 .PHONY: help setup dataset test test-all check bench clean
 
 help: ## show this list
-	@printf '\n  \033[1mHouseExpo\033[0m: 3D houses in, 2D floor plans out\n\n'
+	@printf '\n  \033[1mHouseExpo\033[0m: turns 3D house models into 2D floor plans, in bulk\n\n'
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  \033[36mmake %-9s\033[0m %s\n", $$1, $$2}' Makefile
 	@echo
 
@@ -44,7 +44,7 @@ check: setup ## lint, formatting, types and the arrows between packages
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports --no-logo
 
-bench: setup ## measure speed and quality; prints the tables of the README
+bench: setup ## measure speed and quality; prints the tables of docs/benchmarks.md
 	@$(BIN)/python -m pytest -q -s tests/benchmarks --benchmarks
 
 clean: ## remove what was built; data sets stay

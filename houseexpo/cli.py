@@ -31,7 +31,7 @@ def make_app() -> typer.Typer:
     app = typer.Typer(
         name="houseexpo",
         cls=_Commands,
-        help="3D houses in, 2D floor plans out.",
+        help="Turn 3D house models into 2D floor plans, in bulk.",
         no_args_is_help=True,
         add_completion=False,
         pretty_exceptions_enable=False,
@@ -57,4 +57,4 @@ def _version(asked: bool) -> None:
 def _root(
     _: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Say which version.")] = False,
 ) -> None:
-    """3D houses in, 2D floor plans out."""
+    """Turn 3D house models into 2D floor plans, in bulk."""

@@ -1,4 +1,4 @@
-"""Benchmarks measure; they run only where asked for (``make bench``), and print the rows of the README's tables."""
+"""Benchmarks measure; they run only where asked for (``make bench``), and print the rows of docs/benchmarks.md."""
 
 from __future__ import annotations
 
