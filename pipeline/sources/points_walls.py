@@ -28,6 +28,7 @@ STEP_M = 0.1
 SHARE = 0.5
 SLIT_M = 0.36
 HOLE_M = 0.3
+HIGH_HOLE_M = 0.8  # above the doors a gap of a wall is none of them
 SPECK_M = 0.2
 FLOOR_M = 0.08
 RUN = (11, 41)
@@ -63,12 +64,13 @@ def find_walls(voxels: Voxels, storey: Storey) -> Standing:
     picture = _Picture.of(points[:, :2], (height > 0.3) & (height < clear - FLOOR_M))
     high = picture.standing(height, LEVELS[-1] + STEP_M, clear - FLOOR_M)
     floor = picture.level(np.abs(height) < FLOOR_M)
-    behind = _without_floor(_closed(high, HOLE_M), floor)
+    high = _closed(high, HIGH_HOLE_M)
+    behind = _without_floor(high, floor)
     layers = []
     for bottom, top in zip(LEVELS, (*LEVELS[1:], clear), strict=True):
         last = top == clear
         mask = high if last else picture.standing(height, bottom + 0.15, min(top, clear) - 0.05) & _grown(high, 0.06)
-        mask = _without_specks(_closed(mask, HOLE_M if last else 0.1))
+        mask = _without_specks(mask if last else _closed(mask, HOLE_M))
         mask = _with_insides(mask | (_grown(mask, THICK_M) & behind), floor)
         layers.append((bottom, top, picture.polygons(mask)))
     return Standing(tuple(layers), picture.polygons(_closed(floor, SLIT_M)))
