@@ -1,6 +1,6 @@
 """Walls made of two sheets, one on each face: the slit between them is wall, and their faces are the wall's faces.
 
-R1  A slit narrower than any door between two sheets, closed on both sides or in a corner on three, is the inside of a
+R1  A slit narrower than any door between two sheets that stand along much of its edge is the inside of a
     wall. Whether wall lies over it does not matter: beside an opening up to the ceiling, it is open at all heights.
 R2  A sheet of such a wall needs no thickness of its own: the half of it that lies outside the wall is taken off, but
     where more wall stands against it.
@@ -21,7 +21,7 @@ SLIT_M = 0.38
 SLIVER_M = 0.04
 LIKE_A_SHEET = 1.3
 HAIR_M = 1e-4
-CLOSED = 0.55
+CLOSED = 0.3
 FEW_M2 = 0.05
 
 
