@@ -35,8 +35,8 @@ def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
         return walls
     around = mitred(slits, sheet_m + HAIR_M)
     outer = overlap(walls, subtract(around, mitred(slits, sheet_m / 2)))
-    against = mitred(opened(subtract(walls, mitred(slits, sheet_m + 2 * HAIR_M)), SLIVER_M), sheet_m)
-    return subtract(united([walls, slits]), subtract(outer, against))  # R2
+    more = opened(subtract(walls, mitred(slits, sheet_m + 2 * HAIR_M)), SLIVER_M)
+    return subtract(united([walls, slits]), subtract(outer, mitred(more, 2 * sheet_m)))  # R2
 
 
 def long_slits(walls: BaseGeometry) -> BaseGeometry:
