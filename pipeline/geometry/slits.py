@@ -19,6 +19,8 @@ from pipeline.geometry.walls import close_cracks
 
 SLIT_M = 0.38
 """The widest slit inside a wall: narrower than any door."""
+THINNEST_M = 0.01
+"""Slits thinner than this are cracks, and closed as such."""
 SLIVER_M = 0.04
 LIKE_A_SHEET = 1.3
 HAIR_M = 1e-4
@@ -47,7 +49,7 @@ def long_slits(walls: BaseGeometry) -> BaseGeometry:
 
 def _slits(faces: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
     closed = mitred(mitred(faces, SLIT_M / 2), -SLIT_M / 2)
-    return polygons_of(opened(subtract(closed, walls), SLIVER_M))
+    return polygons_of(opened(subtract(closed, walls), THINNEST_M))
 
 
 def _closed(slit: Polygon, walls: BaseGeometry) -> float:

@@ -14,9 +14,10 @@ def sheet(x1, y1, x2, y2):
     return shapely.buffer(shapely.linestrings([(x1, y1), (x2, y2)]), SHEET_M / 2, cap_style="flat")
 
 
-def test_two_sheets_are_one_wall_from_face_to_face():
-    found = joined_sheets(shapely.union_all([sheet(0, 0, 5, 0), sheet(0, 0.2, 5, 0.2)]), SHEET_M)
-    assert found.symmetric_difference(box(0, 0, 5, 0.2)).area < 0.01
+@pytest.mark.parametrize("thick", [0.08, 0.2, 0.38])
+def test_two_sheets_are_one_wall_from_face_to_face(thick):
+    found = joined_sheets(shapely.union_all([sheet(0, 0, 5, 0), sheet(0, thick, 5, thick)]), SHEET_M)
+    assert found.symmetric_difference(box(0, 0, 5, thick)).area < 0.01
 
 
 def test_a_gap_in_both_sheets_stays_open():
