@@ -1,7 +1,7 @@
 """Walls made of two sheets, one on each face: the slit between them is wall, and their faces are the wall's faces.
 
-R1  A slit narrower than any door between two sheets, closed on both sides or in a corner on three, is the inside of a
-    wall. Whether wall lies over it does not matter: beside an opening up to the ceiling, it is open at all heights.
+R1  A slit narrower than any door between two sheets that stand along much of its edge is the inside of a wall. Whether
+    wall lies over it does not matter: beside an opening up to the ceiling, it is open at all heights.
 R2  A sheet of such a wall needs no thickness of its own: the half of it that lies outside the wall is taken off, but
     where more wall stands against it.
 """
@@ -15,13 +15,16 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.doorways import box_of
 from pipeline.geometry.overlay import clipped, mitred, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import opened
+from pipeline.geometry.walls import close_cracks
 
 SLIT_M = 0.38
 """The widest slit inside a wall: narrower than any door."""
+THINNEST_M = 0.01
+"""Slits thinner than this are cracks, and closed as such."""
 SLIVER_M = 0.04
 LIKE_A_SHEET = 1.3
 HAIR_M = 1e-4
-CLOSED = 0.55
+CLOSED = 0.3
 FEW_M2 = 0.05
 
 
@@ -35,8 +38,8 @@ def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
         return walls
     around = mitred(slits, sheet_m + HAIR_M)
     outer = overlap(walls, subtract(around, mitred(slits, sheet_m / 2)))
-    against = mitred(opened(subtract(walls, mitred(slits, sheet_m + 2 * HAIR_M)), SLIVER_M), sheet_m)
-    return subtract(united([walls, slits]), subtract(outer, against))  # R2
+    more = opened(subtract(walls, mitred(slits, sheet_m + 2 * HAIR_M)), SLIVER_M)
+    return close_cracks(subtract(united([walls, slits]), subtract(outer, mitred(more, 2 * sheet_m))))  # R2
 
 
 def long_slits(walls: BaseGeometry) -> BaseGeometry:
@@ -46,7 +49,7 @@ def long_slits(walls: BaseGeometry) -> BaseGeometry:
 
 def _slits(faces: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
     closed = mitred(mitred(faces, SLIT_M / 2), -SLIT_M / 2)
-    return polygons_of(opened(subtract(closed, walls), SLIVER_M))
+    return polygons_of(opened(subtract(closed, walls), THINNEST_M))
 
 
 def _closed(slit: Polygon, walls: BaseGeometry) -> float:

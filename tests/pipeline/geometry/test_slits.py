@@ -2,6 +2,7 @@
 
 import pytest
 import shapely
+import shapely.affinity
 from shapely import box
 
 from pipeline.geometry.slits import joined_sheets
@@ -13,9 +14,10 @@ def sheet(x1, y1, x2, y2):
     return shapely.buffer(shapely.linestrings([(x1, y1), (x2, y2)]), SHEET_M / 2, cap_style="flat")
 
 
-def test_two_sheets_are_one_wall_from_face_to_face():
-    found = joined_sheets(shapely.union_all([sheet(0, 0, 5, 0), sheet(0, 0.2, 5, 0.2)]), SHEET_M)
-    assert found.symmetric_difference(box(0, 0, 5, 0.2)).area < 0.01
+@pytest.mark.parametrize("thick", [0.08, 0.2, 0.38])
+def test_two_sheets_are_one_wall_from_face_to_face(thick):
+    found = joined_sheets(shapely.union_all([sheet(0, 0, 5, 0), sheet(0, thick, 5, thick)]), SHEET_M)
+    assert found.symmetric_difference(box(0, 0, 5, thick)).area < 0.01
 
 
 def test_a_gap_in_both_sheets_stays_open():
@@ -49,3 +51,10 @@ def test_a_partition_stays_joined_to_the_wall_that_it_meets():
     sheets = [sheet(0, 0, 5, 0), sheet(0, 0.2, 5, 0.2), sheet(2, 0.2, 2, 3)]
     found = joined_sheets(shapely.union_all(sheets), SHEET_M)
     assert found.geom_type == "Polygon"
+
+
+@pytest.mark.parametrize("degrees", [0, 24, 66])
+def test_a_sheet_that_goes_on_alone_stays_joined_to_the_wall(degrees):
+    sheets = [sheet(-3, 0, 5, 0), sheet(0, 0.23, 5, 0.23), sheet(0, 0.23, 0, 3)]
+    turned = shapely.affinity.rotate(shapely.union_all(sheets), degrees, origin=(40, 7))
+    assert joined_sheets(turned, SHEET_M).geom_type == "Polygon"
