@@ -86,11 +86,10 @@ def _ends_beside_lintel(box: Box, hanging: BaseGeometry) -> bool:
     x, y = box.centre
     near = clipped(hanging, x - reach, y - reach, x + reach, y + reach)
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
-    beside = [p for p in polygons_of(hanging) if p.intersects(near)] if not near.is_empty else []
-    return any(
-        abs(box_of(p).width - box.width) < ALIKE * box.width and shapely.distance(ends, p).min() < HINGE_M
-        for p in beside
-    )
+    if near.is_empty:
+        return False
+    beside = [p for p in polygons_of(hanging) if shapely.distance(ends, p).min() < HINGE_M]
+    return any(abs(box_of(p).width - box.width) < ALIKE * box.width for p in beside)
 
 
 def known_doorways(

@@ -78,7 +78,7 @@ def _touching(boxes: list[Box]) -> list[list[int]]:
 
 
 def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
-    """A group parted by the directions that its parts stand in; a post belongs to what stands square to it, or to none."""
+    """A group parted by the directions of its parts; a post belongs to what stands square to it, or to none."""
     wide = sorted((k for k in group if parts[k].width >= WIDTH_M[0]), key=lambda k: -parts[k].width)
     parted: list[list[int]] = []
     for k in wide:

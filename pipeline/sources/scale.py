@@ -3,7 +3,8 @@
 R1  Doors are 2 to 2.1 m high in most houses, 1.8 to 2.75 m in all: a house that has openings, but none with its head
     there, is not in metres.
 R2  A model is to one of the usual scales of one of the usual units. The one is taken that brings a head nearest to
-    2.06 m and the storey, less strictly, to 2.7 m.
+    2.06 m and the storey, less strictly, to 2.7 m. Where a bare unit does so nearly as well it is that: inches are no
+    millimetres at 1:25.
 R3  Where no unit fits and no head is seen, the usual scale of a model in metres is taken that brings its storey nearest
     to 2.65 m.
 """
@@ -21,6 +22,7 @@ HEADS_M = (1.8, 2.75)
 STOREY_M = (2.1, 4.5)
 LIKELY_M = (2.2, 3.3)
 NEAR = 0.09  # of a head's height, in the logarithm
+SCALED = 0.03  # how much nearer a scaled unit must come than a bare one
 SLACK = 6.0  # how much more freely storeys differ than heads
 
 
@@ -36,7 +38,7 @@ def model_scale(storey: float, heads: Sequence[float]) -> float | None:
     fitting = [metres for metres in candidates if STOREY_M[0] <= storey * metres <= STOREY_M[1]]
     scored = [(_misfit(storey, heads, metres), metres) for metres in fitting]
     best = min(scored, default=None)
-    return best[1] if best and best[0] < NEAR * 2 else None
+    return best[1] if best and best[0] < NEAR * 2 + SCALED else None
 
 
 def storey_scale(storey: float) -> float | None:
@@ -47,4 +49,5 @@ def storey_scale(storey: float) -> float | None:
 
 def _misfit(storey: float, heads: Sequence[float], metres: float) -> float:
     head = min((abs(math.log(head * metres / USUAL_HEAD_M)) for head in heads), default=math.inf)
-    return (head if head < NEAR else math.inf) + abs(math.log(storey * metres / USUAL_STOREY_M)) / SLACK
+    scaled = 0.0 if metres in UNITS.values() else SCALED
+    return scaled + (head if head < NEAR else math.inf) + abs(math.log(storey * metres / USUAL_STOREY_M)) / SLACK

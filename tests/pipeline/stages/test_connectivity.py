@@ -1,5 +1,7 @@
 """Stage connectivity: everything can be reached, by cuts where they have to be."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -104,6 +106,16 @@ def test_a_pocket_that_nobody_gets_into_is_filled() -> None:
     assert "cuts" not in found.notes
     assert found.rooms[0].area == pytest.approx(19.0, abs=0.25)
     assert len(standing_pieces(floor_of(found), CONFIG.robot_radius_m)) == 1
+
+
+def test_a_pocket_is_filled_in_the_smaller_room_of_a_house_too() -> None:
+    """The way through both rooms is one piece, whose middle lies in the larger one."""
+    rooms = before(two_rooms(Hole(1, 1.9)))
+    shelf = united([shapely.box(6.2, 0, 6.3, 0.6), shapely.box(6.2, 0.9, 7.2, 1.0)])
+    spaces = replace(rooms, rooms=tuple(shapely.difference(room, shelf) for room in rooms.rooms))
+    found = connected(spaces)
+    assert found.notes["filled_pockets"] == 1
+    assert kinds(found) == ["door"]
 
 
 def test_a_wall_on_the_way_between_two_walls_is_cut_at_right_angles() -> None:

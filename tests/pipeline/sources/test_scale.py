@@ -1,0 +1,17 @@
+"""Units that heads of doors tell: bare ones, and those of models."""
+
+import pytest
+
+from pipeline.sources.scale import UNITS, model_scale
+
+
+@pytest.mark.parametrize("unit", ["m", "cm", "mm", "in"])
+def test_a_bare_unit_is_taken_before_a_model_of_nearly_the_same_size(unit: str) -> None:
+    """Inches differ from millimetres at 1:25 by 1.6%."""
+    for head_m in (2.0, 2.06, 2.1):
+        assert model_scale(2.7 / UNITS[unit], [head_m / UNITS[unit]]) == UNITS[unit]
+
+
+@pytest.mark.parametrize("metres", [15.0, 20.0, 50.0, 0.2, 0.5, 0.02])
+def test_a_model_is_told_by_its_doors(metres: float) -> None:
+    assert model_scale(2.7 / metres, [2.06 / metres]) == pytest.approx(metres)
