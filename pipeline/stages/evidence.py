@@ -72,8 +72,10 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     foot = sections.foot(heights.sill)
     above = [sections.at(height, foot) for height in heights.above]
     full = overlap(sections.at(heights.breast, foot), sections.at(heights.head, foot))  # R1
-    full = _without_slits(full, united(above))  # R4
-    lower = [part for part in ending_below(full, above) if _is_cupboard(part, full)]
+    over = united(above)
+    full = _without_slits(full, over)  # R4
+    beside = united([full, over])
+    lower = [part for part in ending_below(full, above) if _is_cupboard(part, beside)]
     sloped = under_slopes(lower, cutter)
     cupboards = united(part for part in lower if part not in sloped)  # R5
     if not cupboards.is_empty:  # what is left along their edges would part the floor, thin as it is
@@ -162,7 +164,7 @@ def _in_walls(windows: BaseGeometry, full: BaseGeometry) -> BaseGeometry:
 def _is_cupboard(part: Polygon, walls: BaseGeometry) -> bool:
     """R5: thick, once it is filled (cupboards are often boards around nothing), and no stretch of a wall.
 
-    A stretch of a wall, lower than the rest of it under a slope, stands between two ends of the rest.
+    A stretch of a wall, lower than the rest of it, stands between ends of the rest or of lintels over its doors.
     """
     whole = Polygon(part.exterior)
     if whole.area > LARGEST_CUPBOARD_M2 or opened(whole, CUPBOARD_M).is_empty:

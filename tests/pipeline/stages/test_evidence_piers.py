@@ -1,0 +1,31 @@
+"""Piers of a doorway that end below the walls beside them are wall; a cupboard beside a door is none."""
+
+import pytest
+import shapely
+
+from pipeline.config import EvidenceConfig
+from pipeline.stages.evidence import gather
+from pipeline.values import Evidence
+from tests.builders.houses import Hole, Parts, gap, level, shell, wall
+
+T = 0.4
+LEFT, RIGHT = (1.0, -T, 1.8, 0.0), (2.9, -T, 3.7, 0.0)
+
+
+def evidence(parts: Parts) -> Evidence:
+    return gather(level(parts), EvidenceConfig())
+
+
+def test_piers_under_a_band_of_glass_are_wall() -> None:
+    piers = [*wall(LEFT, top=2.2), *wall(RIGHT, top=2.2)]
+    lintel = wall((1.8, -T, 2.9, 0.0), foot=2.1)
+    found = evidence([*shell((0, 0, 6, 4), T, front=[gap(1.0, 3.7)]), *piers, *lintel])
+    assert found.furniture.is_empty
+    for pier in (LEFT, RIGHT):
+        assert found.walls.intersection(shapely.box(*pier)).area == pytest.approx(0.8 * T, abs=0.01)
+
+
+def test_a_cupboard_beside_a_door_is_furniture() -> None:
+    house = shell((0, 0, 6, 4), T, front=[Hole(1.8, 2.7)])
+    found = evidence([*house, *wall((2.9, 0.0, 3.9, 0.5), top=2.1)])
+    assert found.furniture.area == pytest.approx(0.5, abs=0.03)
