@@ -34,6 +34,8 @@ PASSED = 0.15
 """In a doorway stands something in less than this share of the heights (noise, a threshold, the edge of a leaf)."""
 HOLE_M = 1.2
 TURNS = 24
+PASSES = 2
+"""A hole at the end of one wall is often one in the wall that it meets, too."""
 RUN_M = 0.3
 """A wall that goes on is at least this long, ..."""
 OBLIQUE_RUN_M = 1.2
@@ -73,7 +75,9 @@ def wall_masks(columns: Columns) -> WallMasks:
     raster, top = columns.raster, top_of_walls(columns) - RIM_M
     body = columns.share(FOOT_M, HEAD_M)
     high = columns.share(max(top - TOP_BAND_M, min(LEAST_TOP_M, top - RIM_M)), top) >= FULL
-    reaching = _without_holes(_without_specks(high, raster), body >= STANDS, raster)  # R1, R2
+    reaching = _without_specks(high, raster)  # R1
+    for _ in range(PASSES):
+        reaching = _without_holes(reaching, body >= STANDS, raster)  # R2
     thick = _closed(reaching, raster.size(WALL_M))  # R3
     outside = _outside(thick | columns.ground | (body >= STANDS), raster)
     band = outside & _grown(~outside, raster.size(OUTER_M))  # R4
@@ -114,6 +118,9 @@ def _without_holes(reaching: Bools, body: Bools, raster: Raster) -> Bools:
     runs = [_opened(reaching, _line(angle, raster.size(m))).view(bool) for angle, m in zip(angles, least, strict=True)]
     closed, beyond = reaching.copy(), []
     for turn, angle in enumerate(angles):
+        if not runs[turn].any():
+            beyond.append(runs[turn])
+            continue
         hole = _line(angle, raster.size(HOLE_M))
         ending = runs[turn] & ~_across(runs, turn)
         gaps = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, hole).view(bool) & ~reaching
