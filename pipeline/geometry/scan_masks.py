@@ -28,11 +28,14 @@ TOP_BAND_M = 0.2
 RIM_M = 0.04
 """So much of the top is frayed."""
 LEAST_TOP_M = 2.0
+TALL_BAND_M, ABOVE_DOORS_M = 0.45, 2.2
+"""In a high house, more of the wall can be looked at above all doors."""
 FULL = 0.5
 STANDS = 0.4
 PASSED = 0.15
 """In a doorway stands something in less than this share of the heights (noise, a threshold, the edge of a leaf)."""
-HOLE_M = 1.2
+HOLE_M, LONG_HOLE_M = 1.2, 2.4
+"""The longer ones where something stands below all along."""
 TURNS = 24
 PASSES = 2
 """A hole at the end of one wall is often one in the wall that it meets, too."""
@@ -75,6 +78,8 @@ def wall_masks(columns: Columns) -> WallMasks:
     raster, top = columns.raster, top_of_walls(columns) - RIM_M
     body = columns.share(FOOT_M, HEAD_M)
     high = columns.share(max(top - TOP_BAND_M, min(LEAST_TOP_M, top - RIM_M)), top) >= FULL
+    if top - TOP_BAND_M > ABOVE_DOORS_M:
+        high |= columns.share(max(top - TALL_BAND_M, ABOVE_DOORS_M), top) >= FULL
     reaching = _without_specks(high, raster)  # R1
     for _ in range(PASSES):
         reaching = _without_holes(reaching, body >= STANDS, raster)  # R2
@@ -116,6 +121,9 @@ def _without_holes(reaching: Bools, body: Bools, raster: Raster) -> Bools:
     angles = np.pi * np.arange(TURNS) / TURNS
     least = [RUN_M if turn % (TURNS // 2) == 0 else OBLIQUE_RUN_M for turn in range(TURNS)]
     runs = [_opened(reaching, _line(angle, raster.size(m))).view(bool) for angle, m in zip(angles, least, strict=True)]
+    straight = _opened(reaching, _line(0.0, raster.size(OBLIQUE_RUN_M))).view(bool)
+    straight |= _opened(reaching, _line(np.pi / 2, raster.size(OBLIQUE_RUN_M))).view(bool)
+    runs = [run if turn % (TURNS // 2) == 0 else run & ~straight for turn, run in enumerate(runs)]
     closed, beyond = reaching.copy(), []
     for turn, angle in enumerate(angles):
         if not runs[turn].any():
@@ -126,6 +134,8 @@ def _without_holes(reaching: Bools, body: Bools, raster: Raster) -> Bools:
         gaps = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, hole).view(bool) & ~reaching
         lanes = gaps & cv2.dilate(ending.view(np.uint8), _line(angle, 2 * raster.size(HOLE_M))).view(bool)
         closed |= _touching(lanes, _grown(ending, 1))
+        long = cv2.morphologyEx(runs[turn].view(np.uint8), cv2.MORPH_CLOSE, _line(angle, raster.size(LONG_HOLE_M)))
+        closed |= long.view(bool) & below
         beyond.append(cv2.dilate(ending.view(np.uint8), hole).view(bool) & below)
     for turn, going_on in enumerate(beyond):
         closed |= going_on & _across(beyond, turn)
