@@ -34,6 +34,8 @@ FULL = 0.5
 STANDS = 0.4
 PASSED = 0.15
 """In a doorway stands something in less than this share of the heights (noise, a threshold, the edge of a leaf)."""
+STRAIGHT_M = 1.6
+"""A wall along the raster, drawn wider by what noise moves it, holds a line as long as this."""
 HOLE_M, LONG_HOLE_M = 1.2, 2.4
 """The longer ones where something stands below all along."""
 TURNS = 24
@@ -121,8 +123,10 @@ def _without_holes(reaching: Bools, body: Bools, raster: Raster) -> Bools:
     angles = np.pi * np.arange(TURNS) / TURNS
     least = [RUN_M if turn % (TURNS // 2) == 0 else OBLIQUE_RUN_M for turn in range(TURNS)]
     runs = [_opened(reaching, _line(angle, raster.size(m))).view(bool) for angle, m in zip(angles, least, strict=True)]
-    straight = _opened(reaching, _line(0.0, raster.size(OBLIQUE_RUN_M))).view(bool)
-    straight |= _opened(reaching, _line(np.pi / 2, raster.size(OBLIQUE_RUN_M))).view(bool)
+    wavy = _grown(reaching, 2)
+    straight = wavy & _grown(
+        np.logical_or.reduce([_opened(wavy, _line(a, raster.size(STRAIGHT_M))).view(bool) for a in (0.0, np.pi / 2)]), 1
+    )
     runs = [run if turn % (TURNS // 2) == 0 else run & ~straight for turn, run in enumerate(runs)]
     closed, beyond = reaching.copy(), []
     for turn, angle in enumerate(angles):
