@@ -24,7 +24,8 @@ STEP_M = 0.03
 FLAT = 0.8
 """A face whose unit normal has |z| above this is floor, ceiling or the top of something."""
 DENSE_M = 0.25
-"""Half of the area of a scan lies in upright faces with shorter edges; the walls of a drawn house have few faces."""
+"""The faces of a scan have shorter edges; the walls of a drawn house have few and large faces."""
+MOST = 0.7
 FEW = 3000
 MARGIN_M = 1.0
 SEARCH_DEG, SLOT_M, SAMPLE = 4.0, 0.03, 30_000
@@ -67,8 +68,10 @@ class Raster:
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """``stands`` (planes, rows, columns) at ``heights`` (planes,) metres; ``ground`` (rows, columns) where floor or the
-    top of something low is seen."""
+    """``stands`` (planes, rows, columns) at ``heights`` (planes,) metres above the floor.
+
+    ``ground`` (rows, columns) is where floor or the top of something low is seen.
+    """
 
     raster: Raster
     heights: Floats
@@ -87,7 +90,7 @@ class Columns:
 
 
 def is_scan(mesh: Mesh) -> bool:
-    """Whether a mesh follows a scanned surface: half of its area lies in upright faces of short edges."""
+    """Whether a mesh follows a scanned surface: most of its upright area lies in faces of short edges."""
     if len(mesh.faces) < FEW:
         return False
     corners = mesh.vertices[mesh.faces]
@@ -95,7 +98,7 @@ def is_scan(mesh: Mesh) -> bool:
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
     upright = np.abs(normal[:, 2]) < 0.5 * area
-    return bool(area[upright & (edges < DENSE_M)].sum() > 0.5 * area[upright].sum() > 0)
+    return bool(area[upright & (edges < DENSE_M)].sum() > MOST * area[upright].sum() > 0)
 
 
 def columns_of(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> Columns:

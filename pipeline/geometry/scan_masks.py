@@ -138,8 +138,10 @@ def _without_holes(reaching: Bools, body: Bools, raster: Raster) -> Bools:
         gaps = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, hole).view(bool) & ~reaching
         lanes = gaps & cv2.dilate(ending.view(np.uint8), _line(angle, 2 * raster.size(HOLE_M))).view(bool)
         closed |= _touching(lanes, _grown(ending, 1))
-        long = cv2.morphologyEx(runs[turn].view(np.uint8), cv2.MORPH_CLOSE, _line(angle, raster.size(LONG_HOLE_M)))
-        closed |= long.view(bool) & below
+        long = _line(angle, raster.size(LONG_HOLE_M))
+        standing = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, long).view(bool) & ~reaching & below
+        lanes = standing & cv2.dilate(ending.view(np.uint8), _line(angle, 2 * raster.size(LONG_HOLE_M))).view(bool)
+        closed |= _touching(lanes, _grown(ending, 1))
         beyond.append(cv2.dilate(ending.view(np.uint8), hole).view(bool) & below)
     for turn, going_on in enumerate(beyond):
         closed |= going_on & _across(beyond, turn)
@@ -148,7 +150,9 @@ def _without_holes(reaching: Bools, body: Bools, raster: Raster) -> Bools:
 
 def _across(by_turn: list[Bools], turn: int) -> Bools:
     """All that lies in one of the directions that cross this one."""
-    return np.logical_or.reduce([by_turn[(turn + k) % TURNS] for k in range(TURNS // 3, 2 * TURNS // 3 + 1)])
+    return np.asarray(
+        np.logical_or.reduce([by_turn[(turn + k) % TURNS] for k in range(TURNS // 3, 2 * TURNS // 3 + 1)])
+    )
 
 
 def _touching(mask: Bools, marked: Bools) -> Bools:
@@ -212,8 +216,7 @@ def _doorways(free: Bools, air: Bools, raster: Raster) -> tuple[Floats, ...]:
 
 
 def _box(points: npt.NDArray[np.int64], pixels: int) -> Floats:
-    """The rectangle (4, 2) around pixels, along the raster or, where these fill it badly, the smallest; long side
-    first."""
+    """The rectangle (4, 2) around pixels, long side first: along the raster if they fill it well, else the smallest."""
     low, high = points.min(axis=0), points.max(axis=0)
     (x1, y1), (x2, y2) = low, high
     box = np.array([[x1, y1], [x2, y1], [x2, y2], [x1, y2]], float)

@@ -29,9 +29,9 @@ def area_of(mask: Bools, raster: Raster) -> BaseGeometry:
             continue
         holes, child = [], int(tree[0][k][2])
         while child >= 0:
-            holes.append(_ring(contours[child][:, 0], raster))
+            holes.append(_ring(np.asarray(contours[child][:, 0], float), raster))
             child = int(tree[0][child][0])
-        ring = _ring(contour[:, 0], raster)
+        ring = _ring(np.asarray(contour[:, 0], float), raster)
         if len(ring) >= 3:
             inner = [Polygon(hole).buffer(0) for hole in holes if len(hole) >= 3]
             shapes.append(shapely.difference(Polygon(ring).buffer(0), shapely.union_all(inner)))
