@@ -5,7 +5,7 @@ R2  A part of every scan is missing: a hole in it is closed where a straight wal
     its end, and where two would meet in a corner and something stands below.
 R3  Two faces with no more than a wall between them are the two sides of one.
 R4  Around all that is inside stands an outer wall, also where none was seen.
-R5  A region between walls in which no ground was seen is no room, and filled.
+R5  A region between walls in which no ground was seen is no room, and filled, if the scan has ground elsewhere.
 R6  A doorway is a place in a wall where nothing stands from the floor to head height, as long as a door is wide, with
     air of the house on both sides: the place of a window or of a door to the outside has a back.
 """
@@ -185,7 +185,9 @@ def _outside(inside: Bools, raster: Raster) -> Bools:
 
 
 def _unseen(air: Bools, columns: Columns) -> Bools:
-    """R5."""
+    """R5; where little ground was seen at all, it says nothing."""
+    if not air.any() or columns.ground[air].mean() < SEEN:
+        return np.zeros_like(air)
     count, label = cv2.connectedComponents(air.view(np.uint8), connectivity=4)
     share = scipy.ndimage.mean(columns.ground, label, np.arange(count))
     hidden = np.asarray(share) < SEEN
@@ -194,11 +196,9 @@ def _unseen(air: Bools, columns: Columns) -> Bools:
 
 
 def _shrunk(solid: Bools) -> Bools:
-    """Drawn in by what noise and raster have spread the faces; what would vanish keeps a core."""
-    by = SPREAD
-    core = cv2.erode(solid.view(np.uint8), _square(2 * by + 1))
-    lost = solid & ~_grown(core.view(bool), by + 1)
-    return np.asarray(core.view(bool) | lost)
+    """Drawn in by what noise and raster have spread the faces; a lone sheet, which would vanish, is kept."""
+    core = cv2.erode(solid.view(np.uint8), _square(2 * SPREAD + 1)).view(bool)
+    return core | (solid & ~_grown(_opened(core, _square(2 * SPREAD + 1)).view(bool), SPREAD + 1))
 
 
 def _doorways(free: Bools, air: Bools, raster: Raster) -> tuple[Floats, ...]:

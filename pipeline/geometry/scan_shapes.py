@@ -14,6 +14,8 @@ from pipeline.geometry.scan_columns import Bools, Floats, Raster
 ROUGH_M = 0.045
 """Contours are drawn with as few corners as this allows."""
 SMOOTH = 5
+EDGE = 0.25
+"""Cells by which a contour, drawn through the middles of cells, lies inside: a face is in the middle of its cell."""
 AXIS = np.tan(np.deg2rad(12.0))
 SLACK_M = 0.07
 """An edge is put along the raster if none of its ends moves more than that."""
@@ -35,7 +37,7 @@ def area_of(mask: Bools, raster: Raster) -> BaseGeometry:
         if len(ring) >= 3:
             inner = [Polygon(hole).buffer(0) for hole in holes if len(hole) >= 3]
             shapes.append(shapely.difference(Polygon(ring).buffer(0), shapely.union_all(inner)))
-    pixels = mitred(united(shapes), 0.5)  # a contour runs through the middles of its pixels
+    pixels = mitred(united(shapes), EDGE)
     return areas(shapely.transform(pixels, raster.placed))
 
 
