@@ -24,9 +24,11 @@ STEP_M = 0.03
 FLAT = 0.8
 """A face whose unit normal has |z| above this is floor, ceiling or the top of something."""
 DENSE_M = 0.25
-"""Half of the area of a scan lies in upright faces with shorter edges; the walls of a drawn house have few faces."""
+"""The faces of a scan have shorter edges; the walls of a drawn house have few and large faces."""
+MOST = 0.7
 FEW = 3000
 MARGIN_M = 1.0
+SEARCH_DEG, SLOT_M, SAMPLE = 4.0, 0.03, 30_000
 MOST_CELLS = 4_000_000
 SPREAD = 1
 """So many cells on each side of a cut are marked too."""
@@ -66,8 +68,9 @@ class Raster:
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """``stands`` (planes, rows, columns) at ``heights`` (planes,) metres; ``ground`` (rows, columns) where floor or the
-    top of something low is seen.
+    """``stands`` (planes, rows, columns) at ``heights`` (planes,) metres above the floor.
+
+    ``ground`` (rows, columns) is where floor or the top of something low is seen.
     """
 
     raster: Raster
@@ -87,7 +90,7 @@ class Columns:
 
 
 def is_scan(mesh: Mesh) -> bool:
-    """Whether a mesh follows a scanned surface: half of its area lies in upright faces of short edges."""
+    """Whether a mesh follows a scanned surface: most of its upright area lies in faces of short edges."""
     if len(mesh.faces) < FEW:
         return False
     corners = mesh.vertices[mesh.faces]
@@ -95,7 +98,7 @@ def is_scan(mesh: Mesh) -> bool:
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
     upright = np.abs(normal[:, 2]) < 0.5 * area
-    return bool(area[upright & (edges < DENSE_M)].sum() > 0.5 * area[upright].sum() > 0)
+    return bool(area[upright & (edges < DENSE_M)].sum() > MOST * area[upright].sum() > 0)
 
 
 def columns_of(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> Columns:
@@ -140,7 +143,7 @@ def _at(low: Floats, high: Floats, z: Floats) -> Floats:
 
 def _raster(ends: Floats, cell_m: float) -> Raster:
     """R1."""
-    along = _main_direction(ends)
+    along = _sharpest(ends, _main_direction(ends))
     axes = np.array([along, [-along[1], along[0]]])
     turned = ends.reshape(-1, 2) @ axes.T
     low = turned.min(axis=0, initial=0.0 if not len(turned) else np.inf) - MARGIN_M
@@ -163,6 +166,22 @@ def _main_direction(ends: Floats) -> Floats:
     near = np.cos(turns - peak) > np.cos(np.deg2rad(4 * 10.0))
     mean = np.angle(np.sum(length[near] * np.exp(1j * turns[near]))) / 4.0 if near.any() else 0.0
     return np.array([np.cos(mean), np.sin(mean)])
+
+
+def _sharpest(ends: Floats, along: Floats) -> Floats:
+    """The direction close to ``along`` in which the house, seen along its walls, falls on the fewest places."""
+    points = ends[:: max(1, len(ends) // SAMPLE)].mean(axis=1)
+    best, most = along, 0.0
+    for turn in np.deg2rad(np.arange(-SEARCH_DEG, SEARCH_DEG + 0.1, 0.25)):
+        c, s = np.cos(turn), np.sin(turn)
+        tried = np.array([c * along[0] - s * along[1], s * along[0] + c * along[1]])
+        seen = 0.0
+        for axis in (tried, np.array([-tried[1], tried[0]])):
+            at = np.floor(points @ axis / SLOT_M).astype(np.int64)
+            seen += float((np.bincount(at - at.min()) ** 2.0).sum()) if len(at) else 0.0
+        if seen > most:
+            best, most = tried, seen
+    return best
 
 
 def _points(ends: Floats, plane: npt.NDArray[np.int64], cell_m: float) -> tuple[Floats, npt.NDArray[np.int64]]:

@@ -1,11 +1,11 @@
 """Walls and the free places in them, from the columns of a scan: masks on its raster.
 
 R1  What reaches the top of the walls, above doors, furniture and open leaves, is wall or hangs over a doorway.
-R2  A part of every scan is missing: a hole in it is closed where a straight wall goes on behind it, and at its end
-    where something stands below.
+R2  A part of every scan is missing: a hole in it is closed where a straight wall ends and another stands before
+    its end, and where two would meet in a corner and something stands below.
 R3  Two faces with no more than a wall between them are the two sides of one.
 R4  Around all that is inside stands an outer wall, also where none was seen.
-R5  A region between walls in which no ground was seen is no room, and filled.
+R5  A region between walls in which no ground was seen is no room, and filled, if the scan has ground elsewhere.
 R6  A doorway is a place in a wall where nothing stands from the floor to head height, as long as a door is wide, with
     air of the house on both sides: the place of a window or of a door to the outside has a back.
 """
@@ -28,14 +28,23 @@ TOP_BAND_M = 0.2
 RIM_M = 0.04
 """So much of the top is frayed."""
 LEAST_TOP_M = 2.0
+TALL_BAND_M, ABOVE_DOORS_M = 0.45, 2.2
+"""In a high house, more of the wall can be looked at above all doors."""
 FULL = 0.5
 STANDS = 0.4
 PASSED = 0.15
 """In a doorway stands something in less than this share of the heights (noise, a threshold, the edge of a leaf)."""
-HOLE_M = 1.2
+STRAIGHT_M = 1.6
+"""A wall along the raster, drawn wider by what noise moves it, holds a line as long as this."""
+HOLE_M, LONG_HOLE_M = 1.2, 2.4
+"""The longer ones where something stands below all along."""
 TURNS = 24
+PASSES = 2
+"""A hole at the end of one wall is often one in the wall that it meets, too."""
 RUN_M = 0.3
-"""A wall that goes on is at least this long."""
+"""A wall that goes on is at least this long, ..."""
+OBLIQUE_RUN_M = 1.2
+"""... an oblique one longer, for a short oblique line fits into a wall along the raster too."""
 WALL_M = 0.38
 OUTER_M = 0.2
 LEAK_M = 1.0
@@ -71,11 +80,16 @@ def wall_masks(columns: Columns) -> WallMasks:
     raster, top = columns.raster, top_of_walls(columns) - RIM_M
     body = columns.share(FOOT_M, HEAD_M)
     high = columns.share(max(top - TOP_BAND_M, min(LEAST_TOP_M, top - RIM_M)), top) >= FULL
-    reaching = _without_holes(_without_specks(high, raster), body >= STANDS, raster)  # R1, R2
+    if top - TOP_BAND_M > ABOVE_DOORS_M:
+        high |= columns.share(max(top - TALL_BAND_M, ABOVE_DOORS_M), top) >= FULL
+    reaching = _without_specks(high, raster)  # R1
+    for _ in range(PASSES):
+        reaching = _without_holes(reaching, body >= STANDS, raster)  # R2
     thick = _closed(reaching, raster.size(WALL_M))  # R3
-    outside = _outside(thick, raster)
+    outside = _outside(thick | columns.ground | (body >= STANDS), raster)
     band = outside & _grown(~outside, raster.size(OUTER_M))  # R4
-    solid = thick | band | _unseen(~(thick | outside), columns, raster)  # R5
+    closed = _closed(thick | band, raster.size(WALL_M))
+    solid = closed | _unseen(~(closed | outside), columns)  # R5
     standing = _closed((body >= PASSED) & thick, raster.size(WALL_M)) & thick
     behind = _grown(standing, raster.size(OUTER_M)) & solid & ~thick
     free = solid & ~(standing | behind)
@@ -104,15 +118,52 @@ def _without_specks(mask: Bools, raster: Raster) -> Bools:
 
 
 def _without_holes(reaching: Bools, body: Bools, raster: Raster) -> Bools:
-    """R2: each straight run goes on to the next one in its line, and to where ``body`` still stands beyond its end."""
+    """R2: each straight run goes on to what stands before its end, and to its corner with another."""
     below = _grown(body, 1)
-    closed = reaching.copy()
-    for turn in range(TURNS):
-        angle = np.pi * turn / TURNS
-        runs = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_OPEN, _line(angle, raster.size(RUN_M)))
-        closed |= cv2.morphologyEx(runs, cv2.MORPH_CLOSE, _line(angle, raster.size(HOLE_M))).view(bool)
-        closed |= cv2.dilate(runs, _line(angle, raster.size(HOLE_M))).view(bool) & below
+    angles = np.pi * np.arange(TURNS) / TURNS
+    least = [RUN_M if turn % (TURNS // 2) == 0 else OBLIQUE_RUN_M for turn in range(TURNS)]
+    runs = [_opened(reaching, _line(angle, raster.size(m))).view(bool) for angle, m in zip(angles, least, strict=True)]
+    wavy = _grown(reaching, 2)
+    straight = wavy & _grown(
+        np.logical_or.reduce([_opened(wavy, _line(a, raster.size(STRAIGHT_M))).view(bool) for a in (0.0, np.pi / 2)]), 1
+    )
+    runs = [run if turn % (TURNS // 2) == 0 else run & ~straight for turn, run in enumerate(runs)]
+    closed, beyond = reaching.copy(), []
+    for turn, angle in enumerate(angles):
+        if not runs[turn].any():
+            beyond.append(runs[turn])
+            continue
+        hole = _line(angle, raster.size(HOLE_M))
+        ending = runs[turn] & ~_across(runs, turn)
+        gaps = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, hole).view(bool) & ~reaching
+        lanes = gaps & cv2.dilate(ending.view(np.uint8), _line(angle, 2 * raster.size(HOLE_M))).view(bool)
+        closed |= _touching(lanes, _grown(ending, 1))
+        long = _line(angle, raster.size(LONG_HOLE_M))
+        standing = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, long).view(bool) & ~reaching & below
+        lanes = standing & cv2.dilate(ending.view(np.uint8), _line(angle, 2 * raster.size(LONG_HOLE_M))).view(bool)
+        closed |= _touching(lanes, _grown(ending, 1))
+        beyond.append(cv2.dilate(ending.view(np.uint8), hole).view(bool) & below)
+    for turn, going_on in enumerate(beyond):
+        closed |= going_on & _across(beyond, turn)
     return closed
+
+
+def _across(by_turn: list[Bools], turn: int) -> Bools:
+    """All that lies in one of the directions that cross this one."""
+    return np.asarray(
+        np.logical_or.reduce([by_turn[(turn + k) % TURNS] for k in range(TURNS // 3, 2 * TURNS // 3 + 1)])
+    )
+
+
+def _touching(mask: Bools, marked: Bools) -> Bools:
+    """The connected parts of a mask that share a cell with another."""
+    count, label = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)
+    kept = np.bincount(label[mask & marked], minlength=count) > 0
+    return np.asarray(kept[label] & mask)
+
+
+def _opened(mask: Bools, kernel: Pixels) -> Pixels:
+    return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_OPEN, kernel), np.uint8)
 
 
 def _line(angle: float, cells: int) -> Pixels:
@@ -124,17 +175,19 @@ def _line(angle: float, cells: int) -> Pixels:
     return kernel
 
 
-def _outside(thick: Bools, raster: Raster) -> Bools:
-    """The air around the house, entered through nothing that is narrower than ``LEAK_M``."""
+def _outside(inside: Bools, raster: Raster) -> Bools:
+    """R4: the air around the house, entered through nothing that is narrower than ``LEAK_M``."""
     half = raster.size(LEAK_M / 2)
-    air = (~_grown(thick, half)).view(np.uint8)
+    air = (~_grown(inside, half)).view(np.uint8)
     _, label = cv2.connectedComponents(np.pad(air, 1, constant_values=1), connectivity=4)
     around = (label == label[0, 0])[1:-1, 1:-1]
-    return _grown(around, half) & ~thick
+    return _grown(around, half) & ~inside
 
 
-def _unseen(air: Bools, columns: Columns, raster: Raster) -> Bools:
-    """R5."""
+def _unseen(air: Bools, columns: Columns) -> Bools:
+    """R5; where little ground was seen at all, it says nothing."""
+    if not air.any() or columns.ground[air].mean() < SEEN:
+        return np.zeros_like(air)
     count, label = cv2.connectedComponents(air.view(np.uint8), connectivity=4)
     share = scipy.ndimage.mean(columns.ground, label, np.arange(count))
     hidden = np.asarray(share) < SEEN
@@ -143,11 +196,9 @@ def _unseen(air: Bools, columns: Columns, raster: Raster) -> Bools:
 
 
 def _shrunk(solid: Bools) -> Bools:
-    """Drawn in by what noise and raster have spread the faces; what would vanish keeps a core."""
-    by = SPREAD
-    core = cv2.erode(solid.view(np.uint8), _square(2 * by + 1))
-    lost = solid & ~_grown(core.view(bool), by + 1)
-    return np.asarray(core.view(bool) | lost)
+    """Drawn in by what noise and raster have spread the faces; a lone sheet, which would vanish, is kept."""
+    core = cv2.erode(solid.view(np.uint8), _square(2 * SPREAD + 1)).view(bool)
+    return core | (solid & ~_grown(_opened(core, _square(2 * SPREAD + 1)).view(bool), SPREAD + 1))
 
 
 def _doorways(free: Bools, air: Bools, raster: Raster) -> tuple[Floats, ...]:
@@ -165,9 +216,7 @@ def _doorways(free: Bools, air: Bools, raster: Raster) -> tuple[Floats, ...]:
 
 
 def _box(points: npt.NDArray[np.int64], pixels: int) -> Floats:
-    """The rectangle (4, 2) around pixels, along the raster or, where these fill it badly, the smallest; long side
-    first.
-    """
+    """The rectangle (4, 2) around pixels, long side first: along the raster if they fill it well, else the smallest."""
     low, high = points.min(axis=0), points.max(axis=0)
     (x1, y1), (x2, y2) = low, high
     box = np.array([[x1, y1], [x2, y1], [x2, y2], [x1, y2]], float)

@@ -14,6 +14,8 @@ from pipeline.geometry.scan_columns import Bools, Floats, Raster
 ROUGH_M = 0.045
 """Contours are drawn with as few corners as this allows."""
 SMOOTH = 5
+EDGE = 0.25
+"""Cells by which a contour, drawn through the middles of cells, lies inside: a face is in the middle of its cell."""
 AXIS = np.tan(np.deg2rad(12.0))
 SLACK_M = 0.07
 """An edge is put along the raster if none of its ends moves more than that."""
@@ -29,13 +31,13 @@ def area_of(mask: Bools, raster: Raster) -> BaseGeometry:
             continue
         holes, child = [], int(tree[0][k][2])
         while child >= 0:
-            holes.append(_ring(np.asarray(contours[child][:, 0], np.float64), raster))
+            holes.append(_ring(np.asarray(contours[child][:, 0], float), raster))
             child = int(tree[0][child][0])
-        ring = _ring(np.asarray(contour[:, 0], np.float64), raster)
+        ring = _ring(np.asarray(contour[:, 0], float), raster)
         if len(ring) >= 3:
             inner = [Polygon(hole).buffer(0) for hole in holes if len(hole) >= 3]
             shapes.append(shapely.difference(Polygon(ring).buffer(0), shapely.union_all(inner)))
-    pixels = mitred(united(shapes), 0.5)  # a contour runs through the middles of its pixels
+    pixels = mitred(united(shapes), EDGE)
     return areas(shapely.transform(pixels, raster.placed))
 
 

@@ -1,6 +1,6 @@
 """What stands in a scanned level: ``stages.evidence`` for a surface of many small faces.
 
-R1  Of a scan, no single section is worth much: walls and doorways are judged by whole columns (``geometry.scan_masks``).
+R1  Of a scan, no single section is worth much: walls and doorways are judged by columns (``geometry.scan_masks``).
 R2  A doorway without a lintel in the scan is found as a gap by the stage ``layout``, as in every house.
 R3  The floor of a scan is as incomplete as the rest of it, so that it deletes no room.
 """

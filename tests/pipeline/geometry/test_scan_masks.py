@@ -1,0 +1,139 @@
+"""A scan's walls and doorways: two rooms of 3 x 3 m, seen from inside, a wall of 0.2 m between them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapely
+import trimesh
+from shapely import Polygon, box
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.scan_columns import columns_of, is_scan
+from pipeline.geometry.scan_masks import WallMasks, wall_masks
+from pipeline.geometry.scan_shapes import area_of
+from pipeline.values import Mesh
+
+HEIGHT_M, HEAD_M = 2.6, 2.0
+Sheet = tuple[tuple[float, float], tuple[float, float], float, float]
+ROOMS = [((0.0, 0.0), (3.0, 3.0)), ((3.2, 0.0), (6.2, 3.0))]
+JAMBS = (1.0, 1.9)
+
+
+def sheets() -> list[Sheet]:
+    """The upright faces of the two rooms with a doorway between them: two ends in plan, and from where to where."""
+    made: list[Sheet] = []
+    for (x1, y1), (x2, y2) in ROOMS:
+        made += [((x1, y), (x2, y), 0.0, HEIGHT_M) for y in (y1, y2)]
+    made += [((x, 0.0), (x, 3.0), 0.0, HEIGHT_M) for x in (0.0, 6.2)]
+    for x in (3.0, 3.2):
+        made += [((x, 0.0), (x, JAMBS[0]), 0.0, HEIGHT_M), ((x, JAMBS[1]), (x, 3.0), 0.0, HEIGHT_M)]
+        made += [((x, JAMBS[0]), (x, JAMBS[1]), HEAD_M, HEIGHT_M)]
+    return made + [((3.0, y), (3.2, y), 0.0, HEAD_M) for y in JAMBS]
+
+
+def surface(upright: list[Sheet], missing: list[tuple[float, float, float, float]] = ()) -> Mesh:  # type: ignore[assignment]
+    """Faces of at most 0.1 m; without those of which the middle lies within (x, y, z, radius)."""
+    parts = []
+    for (x1, y1), (x2, y2), low, high in upright:
+        corners = [(x1, y1, low), (x2, y2, low), (x2, y2, high), (x1, y1, high)]
+        parts.append(trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]], process=False))
+    for (x1, y1), (x2, y2) in [*ROOMS, ((3.0, JAMBS[0]), (3.2, JAMBS[1]))]:
+        corners = [(x1, y1, 0), (x2, y1, 0), (x2, y2, 0), (x1, y2, 0)]
+        parts.append(trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]], process=False))
+    whole = trimesh.util.concatenate(parts).subdivide_to_size(0.1)
+    middles = whole.triangles_center
+    kept = np.ones(len(middles), bool)
+    for *centre, radius in missing:
+        kept &= np.linalg.norm(middles - np.array(centre), axis=1) > radius
+    return Mesh(np.asarray(whole.vertices, float), np.asarray(whole.faces[kept], np.int64))
+
+
+def judged(mesh: Mesh) -> tuple[BaseGeometry, list[Polygon], WallMasks]:
+    masks = wall_masks(columns_of(mesh, 0.15, HEIGHT_M, 0.025))
+    doorways = [Polygon(masks.raster.placed(corners)) for corners in masks.doorways]
+    return area_of(masks.walls, masks.raster), doorways, masks
+
+
+def rooms_of(walls: BaseGeometry) -> list[Polygon]:
+    inside = [Polygon(ring) for part in shapely.get_parts(walls) for ring in part.interiors]
+    return sorted(inside, key=lambda room: room.bounds)
+
+
+def assert_is_the_house(mesh: Mesh) -> None:
+    walls, doorways, _ = judged(mesh)
+    found = rooms_of(walls)
+    assert len(found) == 2
+    for room, ((x1, y1), (x2, y2)) in zip(found, ROOMS, strict=True):
+        assert room.symmetric_difference(box(x1, y1, x2, y2)).area < 0.6
+    assert len(doorways) == 1
+    assert np.allclose(shapely.get_coordinates(doorways[0].centroid)[0], (3.1, 1.45), atol=0.06)
+
+
+def test_the_rooms_and_the_doorway_of_a_whole_scan() -> None:
+    assert_is_the_house(surface(sheets()))
+
+
+@pytest.mark.parametrize("angle", [0.3, 0.7, 1.2])
+def test_a_turned_scan_has_the_same_walls(angle: float) -> None:  # columns R1
+    mesh = surface(sheets())
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]])
+    walls, doorways, _ = judged(Mesh(mesh.vertices @ turn, mesh.faces))
+    back = shapely.affinity.rotate(walls, -angle, origin=(0, 0), use_radians=True)
+    assert len(doorways) == 1
+    truth = [box(*first, *second) for first, second in ROOMS]
+    assert [min(room.symmetric_difference(other).area for other in truth) < 0.6 for room in rooms_of(back)] == [
+        True
+    ] * 2
+
+
+def test_what_ends_below_the_top_is_no_wall() -> None:  # R1
+    cupboard: list[Sheet] = [((0.6, 0.0), (0.6, 1.2), 0.0, 2.1), ((0.0, 1.2), (0.6, 1.2), 0.0, 2.1)]
+    leaf: list[Sheet] = [((3.2, y), (4.1, y), 0.0, HEAD_M) for y in (1.86, 1.9)]
+    assert_is_the_house(surface(sheets() + cupboard + leaf))
+
+
+@pytest.mark.parametrize("hole", [(1.5, 0.0, 2.4, 0.45), (6.2, 3.0, 2.4, 0.45), (3.1, 0.2, 2.4, 0.45)])
+def test_a_hole_at_the_top_is_closed(hole: tuple[float, float, float, float]) -> None:  # R2
+    """In the middle of a wall, at a corner, and where a wall meets another."""
+    assert_is_the_house(surface(sheets(), [hole]))
+
+
+def test_a_wall_that_ends_in_a_room_is_left_as_it_is() -> None:  # R2 must leave alone
+    stub: list[Sheet] = [((1.5, 0.0), (1.5, 0.8), 0.0, HEIGHT_M)]
+    walls, _, _ = judged(surface(sheets() + stub))
+    assert len(rooms_of(walls)) == 2
+    assert not walls.contains(shapely.Point(1.5, 1.6))
+
+
+def test_a_region_without_ground_is_filled() -> None:  # R5
+    shaft: list[Sheet] = [((2.0, 2.0), (3.0, 2.0), 0.0, HEIGHT_M), ((2.0, 2.0), (2.0, 3.0), 0.0, HEIGHT_M)]
+    mesh = surface(sheets() + shaft)
+    walls, _, _ = judged(_without_ground(mesh, box(2.0, 2.0, 3.0, 3.0)))
+    assert walls.contains(shapely.Point(2.5, 2.5))
+    walls, _, _ = judged(mesh)
+    assert not walls.intersects(shapely.Point(2.5, 2.5))
+
+
+def _without_ground(mesh: Mesh, area: Polygon) -> Mesh:
+    corners = mesh.vertices[mesh.faces]
+    lying = np.ptp(corners[:, :, 2], axis=1) == 0
+    gone = lying & shapely.contains_xy(area, *corners.mean(axis=1)[:, :2].T)
+    return Mesh(mesh.vertices, mesh.faces[~gone])
+
+
+def test_the_place_of_a_window_is_no_doorway() -> None:  # R6
+    niche: list[Sheet] = [((-0.1, 1.0), (-0.1, 2.0), 0.0, 2.1)]
+    niche += [((-0.1, y), (0.0, y), 0.0, 2.1) for y in (1.0, 2.0)]
+    niche += [((0.0, 0.0), (0.0, 1.0), 0.0, HEIGHT_M), ((0.0, 2.0), (0.0, 3.0), 0.0, HEIGHT_M)]
+    niche += [((0.0, 1.0), (0.0, 2.0), 2.1, HEIGHT_M)]
+    others = [sheet for sheet in sheets() if sheet[:2] != ((0.0, 0.0), (0.0, 3.0))]
+    assert_is_the_house(surface(others + niche))
+
+
+def test_only_a_mesh_of_small_upright_faces_is_a_scan() -> None:
+    assert is_scan(surface(sheets()))
+    drawn = trimesh.util.concatenate([trimesh.creation.box((6, 0.2, 2.6)), trimesh.creation.icosphere(5, 0.3)])
+    assert len(drawn.faces) > 3000
+    assert not is_scan(Mesh(np.asarray(drawn.vertices, float), np.asarray(drawn.faces, np.int64)))
