@@ -6,7 +6,7 @@ R2  Floor that is closed neither at the ground nor above its doors may be closed
 R3  An open or half-open house gets its boundary from the floor slab where the source has one, ...
 R4  ... else from the ends of its walls. Either is marked in the plan.
 R5  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that bridges more than
-    ``beam_m`` between walls that cross its line, or more than ``header_m`` and hangs down by less than a hand's breadth.
+    ``beam_m`` between walls that cross its line, or more than ``header_m`` and hangs down by a hand's breadth at most.
 R6  A gap is dropped where it would part off less than a room, and all strips around a space that has less than
     ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that is too narrow to stand in.
 R7  Walls that spell characters are no layout: strokes that stand apart from each other without a door in any of them,
