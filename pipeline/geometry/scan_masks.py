@@ -198,7 +198,7 @@ def _unseen(air: Bools, columns: Columns) -> Bools:
 def _shrunk(solid: Bools) -> Bools:
     """Drawn in by what noise and raster have spread the faces; a lone sheet, which would vanish, is kept."""
     core = cv2.erode(solid.view(np.uint8), _square(2 * SPREAD + 1)).view(bool)
-    return core | (solid & ~_grown(_opened(core, _square(2 * SPREAD + 1)).view(bool), SPREAD + 1))
+    return core | (solid & ~_grown(core, SPREAD + 1))
 
 
 def _doorways(free: Bools, air: Bools, raster: Raster) -> tuple[Floats, ...]:

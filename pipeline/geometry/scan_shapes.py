@@ -8,7 +8,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.overlay import areas, mitred, united
+from pipeline.geometry.overlay import areas, mitred, subtract, united
 from pipeline.geometry.scan_columns import Bools, Floats, Raster
 
 ROUGH_M = 0.045
@@ -35,9 +35,9 @@ def area_of(mask: Bools, raster: Raster) -> BaseGeometry:
             child = int(tree[0][child][0])
         ring = _ring(np.asarray(contour[:, 0], float), raster)
         if len(ring) >= 3:
-            inner = [Polygon(hole).buffer(0) for hole in holes if len(hole) >= 3]
-            shapes.append(shapely.difference(Polygon(ring).buffer(0), shapely.union_all(inner)))
-    pixels = mitred(united(shapes), EDGE)
+            inner = [shapely.make_valid(Polygon(hole)) for hole in holes if len(hole) >= 3]
+            shapes.append(subtract(shapely.make_valid(Polygon(ring)), united(inner)))
+    pixels = mitred(mitred(united(shapes), 0.5), EDGE - 0.5)
     return areas(shapely.transform(pixels, raster.placed))
 
 
