@@ -23,7 +23,7 @@ STEP_M = 0.03
 """From plane to plane."""
 FLAT = 0.8
 """A face whose unit normal has |z| above this is floor, ceiling or the top of something."""
-DENSE_M = 0.25
+DENSE_M = 0.35
 """The faces of a scan have shorter edges; the walls of a drawn house have few and large faces."""
 MOST = 0.7
 FEW = 3000
