@@ -46,7 +46,7 @@ class DoorsConfig:
     sliver_m: float = 0.03  # differences thinner than this are noise
     narrowest_m: float = 0.4
     widest_m: float = 2.5  # a lintel over more divides rooms, but is no door
-    jambless_m: float = 0.95  # nor is one over more that meets a crossing wall at both ends
+    jambless_m: float = 0.95  # nor is one over more of which an end hangs in the air
     post_m: float = 0.3  # a post this thick does not divide what stands beside it
 
 

@@ -71,6 +71,11 @@ class Bridge:
                 return True
         return False
 
+    def ends_at_walls(self, door_plane: BaseGeometry) -> bool:
+        """Whether a wall stands at both ends, be it in line or crossing; a trim ends in the air."""
+        beyond = [end + on * BESIDE_M / 2 for end, on in zip(self.segment, (-self.along, self.along), strict=True)]
+        return bool(shapely.intersects(door_plane, shapely.points(beyond)).all())
+
     def narrowed(self, start: float, end: float) -> Bridge:
         """The part between two distances (metres) along the wall from the centre."""
         return replace(self, centre=self.centre + self.along * (start + end) / 2, width=end - start)

@@ -66,4 +66,11 @@ def _robust(operation: Callable[..., BaseGeometry], *shapes: Any) -> BaseGeometr
     try:
         return operation(*shapes)
     except shapely.errors.GEOSException:
-        return operation(*(shapely.make_valid(shape) for shape in shapes), grid_size=FALLBACK_GRID_M)
+        return operation(*(_mended(shape) for shape in shapes), grid_size=FALLBACK_GRID_M)
+
+
+def _mended(shape: Any) -> Any:
+    """A shape, or each of a list of them, valid and without the lines that mending leaves."""
+    if isinstance(shape, BaseGeometry):
+        return areas(shapely.make_valid(shape))
+    return [_mended(each) for each in shape]

@@ -4,8 +4,8 @@ R1  A strip of L between two rooms is a passage if a robot may fit (``narrowest_
 R2  It is a ``door`` where a door is known, under a lintel, over a sill or with a leaf beside it, an ``opening`` in a
     gap of full height. Where the source names its openings (IFC), a lintel over none of them is a beam.
 R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`` do not divide it), and under one wider
-    than ``jambless_m`` from crossing wall to crossing wall (a trim, the end of a corridor), two rooms meet without a
-    door: each gets half of the strip.
+    than ``jambless_m`` that ends in the air (the trim of a stairwell), two rooms meet without a door: each gets half of
+    the strip.
 R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is none.
 """
 
@@ -43,7 +43,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
             continue
         outside = OUTSIDE in bridge.sides
         kind = _kind(closer, bridge, level, leaves)
-        bare = closer.kind == "lintel" and bridge.width > config.jambless_m and not bridge.has_jamb(planes.door)
+        bare = closer.kind == "lintel" and bridge.width > config.jambless_m and not bridge.ends_at_walls(planes.door)
         if not outside and (span > config.widest_m or kind is None or bare):  # R3
             rooms[bridge.sides[0]], rooms[bridge.sides[1]] = _shared(bridge, rooms)
             joins.add((min(bridge.sides), max(bridge.sides)))

@@ -104,3 +104,12 @@ def test_the_stage_alone_needs_a_layout_only() -> None:
     layout = made["layout"]
     found = find_doors(house, made["planes"], layout, DoorsConfig())
     np.testing.assert_array_equal([r.area for r in found.rooms], [r.area for r in layout.rooms])
+
+
+def test_a_trim_that_ends_in_the_air_is_no_door_and_a_lintel_between_crossing_walls_is_one() -> None:
+    corner = [box((2.0, 1.9, 4.0, 2.0), 2.1, 2.5), box((1.9, 1.9, 2.0, 3.0), 2.1, 2.5)]  # trims around a stairwell
+    found = doors([*shell((0, 0, 4, 3)), *corner])
+    assert kinds(found) == []
+    assert found.joins == ((0, 1),)
+    corridor = [*shell((0, 0, 6, 1.3)), box((3.0, 0.0, 3.1, 1.3), 2.1, 2.5)]
+    assert kinds(doors(corridor)) == ["door"]
