@@ -82,9 +82,9 @@ def build(
     listing, folder = Listing(config), Folder(out)
     listing.check()
     folder.check(config.digest(), others)
-    folder.build.mkdir(parents=True, exist_ok=True)
     if overrides and config.build.limit is None and others is not Others.ADD:  # else not all of the ids are known
         check_ids(overrides, (item for _, item in listing))
+    folder.build.mkdir(parents=True, exist_ok=True)
     with locked(folder.build / "lock"):
         folder.check(config.digest(), others)  # again: the build that held the lock may have changed it
         with contextlib.closing(Journal(folder.build / "journal.jsonl")) as journal:

@@ -24,6 +24,7 @@ STEP_M = 0.08
 REACH_M = 0.02
 DEEPEST_M = 1.2
 BESIDE_M = 0.15
+STAND_M = 0.03
 TOUCH_M = 0.5
 NEAR_M = 1.0
 PARALLEL = np.cos(np.deg2rad(20.0))
@@ -73,7 +74,7 @@ class Bridge:
 
     def ends_at_walls(self, door_plane: BaseGeometry) -> bool:
         """Whether a wall stands at both ends, be it in line or crossing; a trim ends in the air."""
-        beyond = [end + on * BESIDE_M / 2 for end, on in zip(self.segment, (-self.along, self.along), strict=True)]
+        beyond = [end + on * STAND_M for end, on in zip(self.segment, (-self.along, self.along), strict=True)]
         return bool(shapely.intersects(door_plane, shapely.points(beyond)).all())
 
     def narrowed(self, start: float, end: float) -> Bridge:

@@ -3,7 +3,8 @@
 R1  An object is an obstacle if it begins below ``STEP_OVER_M``: a lamp that hangs is none.
 R2  Of a room that furniture divides, the parts that a way leads to stay: those in the piece of the floor that holds
     most of it, and of these the largest.
-R3  Furniture that nobody named is what the evidence took for it; its height is that of what stands there.
+R3  Furniture that nobody named is what the evidence took for it, and what is thin and low and bounds no room; its
+    height is that of what stands there.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ def _unnamed(level: Level, evidence: Evidence) -> list[Obstacle]:
     if level.sills:
         return []
     named = united(footprint(each.mesh) for each in level.furniture)
-    parts = polygons_of(opened(subtract(evidence.furniture, named), CRACK_M))
+    parts = polygons_of(opened(subtract(united([evidence.furniture, evidence.rails]), named), CRACK_M))
     return [Obstacle(Polygon(part.exterior), _height(part, level), UNNAMED) for part in parts]
 
 

@@ -58,7 +58,7 @@ def boxed(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tup
     return (FloorPlan(level.id, ring, 1, {}, frame=level.frame, provenance={**level.provenance, **asked}),)
 
 
-def killed_once(mark: Path, level: Level, config: PipelineConfig, rng: np.random.Generator) -> FloorPlan:
+def killed_once(mark: Path, level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan]:
     """Plan as ``boxed``, but the first worker that comes to house b is killed; the file ``mark`` remembers."""
     if level.id == "b" and not mark.exists():
         mark.touch()

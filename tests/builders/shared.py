@@ -13,7 +13,7 @@ import pytest
 
 from houseexpo.plan import FloorPlan
 from houseexpo.plan_json import encode
-from pipeline.algorithm import plan_house
+from pipeline.algorithm import plan_house, plan_level
 from pipeline.config import PipelineConfig
 from pipeline.rejection import Rejection
 from pipeline.sources import ifc, mesh_file
@@ -52,19 +52,26 @@ def levels(path: Path) -> Iterator[Level]:
 
 
 def plan_nearest(path: Path, floor_z: float) -> FloorPlan:
-    """The plan whose floor lies nearest to ``floor_z``; levels that are rejected are passed over."""
-    plans = []
+    """The (largest) plan whose floor lies nearest to ``floor_z``; levels that are rejected are passed over."""
+    return max(plans_nearest(path, floor_z), key=lambda plan: plan.area)
+
+
+def plans_nearest(path: Path, floor_z: float) -> list[FloorPlan]:
+    """The plans of the level whose floor lies nearest to ``floor_z``, one a building."""
+    found: list[tuple[tuple[float, int], list[FloorPlan]]] = []
     for level in levels(path):
         try:
-            plans.append((abs(level.frame.floor - floor_z), level.frame.level, planned(level)))
+            made = plan_level(level, PipelineConfig(), np.random.default_rng(0))
         except Rejection:
             continue
-    return min(plans, key=lambda found: found[:2])[2]
+        plans = [plan for plan in made if isinstance(plan, FloorPlan)]
+        found.append(((abs(level.frame.floor - floor_z), level.frame.level), plans))
+    return min(found, key=lambda each: each[0])[1]
 
 
-def planned(level: Level) -> FloorPlan:
-    """The plan of a level with all defaults."""
-    return plan_house(level, PipelineConfig(), np.random.default_rng(0))
+def planned(level: Level, config: PipelineConfig | None = None) -> FloorPlan:
+    """The plan of a level, with all defaults where no configuration is given."""
+    return plan_house(level, config or PipelineConfig(), np.random.default_rng(0))
 
 
 def as_json(plan: FloorPlan) -> dict[str, Any]:

@@ -69,11 +69,10 @@ def test_it_says_which_house_and_which_level_it_shows(tmp_path: Path) -> None:
 def test_a_person_s_word_counts_as_in_a_build(tmp_path: Path) -> None:
     manifest = tmp_path / "manifest.toml"
     manifest.write_text("")
-    path = one_room(tmp_path / "toy.ply")
-    trimesh.load(path).apply_scale(1 / 20).export(path)
-    assert inspect(path, tmp_path / "small", "--config", str(manifest))[0] == 1
-    (tmp_path / "overrides.toml").write_text(f"[{base_id(f'{tmp_path.name}/toy.ply')}]\nscale = 20.0\n")
-    assert inspect(path, tmp_path / "large", "--config", str(manifest))[0] == 0
+    path = one_room(tmp_path / "villa.ply")
+    assert inspect(path, tmp_path / "before", "--config", str(manifest))[0] == 0
+    (tmp_path / "overrides.toml").write_text(f"[{base_id(f'{tmp_path.name}/villa.ply')}]\nscale = 20.0\n")
+    assert inspect(path, tmp_path / "after", "--config", str(manifest))[0] == 1  # a hall of 100 m, 54 m high
 
 
 def test_a_level_that_is_not_there_is_a_usage_error(tmp_path: Path) -> None:
