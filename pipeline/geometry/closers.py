@@ -23,7 +23,7 @@ LAP_M = 0.002
 ROUNDING_M2 = 1e-9
 HAIR_M = 1e-5
 TOUCH_M = 1e-3
-CONTACT_M = 5e-3
+CONTACT_M = 1e-5
 
 
 def lapped(piece: Polygon) -> Polygon:
@@ -79,7 +79,7 @@ def needed(door: BaseGeometry, kept: list[Closer], pieces: list[Closer]) -> list
     plane, rooms = enclosed(_plane(door, [*kept, *pieces]))
     spaces = [*rooms, _outside(plane)]
     standing = _plane(door, kept)
-    shapes = [opened(subtract(piece.polygon, standing), TOUCH_M) for piece in pieces]
+    shapes = [opened(subtract(piece.polygon, standing), 4 * HAIR_M) for piece in pieces]
     grown = shapely.buffer(shapes, TOUCH_M, join_style="mitre")
     meets = networkx.Graph()
     for (k, other), area in _shared_areas(grown, spaces).items():
