@@ -11,12 +11,15 @@ from typing import Any
 import numpy as np
 import shapely
 
+from houseexpo.plan import FloorPlan
+from pipeline.algorithm import plan_level
+from pipeline.config import PipelineConfig
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
 from pipeline.values import Level
 from tests.builders.kinds.registry import make_member
 from tests.builders.kinds.values import Member
-from tests.builders.shared import as_json, planned, scorer
+from tests.builders.shared import as_json, scorer
 
 
 @dataclass(frozen=True)
@@ -91,7 +94,8 @@ def plans_of(path: Path) -> tuple[list[dict[str, Any]], list[str]]:
                     errors.append(str(level.rejection))
                     continue
                 try:
-                    plans.append(as_json(planned(level)))
+                    made = plan_level(level, PipelineConfig(), np.random.default_rng(0))
+                    plans += [as_json(plan) for plan in made if isinstance(plan, FloorPlan)]
                 except Rejection as rejection:
                     errors.append(f"level at {level.frame.floor:.2f} m: {rejection}")
     except Rejection as rejection:
