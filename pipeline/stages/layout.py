@@ -13,7 +13,8 @@ R7  Walls that spell characters are no layout: strokes that stand apart from eac
     and that enclose little of what they span.
 R9  Where the house has floors, a space without one is no room, unless walls close it nearly all round (a stairwell);
     nor is one without a door that a railing bounds for the most part (a roof terrace), nor one too low to stand in (a
-    void under a roof). A room that the source names is one.
+    void under a roof). A room that the source names is one. What a person says is no room
+    (``overrides.toml``) is none.
 R8  What encloses less than ``area_m2`` after all this has no layout.
 """
 
@@ -123,7 +124,10 @@ def _habitable(
     walls = shapely.buffer(planes.door, 0.02, quad_segs=2)
     fences = shapely.buffer(planes.rails, 0.02, quad_segs=2)
     kept = []
+    refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
     for k, (room, share) in enumerate(zip(rooms, covered, strict=True)):
+        if room.intersects(refused):
+            continue
         walled, fenced = (shapely.intersection(room.exterior, edge).length / room.length for edge in (walls, fences))
         shaft = opened(room, SHAFT_M).is_empty
         floored = not known or share >= FLOORED or (walled > CLOSED and not shaft)

@@ -170,3 +170,9 @@ def test_a_person_may_say_that_they_are() -> None:
 def test_a_row_of_closed_houses_is_no_word() -> None:
     row = [part for k in range(4) for part in shell((6.0 * k, 0, 6.0 * k + 5, 4))]
     assert len(layout(row).rooms) == 4
+
+
+def test_what_a_person_says_is_no_room_is_none() -> None:
+    assert len(layout(two_rooms(Hole(1, 1.9))).rooms) == 2
+    (room,) = layout(two_rooms(Hole(1, 1.9)), no_rooms=((5.5, 1.0),)).rooms
+    assert room.area == pytest.approx(12.0, abs=0.05)
