@@ -7,47 +7,39 @@
 
 from __future__ import annotations
 
-import multiprocessing
 from collections import Counter
 from collections.abc import Iterator
-from concurrent.futures import TimeoutError as Late
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from pebble import ProcessExpired, ProcessPool
 from rich.console import Console
 from rich.table import Table
 
+from pipeline.executors.local import Failure, Limits, run
 from tests.builders.kinds.measuring import Outcome, measure
 from tests.builders.kinds.registry import KINDS
 from tests.builders.shared import needs_shared
 
-WORKERS, LIMIT_S = 2, 60
+WORKERS = 2
+LIMITS = Limits(seconds=60.0, memory=8 << 30)
 SURE = 0.8
 """A plan of this quality should be right."""
 
 
 def outcomes(kinds: list[str], members: int, seed: int, folder: Path, keep: str) -> Iterator[Outcome]:
     """Measure members in worker processes; one that dies or takes too long is an outcome too."""
-    context = multiprocessing.get_context("spawn")
     tasks = [(kind, number) for kind in kinds for number in range(members)]
-    with ProcessPool(max_workers=WORKERS, context=context) as pool:
-        futures = [
-            pool.schedule(
-                measure, args=(kind, number, seed, str(folder / kind), keep and f"{keep}/{kind}"), timeout=LIMIT_S
-            )
-            for kind, number in tasks
-        ]
-        for (kind, number), future in zip(tasks, futures, strict=True):
-            try:
-                yield future.result()
-            except Late:
-                yield Outcome(kind, number, ("too slow",), float(LIMIT_S))
-            except ProcessExpired as error:
-                yield Outcome(kind, number, ("worker died",), detail=str(error))
-            except Exception as error:  # noqa: BLE001 - a house that fails must not end the benchmark
-                yield Outcome(kind, number, ("error",), detail=f"{type(error).__name__}: {error}"[:300])
+    work = partial(_measured, seed=seed, folder=folder, keep=keep)
+    for task, result in run(work, tasks, workers=WORKERS, limits=LIMITS):
+        failed = isinstance(result, Failure)
+        yield Outcome(*task, (result.kind,), LIMITS.seconds, detail=result.detail) if failed else result
+
+
+def _measured(task: tuple[str, int], seed: int, folder: Path, keep: str) -> Outcome:
+    kind, number = task
+    return measure(kind, number, seed, str(folder / kind), keep and f"{keep}/{kind}")
 
 
 @needs_shared

@@ -5,21 +5,20 @@ A plan that no storey of its house is like is judged too: it does not meet the t
 
 from __future__ import annotations
 
-import multiprocessing
 import re
 from collections.abc import Iterator, Sequence
-from concurrent.futures import TimeoutError as Late
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pebble import ProcessExpired, ProcessPool
-
+from pipeline.executors.local import Failure, Limits, run
 from tests.builders.kinds.measuring import columns_failing, overlap, paired, plans_of
 from tests.builders.kinds.registry import make_member
 from tests.builders.quality_model import Judged
 from tests.builders.shared import CASES, DATA, case, scorer
 
-WORKERS, LIMIT_S = 2, 60
+WORKERS = 2
+LIMITS = Limits(seconds=60.0, memory=8 << 30)
 CASE = "case"
 
 
@@ -30,20 +29,17 @@ def judged(kinds: Sequence[str], members: int, seed: int, folder: Path) -> Itera
     """
     tasks = [(kind, number) for number in range(members) for kind in kinds]
     tasks += [(CASE, number) for number in range(len(CASES))]
-    with ProcessPool(max_workers=WORKERS, context=multiprocessing.get_context("spawn")) as pool:
-        futures = [
-            pool.schedule(judge, args=(kind, number, seed, str(folder)), timeout=LIMIT_S) for kind, number in tasks
-        ]
-        for future in futures:
-            try:
-                yield from future.result()
-            except (Late, ProcessExpired):
-                continue
+    found = dict(run(partial(judge, seed=seed, folder=folder), tasks, workers=WORKERS, limits=LIMITS))
+    for task in tasks:
+        result = found[task]
+        if not isinstance(result, Failure):
+            yield from result
 
 
-def judge(kind: str, number: int, seed: int, folder: str) -> list[Judged]:
+def judge(task: tuple[str, int], seed: int, folder: Path) -> list[Judged]:
     """Judge the plans of a case, or of a member of a kind."""
-    return _of_case(CASES[number]) if kind == CASE else _of_member(kind, number, seed, Path(folder) / kind)
+    kind, number = task
+    return _of_case(CASES[number]) if kind == CASE else _of_member(kind, number, seed, folder / kind)
 
 
 def _of_case(name: str) -> list[Judged]:
