@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from pipeline.stages.planes import cut_planes
 from pipeline.stages.refine import refine
 from pipeline.stages.rooms import name_rooms
 from pipeline.stages.vectorise import vectorise
+from pipeline.timing import timed
 from pipeline.values import Evidence, Layout, Level, Obstacle, Planes, RejectedLevel, Spaces
 
 
@@ -99,7 +101,7 @@ def _of_building(
 
 def plan_level(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan | RejectedLevel, ...]:
     """Turn a level into plans, one a building; raises Rejection where none can be made."""
-    values = [snapshot.value for snapshot in stages(level, config, rng)]
+    values = [snapshot.value for snapshot in timed(stages(level, config, rng), attrgetter("stage"))]
     return tuple(value for value in values if isinstance(value, FloorPlan | RejectedLevel))
 
 

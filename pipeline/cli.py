@@ -19,9 +19,6 @@ from pipeline.interrupts import EXIT_CODE as INTERRUPTED
 from pipeline.interrupts import interruptible
 
 if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.progress import Progress
-
     from pipeline.config_file import BuildConfig
 
 DAMAGED, NOT_DONE = 1, 3
@@ -132,28 +129,34 @@ def _build(
     from houseexpo.workers import cores
     from pipeline.batch.build import build as run_build
     from pipeline.batch.folder import Others
+    from pipeline.display import Display
     from pipeline.overrides import load_overrides
-    from pipeline.report import outcome_table, plans_line, reasons_lines
+    from pipeline.report import longest_table, notes_lines, outcome_table, plans_line, reasons_lines
     from pipeline.report_page import write_report
 
     check()
     settings = _settings(config, given)
     console = Console()
-    with _progress(Console(stderr=True)) as bar:
+    with Display(Console(stderr=True), check) as display:
         data_set = run_build(
             settings,
             out,
             overrides=load_overrides(config),
             workers=workers or cores(),
-            progress=(show := _shown(bar, check)),
+            progress=display.progress,
             others=Others(others),
             rehash=rehash,
+            ended=display.ended,
         )
         if not data_set.unchanged:
-            write_report(data_set, show)
+            write_report(data_set, display.progress)
     if data_set.unchanged:
         console.print("nothing to do: the data set stands as its inputs are")
     console.print(outcome_table(data_set.stats))
+    if len(data_set.entries) > 1 and not data_set.unchanged:
+        console.print(longest_table(data_set))
+    for note in notes_lines(data_set):
+        console.print(note, markup=False, highlight=False)
     if (line := plans_line(data_set.stats)) is not None:
         console.print(line, highlight=False)
     for line in reasons_lines(data_set):
@@ -246,30 +249,3 @@ def _settings(config: Path | None, given: dict[str, Any]) -> BuildConfig:
     settings = BuildConfig() if config is None else load_config(config)
     chosen = {name: value for name, value in given.items() if value not in (None, ())}
     return replace(settings, build=replace(settings.build, **chosen))
-
-
-def _progress(console: Console) -> Progress:
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeRemainingColumn(),
-        console=console,
-    )
-
-
-def _shown(bar: Progress, check: Callable[[], None]) -> Any:
-    """Return the callback of a build that keeps a bar for each thing it does, and ends where ``check`` says so."""
-    tasks: dict[str, Any] = {}
-
-    def show(what: str, done: int, total: int) -> None:
-        check()
-        if what not in tasks:
-            tasks[what] = bar.add_task(what, total=total, rate="")
-        speed = next(task.speed for task in bar.tasks if task.id == tasks[what])
-        bar.update(tasks[what], completed=done, total=total, rate=f"{speed:.1f}/s" if speed and total > 1 else "")
-
-    return show

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from rich.markup import escape
 from rich.table import Table
 
 from houseexpo.quality import SURE
 from pipeline.batch.assemble import DataSet
+from pipeline.batch.entry import Refused
 
 RULES = {
     "boundary:floor_edge": "closed an open front by its floor",
@@ -59,4 +61,55 @@ def reasons_lines(data_set: DataSet, most: int = 8) -> list[str]:
     """Say why each input was rejected where they are few; where they are many, only where that is written."""
     if len(data_set.refused) > most:
         return [f"why each of the {len(data_set.refused)} was rejected: {data_set.root / 'rejected.jsonl'}"]
-    return [f"{r.id}: {r.detail}" + (f" ({r.advice})" if r.advice else "") for r in data_set.refused]
+    return [
+        f"{refused.id}{f' ({file})' if file not in {'', refused.id} else ''}: {refused.detail}"
+        + (f" ({refused.advice})" if refused.advice else "")
+        for file, refused in refused_of(data_set)
+    ]
+
+
+def refused_of(data_set: DataSet) -> list[tuple[str, Refused]]:
+    """Return what was rejected, by id, each with its input's file."""
+    found = [(entry.file, refused) for entry in data_set.entries for refused in entry.refused]
+    return sorted(found, key=lambda pair: pair[1])
+
+
+def notes_lines(data_set: DataSet) -> list[str]:
+    """Say what a person may wonder about: files that were ignored, inputs that gave several outcomes."""
+    lines = []
+    if data_set.ignored:
+        counts = sorted(data_set.ignored.items(), key=lambda pair: (-pair[1], pair[0]))
+        kinds = ", ".join(f"{count} {suffix}" for suffix, count in counts[:8]) + (", ..." if len(counts) > 8 else "")
+        lines.append(f"ignored, no houses by themselves: {kinds}")
+    several = [entry for entry in data_set.entries if len(list(entry.outcomes)) > 1]
+    if several:
+        outcomes = sum(len(list(entry.outcomes)) for entry in data_set.entries)
+        lines.append(
+            f"{len(data_set.entries)} inputs gave {outcomes} outcomes: {len(several)} with several levels or buildings"
+        )
+    return lines
+
+
+def longest(data_set: DataSet, most: int = 10) -> list[tuple[str, float]]:
+    """Return the inputs that took longest, with their seconds."""
+    found = sorted(((-entry.seconds, entry.file) for entry in data_set.entries if entry.seconds), key=lambda pair: pair)
+    return [(file, -seconds) for seconds, file in found[:most]]
+
+
+def longest_table(data_set: DataSet) -> Table:
+    """Show the inputs that took longest."""
+    table = Table(title="Longest", title_justify="left", show_header=False)
+    table.add_column(overflow="fold")
+    table.add_column(justify="right")
+    for file, seconds in longest(data_set):
+        table.add_row(escape(file), f"{seconds:.2f} s")
+    return table
+
+
+def stage_seconds(data_set: DataSet) -> dict[str, float]:
+    """Return the seconds of all inputs by stage, in the order of the stages; reading a house is ``source``."""
+    total: dict[str, float] = {}
+    for entry in data_set.entries:
+        for stage, seconds in entry.stages.items():
+            total[stage] = total.get(stage, 0.0) + seconds
+    return total

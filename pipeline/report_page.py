@@ -1,36 +1,44 @@
 """The page about a build, ``.build/report.html``: what a person should look at comes first.
 
-Doubtful plans stand first, the least sure first, with what speaks against them; then rejections of which there is a
-picture; then some of the other plans.
+Doubtful plans stand first, the least sure first, with what speaks against them; then rejections by stage and reason,
+duplicates, plans drawn at random, and where the time went.
 """
 
 from __future__ import annotations
 
 import base64
+import random
 from collections.abc import Iterator, Sequence
-from html import escape
+from itertools import groupby
 from typing import Final
 
+import msgspec
 import pyarrow.parquet as pq
 
 from houseexpo.drawing import contact_sheet, draw_plan
+from houseexpo.errors import HouseExpoError
 from houseexpo.files import load_plan
 from houseexpo.plan import FloorPlan
+from houseexpo.plan_json import decode
 from houseexpo.quality import SURE
+from houseexpo.similarity import Duplicate
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.build import Progress
 from pipeline.batch.disk import write
 from pipeline.batch.entry import Refused
+from pipeline.batch.plans import DamagedPlanError, Plans
+from pipeline.html import figure, page, section, table
 from pipeline.png import as_png
 from pipeline.quality import main_grounds
-from pipeline.report import RULES
+from pipeline.report import RULES, longest, refused_of, stage_seconds
 
-PICTURES: Final = 60
-"""How many of the other plans are drawn: enough to look at, quick to make."""
+SHOWN: Final = 50
+"""How many of the other plans are drawn, at random: enough to look at, quick to make."""
 
 MOST: Final = 200
-"""How many doubtful plans, and how many rejections, are shown; the data set has all of them."""
+"""How many doubtful plans, and how many duplicates, are drawn; the data set has all of them."""
 
+_ROWS: Final = 2000
 _TILE_PX: Final = 320
 
 
@@ -41,19 +49,32 @@ def write_report(data_set: DataSet, progress: Progress) -> None:
     for old in folder.glob("*.png"):
         old.unlink()
     doubtful = doubtful_ids(data_set)[:MOST]
-    chosen = _spread([name for name in data_set.ids if name not in set(doubtful)], PICTURES)
-    plans, images = [], []
-    for name in (*doubtful, *chosen):
-        plans.append(load_plan(data_set.root / "json" / f"{name}.json"))
-        images.append(draw_plan(plans[-1], size=_TILE_PX))
-        (folder / f"{name}.png").write_bytes(as_png(images[-1]))
-        progress("drawing", len(images), len(doubtful) + len(chosen))
-    if images:
-        shown = slice(PICTURES)
-        sheet = contact_sheet(images[shown], 6, [plan.id[:20] for plan in plans[shown]])
+    others = _some([name for name in data_set.ids if name not in set(doubtful)], SHOWN)
+    copies = _duplicates(data_set)
+    wanted = dict.fromkeys([*doubtful, *others, *(copy.kept_id for copy in copies[:MOST])])
+    plans = {name: load_plan(data_set.root / "json" / f"{name}.json") for name in wanted}
+    plans |= _kept_apart(data_set, [copy.id for copy in copies[:MOST]])
+    images = {}
+    for name, plan in plans.items():
+        images[name] = draw_plan(plan, size=_TILE_PX)
+        (folder / f"{name}.png").write_bytes(as_png(images[name]))
+        progress("drawing", len(images), len(plans))
+    if sheet_of := [*doubtful, *others][:SHOWN]:
+        sheet = contact_sheet([images[name] for name in sheet_of], 6, [name[:20] for name in sheet_of])
         (folder / "sheet.png").write_bytes(as_png(sheet))
-    page = _page(data_set, plans[: len(doubtful)], plans[len(doubtful) :])
-    write(data_set.root / ".build" / "report.html", page.encode())
+    count = data_set.stats["outcomes"]["doubtful"]
+    some = ", some at random" if len(data_set.ids) > SHOWN else ""
+    parts = (
+        table((), list(_counts(data_set))),
+        section(f"Doubtful plans: {count}", [_plan_figure(plans[name]) for name in doubtful]),
+        *_refused(data_set),
+        section(f"Duplicates: {len(copies)}", [_duplicate_figure(copy) for copy in copies[:MOST]]),
+        table(("id", "repeats", "difference"), [(c.id, c.kept_id, f"{c.difference:.4f}") for c in copies[MOST:]]),
+        section(f"Plans{some}", [_plan_figure(plans[name]) for name in others]) if others else "",
+        *_time(data_set),
+    )
+    html = page(data_set.root.name, parts)
+    write(data_set.root / ".build" / "report.html", html.encode())
 
 
 def doubtful_ids(data_set: DataSet) -> list[str]:
@@ -63,33 +84,58 @@ def doubtful_ids(data_set: DataSet) -> list[str]:
     return [name for _, name in sorted(found)]
 
 
-def _spread(names: Sequence[str], count: int) -> list[str]:
-    """Return at most ``count`` of the names, evenly spread over them."""
-    step = max(len(names) / count, 1.0)
-    return [names[int(i * step)] for i in range(min(count, len(names)))]
+def _some(names: Sequence[str], count: int) -> list[str]:
+    """Return at most ``count`` of the names, at random but the same each time, sorted."""
+    return sorted(random.Random(0).sample(names, min(count, len(names))))  # noqa: S311 - a choice of pictures
 
 
-def _page(data_set: DataSet, doubtful: Sequence[FloorPlan], others: Sequence[FloorPlan]) -> str:
-    pictured = [refused for refused in data_set.refused if refused.picture][:MOST]
+def _duplicates(data_set: DataSet) -> list[Duplicate]:
+    lines = (data_set.root / "duplicates.jsonl").read_bytes().splitlines()
+    return [Duplicate(**msgspec.json.decode(line)) for line in lines]
+
+
+def _kept_apart(data_set: DataSet, names: Sequence[str]) -> dict[str, FloorPlan]:
+    """Return plans that are not in the data set from where the build keeps them, as far as they are still there."""
+    store, found = Plans(data_set.root / ".build" / "plans"), {}
+    kept = {plan.id: plan for entry in data_set.entries for plan in entry.plans}
+    for name in names:
+        try:
+            found[name] = decode(store.get(kept[name]))
+        except (KeyError, DamagedPlanError, HouseExpoError):
+            continue
+    return found
+
+
+def _counts(data_set: DataSet) -> Iterator[tuple[str, str]]:
     outcomes = data_set.stats["outcomes"]
-    parts = [
-        *_section(f"Doubtful plans: {outcomes['doubtful']}", [_plan_figure(plan) for plan in doubtful]),
-        *_section(f"Rejected: {outcomes['rejected']}", [_refused_figure(refused) for refused in pictured]),
-        *_section("Plans", [_plan_figure(plan) for plan in others]),
-    ]
-    rows = "\n".join(f"<tr><td>{escape(name)}<td>{count}" for name, count in _counts(data_set))
-    return _HTML.format(title=escape(data_set.root.name), rows=rows, sections="\n".join(parts))
+    yield from ((key, str(outcomes[key])) for key in ("inputs", "plans", "doubtful", "duplicates", "rejected"))
+    yield from ((f"rejected: {reason}", str(count)) for reason, count in outcomes["reasons"].items())
+    yield from ((f"plans in which a rule {RULES.get(rule, rule)}", str(n)) for rule, n in outcomes["rules"].items())
 
 
-def _counts(data_set: DataSet) -> Iterator[tuple[str, int]]:
-    outcomes = data_set.stats["outcomes"]
-    yield from ((key, outcomes[key]) for key in ("inputs", "plans", "doubtful", "duplicates", "rejected"))
-    yield from ((f"rejected: {reason}", count) for reason, count in outcomes["reasons"].items())
-    yield from ((f"plans in which a rule {RULES.get(rule, rule)}", n) for rule, n in outcomes["rules"].items())
+def _refused(data_set: DataSet) -> Iterator[str]:
+    """Yield an example of each stage and reason, with a picture where there is one, and the list of all."""
+    found = sorted(refused_of(data_set), key=lambda pair: (pair[1].stage, pair[1].reason))
+    figures = []
+    for (stage, reason), group in groupby(found, lambda pair: (pair[1].stage, pair[1].reason)):
+        those = list(group)
+        file, example = next((pair for pair in those if pair[1].picture), those[0])
+        figures.append(_refused_figure(f"{stage}: {reason}: {len(those)}", file, example))
+    yield section(f"Rejected: {len(found)}", figures)
+    rows = [(r.id, file, f"{r.stage}: {r.reason}", r.detail, r.advice) for file, r in found[:_ROWS]]
+    yield table(("id", "file", "why", "found", "what to do"), rows)
+    if len(found) > _ROWS:
+        yield "<p>The others are in <code>rejected.jsonl</code>.</p>"
 
 
-def _section(title: str, figures: Sequence[str]) -> list[str]:
-    return [f"<h2>{title}</h2>", "<main>", *figures, "</main>"] if figures else []
+def _refused_figure(title: str, file: str, refused: Refused) -> str:
+    source = f"data:image/png;base64,{base64.b64encode(refused.picture).decode()}" if refused.picture else ""
+    return figure(source, [title, f"for example {refused.id}", file, refused.detail, refused.advice])
+
+
+def _duplicate_figure(copy: Duplicate) -> str:
+    lines = [f"{copy.id} repeats {copy.kept_id}", f"difference {copy.difference:.4f}, {copy.symmetry}"]
+    return figure([f"pictures/{name}.png" for name in (copy.id, copy.kept_id)], lines)
 
 
 def _plan_figure(plan: FloorPlan) -> str:
@@ -97,32 +143,14 @@ def _plan_figure(plan: FloorPlan) -> str:
     if plan.quality is not None:
         lines.append(f"quality {plan.quality.score:.2f}")
         lines += main_grounds(plan.quality) if plan.quality.is_doubtful else []
-    return _figure(f"pictures/{plan.id}.png", lines)
+    return figure(f"pictures/{plan.id}.png", lines)
 
 
-def _refused_figure(refused: Refused) -> str:
-    source = f"data:image/png;base64,{base64.b64encode(refused.picture).decode()}"
-    return _figure(source, [refused.id, f"{refused.stage}: {refused.reason}", refused.detail, refused.advice])
-
-
-def _figure(source: str, lines: Sequence[str]) -> str:
-    caption = "<br>".join(escape(line) for line in lines if line)
-    return f'<figure><img src="{escape(source)}" loading="lazy"><figcaption>{caption}</figcaption></figure>'
-
-
-_HTML: Final = """<!doctype html>
-<meta charset="utf-8">
-<title>{title}</title>
-<style>
-body {{ font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem; color: #222 }}
-td {{ padding: .1rem 1.5rem .1rem 0 }} td + td {{ text-align: right; font-variant-numeric: tabular-nums }}
-main {{ display: grid; grid-template-columns: repeat(auto-fill, minmax(15rem, 1fr)); gap: 1rem; margin-top: 1rem }}
-figure {{ margin: 0; text-align: center; border: 1px solid #ddd; border-radius: .4rem; padding: .6rem }}
-img {{ max-width: 100% }} figcaption {{ font-size: .75rem; color: #666; overflow-wrap: anywhere }}
-</style>
-<h1>{title}</h1>
-<table>
-{rows}
-</table>
-{sections}
-"""
+def _time(data_set: DataSet) -> Iterator[str]:
+    """Yield where the time went, by stage, and which inputs took longest."""
+    seconds = stage_seconds(data_set)
+    if total := sum(seconds.values()):
+        rows = [(stage, f"{value:.1f} s", f"{value / total:.0%}") for stage, value in seconds.items()]
+        yield section("Time", [])
+        yield table(("stage", "of one core", "share"), rows)
+        yield table(("longest", "seconds"), [(file, f"{value:.2f}") for file, value in longest(data_set)])

@@ -6,7 +6,7 @@ import hashlib
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -38,7 +38,8 @@ _BESIDE = ("duplicates.jsonl", "index.parquet", "rejected.jsonl", "stats.json")
 class DataSet:
     """What a finished build came to: its statistics, the ids of its plans, and what a person should know of it.
 
-    ``not_done`` counts the inputs that a fault of the moment kept from being done; ``unchanged``: it stood so before.
+    ``not_done`` counts the inputs that a fault of the moment kept from being done; ``unchanged``: it stood so before;
+    ``entries`` say what came of each input, ``ignored`` counts the files of its folders that are no houses, by suffix.
     """
 
     root: Path
@@ -47,6 +48,8 @@ class DataSet:
     refused: tuple[Refused, ...]
     not_done: int = 0
     unchanged: bool = False
+    entries: tuple[Entry, ...] = ()
+    ignored: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -104,7 +107,8 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
     files = {name: folder.described(name, _sha256(folder.root / name)) for name in (*_BESIDE, MANIFEST)}
     folder.finish(Finished(parts.state(), {**written, **files}))
     progress("putting together", 1, 1)
-    return DataSet(folder.root, stats, tuple(kept), tuple(refused), stats["outcomes"]["not_done"])
+    not_done = stats["outcomes"]["not_done"]
+    return DataSet(folder.root, stats, tuple(kept), tuple(refused), not_done, False, tuple(parts.entries))
 
 
 def _stands(folder: Folder, finished: Finished) -> bool:
@@ -119,7 +123,7 @@ def _as_it_was(parts: Parts, finished: Finished) -> DataSet:
     refused = sorted(r for entry in parts.entries for r in entry.refused)
     ids = sorted(Path(name).stem for name in finished.files if name.startswith("json/"))
     not_done = stats["outcomes"]["not_done"]
-    return DataSet(parts.folder.root, stats, tuple(ids), tuple(refused), not_done, unchanged=True)
+    return DataSet(parts.folder.root, stats, tuple(ids), tuple(refused), not_done, True, tuple(parts.entries))
 
 
 def _dropped(parts: Parts, kept: Mapping[str, Kept]) -> list[Duplicate]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -46,6 +46,10 @@ _REASONS: Mapping[str, tuple[Reason, str]] = {
 }
 
 
+def _unheard(entry: Entry) -> None:
+    """Leave unsaid what came of an input."""
+
+
 def build(
     config: BuildConfig,
     out: Path,
@@ -56,6 +60,7 @@ def build(
     plan: Plan = plan_level,
     others: Others = Others.REFUSE,
     rehash: bool = False,
+    ended: Callable[[Entry], None] = _unheard,
 ) -> DataSet:
     """Build a data set folder; what an earlier run has done is not done again.
 
@@ -73,6 +78,8 @@ def build(
         What becomes of plans of other sources that the folder holds.
     rehash
         Read every input to see whether it changed, however it looks.
+    ended
+        Called with what came of each input that was at work.
 
     Raises
     ------
@@ -91,12 +98,12 @@ def build(
             beside = _beside(journal, listing, folder, others)
             folder.start(config.digest())
             plans = Plans(folder.build / "plans")
-            batch = _Batch(listing, journal, plans, overrides, rehash, beside)
+            batch = _Batch(listing, journal, plans, overrides, rehash, beside, ended)
             stamp = {"generator": "houseexpo", "version": version("houseexpo"), "parameters_sha256": config.digest()}
             settings = Settings(
                 config.planning, config.build.seed, overrides, stamp, versions(), plan, plans, config.build.min_quality
             )
-            return batch.run(settings, folder, workers, progress)
+            return replace(batch.run(settings, folder, workers, progress), ignored=listing.ignored())
 
 
 @dataclass
@@ -109,6 +116,7 @@ class _Batch:
     overrides: Mapping[str, Override]
     rehash: bool
     beside: list[str]
+    ended: Callable[[Entry], None]
     listed: set[str] = field(default_factory=set)
     unfinished: dict[str, Entry] = field(default_factory=dict)
 
@@ -163,6 +171,7 @@ class _Batch:
                 self.journal.put(msgspec.structs.replace(entry, source=source, gone=False))
 
     def _done(self, entry: Entry) -> None:
+        self.ended(entry)
         if entry.passing:
             self.unfinished[entry.input] = entry
         else:

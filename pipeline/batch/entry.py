@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import TypeAlias
 
 import msgspec
@@ -62,7 +63,8 @@ class Entry(msgspec.Struct, frozen=True):
     """One input that is done: what went in, and what came of it.
 
     ``source`` lists it; ``gone`` says that its source no longer does. ``passing``: a fault of the moment kept it from
-    being done, so that it is to be tried again. ``versions`` are those of the libraries that made it.
+    being done, so that it is to be tried again. ``versions`` are those of the libraries that made it. ``file`` is what
+    people know the input by, ``stages`` the seconds of each stage.
     """
 
     input: str
@@ -75,6 +77,8 @@ class Entry(msgspec.Struct, frozen=True):
     versions: dict[str, str] = {}
     passing: bool = False
     gone: bool = False
+    file: str = ""
+    stages: dict[str, float] = {}
 
     @property
     def outcomes(self) -> Iterator[Outcome]:
@@ -87,6 +91,15 @@ def identity(item: Input) -> str:
     """Return what stands for an input in the journal: which reader opens what."""
     text = f"{item.id}\0{item.reader}\0{item.path}\0{item.key}"
     return hashlib.sha256(text.encode("utf-8", "surrogateescape")).hexdigest()[:32]
+
+
+def shown(item: Input, source: str) -> str:
+    """Return what people know an input by: its file within the source, and which house of it where it holds many."""
+    path, root = Path(item.path).absolute(), Path(source)
+    name = str(path.relative_to(root.parent)) if path.is_relative_to(root.parent) else path.name
+    if not path.exists():  # a house that is made where it is read
+        return printable(item.id)
+    return printable(f"{name} ({item.key})" if item.key else name)
 
 
 def ordered(entries: Iterable[Entry]) -> list[Entry]:

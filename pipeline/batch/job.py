@@ -15,7 +15,7 @@ import numpy as np
 from houseexpo.errors import MissingDependencyError
 from houseexpo.plan import FloorPlan
 from houseexpo.plan_json import encode
-from pipeline.batch.entry import Entry, Kept, Outcome, Refused, identity
+from pipeline.batch.entry import Entry, Kept, Outcome, Refused, identity, shown
 from pipeline.batch.files import folders_of, known_again, looked_at
 from pipeline.batch.passing import passing_fault
 from pipeline.batch.plans import Plans
@@ -26,6 +26,7 @@ from pipeline.quality import check_quality
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import reader
 from pipeline.sources.reading import recorded
+from pipeline.timing import measured, timed
 from pipeline.top_view import top_view
 from pipeline.values import Input, Level, RejectedLevel
 
@@ -58,7 +59,8 @@ class Job:
     def refused(self, rejection: Rejection, *, passing: bool = False) -> Entry:
         """Return the entry of an input that gives no plan for a reason outside of it."""
         refused = Refused.of(self.item.id, rejection)
-        return Entry(identity(self.item), self.source, self.recipe, [], 0.0, [], [refused], passing=passing)
+        file = shown(self.item, self.source)
+        return Entry(identity(self.item), self.source, self.recipe, [], 0.0, [], [refused], passing=passing, file=file)
 
 
 def work(settings: Settings, job: Job) -> Entry:
@@ -66,7 +68,7 @@ def work(settings: Settings, job: Job) -> Entry:
     start, began_ns = time.perf_counter(), time.time_ns()
     if job.known is not None and (files := known_again(job.item, job.known.files, began_ns)) is not None:
         return msgspec.structs.replace(job.known, files=files, source=job.source, gone=False)
-    with recorded(*folders_of(job.item)) as names:
+    with recorded(*folders_of(job.item)) as names, measured() as seconds:
         try:
             outcomes = list(_outcomes(job.item, settings))
         except OSError as error:  # a fault of the moment: it says nothing about the house
@@ -80,6 +82,8 @@ def work(settings: Settings, job: Job) -> Entry:
         plans=[outcome for outcome in outcomes if isinstance(outcome, Kept)],
         refused=[outcome for outcome in outcomes if isinstance(outcome, Refused)],
         versions=dict(settings.versions),
+        file=shown(job.item, job.source),
+        stages={stage: round(value, 4) for stage, value in seconds.items()},
     )
 
 
@@ -100,7 +104,7 @@ def _outcomes(item: Input, settings: Settings) -> Iterator[Outcome]:
     """
     count = 0
     try:
-        for level in reader(item.reader).read(item):
+        for level in timed(reader(item.reader).read(item), lambda _: "source"):
             count += 1
             if isinstance(level, RejectedLevel):
                 _raise_passing(level.rejection)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import islice
@@ -42,6 +43,18 @@ class Listing:
         """Return how many inputs there are; one that two sources hold counts twice."""
         counts = (made_count(source) or len(list(self._inputs(source))) for source in self.config.build.sources)
         return min(sum(counts), self.config.build.limit or sys.maxsize)
+
+    def ignored(self) -> Counter[str]:
+        """Count, by suffix, the files of the folders that are no house by themselves; a SUNCG root is left out."""
+        counts: Counter[str] = Counter()
+        for source in self.config.build.sources:
+            if is_path(source) and Path(source).is_dir():
+                items = self._inputs(source)
+                if not any(item.path == source for item in items):
+                    houses = {Path(item.path) for item in items}
+                    files = (file for file in Path(source).rglob("*") if file.is_file() and file not in houses)
+                    counts.update(printable(file.suffix.lower()) or "no suffix" for file in files)
+        return counts
 
     def _found(self) -> Iterator[tuple[str, Input]]:
         sources = {full_name(source): source for source in self.config.build.sources}

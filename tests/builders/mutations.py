@@ -19,8 +19,7 @@ def mutated(data: bytes, count: int, seed: int) -> Iterator[bytes]:
     """Yield ``count`` damaged copies; the seed says which."""
     rng = np.random.default_rng(seed)
     for number in range(count):
-        damage = (_cut, _bytes, _lost, _doubled, _number)[number % 5]
-        yield damage(data, rng)
+        yield DAMAGES[number % len(DAMAGES)](data, rng)
 
 
 def outcome(path: Path, **options: str) -> list[Level | RejectedLevel] | Rejection:
@@ -67,3 +66,7 @@ def _number(data: bytes, rng: np.random.Generator) -> bytes:
         return _bytes(data, rng)
     match = found[int(rng.integers(len(found)))]
     return data[: match.start()] + NUMBERS[int(rng.integers(len(NUMBERS)))] + data[match.end() :]
+
+
+DAMAGES = (_cut, _bytes, _lost, _doubled, _number)
+"""The ways to damage bytes; each takes them and a source of chance."""

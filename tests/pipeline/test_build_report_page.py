@@ -5,11 +5,18 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from pipeline.report import outcome_table
-from pipeline.report_page import doubtful_ids, write_report
-from tests.builders.batch import one_room, run_build
+from houseexpo.plan import FloorPlan
+from pipeline.algorithm import plan_level
+from pipeline.batch.assemble import DataSet
+from pipeline.config import PipelineConfig
+from pipeline.rejection import Reason, Rejection
+from pipeline.report import longest, notes_lines, outcome_table, stage_seconds
+from pipeline.report_page import write_report
+from pipeline.values import Level, RejectedLevel
+from tests.builders.batch import boxed, one_room, run_build
 from tests.builders.doubts import doubting
 
 
@@ -25,36 +32,80 @@ def street(tmp_path: Path) -> Path:
     return tmp_path / "street"
 
 
-def test_doubtful_plans_come_first_then_rejections_with_pictures_then_the_rest(street: Path, tmp_path: Path) -> None:
-    data_set = run_build([street], tmp_path / "out", plan=doubting)
-    assert doubtful_ids(data_set) == ["c_sure_20", "b_sure_70"]
+def _twice(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan | RejectedLevel, ...]:
+    """Return two buildings for every level."""
+    plans = boxed(level, config, rng)
+    return (*plans, RejectedLevel(f"{level.id}_B2", Rejection("isolated", Reason.NOT_ENCLOSED, "as asked")))
+
+
+def _page(data_set: DataSet) -> str:
     write_report(data_set, _quiet)
-    page = (tmp_path / "out" / ".build" / "report.html").read_text()
-    assert re.findall("<h2>(.*?)</h2>", page) == ["Doubtful plans: 2", "Rejected: 2", "Plans"]
-    captions = re.findall("<figcaption>(.*?)</figcaption>", page)
-    assert [caption.split("<br>")[0] for caption in captions] == [
+    return (data_set.root / ".build" / "report.html").read_text()
+
+
+def test_doubtful_plans_come_first_then_rejections_then_the_rest(street: Path, tmp_path: Path) -> None:
+    page = _page(run_build([street], tmp_path / "out", plan=doubting))
+    headings = ["Doubtful plans: 2", "Rejected: 2", "Plans", "Time"]
+    assert re.findall("<h2>(.*?)</h2>", page) == headings
+    captions = [caption.split("<br>") for caption in re.findall("<figcaption>(.*?)</figcaption>", page)]
+    assert [caption[0] for caption in captions] == [
         "c_sure_20",
         "b_sure_70",
-        "d_refuse",
+        "layout: not_enclosed: 1",
+        "source: empty: 1",
         "a_sure_95",
         "e",
     ]
-    assert captions[0].split("<br>")[1:] == ["quality 0.20", "doors that are cuts, not evidence: 0.50"]
-    assert captions[3].split("<br>")[1:] == ["quality 0.95"]
-    assert captions[4] == "e"
-    assert "layout: not_enclosed" in captions[2]
+    assert captions[0][1:] == ["quality 0.20", "doors that are cuts, not evidence: 0.50"]
+    assert captions[2][1:3] == ["for example d_refuse", "street/d_refuse.ply"]
+    assert captions[4][1:] == ["quality 0.95"]
     pictures = re.findall('<img src="(.*?)"', page)
     assert pictures[2].startswith("data:image/png;base64,iVBOR")
     assert all((tmp_path / "out" / ".build" / name).stat().st_size > 500 for name in pictures[:2] + pictures[3:])
 
 
+def test_every_rejected_input_is_listed_with_its_file_and_what_to_do(street: Path, tmp_path: Path) -> None:
+    page = _page(run_build([street], tmp_path / "out"))
+    rows = [re.findall("<td>([^<]*)", row) for row in re.findall("<tr>(.*)", page)]
+    assert ["d_refuse", "street/d_refuse.ply", "layout: not_enclosed", "as asked", "ask for something else"] in rows
+    assert any(row[:3] == ["empty", "street/empty.stl", "source: empty"] for row in rows)
+
+
+def test_a_duplicate_is_shown_beside_the_plan_that_it_repeats(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        one_room(tmp_path / "street" / f"{name}.ply")
+    page = _page(run_build([tmp_path / "street"], tmp_path / "out"))
+    assert "<h2>Duplicates: 1</h2>" in page
+    pair = re.search('<figure><a href="(.*?)">.*?<a href="(.*?)">.*?b repeats a', page)
+    assert pair is not None
+    assert pair.groups() == ("pictures/b.png", "pictures/a.png")
+    assert all((tmp_path / "out" / ".build" / picture).is_file() for picture in pair.groups())
+
+
 def test_a_build_without_doubts_says_nothing_of_them(tmp_path: Path) -> None:
     one_room(tmp_path / "a.ply")
     data_set = run_build([tmp_path / "a.ply"], tmp_path / "out")
-    write_report(data_set, _quiet)
-    page = (tmp_path / "out" / ".build" / "report.html").read_text()
-    assert re.findall("<h2>(.*?)</h2>", page) == ["Plans"]
+    assert re.findall("<h2>(.*?)</h2>", _page(data_set)) == ["Plans", "Time"]
     assert "doubtful" not in str([list(column.cells) for column in outcome_table(data_set.stats).columns])
+
+
+def test_the_time_of_each_stage_and_the_longest_inputs_are_told(tmp_path: Path) -> None:
+    one_room(tmp_path / "a.ply")
+    data_set = run_build([tmp_path / "a.ply"], tmp_path / "out", plan=plan_level)
+    stages = list(stage_seconds(data_set))
+    assert stages[:4] == ["source", "evidence", "planes", "layout"]
+    assert stages[-1] == "plan"
+    ((file, seconds),) = longest(data_set)
+    assert file == "a.ply"
+    assert 0 < sum(stage_seconds(data_set).values()) <= seconds
+
+
+def test_what_was_ignored_and_why_there_are_more_outcomes_than_inputs_is_said(street: Path, tmp_path: Path) -> None:
+    (street / "notes.txt").write_text("mine")
+    (street / "wall.PNG").touch()
+    assert notes_lines(run_build([street], tmp_path / "out")) == ["ignored, no houses by themselves: 1 .png, 1 .txt"]
+    said = notes_lines(run_build([street], tmp_path / "twice", plan=_twice))
+    assert said[1] == "6 inputs gave 10 outcomes: 4 with several levels or buildings"
 
 
 def test_the_table_counts_the_doubtful(street: Path, tmp_path: Path) -> None:

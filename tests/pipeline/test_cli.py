@@ -54,7 +54,7 @@ def test_build_shows_outcomes_and_writes_a_data_set(houses: Path, tmp_path: Path
     assert {"json/a.json", "json/c.json", "manifest.json"} <= set(contents(tmp_path / "out"))
     build = tmp_path / "out" / ".build"
     assert {"report.html", "journal.jsonl"} <= {file.name for file in build.iterdir()}
-    assert {"a.png", "c.png", "sheet.png"} == {file.name for file in (build / "pictures").iterdir()}
+    assert {"a.png", "b.png", "c.png", "sheet.png"} == {file.name for file in (build / "pictures").iterdir()}
 
 
 def test_python_m_pipeline_is_the_same(houses: Path, tmp_path: Path) -> None:

@@ -1,0 +1,143 @@
+"""What a person sees while a build runs: how far each part is, and what has come of the inputs so far.
+
+In a terminal bars that are drawn anew; elsewhere, as in a log, a plain line now and then and at the end of each part.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from types import TracebackType
+
+from rich.console import Console, RenderableType
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.text import Text
+
+from pipeline.batch.entry import Entry
+
+EVERY_S = 10.0
+"""Seconds between two plain lines."""
+
+_REASONS = 3
+
+
+@dataclass
+class Tally:
+    """What has come of the inputs so far: plans, rejections by reason, and the input that took longest."""
+
+    plans: int = 0
+    reasons: Counter[str] = field(default_factory=Counter)
+    longest: tuple[float, str] = (0.0, "")
+
+    def add(self, entry: Entry) -> None:
+        """Count what came of an input."""
+        self.plans += len(entry.plans)
+        self.reasons.update(refused.reason for refused in entry.refused)
+        self.longest = max(self.longest, (entry.seconds, entry.file))
+
+    def __str__(self) -> str:
+        """Say it in a line; nothing where nothing has come yet."""
+        if not self.plans and not self.reasons:
+            return ""
+        counts = [f"{name} {count}" for name, count in self.reasons.most_common(_REASONS)]
+        if len(self.reasons) > _REASONS:
+            counts.append("...")
+        refused = f", {self.reasons.total()} rejected ({', '.join(counts)})" if counts else ""
+        seconds, file = self.longest
+        longest = f", longest {seconds:.1f} s: {file}" if file else ""
+        return f"{_counted(self.plans, 'plan')}{refused}{longest}"
+
+
+class Display:
+    """Shows a build on a console; ``check`` is called at every step and may end the build."""
+
+    def __init__(self, console: Console, check: Callable[[], None]) -> None:
+        """Nothing is shown before the ``with``."""
+        self.tally = Tally()
+        self._check = check
+        self._shown: _Bars | _Lines = _Bars(console, self.tally) if console.is_terminal else _Lines(console, self.tally)
+
+    def __enter__(self) -> Display:
+        """Begin to show."""
+        self._shown.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Leave the terminal as it was."""
+        self._shown.stop()
+
+    def progress(self, what: str, done: int, total: int) -> None:
+        """Show how much of a part is done, and of how much."""
+        self._check()
+        self._shown.show(what, done, total)
+
+    def ended(self, entry: Entry) -> None:
+        """Count what came of an input."""
+        self.tally.add(entry)
+
+
+class _Bars(Progress):
+    """A bar for each part, with the tally under them."""
+
+    def __init__(self, console: Console, tally: Tally) -> None:
+        self.tally = tally
+        self.named: dict[str, int] = {}
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+        super().__init__(*columns, TextColumn("{task.fields[rate]}"), TimeRemainingColumn(), console=console)
+
+    def get_renderables(self) -> Iterable[RenderableType]:
+        yield self.make_tasks_table(self.tasks)
+        if line := str(self.tally):
+            yield Text(line, style="dim", no_wrap=True, overflow="ellipsis")
+
+    def show(self, what: str, done: int, total: int) -> None:
+        if what not in self.named:
+            self.named[what] = self.add_task(what, total=total, rate="")
+        task = next(task for task in self.tasks if task.id == self.named[what])
+        rate = f"{task.speed:.1f}/s" if task.speed and total > 1 else ""
+        self.update(task.id, completed=done, total=total, rate=rate)
+
+
+@dataclass
+class _Part:
+    """A part of the build as it was when it was first heard of."""
+
+    began: float
+    done: int
+    said: float
+    ended: bool = False
+
+
+class _Lines:
+    """A line for each part now and then, and when it is done."""
+
+    def __init__(self, console: Console, tally: Tally) -> None:
+        self.console, self.tally = console, tally
+        self.parts: dict[str, _Part] = {}
+
+    def start(self) -> None:
+        pass
+
+    def stop(self) -> None:
+        pass
+
+    def show(self, what: str, done: int, total: int) -> None:
+        now = time.monotonic()
+        part = self.parts.setdefault(what, _Part(now, done, now))
+        is_end = done >= total and not part.ended
+        if not is_end and now - part.said < EVERY_S:
+            return
+        part.said, part.ended = now, part.ended or is_end
+        rate = (done - part.done) / max(now - part.began, 1e-9)
+        pace = f", {rate:.1f} a second, {(total - done) / rate:.0f} s left" if rate and not is_end else ""
+        tally = f"; {self.tally}" if str(self.tally) else ""
+        line = f"{what}: {done} of {total}{pace}{tally}"
+        self.console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+def _counted(count: int, word: str) -> str:
+    return f"{count} {word}" if count == 1 else f"{count} {word}s"

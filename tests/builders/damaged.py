@@ -1,0 +1,109 @@
+"""A folder of damaged houses: each a house of its own, with one file cut short, changed, or made absurd by a seed.
+
+The houses are the kit's, one of each kind and format, houses in SUNCG's layout, and the small files of the shared data
+where they are at hand.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.sources.procedural import write_house
+from tests.builders.kinds.registry import KINDS, RAW, make_member
+from tests.builders.mutations import DAMAGES
+from tests.builders.shared import DATA
+
+LARGEST = 1 << 20
+"""Bytes of a house that is damaged: larger ones take long and show nothing else."""
+
+_HEADER = 2048
+_HUGE = (0x7FFFFFFF, 0xFFFFFFFF, 0x10000000)
+_TEXTS = (b"2147483647", b"99999999999999999999", b"-1", b"1e308")
+
+Damage = Callable[[bytes, np.random.Generator], bytes]
+
+
+@dataclass(frozen=True)
+class Victim:
+    """A house on disk: its folder, and which of its files are damaged."""
+
+    folder: Path
+    files: tuple[str, ...]
+
+
+def damaged_houses(folder: Path, count: int, seed: int) -> tuple[Path, Path]:
+    """Write ``count`` damaged houses; return the folder of files, and the SUNCG root beside it."""
+    plain, suncg = folder / "files", folder / "suncg"
+    victims = _victims(folder / "whole", seed)
+    houses = _suncg_houses(suncg, count // 10, seed)
+    rng = np.random.default_rng(seed)
+    damages = (*DAMAGES, _reordered, _huge_count)
+    for number in range(count - houses):
+        victim, damage = victims[number % len(victims)], damages[int(rng.integers(len(damages)))]
+        place = plain / f"{number:04d}"
+        shutil.copytree(victim.folder, place)
+        _damage(place / victim.files[int(rng.integers(len(victim.files)))], damage, rng)
+    return plain, suncg
+
+
+def _victims(folder: Path, seed: int) -> list[Victim]:
+    """Write one house of each kind, and copy the shared files that are small."""
+    found = []
+    for kind in KINDS | RAW:
+        make_member(kind, 0, seed, folder / kind)
+        found.append(folder / kind)
+    if DATA.is_dir():
+        for file in sorted(DATA.glob("real/**/*.*")):
+            if file.suffix in {".glb", ".ply", ".obj", ".dae"} and file.stat().st_size < LARGEST:
+                place = folder / f"real_{file.stem}"
+                place.mkdir()
+                shutil.copy(file, place)
+                found.append(place)
+    sizes = {place: [file for file in sorted(place.rglob("*")) if file.is_file()] for place in found}
+    return [
+        Victim(place, tuple(file.relative_to(place).as_posix() for file in files))
+        for place, files in sizes.items()
+        if sum(file.stat().st_size for file in files) < LARGEST
+    ]
+
+
+def _suncg_houses(root: Path, count: int, seed: int) -> int:
+    """Write houses in SUNCG's layout and damage a file of each."""
+    rng = np.random.default_rng([seed, 1])
+    for number in range(count):
+        write_house(root, number, seed)
+    for number, file in enumerate(sorted(root.glob("house/*/house.json"))):
+        parts = [file, *sorted((root / "room" / file.parent.name).glob("*"))]
+        _damage(parts[int(rng.integers(len(parts)))], DAMAGES[number % len(DAMAGES)], rng)
+    return count
+
+
+def _damage(file: Path, damage: Damage, rng: np.random.Generator) -> None:
+    data = file.read_bytes()
+    file.write_bytes(damage(data, rng) if data else b"\0")
+
+
+def _reordered(data: bytes, rng: np.random.Generator) -> bytes:
+    """Swap two blocks: lines of a text, spans of anything else."""
+    size = max(len(data) // 8, 1)
+    a, b = sorted(int(k) for k in rng.integers(0, 8, 2))
+    blocks = [data[k * size : (k + 1) * size if k < 8 else None] for k in range(9)]
+    blocks[a], blocks[b] = blocks[b], blocks[a]
+    return b"".join(blocks)
+
+
+def _huge_count(data: bytes, rng: np.random.Generator) -> bytes:
+    """Let the header promise more than any file holds: in a text a number, in a binary file four bytes."""
+    head = data[:_HEADER]
+    numbers = list(re.finditer(rb"(?<![\w.-])\d+(?![\w.])", head))
+    if numbers and b"\0" not in head:
+        match = numbers[int(rng.integers(len(numbers)))]
+        return data[: match.start()] + _TEXTS[int(rng.integers(len(_TEXTS)))] + data[match.end() :]
+    start = 4 * int(rng.integers(min(len(head), 256) // 4 + 1))
+    return data[:start] + _HUGE[int(rng.integers(len(_HUGE)))].to_bytes(4, "little") + data[start + 4 :]
