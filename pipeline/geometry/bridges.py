@@ -17,10 +17,12 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from pipeline.geometry.outlines import outlines
 from pipeline.geometry.overlay import clipped, overlap
 from pipeline.geometry.regions import WALL, locate
 
 STEP_M = 0.08
+DETAIL_M = 0.004
 REACH_M = 0.02
 DEEPEST_M = 1.2
 BESIDE_M = 0.15
@@ -119,10 +121,8 @@ def bridges(piece: Polygon, rooms: list[Polygon], walls: BaseGeometry, door_plan
 def _stretches(piece: Polygon, rooms: list[Polygon], walls: BaseGeometry) -> list[_Stretch]:
     """Walk the outline in steps, look outwards from each, and join neighbours that see the same space."""
     starts, ends, edge = [], [], []
-    shape = shapely.orient_polygons(piece.simplify(0.004))
-    for ring in (shape.exterior, *shape.interiors):
-        points = shapely.get_coordinates(ring)
-        for a, b in pairwise(points):
+    for ring in outlines(piece, DETAIL_M):
+        for a, b in pairwise([*ring, ring[0]]):
             steps = max(1, int(np.ceil(np.hypot(*(b - a)) / STEP_M)))
             at = np.linspace(0.0, 1.0, steps + 1)[:, None]
             line = a + at * (b - a)

@@ -20,6 +20,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from pipeline.geometry.outlines import outlines
 from pipeline.geometry.overlay import overlap, polygons_of
 
 THICKEST_M = 0.6
@@ -34,6 +35,7 @@ ALIKE = 0.5
 OPPOSITE = 0.9
 IN_LINE_M = 0.03
 HINGE_M = 0.1
+DETAIL_M = 0.002
 BEFORE_M = 0.01  # so close before an end nothing stands, for a crack of twice this is closed already
 
 
@@ -65,9 +67,8 @@ class WallEnd:
 def wall_ends(walls: BaseGeometry, *, nibs: bool = False) -> Iterator[WallEnd]:
     """Every free end of a straight wall; with ``nibs`` those that are told from pilasters by what they face only."""
     for part in polygons_of(walls):
-        shape = shapely.orient_polygons(part.simplify(0.002))
-        for ring in (shape.exterior, *shape.interiors):
-            yield from (end for end in _ends_of_ring(shapely.get_coordinates(ring)[:-1]) if nibs or not end.is_nib)
+        for ring in outlines(part, DETAIL_M):
+            yield from (end for end in _ends_of_ring(ring) if nibs or not end.is_nib)
 
 
 def _ends_of_ring(points: npt.NDArray[np.float64]) -> Iterator[WallEnd]:

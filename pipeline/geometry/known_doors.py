@@ -7,6 +7,8 @@ R3  A leaf between two ends of one wall stands closed in a doorway, but not one 
 R4  Any other leaf stands open, or is furniture where it is too thick for a leaf.
 R5  A leaf that is one body with its wall shows by the recess under its lintel (``geometry.recesses``).
 R6  An opening that the source names is a doorway, whatever stands in it, and so is a door that it names in a wall.
+R7  A leaf that hangs at the end of a lintel about as wide and stands at an angle to it, with no lintel of its own over
+    it, stands ajar, named or not: its free end may come so near to a wall that crosses that it seems to close a doorway.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
@@ -31,6 +34,7 @@ ABOVE = 0.5
 SAME = 0.3
 HINGE_M = 0.15
 ALIKE = 0.25
+PARALLEL = np.cos(np.deg2rad(4.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +56,9 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
     for leaf in leaves:
         way = doorway(leaf.box, walls)
         plan = rectangle(leaf.box, depth=max(leaf.box.thickness, SHEET_M))
+        if leaf.box.thickness <= PLATE_M and _stands_ajar(leaf.box, hanging):  # R7
+            found.append(plan)
+            continue
         over = _thickness_above(leaf.box, hanging)
         if way is not None and leaf.box.thickness >= way.thickness + PROUD_M and leaf.plate_m < way.thickness:  # R1
             doorways.append(Doorway(rectangle(way), "leaf"))
@@ -92,6 +99,21 @@ def _ends_beside_lintel(box: Box, hanging: BaseGeometry) -> bool:
     return any(abs(box_of(p).width - box.width) < ALIKE * box.width for p in beside)
 
 
+def _stands_ajar(box: Box, hanging: BaseGeometry) -> bool:
+    """R7."""
+    plan = rectangle(box, depth=max(box.thickness, SHEET_M))
+    ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
+    parts = [p for p in polygons_of(hanging) if shapely.distance(p, plan) < HINGE_M]
+    lintels = [(p, box_of(p)) for p in parts]
+    own = any(abs(lintel.along @ box.along) > PARALLEL and p.intersects(plan) for p, lintel in lintels)
+    return not own and any(
+        shapely.distance(ends, p).min() < HINGE_M
+        and abs(lintel.along @ box.along) < PARALLEL
+        and abs(lintel.width - box.width) < ALIKE * box.width
+        for p, lintel in lintels
+    )
+
+
 def known_doorways(
     level: Level, walls: BaseGeometry, lintels: BaseGeometry, judged: Judged
 ) -> tuple[list[Doorway], list[Polygon]]:
@@ -100,7 +122,7 @@ def known_doorways(
     leaves = list(judged.leaves)
     for box in (box for each in level.leaves for box in _boxes(each.mesh)):
         leaves.append(rectangle(box, depth=max(box.thickness, SHEET_M)))
-        way = doorway(box, walls)
+        way = None if _stands_ajar(box, lintels) else doorway(box, walls)  # R7
         if way is not None:
             found.append(Doorway(rectangle(way), "named"))
     found += judged.doorways

@@ -30,7 +30,8 @@ FEW_M2 = 0.05
 
 def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
     """Walls with the slits between their sheets filled; ``sheet_m`` is how thick a sheet was drawn, metres."""
-    sheets = subtract(walls, opened(walls, LIKE_A_SHEET * sheet_m))
+    thick = opened(walls, LIKE_A_SHEET * sheet_m)
+    sheets = opened(subtract(walls, thick), SLIVER_M)  # without the crumbs of corners
     if sheets.area < FEW_M2:
         return walls
     slits = united(p for p in _slits(sheets, walls) if _closed(p, walls) > CLOSED)  # R1

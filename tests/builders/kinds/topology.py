@@ -9,6 +9,7 @@ from shapely import LineString, Polygon
 from tests.builders.kinds.values import OUTSIDE, Cell, Storey, Wall
 
 EPS = 1e-3
+SHORTEST = 1e-6  # noding leaves borders of rounding, which are no wall
 
 
 def borders(shapes: list[Polygon]) -> list[tuple[LineString, int, int]]:
@@ -77,7 +78,7 @@ def storey_of(
     apart = {frozenset(pair) for pair in merged}
     walls = []
     for line, left, right in borders([c.polygon for c in cells]):
-        if frozenset((left, right)) in apart:
+        if frozenset((left, right)) in apart or line.length < SHORTEST:
             continue
         thickness = outer_m if OUTSIDE in (left, right) else inner_m
         if party_m and OUTSIDE not in (left, right) and cells[left].unit != cells[right].unit:

@@ -58,3 +58,11 @@ def test_a_sheet_that_goes_on_alone_stays_joined_to_the_wall(degrees):
     sheets = [sheet(-3, 0, 5, 0), sheet(0, 0.23, 5, 0.23), sheet(0, 0.23, 0, 3)]
     turned = shapely.affinity.rotate(shapely.union_all(sheets), degrees, origin=(40, 7))
     assert joined_sheets(turned, SHEET_M).geom_type == "Polygon"
+
+
+def test_crumbs_of_rounding_on_thick_walls_are_no_sheets():
+    """Two walls that leave a niche, a pane beside them, and on their faces what rounding leaves: 10 cm by 0.05 mm."""
+    walls = [box(0, 0, 3, 0.085), box(2, 0.085, 2.085, 2), box(1.5, 0.25, 2, 0.335), sheet(3, 0.04, 5, 0.04)]
+    crumbs = [box(1.8, 0.085, 1.9, 0.08505), box(1.8, 0.24995, 1.9, 0.25)]
+    corner = shapely.union_all([*walls, *crumbs])
+    assert joined_sheets(corner, SHEET_M).equals(corner)
