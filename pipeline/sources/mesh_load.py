@@ -26,6 +26,9 @@ SUFFIXES = (".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 MAX_FACES = 5_000_000
 """A mesh with more ends as TOO_LARGE, before it is read where its header says so; 1.7 million need 0.5 GB here."""
 
+LARGEST = 1e15
+"""In any unit: with larger coordinates areas and volumes are no numbers any more."""
+
 
 @dataclass(frozen=True)
 class Convention:
@@ -158,8 +161,8 @@ def _checked(path: Path, scene: Scene, declared: int | None, max_faces: int) -> 
     if faces.min() < 0 or faces.max() >= len(vertices):
         detail = f"{path.name} names vertex {faces.max():,} of {len(vertices):,}"
         raise Rejection("source", Reason.UNREADABLE, detail, "the file is truncated or broken: export it again")
-    bad = int((~np.isfinite(vertices).all(axis=1)).sum())
+    bad = int((~(np.abs(vertices) < LARGEST).all(axis=1)).sum())
     if bad:
-        detail = f"{path.name} has {bad:,} vertices that are NaN or infinite"
+        detail = f"{path.name} has {bad:,} vertices that are NaN, infinite or beyond {LARGEST:g}"
         raise Rejection("source", Reason.NOT_FINITE, detail, "repair the mesh, or export it again")
     return scene

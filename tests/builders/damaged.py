@@ -1,7 +1,7 @@
 """A folder of damaged houses: each a house of its own, with one file cut short, changed, or made absurd by a seed.
 
-The houses are the kit's, one of each kind and format, houses in SUNCG's layout, and the small files of the shared data
-where they are at hand.
+The houses are the kit's, three of each kind that is small, the examples of each source, houses in SUNCG's layout,
+and the small files of the shared data where they are at hand.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.sources.procedural import write_house
+from tests.builders.examples import FOLDER
 from tests.builders.kinds.registry import KINDS, RAW, make_member
 from tests.builders.mutations import DAMAGES
 from tests.builders.shared import DATA
@@ -22,6 +23,7 @@ from tests.builders.shared import DATA
 LARGEST = 1 << 20
 """Bytes of a house that is damaged: larger ones take long and show nothing else."""
 
+_KINDS = [kind for kind in KINDS | RAW if not kind.startswith(("scan", "cloud", "office"))]
 _HEADER = 2048
 _HUGE = (0x7FFFFFFF, 0xFFFFFFFF, 0x10000000)
 _TEXTS = (b"2147483647", b"99999999999999999999", b"-1", b"1e308")
@@ -53,24 +55,22 @@ def damaged_houses(folder: Path, count: int, seed: int) -> tuple[Path, Path]:
 
 
 def _victims(folder: Path, seed: int) -> list[Victim]:
-    """Write one house of each kind, and copy the shared files that are small."""
+    """Write three houses of each kind, and copy the files that stand ready; each has a folder of its own."""
+    for kind in _KINDS:
+        for number in range(3):
+            make_member(kind, number, seed, folder / f"{kind}_{number}")
+    ready = [file for file in sorted(FOLDER.glob("*.*")) if file.suffix not in {".png", ".md"}]
+    real = [file for file in sorted(DATA.glob("real/**/*.*")) if file.suffix in {".glb", ".ply", ".obj", ".dae"}]
+    for file in (*ready, *real):
+        place = folder / f"{file.stem}_{file.suffix[1:]}"
+        place.mkdir(exist_ok=True)
+        shutil.copy(file, place)
     found = []
-    for kind in KINDS | RAW:
-        make_member(kind, 0, seed, folder / kind)
-        found.append(folder / kind)
-    if DATA.is_dir():
-        for file in sorted(DATA.glob("real/**/*.*")):
-            if file.suffix in {".glb", ".ply", ".obj", ".dae"} and file.stat().st_size < LARGEST:
-                place = folder / f"real_{file.stem}"
-                place.mkdir()
-                shutil.copy(file, place)
-                found.append(place)
-    sizes = {place: [file for file in sorted(place.rglob("*")) if file.is_file()] for place in found}
-    return [
-        Victim(place, tuple(file.relative_to(place).as_posix() for file in files))
-        for place, files in sizes.items()
-        if sum(file.stat().st_size for file in files) < LARGEST
-    ]
+    for place in sorted(folder.iterdir()):
+        files = [file for file in sorted(place.rglob("*")) if file.is_file()]
+        if sum(file.stat().st_size for file in files) < LARGEST:
+            found.append(Victim(place, tuple(file.relative_to(place).as_posix() for file in files)))
+    return found
 
 
 def _suncg_houses(root: Path, count: int, seed: int) -> int:

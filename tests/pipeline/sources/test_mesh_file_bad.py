@@ -68,9 +68,9 @@ def test_obj_cut_off_among_its_vertices(tmp_path):
     assert rejection(path).reason in {Reason.UNREADABLE, Reason.EMPTY}
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e30])
 @pytest.mark.parametrize("suffix", [".ply", ".stl", ".glb"])
-def test_coordinates_that_are_no_numbers(tmp_path, suffix, value):
+def test_coordinates_that_are_no_numbers_to_reckon_with(tmp_path, suffix, value):
     mesh = one_level()
     mesh.vertices[3, 1] = value
     path = tmp_path / f"nan{suffix}"
