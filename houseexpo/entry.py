@@ -10,7 +10,7 @@ INTERRUPTED = 130
 def main(*command: str) -> None:
     """Run the command line; ``command`` is put before the arguments (``python -m pipeline`` is ``houseexpo build``)."""
     try:
-        from houseexpo.cli import main as run
+        from houseexpo.commands.app import main as run
 
         run(*command)
     except KeyboardInterrupt:

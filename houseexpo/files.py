@@ -1,28 +1,10 @@
-"""One plan a file: read it, write it whole or not at all."""
+"""Files that are written whole or not at all."""
 
 from __future__ import annotations
 
 import os
 import tempfile
 from pathlib import Path
-
-from houseexpo.errors import PlanError
-from houseexpo.plan import FloorPlan
-from houseexpo.plan_json import decode, encode
-
-
-def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
-    """Read a plan from a JSON file; PlanError names the file where it holds none."""
-    file = Path(path)
-    try:
-        return decode(file.read_bytes())
-    except PlanError as error:
-        raise PlanError(error.problem, f"{file}: {error.key}" if error.key else str(file), error.plan) from None
-
-
-def save_plan(plan: FloorPlan, path: str | os.PathLike[str]) -> None:
-    """Write a plan to a JSON file; a file of that name is replaced only by a whole one."""
-    write_whole(Path(path), encode(plan) + b"\n")
 
 
 def write_whole(file: Path, data: bytes) -> None:

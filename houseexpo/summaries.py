@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.metadata import entry_points
 from typing import Any, Protocol
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 
 GROUP = "houseexpo.summaries"
 """Entry points of this group make an empty summary; their names are keys of ``stats.json``."""

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from houseexpo.dataset import Dataset, open_dataset
+from houseexpo.dataset.tensors import RasterConfig, rasters
 from houseexpo.errors import MissingDependencyError
-from houseexpo.rasters import RasterConfig, rasters
 
 
 class PlanDataset:

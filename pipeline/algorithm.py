@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from houseexpo.graph import navigability
-from houseexpo.plan import FloorPlan
+from houseexpo.analysis.navigability import navigability
+from houseexpo.floorplan import FloorPlan
 from pipeline.config import PipelineConfig
 from pipeline.quality import judged
 from pipeline.rejection import Rejection

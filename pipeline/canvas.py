@@ -11,8 +11,8 @@ import shapely
 from PIL import Image, ImageDraw
 from shapely.geometry.base import BaseGeometry
 
+from houseexpo.drawing.scene import INK, PAPER, font
 from houseexpo.plan import Box, Frame
-from houseexpo.scene import INK, PAPER, font
 from pipeline.geometry.overlay import polygons_of
 
 Picture = npt.NDArray[np.uint8]

@@ -20,7 +20,7 @@ import numpy as np
 from shapely import LineString
 
 from houseexpo.errors import ConfigError
-from houseexpo.frame import plan_from_source
+from houseexpo.grids.frame import plan_from_source
 from houseexpo.plan import Frame
 from pipeline.overrides import NAME, Override, Point
 from pipeline.sources import OVERRIDABLE

@@ -8,8 +8,8 @@ from __future__ import annotations
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from houseexpo.drawing.scene import WALL
 from houseexpo.plan import Box, Frame
-from houseexpo.scene import WALL
 from pipeline.canvas import Canvas, Picture
 from pipeline.values import Evidence
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from houseexpo.drawing import contact_sheet
 from houseexpo.errors import ConfigError
-from houseexpo.plan import FloorPlan, Quality
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Quality
 from pipeline.algorithm import Snapshot, stages
 from pipeline.batch.job import rng_of
 from pipeline.batch.listing import list_inputs

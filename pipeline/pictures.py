@@ -10,8 +10,9 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.drawing import draw_plan
-from houseexpo.plan import Box, FloorPlan, Frame
-from houseexpo.scene import DOOR_COLOURS, WALL
+from houseexpo.drawing.scene import DOOR_COLOURS, WALL
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Box, Frame
 from pipeline.algorithm import Snapshot
 from pipeline.canvas import SIDE_PX, Canvas, Picture
 from pipeline.evidence_picture import draw_evidence

@@ -16,8 +16,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from houseexpo.plan import FloorPlan
-from houseexpo.quality import Quality
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan.quality import Quality
 from pipeline.rejection import Reason, Rejection
 
 _DIGITS: Final = 4

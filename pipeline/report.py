@@ -8,7 +8,7 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
-from houseexpo.quality import SURE
+from houseexpo.plan.quality import SURE
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.entry import Refused
 

@@ -15,13 +15,12 @@ from typing import Final
 import msgspec
 import pyarrow.parquet as pq
 
+from houseexpo.analysis.similarity import Duplicate
+from houseexpo.dataset.plan_files import load_plan
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.errors import HouseExpoError
-from houseexpo.files import load_plan
-from houseexpo.plan import FloorPlan
-from houseexpo.plan_json import decode
-from houseexpo.quality import SURE
-from houseexpo.similarity import Duplicate
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.plan.quality import SURE
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.build import Progress
 from pipeline.batch.disk import write

@@ -1,5 +1,5 @@
 """``python -m stats`` is ``houseexpo stats``."""
 
-from houseexpo.cli import main
+from houseexpo.commands.app import main
 
 main("stats")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from stats import measures
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from houseexpo.graph import standing_pieces
-from houseexpo.plan import FloorPlan
-from houseexpo.raster import Space, rings_of
+from houseexpo.analysis.navigability import standing_pieces
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.raster import Space, rings_of
 
 
 def reach_svg(plan: FloorPlan, radius_m: float) -> str:

@@ -13,8 +13,10 @@ from typing import Literal
 
 import numpy as np
 
-from houseexpo.graph import OUTSIDE, navigability, rooms_graph
-from houseexpo.plan import FloorPlan, Navigability
+from houseexpo.analysis.graph import OUTSIDE, rooms_graph
+from houseexpo.analysis.navigability import navigability
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Navigability
 
 Fault = Literal["touches", "crosses"]
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from stats import figures
 from stats.catalogue import BY_NAME, Measure
 from stats.drawn import reach_svg

@@ -5,7 +5,7 @@ from __future__ import annotations
 from msgspec import Struct
 from msgspec.structs import replace
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from stats import measures
 from stats.catalogue import MEASURES
 

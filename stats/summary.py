@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from typing import Any
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from stats.catalogue import MEASURES
 from stats.reach import Reach
 from stats.record import Record, record

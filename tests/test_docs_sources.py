@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from houseexpo.cli import make_app
+from houseexpo.commands.app import make_app
 from tests.builders.examples import FOLDER, write_examples
 
 ROOT = Path(__file__).resolve().parents[1]

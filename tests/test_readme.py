@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import typer
 
-from houseexpo.cli import make_app
+from houseexpo.commands.app import make_app
 from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
 

@@ -66,7 +66,7 @@ def test_every_package_and_its_marker_travels(wheel: Path) -> None:
     assert modules <= names, sorted(modules - names)
     assert {f"{package}/py.typed" for package in PACKAGES} <= names
     manifests = {f"houseexpo/data_manifests/{name}.toml" for name in ("demo", "houseexpo", "suncg")}
-    assert {*manifests, "houseexpo/houseexpo-2.schema.json"} <= names
+    assert {*manifests, "houseexpo/plan/houseexpo-2.schema.json", "houseexpo/__init__.pyi"} <= names
     assert not [name for name in names if name.startswith(("tests/", "data_manifests/"))]
 
 
@@ -81,7 +81,7 @@ def test_the_commands_run_outside_the_repository(installed: Path, tmp_path: Path
     assert "0 findings" in call(installed / "houseexpo", "validate", "built", cwd=tmp_path)
     assert "train" in call(installed / "houseexpo", "split", "built", cwd=tmp_path)
     call(installed / "houseexpo", "show", tmp_path / "built" / "json" / "villa.json", "--out", "a.svg", cwd=tmp_path)
-    manifest = "from houseexpo.manifest import load_manifest; print(load_manifest().name)"
+    manifest = "from houseexpo.dataset.manifest import load_manifest; print(load_manifest().name)"
     assert "HouseExpo" in call(installed / "python", "-c", manifest, cwd=tmp_path)
     call(installed / "houseexpo", "inspect", houses / "villa.ply", "--out", "seen", cwd=tmp_path)
     assert (tmp_path / "seen" / "stages.png").exists()

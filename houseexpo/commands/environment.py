@@ -36,7 +36,7 @@ def environment(
 def _plans(dataset: Path | None, plan: str | None, task: TaskName) -> Plans:
     """Return what was named; the paper's room for avoidance, else the fetched data set, where nothing was."""
     from houseexpo.commands.given import data_set
-    from houseexpo.files import load_plan
+    from houseexpo.dataset.plan_files import load_plan
     from houseexpo.pseudoslam.tasks import ROOM
 
     if dataset is not None and dataset.suffix == ".json" and dataset.is_file():

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 if TYPE_CHECKING:
-    from houseexpo.plan import FloorPlan
+    from houseexpo.floorplan import FloorPlan
 
 
 # the table of formats brings shapely, which `houseexpo --help` does without; a test keeps the two alike
@@ -69,10 +69,10 @@ def export(
 def _plans(path: Path, wanted: Sequence[str] | None) -> tuple[int, Iterator[FloorPlan]]:
     """Return how many plans there will be, and the plans; all ids are known before the first plan is read."""
     from houseexpo.dataset import Dataset, open_dataset
+    from houseexpo.dataset.plan_files import load_plan
+    from houseexpo.dataset.store.catalogue import nearest
     from houseexpo.errors import UnknownPlanError
-    from houseexpo.files import load_plan
     from houseexpo.progress import watched
-    from houseexpo.store.catalogue import nearest
 
     data: Dataset | dict[str, FloorPlan]
     if path.suffix == ".json" and path.is_file():

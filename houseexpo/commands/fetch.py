@@ -30,8 +30,8 @@ def fetch(
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
 
     from houseexpo.dataset import open_dataset
-    from houseexpo.fetch import fetch as run_fetch
-    from houseexpo.manifest import load_manifest
+    from houseexpo.dataset.fetch import fetch as run_fetch
+    from houseexpo.dataset.manifest import load_manifest
 
     published = load_manifest(manifest)
     columns = (TextColumn("{task.description}"), BarColumn(), DownloadColumn(), TransferSpeedColumn())

@@ -9,13 +9,13 @@ from houseexpo.errors import ConfigError
 
 if TYPE_CHECKING:
     from houseexpo.dataset import Dataset
-    from houseexpo.plan import FloorPlan
+    from houseexpo.floorplan import FloorPlan
 
 
 def data_set(path: Path | None) -> Dataset:
     """Open the data set given, else the published one that ``houseexpo fetch`` brought, the largest of them."""
     from houseexpo.dataset import open_dataset
-    from houseexpo.fetch import folder_of
+    from houseexpo.dataset.fetch import folder_of
 
     if path is not None:
         return open_dataset(path)
@@ -27,7 +27,7 @@ def data_set(path: Path | None) -> Dataset:
 
 def plans(names: list[str], data: Path | None) -> list[FloorPlan]:
     """Return plans by file where there is one of that name, by id of the data set else."""
-    from houseexpo.files import load_plan
+    from houseexpo.dataset.plan_files import load_plan
 
     found, opened = [], None
     for name in names:

@@ -11,8 +11,8 @@ import typer
 
 if TYPE_CHECKING:
     from houseexpo.dataset import Dataset
-    from houseexpo.plan import FloorPlan
-    from houseexpo.quality import Quality
+    from houseexpo.floorplan import FloorPlan
+    from houseexpo.plan.quality import Quality
 
 
 def info(
@@ -50,7 +50,7 @@ def _of_data_set(plans: Dataset) -> list[tuple[str, str]]:
 
 def _quality(scores: list[float | None]) -> list[tuple[str, str]]:
     """Say how sure the pipeline is of the plans; nothing where none says so."""
-    from houseexpo.quality import SURE
+    from houseexpo.plan.quality import SURE
 
     known = [score for score in scores if score is not None]
     doubtful = sum(score < SURE for score in known)

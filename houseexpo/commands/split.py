@@ -25,8 +25,8 @@ def split(
     from rich.table import Table
 
     from houseexpo.dataset import open_dataset
-    from houseexpo.splits import PAPER, write_split
-    from houseexpo.splits import split as run_split
+    from houseexpo.dataset.splits import PAPER, write_split
+    from houseexpo.dataset.splits import split as run_split
     from houseexpo.workers import cores
 
     if out is None and not dataset.is_dir():

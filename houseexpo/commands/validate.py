@@ -20,8 +20,8 @@ def validate(
     from rich.console import Console
     from rich.table import Table
 
-    from houseexpo.validation import RULES
-    from houseexpo.validation import validate as run_validate
+    from houseexpo.dataset.validation import RULES
+    from houseexpo.dataset.validation import validate as run_validate
     from houseexpo.workers import cores
 
     report = run_validate(dataset, workers or cores())

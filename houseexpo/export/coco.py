@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import shapely
 
-from houseexpo.categories import LABELS, UNLABELLED
 from houseexpo.errors import ConfigError
 from houseexpo.export.files import as_json, image
 from houseexpo.export.orientation import Orientation, oriented
 from houseexpo.export.slits import without_holes
-from houseexpo.frame import GridFrame
-from houseexpo.plan import DOOR_KINDS, FloorPlan
-from houseexpo.raster import free_mask
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import GridFrame
+from houseexpo.grids.raster import free_mask
+from houseexpo.plan import DOOR_KINDS
+from houseexpo.plan.categories import LABELS, UNLABELLED
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry

@@ -24,7 +24,7 @@ from houseexpo.export.sdf import sdf
 from houseexpo.export.stage import stage
 from houseexpo.export.svg import svg
 from houseexpo.files import write_whole
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import shapely
 from houseexpo.export.files import Files, as_json
 from houseexpo.export.orientation import Orientation, oriented, world_from_plan
 from houseexpo.export.solid import WALL_THICKNESS_M
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry

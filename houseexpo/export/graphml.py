@@ -7,7 +7,7 @@ from typing import Any
 
 from houseexpo.export.files import Files
 from houseexpo.export.orientation import Orientation, oriented
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 
 
 def graphml(plan: FloorPlan, *, orientation: Orientation = "world") -> Files:

@@ -8,7 +8,8 @@ from houseexpo.export.files import Files, number
 from houseexpo.export.orientation import Orientation
 from houseexpo.export.solid import ROBOT_RADIUS_M, WALL_THICKNESS_M, solid, start_and_goal
 from houseexpo.export.trapezoids import trapezoids
-from houseexpo.plan import FloorPlan, Ring
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Ring
 
 
 def irsim(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientation: Orientation = "world") -> Files:

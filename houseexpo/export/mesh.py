@@ -10,8 +10,8 @@ import shapely
 from houseexpo.export.files import Files
 from houseexpo.export.orientation import Orientation
 from houseexpo.export.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
-from houseexpo.plan import FloorPlan
-from houseexpo.raster import rings_of
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.raster import rings_of
 
 if TYPE_CHECKING:
     import trimesh

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.export.files import Files
 from houseexpo.export.orientation import Orientation, oriented, world_from_plan
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 
 RESOLUTION_M = 0.04
 

@@ -16,7 +16,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from houseexpo.errors import ConfigError
-from houseexpo.plan import Box, FloorPlan, Frame, Ring
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Box, Frame, Ring
 
 Orientation: TypeAlias = Literal["world", "plan"]
 Matrix: TypeAlias = tuple[tuple[float, float, float], tuple[float, float, float]]

@@ -7,8 +7,8 @@ import numpy as np
 from houseexpo.errors import ConfigError
 from houseexpo.export.files import Files, image
 from houseexpo.export.orientation import Orientation, oriented
-from houseexpo.plan import FloorPlan
-from houseexpo.raster import free_mask
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.raster import free_mask
 
 RESOLUTION_M = 0.02
 

@@ -9,7 +9,7 @@ import shapely
 from houseexpo.errors import PlanError
 from houseexpo.export.files import Files
 from houseexpo.export.orientation import Orientation, oriented
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 
 _DENOMINATOR = 10_000  # a tenth of a millimetre; the published centimetres come out exact
 

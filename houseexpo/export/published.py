@@ -10,8 +10,9 @@ from houseexpo.errors import ConfigError, PlanError
 from houseexpo.export.files import Files
 from houseexpo.export.orientation import Orientation, oriented
 from houseexpo.export.slits import without_holes
-from houseexpo.plan import FloorPlan, Ring
-from houseexpo.plan_json import encode
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Ring
+from houseexpo.plan.json_codec import encode
 
 
 def published(plan: FloorPlan, *, holes: Literal["slit", "drop"] = "slit", orientation: Orientation = "plan") -> Files:

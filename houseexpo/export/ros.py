@@ -12,9 +12,9 @@ from houseexpo.errors import ConfigError
 from houseexpo.export.files import Files, image, number
 from houseexpo.export.orientation import Orientation, oriented
 from houseexpo.export.solid import WALL_THICKNESS_M
-from houseexpo.frame import GridFrame
-from houseexpo.plan import FloorPlan
-from houseexpo.raster import fill
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import GridFrame
+from houseexpo.grids.raster import fill
 
 RESOLUTION_M = 0.05
 FREE, WALL, UNKNOWN = 254, 0, 205  # what map_server's own map_saver writes

@@ -12,7 +12,8 @@ from houseexpo.export.files import Files, number
 from houseexpo.export.orientation import Orientation
 from houseexpo.export.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
 from houseexpo.export.trapezoids import trapezoids
-from houseexpo.plan import FloorPlan, Ring
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Ring
 
 _VERSION = "1.6"  # read by Gazebo classic and by today's Gazebo
 _WALL, _LINTEL, _GROUND = "0.86 0.85 0.82 1", "0.78 0.72 0.62 1", "0.62 0.6 0.57 1"

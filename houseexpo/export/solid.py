@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from houseexpo.analysis.navigability import standing_pieces
+from houseexpo.analysis.walls import walls_around
 from houseexpo.errors import ConfigError
 from houseexpo.export.orientation import Orientation, oriented
-from houseexpo.graph import standing_pieces
-from houseexpo.plan import FloorPlan
-from houseexpo.walls import walls_around
+from houseexpo.floorplan import FloorPlan
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon

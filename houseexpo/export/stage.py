@@ -14,7 +14,8 @@ from houseexpo.export.solid import (
     start_and_goal,
 )
 from houseexpo.export.trapezoids import trapezoids
-from houseexpo.plan import FloorPlan, Ring
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Ring
 
 _ROBOT = """define robot position
 (

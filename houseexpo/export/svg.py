@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import shapely
 
-from houseexpo.categories import colour
+from houseexpo.drawing.scene import FURNITURE
 from houseexpo.export.files import Files, number
 from houseexpo.export.orientation import Orientation, oriented
 from houseexpo.export.solid import WALL_THICKNESS_M
-from houseexpo.plan import FloorPlan
-from houseexpo.raster import rings_of
-from houseexpo.scene import FURNITURE
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.raster import rings_of
+from houseexpo.plan.categories import colour
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry

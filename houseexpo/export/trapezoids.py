@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.grids.raster import rings_of
 from houseexpo.plan import Ring
-from houseexpo.raster import rings_of
 
 if TYPE_CHECKING:
     from shapely import Polygon

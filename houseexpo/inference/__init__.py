@@ -7,18 +7,22 @@ with wider space before and behind. See its docstring for the method and how wel
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TypeVar
 
-from houseexpo.categories import UNLABELLED, canonical
 from houseexpo.inference.division import Doorway, divide
 from houseexpo.inference.labels import labels_of
 from houseexpo.inference.necks import find_necks
-from houseexpo.plan import Door, FloorPlan, Room
-from houseexpo.tiling import rings_of
+from houseexpo.inference.tiling import rings_of
+from houseexpo.plan import Door, Room
+from houseexpo.plan.categories import UNLABELLED, canonical
+from houseexpo.plan.model import PlanData
 
 __all__ = ["with_rooms"]
 
+_Plan = TypeVar("_Plan", bound=PlanData)
 
-def with_rooms(plan: FloorPlan) -> FloorPlan:
+
+def with_rooms(plan: _Plan) -> _Plan:
     """Return the plan with rooms and doors found from ``verts`` and ``holes`` alone; its own are replaced.
 
     1. *Fronts*: where a wall ends, each of its faces is drawn on to the wall across the opening, 0.4 to 2.2 m away.
@@ -48,7 +52,7 @@ def with_rooms(plan: FloorPlan) -> FloorPlan:
     --------
     >>> left = [(4, 0), (0, 0), (0, 3), (4, 3), (4, 2)]
     >>> right = [(4.1, 2), (4.1, 3), (8, 3), (8, 0), (4.1, 0), (4.1, 1), (4, 1)]
-    >>> plan = with_rooms(FloorPlan("two", left + right, 2, {"Kitchen": ((0, 0, 4.1, 3),)}))
+    >>> plan = with_rooms(PlanData("two", left + right, 2, {"Kitchen": ((0, 0, 4.1, 3),)}))
     >>> [(room.label, round(room.area, 1)) for room in plan.rooms]
     [('Kitchen', 12.0), ('Unlabelled', 11.7)]
     >>> plan.doors

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from houseexpo.inference.necks import Neck
 from houseexpo.inference.rays import Floats
-from houseexpo.tiling import faces_between
+from houseexpo.inference.tiling import faces_between
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon

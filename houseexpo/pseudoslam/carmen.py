@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.frame import GridFrame
+from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.kernels.ranges import cast
 from houseexpo.pseudoslam.world import World
 

@@ -230,7 +230,7 @@ class SimulatorConfig:
         """
         from houseexpo.pseudoslam.config_yaml import read
 
-        config, notes = read(path)
+        config, notes = read(cls, path)
         for note in notes:
             logging.getLogger("houseexpo.pseudoslam").info("%s: %s", path, note)
         return config

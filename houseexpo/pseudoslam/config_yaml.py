@@ -12,8 +12,7 @@ import yaml
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.checks import number
-from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config_mapping import config_from, entries
+from houseexpo.pseudoslam.config_mapping import Config, config_from, entries
 
 
 class _Key(NamedTuple):
@@ -69,8 +68,8 @@ _PUBLISHED: dict[str, _Key | None] = {
 _SHAPES = ["rectangle", "ellipse", "circle"]  # what the published simulator draws at random
 
 
-def read(path: str | os.PathLike[str]) -> tuple[SimulatorConfig, list[str]]:
-    """Return the configuration in a file, and a line for each published key that was converted or left out.
+def read(kind: type[Config], path: str | os.PathLike[str]) -> tuple[Config, list[str]]:
+    """Return the ``SimulatorConfig`` (``kind``) in a file, and a line for each published key converted or left out.
 
     Raises
     ------
@@ -84,21 +83,21 @@ def read(path: str | os.PathLike[str]) -> tuple[SimulatorConfig, list[str]]:
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise ConfigError(f"{path}: expected YAML, found: {' '.join(str(error).split())}") from error
     try:
-        if not _is_published(loaded):
-            return config_from(SimulatorConfig, {} if loaded is None else loaded), []
-        return _converted(loaded)
+        if not _is_published(kind, loaded):
+            return config_from(kind, {} if loaded is None else loaded), []
+        return _converted(kind, loaded)
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from error
 
 
-def _is_published(loaded: object) -> bool:
+def _is_published(kind: type, loaded: object) -> bool:
     """Whether a file has the published simulator's keys; ConfigError where it has both kinds."""
     if not isinstance(loaded, Mapping):
         return False
     laser = loaded.get("laser")
     inner = [f"laser.{name}" for name in laser] if isinstance(laser, Mapping) else []
     published = [key for key in (*loaded, *inner) if key != "laser" and key in {*_sections(""), *_PUBLISHED}]
-    own = [key for key in loaded if key != "laser" and key in {f.name for f in fields(SimulatorConfig)}]
+    own = [key for key in loaded if key != "laser" and key in {f.name for f in fields(kind)}]
     if published and own:
         raise ConfigError(
             f"expected the published simulator's keys or those of SimulatorConfig, found both: {published[0]!r} is one "
@@ -107,12 +106,12 @@ def _is_published(loaded: object) -> bool:
     return bool(published)
 
 
-def _converted(loaded: Mapping[str, object]) -> tuple[SimulatorConfig, list[str]]:
+def _converted(kind: type[Config], loaded: Mapping[str, object]) -> tuple[Config, list[str]]:
     """Return the configuration that published keys mean, and what was made of them."""
     given = dict(_leaves(loaded, ""))
     if given.get("stateSize.x", given.get("stateSize.y")) != given.get("stateSize.y", given.get("stateSize.x")):
         raise ConfigError(f"stateSize.y: expected x's {given['stateSize.x']!r}, found {given['stateSize.y']!r}")
-    ppm: Any = given.get("meter2pixel", SimulatorConfig.pixels_per_metre)
+    ppm: Any = given.get("meter2pixel", kind.pixels_per_metre)  # type: ignore[attr-defined]  # a SimulatorConfig
     number(ppm, "meter2pixel", above=0.0)
     own, notes = {}, []
     for name, value in given.items():
@@ -129,7 +128,7 @@ def _converted(loaded: Mapping[str, object]) -> tuple[SimulatorConfig, list[str]
     if any(name.startswith("startPose") for name in given):
         own.setdefault("start.random", False)
     try:
-        return config_from(SimulatorConfig, _nested(own)), notes
+        return config_from(kind, _nested(own)), notes
     except ConfigError as error:
         published = [name for name, key in _PUBLISHED.items() if key and str(error).startswith(key.own.split("[")[0])]
         raise ConfigError(f"{' and '.join(published)}: {error}" if published else str(error)) from error

@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.frame import GridFrame
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import GridFrame
+from houseexpo.grids.raster import clearance, room_mask
 from houseexpo.pseudoslam.kernels import flow as kernels
 from houseexpo.pseudoslam.kernels.flow import FAR, Flow
 from houseexpo.pseudoslam.world import standing_cells
-from houseexpo.raster import clearance, room_mask
 
 _BLOCK_M = 0.2
 _LEAST_GOALS, _MOST_GOALS = 4, 24  # where a plan has no rooms to go to

@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from houseexpo.errors import ConfigError
-from houseexpo.frame import GridFrame
+from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.kernels.cells import count_before, nth_cell
 from houseexpo.pseudoslam.kernels.obstacles import FITS, OVERLAPS, set_down
 from houseexpo.pseudoslam.kernels.types import Cells, Counts, Grid

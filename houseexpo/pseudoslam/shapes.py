@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.frame import FloatArray, GridFrame
+from houseexpo.grids.frame import FloatArray, GridFrame
 from houseexpo.pseudoslam.checks import above_zero, number
 from houseexpo.pseudoslam.kernels.shapes import shape_spans
 from houseexpo.pseudoslam.kernels.types import Cells

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.checks import number
 from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.kernels.step import CLEARANCE, COLLISIONS, KNOWN, TO_GOAL, WAY

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.frame import GridFrame
+from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.dynamics_config import Trajectory
 from houseexpo.pseudoslam.kernels.bodies import FASTEST, HALF_DIAGONAL, MOVING, Tracks, pose_at
 from houseexpo.pseudoslam.kernels.sweep import first_hit, sweep

@@ -11,14 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, PlanError
-from houseexpo.frame import GridFrame
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import GridFrame
+from houseexpo.grids.raster import free_mask
 from houseexpo.pseudoslam.kernels.bodies import Tracks, no_tracks
 from houseexpo.pseudoslam.kernels.cells import count_before
 from houseexpo.pseudoslam.kernels.flow import Flow, no_flow
 from houseexpo.pseudoslam.kernels.reach import find_standing, mark_in_sight, mark_visible
 from houseexpo.pseudoslam.kernels.types import Offsets
-from houseexpo.raster import free_mask
 
 MOST_CELLS = 100_000_000
 """Of a grid: making a world takes some 30 bytes a cell."""

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.flow import make_flow
 from houseexpo.pseudoslam.trajectories import make_tracks

@@ -13,10 +13,10 @@ from typing import Any
 
 import msgspec
 
-from houseexpo.index import index_table, row
-from houseexpo.plan import FloorPlan
-from houseexpo.plan_json import FORMAT, decode, encode
-from houseexpo.similarity import Duplicate
+from houseexpo.analysis.similarity import Duplicate
+from houseexpo.dataset.index import index_table, row
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.plan.json_codec import FORMAT, encode
 from houseexpo.summaries import new_summaries
 from pipeline.batch import disk
 from pipeline.batch.copies import copies

@@ -12,8 +12,8 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from houseexpo.plan_json import decode
-from houseexpo.similarity import SYMMETRIES
+from houseexpo.analysis.similarity import SYMMETRIES
+from houseexpo.floorplan import decode
 from houseexpo.workers import cores
 from pipeline.batch import disk
 from pipeline.batch.entry import Kept

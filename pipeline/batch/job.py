@@ -13,8 +13,8 @@ import msgspec
 import numpy as np
 
 from houseexpo.errors import MissingDependencyError
-from houseexpo.plan import FloorPlan
-from houseexpo.plan_json import encode
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan.json_codec import encode
 from pipeline.batch.entry import Entry, Kept, Outcome, Refused, identity, shown
 from pipeline.batch.files import folders_of, known_again, looked_at
 from pipeline.batch.passing import passing_fault

@@ -9,8 +9,8 @@ import numpy.typing as npt
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from houseexpo.frame import GridFrame
-from houseexpo.raster import Mask, free_mask
+from houseexpo.grids.frame import GridFrame
+from houseexpo.grids.raster import Mask, free_mask
 
 NEAR_CELLS = 2.0
 """A point whose own cell is not free starts from a free one at most this far away."""

@@ -1,7 +1,7 @@
 """Masks of plans compared cell by cell, and what rules pairs out before (``pipeline.stages.dedupe`` has the proof).
 
-Masks are (rows, cols) uint8 of 0 and 1, cropped. The twins in ``houseexpo.raster`` and ``houseexpo.similarity`` say the
-same in NumPy.
+Masks are (rows, cols) uint8 of 0 and 1, cropped. The twins in ``houseexpo.grids.raster`` and
+``houseexpo.analysis.similarity`` say the same in NumPy.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ def near_prints(
 
 @njit(cache=True, nogil=True)
 def turned(mask: Cells, symmetry: int) -> Cells:
-    """Return the mask under the symmetry of that number, in the order of ``houseexpo.similarity.SYMMETRIES``."""
+    """Return the mask under the symmetry of that number, in the order of ``analysis.similarity.SYMMETRIES``."""
     swap, flip_rows, flip_cols = symmetry & 4, symmetry & 2, symmetry & 1
     rows, cols = (mask.shape[1], mask.shape[0]) if swap else mask.shape
     result = np.empty((rows, cols), np.uint8)

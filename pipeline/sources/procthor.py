@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 import shapely
 
-from houseexpo.categories import canonical
 from houseexpo.plan import Frame
+from houseexpo.plan.categories import canonical
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn import Hole, Wall, clean, floor_of, openings, prism, standing
 from pipeline.sources.naming import base_id

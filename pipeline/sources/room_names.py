@@ -15,7 +15,7 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import Final
 
-from houseexpo.categories import LABELS, canonical
+from houseexpo.plan.categories import LABELS, canonical
 
 _TABLE: Final[dict[str, str]] = {
     "Bedroom": "schlafen, schlafzimmer, schlafraum, eltern, elternzimmer, bed, master, sleeping, chambre, "

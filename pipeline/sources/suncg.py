@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from houseexpo.categories import canonical
 from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
+from houseexpo.plan.categories import canonical
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import obj
 from pipeline.sources.naming import as_text

@@ -1,7 +1,8 @@
 """Stage dedupe: over all plans of a build, find those that are the same house, and keep one of each.
 
-The measure is ``houseexpo.similarity``'s: |A xor B| / max(|A|, |B|) of free pixels after cropping, the least under the
-symmetries of the square and with the crops meeting at one end of each axis or the other, shifted by up to two cells.
+The measure is ``houseexpo.analysis.similarity``'s: |A xor B| / max(|A|, |B|) of free pixels after cropping, the least
+under the symmetries of the square and with the crops meeting at one end of each axis or the other, shifted by up to two
+cells.
 All pairs within the threshold are found; then, in the order of ids, a plan stays unless it is a duplicate of one that
 stays. So plans that are added are compared, and only this last pass is made anew.
 
@@ -31,9 +32,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.plan import FloorPlan
-from houseexpo.raster import Mask, edges_in_pixels, rings_of
-from houseexpo.similarity import SYMMETRIES, Duplicate, comparison_frame, crop
+from houseexpo.analysis.similarity import SYMMETRIES, Duplicate, comparison_frame, crop
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.raster import Mask, edges_in_pixels, rings_of
 from pipeline.config import DedupeConfig
 from pipeline.kernels import shapes
 
@@ -113,14 +114,14 @@ def dedupe(ids: Sequence[str], pairs: Collection[Pair], keep: Collection[str] = 
 
 
 def print_of(mask: shapes.Cells) -> npt.NDArray[np.int32]:
-    """Return a mask's area and its two pooled profiles, the greater first: ``houseexpo.similarity.fingerprint``."""
+    """Return a mask's area and its two pooled profiles, the greater first: ``analysis.similarity.fingerprint``."""
     rows, cols = shapes.row_sums(mask), shapes.col_sums(mask)
     profiles = sorted((shapes.pooled(rows).tolist(), shapes.pooled(cols).tolist()), reverse=True)
     return np.array([int(rows.sum()), *profiles[0], *profiles[1]], np.int32)
 
 
 def _mask(load: Load, pixels_per_metre: float, number: int) -> shapes.Cells:
-    """Return the cropped mask of a plan: ``houseexpo.similarity.comparison_mask``."""
+    """Return the cropped mask of a plan: ``houseexpo.analysis.similarity.comparison_mask``."""
     given = load(number)
     if not isinstance(given, FloorPlan):
         return np.ascontiguousarray(crop(given)).view(np.uint8)

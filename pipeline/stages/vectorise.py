@@ -15,9 +15,10 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
-from houseexpo.categories import UNLABELLED
-from houseexpo.plan import Box, Door, FloorPlan, Frame, PlanObject, Room
-from houseexpo.tiling import GRID_M, Points, faces_between, rings_of
+from houseexpo.floorplan import FloorPlan
+from houseexpo.inference.tiling import GRID_M, Points, faces_between, rings_of
+from houseexpo.plan import Box, Door, Frame, PlanObject, Room
+from houseexpo.plan.categories import UNLABELLED
 from pipeline.geometry.fitting import opening_polygon
 from pipeline.geometry.overlay import polygons_of, united
 from pipeline.values import Level, NamedRoom, Obstacle, Passage, Spaces

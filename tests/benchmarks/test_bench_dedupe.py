@@ -19,8 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 from houseexpo.drawing import contact_sheet, draw_plan
-from houseexpo.plan import FloorPlan
-from houseexpo.plan_json import decode
+from houseexpo.floorplan import FloorPlan, decode
 from pipeline.config import DedupeConfig
 from pipeline.stages.dedupe import Shapes, compared, dedupe
 from tests.builders.shared import DATA, needs_shared

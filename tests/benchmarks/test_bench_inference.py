@@ -12,9 +12,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.inference import with_rooms
-from houseexpo.plan import FloorPlan
-from houseexpo.plan_json import decode
 from tests.builders.made import made_plans
 from tests.builders.matching import Matches, bare, matches, total
 from tests.builders.shared import CASES, DATA, as_json, case, needs_shared, plan_nearest, scorer

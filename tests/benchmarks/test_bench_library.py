@@ -16,8 +16,8 @@ from rich.console import Console
 from rich.table import Table
 
 from houseexpo import Dataset, encode, open_dataset
-from houseexpo.plan_json import decode
-from houseexpo.validation import validate
+from houseexpo.dataset.validation import validate
+from houseexpo.floorplan import decode
 
 PUBLISHED = Path(__file__).resolve().parents[3] / "shared" / "data" / "houseexpo" / "plans_33717.jsonl.gz"
 ROWS: list[tuple[str, str, str]] = []

@@ -30,7 +30,7 @@ from rich.table import Table
 
 import houseexpo.pseudoslam
 from houseexpo import FloorPlan
-from houseexpo.plan_json import decode
+from houseexpo.floorplan import decode
 from houseexpo.pseudoslam import LaserConfig, ObservationConfig, Simulator, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.batch import Batch
 from houseexpo.pseudoslam.config import ScanRule

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from houseexpo import FloorPlan
-from houseexpo.plan_json import decode
+from houseexpo.floorplan import decode
 from tests.builders.indoor_regions import Comparison, compare, overlay
 from tests.builders.real_slam import Run, explore, need_slam, slam
 from tests.builders.shared import DATA, needs_shared

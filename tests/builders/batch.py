@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 import trimesh
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.build import build
 from pipeline.batch.folder import Others

@@ -8,8 +8,8 @@ import tarfile
 import zipfile
 from pathlib import Path
 
-from houseexpo.plan import FloorPlan
-from houseexpo.plan_json import encode
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan.json_codec import encode
 
 KINDS = ("folder", "nested", "tar.gz", "zip", "jsonl", "jsonl.gz")
 

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from houseexpo.plan import FloorPlan, Quality
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Quality
 from pipeline.config import PipelineConfig
 from pipeline.values import Level
 from tests.builders.batch import boxed

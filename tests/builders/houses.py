@@ -10,7 +10,8 @@ import numpy as np
 import shapely
 import trimesh
 
-from houseexpo.plan import FloorPlan, Frame
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Frame
 from pipeline.algorithm import Snapshot, plan_house, stages
 from pipeline.config import PipelineConfig
 from pipeline.values import Level, Mesh, Spaces

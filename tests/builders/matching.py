@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 
 
 class Matches(NamedTuple):

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from houseexpo.frame import GridFrame
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.dynamics_config import PeopleConfig, Trajectory
 from houseexpo.pseudoslam.flow import make_flow
 from houseexpo.pseudoslam.kernels.bodies import MOVING, STATIC, Bodies, Disc, Tracks, gap_to

@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.carmen import Drift, Pose, Reading, Scanner, readings, write_log
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig
 from houseexpo.pseudoslam.frontier import frontier_walk

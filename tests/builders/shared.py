@@ -11,8 +11,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from houseexpo.plan import FloorPlan
-from houseexpo.plan_json import encode
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan.json_codec import encode
 from pipeline.algorithm import plan_house, plan_level
 from pipeline.config import PipelineConfig
 from pipeline.rejection import Rejection

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from houseexpo.plan import Door, FloorPlan, Frame, Navigability, PlanObject, Quality, Room
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Door, Frame, Navigability, PlanObject, Quality, Room
 
 PUBLISHED = Path(__file__).resolve().parents[3] / "shared" / "data" / "houseexpo" / "plans_33717.jsonl.gz"
 

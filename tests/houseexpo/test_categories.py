@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from houseexpo.categories import GROUPS, LABELS, UNLABELLED, canonical, colour, group
+from houseexpo.plan.categories import GROUPS, LABELS, UNLABELLED, canonical, colour, group
 
 
 def test_the_table_is_whole():

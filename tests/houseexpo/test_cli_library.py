@@ -11,7 +11,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from houseexpo import HouseExpoError, encode
-from houseexpo.cli import make_app
+from houseexpo.commands.app import make_app
 from houseexpo.plan import Quality
 from tests.builders.datasets import hexed, house, houses, pack
 

@@ -14,9 +14,9 @@ from PIL import Image
 from typer.testing import CliRunner
 
 import houseexpo.pseudoslam  # noqa: F401  # registers the environments
-from houseexpo.cli import make_app
+from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError, MissingDependencyError
-from houseexpo.plan_json import encode
+from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam import movies
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.env import ExplorationEnv

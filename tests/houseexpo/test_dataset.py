@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from houseexpo import ConfigError, DatasetError, UnknownPlanError, encode, open_dataset
-from houseexpo.index import index_table, row
+from houseexpo.dataset.index import index_table, row
 from houseexpo.plan import Navigability, Quality
 from tests.builders.datasets import KINDS, hexed, house, houses, pack
 
@@ -159,5 +159,5 @@ def test_a_copy_is_not_read_again(tmp_path, monkeypatch):
     open_dataset(path)
     copy = tmp_path / "copy.zip"
     copy.write_bytes(path.read_bytes())
-    monkeypatch.setattr("houseexpo.store.catalogue._build", lambda *_: pytest.fail("built again"))
+    monkeypatch.setattr("houseexpo.dataset.store.catalogue._build", lambda *_: pytest.fail("built again"))
     assert len(open_dataset(copy)) == 3

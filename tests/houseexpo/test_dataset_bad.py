@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from houseexpo import HouseExpoError, encode, open_dataset
-from houseexpo.index import index_table, row
-from houseexpo.store import records
-from houseexpo.store.cache import VERSION, cache_folder
-from houseexpo.store.catalogue import read_ids
+from houseexpo.dataset.index import index_table, row
+from houseexpo.dataset.store import records
+from houseexpo.dataset.store.cache import VERSION, cache_folder
+from houseexpo.dataset.store.catalogue import read_ids
 from tests.builders.datasets import KINDS, hexed, house, houses, pack, tar
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from houseexpo import open_dataset
-from houseexpo.plan import FloorPlan
-from houseexpo.plan_json import encode
-from houseexpo.store import derived as module
+from houseexpo.dataset.store import derived as module
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan.json_codec import encode
 from houseexpo.workers import THREADS, pool
 
 

@@ -5,11 +5,11 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from houseexpo.categories import colour
 from houseexpo.drawing import contact_sheet, draw_plan, svg
+from houseexpo.drawing.scene import DOOR_COLOURS, FURNITURE, FURNITURE_EDGE, WALL, scene
 from houseexpo.errors import ConfigError
-from houseexpo.plan_json import decode
-from houseexpo.scene import DOOR_COLOURS, FURNITURE, FURNITURE_EDGE, WALL, scene
+from houseexpo.floorplan import decode
+from houseexpo.plan.categories import colour
 
 
 def rgb(text: str) -> list[int]:

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from houseexpo import ConfigError, DatasetError, open_dataset
-from houseexpo.fetch import fetch, folder_of, git_blob
-from houseexpo.manifest import Manifest, Source, load_manifest, manifest_path
-from houseexpo.store.cache import cache_folder
-from houseexpo.unpack import unpack
+from houseexpo.dataset.fetch import fetch, folder_of, git_blob
+from houseexpo.dataset.manifest import Manifest, Source, load_manifest, manifest_path
+from houseexpo.dataset.store.cache import cache_folder
+from houseexpo.dataset.unpack import unpack
 from pipeline.config import PipelineConfig
 from pipeline.config_file import load_config
 from tests.builders.datasets import hexed, houses, tar

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.frame import GridFrame, plan_from_source, source_from_plan
+from houseexpo.grids.frame import GridFrame, plan_from_source, source_from_plan
 from houseexpo.plan import Frame
 
 

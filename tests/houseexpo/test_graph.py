@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.graph import OUTSIDE, navigability, rooms_graph, standing_components, standing_pieces
+from houseexpo.analysis.graph import OUTSIDE, rooms_graph
+from houseexpo.analysis.navigability import navigability, standing_components, standing_pieces
+from houseexpo.analysis.standing import SPECK_M2
+from houseexpo.floorplan import decode
 from houseexpo.plan import Door
-from houseexpo.plan_json import decode
-from houseexpo.standing import SPECK_M2
 
 
 def test_rooms_are_nodes_and_doors_edges(two_rooms):

@@ -11,9 +11,8 @@ from shapely.affinity import rotate
 
 from houseexpo import inference
 from houseexpo.errors import PlanError
+from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.inference import with_rooms
-from houseexpo.plan import FloorPlan
-from houseexpo.plan_json import decode
 from tests.builders.matching import bare, matches, total
 
 

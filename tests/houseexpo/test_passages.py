@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.graph import navigability
-from houseexpo.passages import find_passages
-from houseexpo.plan_json import decode
-from houseexpo.standing import SPECK_M2, Standing, eroded, straightened
+from houseexpo.analysis.navigability import navigability
+from houseexpo.analysis.passages import find_passages
+from houseexpo.analysis.standing import SPECK_M2, Standing, eroded, straightened
+from houseexpo.floorplan import decode
 
 
 def brute(space: shapely.Geometry) -> list[tuple[float, float, float]]:

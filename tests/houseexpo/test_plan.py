@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import PlanError
-from houseexpo.frame import source_from_plan
-from houseexpo.plan import Door, FloorPlan, Frame, PlanObject, Quality, Room
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import source_from_plan
+from houseexpo.plan import Door, Frame, PlanObject, Quality, Room
 
 SQUARE = [(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)]
 BOW_TIE = [(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)]

@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import pytest
 
+from houseexpo.dataset.plan_files import load_plan, save_plan
 from houseexpo.errors import PlanError
-from houseexpo.files import load_plan, save_plan
+from houseexpo.floorplan import decode
 from houseexpo.plan import Quality
-from houseexpo.plan_json import decode, encode
+from houseexpo.plan.json_codec import encode
 
 PUBLISHED = (
     b'{"verts":[[0.1,0.1],[0.1,4.1],[4.1,4.1],[4.1,0.1]],"id":"0004d52d","room_category":'

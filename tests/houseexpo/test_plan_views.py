@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 import shapely
 
+from houseexpo.analysis.geodesic import walking_distances
 from houseexpo.errors import ConfigError, PlanError
-from houseexpo.geodesic import walking_distances
-from houseexpo.plan import FloorPlan, Navigability
-from houseexpo.raster import NOTHING
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.raster import NOTHING
+from houseexpo.plan import Navigability
 
 
 def test_walls_enclose_the_free_space(two_rooms):

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.frame import GridFrame
-from houseexpo.plan import FloorPlan
-from houseexpo.plan_json import decode
-from houseexpo.raster import NOTHING, door_mask, fill, free_mask, room_mask
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.grids.frame import GridFrame
+from houseexpo.grids.raster import NOTHING, door_mask, fill, free_mask, room_mask
 
 
 def slow_mask(shape: shapely.Geometry, frame: GridFrame) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from houseexpo import ConfigError, FloorPlan, MissingDependencyError
-from houseexpo.rasters import RasterConfig, rasters
+from houseexpo.dataset.tensors import RasterConfig, rasters
 from houseexpo.torch import PlanDataset
 from tests.builders.datasets import house, houses, pack
 

@@ -9,10 +9,10 @@ import pytest
 import shapely
 
 from houseexpo.errors import PlanError
-from houseexpo.plan import FloorPlan
-from houseexpo.plan_json import decode, encode
-from houseexpo.raster import free_mask
-from houseexpo.repair import Repair, repair_of
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.grids.raster import free_mask
+from houseexpo.plan.json_codec import encode
+from houseexpo.plan.repair import Repair, repair_of
 from tests.builders.shared import DATA, needs_shared
 
 SQUARE = np.array([(0.0, 0.0), (0.0, 4.0), (4.0, 4.0), (4.0, 0.0)])

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from houseexpo.plan_json import decode
-from houseexpo.similarity import (
+from houseexpo.analysis.similarity import (
     SYMMETRIES,
     THRESHOLD,
     compare,
@@ -17,6 +16,7 @@ from houseexpo.similarity import (
     lower_bound,
     transformed,
 )
+from houseexpo.floorplan import decode
 
 
 def slow_difference(one: np.ndarray, other: np.ndarray) -> float:

@@ -12,10 +12,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from houseexpo import ConfigError, encode, find_duplicates, open_dataset
-from houseexpo.index import index_table, row
-from houseexpo.plan import FloorPlan
-from houseexpo.splits import PAPER, split, together, write_split
-from houseexpo.validation import validate
+from houseexpo.dataset.index import index_table, row
+from houseexpo.dataset.splits import PAPER, split, together, write_split
+from houseexpo.dataset.validation import validate
+from houseexpo.floorplan import FloorPlan
 from tests.builders.datasets import pack
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "houseexpo" / "plans_33717.jsonl.gz"

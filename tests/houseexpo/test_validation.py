@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from houseexpo import DatasetError, encode
+from houseexpo.dataset.validation import RULES, validate
 from houseexpo.plan import Navigability, PlanObject, Quality
-from houseexpo.schema import SHIPPED, schema, schema_text
-from houseexpo.validation import RULES, validate
+from houseexpo.plan.schema import SHIPPED, schema, schema_text
 from tests.builders.datasets import hexed, house, houses, pack
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "houseexpo" / "plans_33717.jsonl.gz"

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.plan_json import decode, encode
+from houseexpo.floorplan import decode
+from houseexpo.plan.json_codec import encode
 from pipeline.algorithm import plan_house
 from pipeline.config import EvidenceConfig, LayoutConfig, PipelineConfig
 from pipeline.rejection import Reason, Rejection

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
 from pipeline.batch.assemble import DataSet
 from pipeline.config import PipelineConfig

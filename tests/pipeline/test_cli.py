@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from houseexpo.cli import make_app
+from houseexpo.commands.app import make_app
 from tests.builders.batch import contents, lines, one_room
 
 runner = CliRunner()
@@ -39,7 +39,10 @@ def test_help_is_quick_and_names_the_commands() -> None:
 
 def test_help_loads_nothing_heavy() -> None:
     heavy = "{'numpy', 'cv2', 'shapely', 'trimesh', 'pyarrow', 'numba', 'scipy'}"
-    code = f"import sys; from houseexpo.cli import make_app; make_app(); print(sorted({heavy} & set(sys.modules)))"
+    code = (
+        "import sys; from houseexpo.commands.app import make_app; make_app(); "
+        f"print(sorted({heavy} & set(sys.modules)))"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 

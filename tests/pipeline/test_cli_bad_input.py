@@ -10,7 +10,7 @@ import pytest
 import trimesh
 from typer.testing import CliRunner
 
-from houseexpo.cli import make_app
+from houseexpo.commands.app import make_app
 from pipeline.sources.procedural import write_house
 from tests.builders.batch import contents, lines, one_room
 

@@ -6,7 +6,7 @@ import trimesh
 from PIL import Image
 from typer.testing import CliRunner
 
-from houseexpo.cli import make_app
+from houseexpo.commands.app import make_app
 from pipeline.sources.naming import base_id
 from tests.builders.batch import one_room
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import shapely
 
+from houseexpo.drawing.scene import WALL
 from houseexpo.plan import Frame
-from houseexpo.scene import WALL
 from pipeline.canvas import Canvas, ruler_ticks
 from pipeline.evidence_picture import DOORWAY, FLOOR, FURNITURE, LEAF, LINTEL, RAIL, draw_evidence
 from pipeline.values import Doorway, Evidence

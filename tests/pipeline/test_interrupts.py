@@ -58,7 +58,7 @@ with interruptible("last words"):
 def test_verify_says_what_is_damaged_and_ends_with_1(tmp_path: Path) -> None:
     from typer.testing import CliRunner
 
-    from houseexpo.cli import make_app
+    from houseexpo.commands.app import make_app
 
     house, out = str(one_room(tmp_path / "house.ply")), str(tmp_path / "out")
     run = CliRunner()

@@ -7,7 +7,7 @@ import pytest
 import shapely
 import trimesh
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from pipeline.config import EvidenceConfig
 from pipeline.geometry.bodies import Bodies
 from pipeline.geometry.leaves import find_leaves

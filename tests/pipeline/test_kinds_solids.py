@@ -9,7 +9,7 @@ import pytest
 import shapely
 import trimesh
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from pipeline.sources.mesh_load import Convention
 from pipeline.sources.units import Wish, detect
 from tests.builders.houses import CEILING, HEAD, Hole, Parts, kinds, level, plan_of, shell, two_rooms, wall

@@ -8,7 +8,8 @@ import pyarrow.parquet as pq
 import pytest
 from PIL import Image
 
-from houseexpo.plan import FloorPlan, Quality
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Quality
 from pipeline.overrides import Override
 from pipeline.quality import GROUNDS, check_quality, judged, main_grounds
 from pipeline.rejection import Reason, Rejection

@@ -9,12 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from houseexpo.categories import LABELS, UNLABELLED
-from houseexpo.graph import navigability
-from houseexpo.plan import Door, FloorPlan, Frame, Navigability, PlanObject, Quality, Room
-from houseexpo.plan_json import decode, encode
-from houseexpo.raster import free_mask
-from houseexpo.similarity import SYMMETRIES, compare, crop, fingerprint, lower_bound, transformed
+from houseexpo.analysis.navigability import navigability
+from houseexpo.analysis.similarity import SYMMETRIES, compare, crop, fingerprint, lower_bound, transformed
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.grids.raster import free_mask
+from houseexpo.plan import Door, Frame, Navigability, PlanObject, Quality, Room
+from houseexpo.plan.categories import LABELS, UNLABELLED
+from houseexpo.plan.json_codec import encode
 
 coordinate = st.floats(-1e4, 1e4) | st.integers(-500, 500).map(lambda cm: cm / 100)
 point = st.tuples(coordinate, coordinate)

@@ -7,7 +7,7 @@ from hypothesis import assume, event, given, settings
 from hypothesis import strategies as st
 
 from houseexpo.errors import ConfigError
-from houseexpo.frame import GridFrame
+from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.obstacles import place
 from houseexpo.pseudoslam.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely.affinity import affine_transform
 
-from houseexpo.frame import source_from_plan
-from houseexpo.graph import standing_pieces
-from houseexpo.plan import FloorPlan
-from houseexpo.plan_json import decode, encode
+from houseexpo.analysis.navigability import standing_pieces
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.grids.frame import source_from_plan
+from houseexpo.plan.json_codec import encode
 from pipeline.values import Mesh
 from tests.builders.houses import HEAD, Hole, Parts, difference, level, plan_of, shell, wall
 from tests.builders.meshes import box, joined, turned

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import FloorPlan
-from houseexpo.frame import GridFrame
+from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, RobotConfig, ScanRule, SimulatorConfig
 from houseexpo.pseudoslam.kernels.motion import disc_is_free
 from houseexpo.pseudoslam.kernels.sector import sector_scan

@@ -7,7 +7,8 @@ from functools import cache
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from houseexpo.plan import FloorPlan, Navigability
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Navigability
 from stats.record import Record, record
 from stats.summary import PlanSummary
 from stats.tally import Tally

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from houseexpo.files import save_plan
-from houseexpo.plan import Door, FloorPlan, Room
+from houseexpo.dataset.plan_files import save_plan
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Door, Room
 
 
 def box(x1: float, y1: float, x2: float, y2: float) -> list[tuple[float, float]]:

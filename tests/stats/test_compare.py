@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from stats.compare import TOTAL_VARIATION, WASSERSTEIN, compare, report, total_variation
 from stats.summary import PlanSummary
 from tests.stats.conftest import outline

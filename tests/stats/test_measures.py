@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from houseexpo.plan import FloorPlan, PlanObject, Quality
-from houseexpo.similarity import SYMMETRIES
+from houseexpo.analysis.similarity import SYMMETRIES
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import PlanObject, Quality
 from stats import measures
 from stats.record import record
 from tests.stats.conftest import outline

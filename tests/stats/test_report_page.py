@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from houseexpo.cli import make_app
+from houseexpo.commands.app import make_app
 from houseexpo.dataset import open_dataset
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from stats.gather import Gathered, add_up, gather, records
 from stats.listed import judge
 from stats.page import page
@@ -155,7 +155,7 @@ def test_nothing_is_wider_than_the_screen(folder: Path, tmp_path: Path, width: i
 
 
 def test_help_imports_nothing_heavy() -> None:
-    code = "import sys; from houseexpo.cli import make_app; make_app(); print(*sys.modules)"
+    code = "import sys; from houseexpo.commands.app import make_app; make_app(); print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert not {"matplotlib", "jinja2", "shapely", "scipy", "networkx", "pyarrow"} & set(done.stdout.split())
 

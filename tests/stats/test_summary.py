@@ -2,8 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from houseexpo.graph import navigability
-from houseexpo.plan import Door, FloorPlan, Navigability, Room
+from houseexpo.analysis.navigability import navigability
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Door, Navigability, Room
 from houseexpo.summaries import new_summaries
 from stats.summary import PlanSummary
 

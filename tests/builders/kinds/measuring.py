@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.rejection import Rejection

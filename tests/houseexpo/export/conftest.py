@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from houseexpo.plan import Door, FloorPlan, Frame, Room
-from houseexpo.plan_json import decode
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.plan import Door, Frame, Room
 
 Z_UP = Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "z", 0.0, 0)
 Y_UP_MIRRORED = Frame(((1.0, 0.0, 3.0), (0.0, 1.0, -2.0)), "y", 0.0, 0)

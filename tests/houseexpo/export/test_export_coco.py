@@ -7,8 +7,8 @@ import pytest
 import shapely
 from PIL import Image
 
-from houseexpo.categories import LABELS
 from houseexpo.export import export
+from houseexpo.plan.categories import LABELS
 
 coco = pytest.importorskip("pycocotools.coco")
 pytestmark = pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # pycocotools' own

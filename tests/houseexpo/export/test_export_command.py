@@ -14,8 +14,8 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from houseexpo import save_plan
-from houseexpo.cli import make_app
 from houseexpo.commands import export as command
+from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.export import FORMATS, export, svg
 

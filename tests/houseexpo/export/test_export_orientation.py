@@ -12,7 +12,7 @@ import shapely
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.export import FORMATS, export, geojson, is_mirrored, oriented, world_from_plan
-from houseexpo.frame import source_from_plan
+from houseexpo.grids.frame import source_from_plan
 from houseexpo.plan import Frame
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.frame import GridFrame
+from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.carmen import Drift, Pose, Reading, Scanner, laser_line, readings, write_log
 from houseexpo.pseudoslam.world import World, world_of
 

@@ -15,7 +15,7 @@ import pytest
 import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
-from houseexpo.plan_json import decode
+from houseexpo.floorplan import decode
 from houseexpo.pseudoslam.config import (
     GoalConfig,
     LaserConfig,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from houseexpo.plan_json import decode
+from houseexpo.floorplan import decode
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.frontier import frontier_walk
 from houseexpo.pseudoslam.simulator import Simulator

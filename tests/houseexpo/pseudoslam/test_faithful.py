@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from houseexpo.plan_json import decode
+from houseexpo.floorplan import decode
 from houseexpo.pseudoslam.config import LaserConfig, ObservationConfig, RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State

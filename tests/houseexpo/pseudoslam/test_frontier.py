@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from houseexpo.plan import FloorPlan
-from houseexpo.plan_json import decode
+from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.dynamics_config import Trajectory
 from houseexpo.pseudoslam.frontier import frontier_walk

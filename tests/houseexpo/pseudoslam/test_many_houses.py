@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.plan_json import decode
+from houseexpo.floorplan import decode
 from houseexpo.pseudoslam import worlds
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.dynamics_config import PeopleConfig

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.frame import GridFrame
-from houseexpo.plan_json import decode
+from houseexpo.floorplan import decode
+from houseexpo.grids.frame import GridFrame
+from houseexpo.grids.raster import free_mask
 from houseexpo.pseudoslam.kernels.obstacles import CLOSES_OFF, FITS, OVERLAPS, set_down
 from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.obstacles import Placement, _disc, place
 from houseexpo.pseudoslam.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
 from houseexpo.pseudoslam.world import standing_cells
-from houseexpo.raster import free_mask
 
 PPM, RADIUS_M = 20.0, 0.2
 RADIUS_PX = PPM * RADIUS_M

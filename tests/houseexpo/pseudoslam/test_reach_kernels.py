@@ -8,7 +8,7 @@ import os
 import numpy as np
 import pytest
 
-from houseexpo.frame import GridFrame
+from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.kernels.reach import NOWHERE, find_standing, mark_in_sight, mark_visible
 from houseexpo.pseudoslam.kernels.sector import sector_scan
 from houseexpo.pseudoslam.world import scan_buffers, standing_cells, visible_cells, world_of

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import shapely
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from tests.builders.indoor_regions import compare
 from tests.builders.real_slam import explore, need_slam, slam
 

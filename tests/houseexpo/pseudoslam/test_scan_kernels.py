@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from houseexpo.plan_json import decode
+from houseexpo.floorplan import decode
+from houseexpo.grids.raster import free_mask
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, merge_cells, merge_runs
 from houseexpo.pseudoslam.kernels.rays import free_corner, ray_merge, ray_scan
 from houseexpo.pseudoslam.kernels.sector import sector_scan
 from houseexpo.pseudoslam.world import scan_buffers
-from houseexpo.raster import free_mask
 from tests.builders.scans import Cells, slow_rays, slow_sector
 
 QUARTER = math.pi / 2

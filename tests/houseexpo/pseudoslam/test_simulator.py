@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.plan_json import decode
+from houseexpo.floorplan import decode
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, StartConfig
 from houseexpo.pseudoslam.simulator import Simulator
 from tests.builders.simulations import PLAIN, at, started, wander

@@ -7,7 +7,7 @@ import pytest
 
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
-from houseexpo.plan_json import decode
+from houseexpo.floorplan import decode
 from houseexpo.pseudoslam.kernels.motion import disc_is_free
 from houseexpo.pseudoslam.world import make_world, standing_cells
 

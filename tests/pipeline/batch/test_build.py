@@ -7,8 +7,8 @@ import msgspec
 import pyarrow.parquet as pq
 import pytest
 
-from houseexpo.files import load_plan
-from houseexpo.plan_json import decode
+from houseexpo.dataset.plan_files import load_plan
+from houseexpo.floorplan import decode
 from pipeline.algorithm import plan_level
 from pipeline.overrides import Override
 from tests.builders.batch import contents, lines, one_room, run_build

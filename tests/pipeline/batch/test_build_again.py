@@ -9,8 +9,8 @@ import msgspec
 import pytest
 
 from houseexpo.dataset import open_dataset
+from houseexpo.dataset.splits import split, write_split
 from houseexpo.errors import ConfigError
-from houseexpo.splits import split, write_split
 from pipeline.batch.folder import Others
 from pipeline.overrides import Override
 from tests.builders.batch import contents, killed_once, lines, one_room, run_build

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from pipeline.batch import recipe
 from pipeline.config import PipelineConfig
 from pipeline.sources.procedural import write_house

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from shapely import Polygon
 
-from houseexpo.raster import edges_in_pixels, rings_of
-from houseexpo.similarity import (
+from houseexpo.analysis.similarity import (
     SYMMETRIES,
     compare,
     comparison_frame,
@@ -17,6 +16,7 @@ from houseexpo.similarity import (
     lower_bound,
     transformed,
 )
+from houseexpo.grids.raster import edges_in_pixels, rings_of
 from pipeline.kernels import shapes
 from pipeline.stages.dedupe import print_of
 

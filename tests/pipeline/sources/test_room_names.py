@@ -1,6 +1,6 @@
 import pytest
 
-from houseexpo.categories import LABELS
+from houseexpo.plan.categories import LABELS
 from pipeline.sources.room_names import _TABLE, is_outside_the_count, labels_for
 
 

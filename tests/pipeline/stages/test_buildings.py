@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from houseexpo.plan import FloorPlan
+from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.stages.buildings import building_id

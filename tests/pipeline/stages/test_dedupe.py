@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from houseexpo.similarity import SYMMETRIES, crop, transformed
+from houseexpo.analysis.similarity import SYMMETRIES, crop, transformed
 from pipeline.config import DedupeConfig
 from pipeline.stages.dedupe import Pair, Shapes, compared, dedupe
 

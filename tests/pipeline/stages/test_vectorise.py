@@ -5,8 +5,9 @@ import pytest
 import shapely
 from shapely.affinity import rotate, translate
 
-from houseexpo.frame import source_from_plan
-from houseexpo.plan import FloorPlan, Frame
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import source_from_plan
+from houseexpo.plan import Frame
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.regions import OUTSIDE
 from pipeline.stages.vectorise import vectorise

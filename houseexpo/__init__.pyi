@@ -1,0 +1,63 @@
+from .analysis.graph import rooms_graph
+from .analysis.navigability import navigability
+from .analysis.similarity import find_duplicates
+from .dataset import Dataset, open_dataset
+from .dataset.fetch import fetch
+from .dataset.plan_files import load_plan, save_plan
+from .drawing import contact_sheet, draw_plan, svg
+from .errors import (
+    ConfigError,
+    DatasetError,
+    HouseExpoError,
+    MissingDependencyError,
+    PlanError,
+    UnknownPlanError,
+)
+from .floorplan import FloorPlan, decode
+from .grids.frame import GridFrame
+from .grids.raster import door_mask, free_mask, room_mask
+from .inference import with_rooms
+from .plan import Door, Frame, Navigability, PlanObject, Quality, Room
+from .plan.categories import LABELS, UNLABELLED, canonical
+from .plan.json_codec import encode
+from .plan.repair import Repair
+
+__all__ = [
+    "LABELS",
+    "UNLABELLED",
+    "ConfigError",
+    "Dataset",
+    "DatasetError",
+    "Door",
+    "FloorPlan",
+    "Frame",
+    "GridFrame",
+    "HouseExpoError",
+    "MissingDependencyError",
+    "Navigability",
+    "PlanError",
+    "PlanObject",
+    "Quality",
+    "Repair",
+    "Room",
+    "UnknownPlanError",
+    "canonical",
+    "contact_sheet",
+    "decode",
+    "door_mask",
+    "draw_plan",
+    "encode",
+    "fetch",
+    "find_duplicates",
+    "free_mask",
+    "load_plan",
+    "navigability",
+    "open_dataset",
+    "room_mask",
+    "rooms_graph",
+    "save_plan",
+    "svg",
+    "with_rooms",
+]
+
+__version__: str

@@ -1,0 +1,115 @@
+"""How far one walks inside a room, and from room to room.
+
+Shortest paths inside a polygon turn only at its reflex corners; so they are found exactly, on the graph of corners that
+see each other.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.analysis.graph import OUTSIDE, rooms_graph
+from houseexpo.plan import Door, Room
+from houseexpo.plan.model import PlanData
+
+if TYPE_CHECKING:
+    import networkx as nx
+    from shapely import MultiPolygon, Polygon
+
+_JAG_M: Final = 0.02  # stair-steps of published walls are no corners to walk round
+_SLACK_M: Final = 0.005  # a path may run along a wall; twice the jag's half, the grid's half centimetre
+
+Points = npt.NDArray[np.float64]
+
+
+def walking_distances(space: Polygon | MultiPolygon, points: npt.ArrayLike) -> Points:
+    """Return the lengths (n, n) in metres of the shortest paths inside ``space`` between ``points`` (n, 2).
+
+    Infinite where there is no way. Walls are straightened by at most 0.02 m first, and a point may lie up to as far
+    outside.
+    """
+    import shapely
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import dijkstra
+
+    ends = np.asarray(points, dtype=np.float64).reshape(-1, 2)
+    shape = space.simplify(_JAG_M)
+    nodes = np.concatenate([ends, *(_reflex(np.asarray(ring.coords)[:-1]) for ring in _rings(shape))])
+    wide = shapely.buffer(shape, _JAG_M + _SLACK_M, join_style="mitre")
+    shapely.prepare(wide)
+    one, other = np.triu_indices(len(nodes), k=1)
+    seen = shapely.covers(wide, shapely.linestrings(np.stack([nodes[one], nodes[other]], axis=1)))
+    one, other = one[seen], other[seen]
+    # 1e-12: two points in one place are joined, which a stored 0 would not say
+    length = np.maximum(np.hypot(*(nodes[one] - nodes[other]).T), 1e-12)
+    table = csr_array((length, (one, other)), shape=(len(nodes), len(nodes)))
+    found: Points = dijkstra(table, directed=False, indices=np.arange(len(ends)))[:, : len(ends)]
+    return np.where(found < 1e-9, 0.0, found)
+
+
+def walking_graph(plan: PlanData, *, outside: bool = False) -> nx.MultiGraph[int | str]:
+    """Return ``rooms_graph`` with the metres that one walks.
+
+    A node has ``position`` too, a point well inside the room (x, y); an edge has ``distance``: from one room's position
+    through the middle of the door to the other's, along the shortest way inside the two rooms. ``graph.graph["doors"]``
+    holds, for each room with two doors or more, the walking distance between each pair: ``{(door, door): metres}``, so
+    that longer ways need not pass through the rooms' middles. An entrance's distance ends at the door.
+
+    Weighted shortest paths (``networkx.shortest_path_length(graph, a, b, "distance")``) are thus distances from room to
+    room.
+    """
+    graph = rooms_graph(plan, outside=outside)
+    between: dict[tuple[int, int], float] = {}
+    legs: dict[tuple[int, int], float] = {}
+    for room in plan.rooms:
+        doors = [door for door in plan.doors if room.id in door.rooms]
+        position = _inside(room)
+        graph.nodes[room.id]["position"] = position
+        lengths = walking_distances(_with_doors(room, doors), [position, *map(_middle, doors)])
+        for i, door in enumerate(doors, start=1):
+            legs[room.id, door.id] = float(lengths[0, i])
+            for j, other in enumerate(doors[i:], start=i + 1):
+                between[door.id, other.id] = round(float(lengths[i, j]), 3)
+    for one, other, key, edge in graph.edges(keys=True, data=True):
+        edge["distance"] = round(sum(legs[room, key] for room in (one, other) if room != OUTSIDE), 3)
+    graph.graph["doors"] = between
+    return graph
+
+
+def _with_doors(room: Room, doors: list[Door]) -> Polygon | MultiPolygon:
+    """The room with the openings that lead out of it: a door's middle lies in the wall, not in the room."""
+    import shapely
+
+    return shapely.union_all([room.shape, *(door.shape for door in doors)])
+
+
+def _middle(door: Door) -> tuple[float, float]:
+    (x1, y1), (x2, y2) = door.segment
+    return (x1 + x2) / 2, (y1 + y2) / 2
+
+
+def _inside(room: Room) -> tuple[float, float]:
+    """The centroid where it lies in the room, else the middle of the widest disc."""
+    import shapely
+
+    centre = room.shape.centroid
+    if not room.shape.contains(centre):
+        centre = shapely.Point(shapely.maximum_inscribed_circle(room.shape, tolerance=0.05).coords[0])
+    return round(centre.x, 3), round(centre.y, 3)
+
+
+def _rings(shape: Polygon | MultiPolygon) -> list[Polygon]:
+    """All rings, the free space on the left of each: outer ones counter-clockwise, holes clockwise."""
+    import shapely
+
+    parts = shapely.get_parts(shapely.orient_polygons(shape))
+    return [ring for part in parts if not part.is_empty for ring in (part.exterior, *part.interiors)]
+
+
+def _reflex(ring: Points) -> Points:
+    """The corners where the ring turns right: walls that stick out into the room."""
+    before, after = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
+    return ring[before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] < 0]

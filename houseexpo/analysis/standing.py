@@ -1,0 +1,142 @@
+"""Where the centre of a disc can stand, at any radius, and at which radius that falls apart."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from houseexpo.analysis.passages import Floats, find_passages
+
+if TYPE_CHECKING:
+    from shapely import MultiPolygon, Polygon
+
+SPECK_M2: Final = 0.1
+"""A piece smaller than this is no place: neither counted nor measured."""
+
+_JAG_M: Final = 0.01  # stair-steps of published rings; without them a buffer costs a twentieth
+_STEP_M: Final = 0.05  # radii between which a split is looked for
+_EXACT_M: Final = 0.0025  # and to which it is narrowed down: half a centimetre of width
+_ROUND: Final = 0.01  # a buffer's arcs are polygons: it may find a passage wider by half this share
+_COMMON_M: Final = 1.2  # most spaces fall apart at a passage of less; the others' wider ones are found when asked for
+_SPECK_RADIUS_M: Final = (SPECK_M2 / np.pi) ** 0.5
+
+
+class Piece(NamedTuple):
+    """A connected place, eroded by ``radius`` already; 0.0 where it need not be, since nothing of it falls apart."""
+
+    polygon: Polygon
+    radius: float
+
+
+class Standing:
+    """The pieces of a free space; radii share what they find, since most have the same bottleneck.
+
+    Erosions are what costs. Between passages (``analysis.passages``) nothing falls apart, so most are left out.
+    """
+
+    def __init__(self, shape: Polygon | MultiPolygon) -> None:
+        self._shape = shape
+        self._passages, self._widest_m = find_passages(shape, _COMMON_M), _COMMON_M
+        self._eroded: dict[float, list[Polygon]] = {}
+        self._known: list[tuple[float, float, Polygon]] = []  # (from radius, split at radius, the piece at from)
+
+    def pieces(self, radius: float) -> list[Piece]:
+        """Return the pieces at this radius, metres, the biggest first."""
+        if radius < self._whole_to:
+            return [Piece(self._shape, 0.0)]
+        return [Piece(polygon, radius) for polygon in self._erode(radius)]
+
+    def width(self, piece: Piece, radius: float) -> float:
+        """Twice the radius at which a piece of this radius falls apart; where it never does, the widest disc's."""
+        for start, split, whole in self._known:
+            if start <= radius < split and (whole is piece.polygon or _holds(whole, piece.polygon)):
+                return 2.0 * split
+        split = self._split(piece, radius)
+        self._known.append((radius, split, piece.polygon))
+        return 2.0 * split
+
+    @cached_property
+    def _whole_to(self) -> float:
+        """Up to this radius, metres, the space is in one piece for certain, and no speck."""
+        import shapely
+
+        if self._shape.geom_type != "Polygon":
+            return -1.0
+        room = shapely.distance(self._shape.boundary, self._shape.representative_point())
+        narrowest = min([self._widest_m / 2.0, *self._passages.radius[:1]])
+        return float(min(room - _SPECK_RADIUS_M, narrowest * (1.0 - _ROUND)))
+
+    def _split(self, piece: Piece, radius: float) -> float:
+        import shapely
+
+        passages, low = self._through(piece, radius), radius
+        while True:
+            high = low + _STEP_M
+            if high * (1.0 + _ROUND) > self._widest_m / 2.0:
+                self._passages, self._widest_m = find_passages(self._shape), np.inf
+                passages = self._through(piece, radius)
+            ahead = passages[passages > low * (1.0 - _ROUND)]
+            none = not ahead.size and np.isinf(self._widest_m)
+            count = self._count(piece, high) if ahead.size and ahead[0] < high * (1.0 + _ROUND) else 1
+            if count > 1:
+                return self._narrowed(piece, ahead, low * (1.0 - _ROUND), high * (1.0 + _ROUND))
+            if count == 0 or none:
+                disc = shapely.maximum_inscribed_circle(piece.polygon, tolerance=_EXACT_M)
+                return piece.radius + float(disc.length)
+            low = high
+
+    def _through(self, piece: Piece, radius: float) -> Floats:
+        """Return the radii of the passages of a piece, ascending; it may end right at one that is just as wide."""
+        import shapely
+
+        middles = shapely.points(self._passages.middle)
+        inside = shapely.dwithin(piece.polygon, middles, _ROUND * radius)
+        return np.asarray(self._passages.radius[inside])
+
+    def _narrowed(self, piece: Piece, passages: Floats, low: float, high: float) -> float:
+        """Find the split between two radii: one of the passages (ascending) closes there."""
+        while high - low > _EXACT_M:
+            between = passages[(passages > low) & (passages < high)]
+            first, last = (between[0], between[-1]) if between.size else (low, high)
+            middle = float(first + last) / 2.0
+            if between.size and last - first < _EXACT_M:
+                return middle
+            low, high = (low, middle) if self._count(piece, middle) > 1 else (middle, high)
+        return (low + high) / 2.0
+
+    def _count(self, piece: Piece, radius: float) -> int:
+        return sum(_holds(piece.polygon, part) for part in self._erode(radius))
+
+    def _erode(self, radius: float) -> list[Polygon]:
+        radius = round(radius, 6)
+        if radius not in self._eroded:
+            self._eroded[radius] = eroded(self._shape, radius)
+        return self._eroded[radius]
+
+
+def straightened(shape: Polygon | MultiPolygon) -> Polygon | MultiPolygon:
+    """Return the shape with walls straightened by at most 0.01 m, valid, its parts and holes all there."""
+    quick = shape.simplify(_JAG_M, preserve_topology=False)  # seven times as quick, but may lose what is thin
+    if shape.geom_type != "Polygon" or quick.geom_type != "Polygon" or quick.is_empty:
+        return shape.simplify(_JAG_M)
+    alike = len(shape.interiors) == len(quick.interiors) and abs(shape.area - quick.area) < _JAG_M * shape.length
+    return quick if alike else shape.simplify(_JAG_M)
+
+
+def eroded(shape: Polygon | MultiPolygon, radius: float) -> list[Polygon]:
+    """Return the pieces in which the centre of a disc can stand, the biggest first; specks under 0.1 m2 left out."""
+    import shapely
+
+    found = shapely.buffer(shape, -radius, quad_segs=8)
+    if found.geom_type == "Polygon":  # mostly; quicker than what follows
+        return [found] if found.area >= SPECK_M2 else []
+    parts = shapely.get_parts(found)
+    areas = shapely.area(parts)
+    return [parts[i] for i in np.argsort(-areas, kind="stable") if areas[i] >= SPECK_M2]
+
+
+def _holds(whole: Polygon, part: Polygon) -> bool:
+    """Whether what is left of a piece at a greater radius belongs to it."""
+    return bool(whole.covers(part.representative_point()))

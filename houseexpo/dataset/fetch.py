@@ -1,0 +1,159 @@
+"""Download the published data set, sure that it is the published one, and unpack it where ``open_dataset`` finds it."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import shutil
+from collections.abc import Callable, Iterable
+from pathlib import Path, PurePosixPath
+from typing import Any, Final, Literal
+
+from houseexpo.dataset.manifest import Manifest, Source, load_manifest
+from houseexpo.dataset.store.cache import cache_folder
+from houseexpo.dataset.unpack import member_names, unpack
+from houseexpo.errors import DatasetError
+
+Subset = Literal["10", "100", "1000", "all"]
+Progress = Callable[[str, int, int], None]
+"""Told what is downloaded, how many bytes are there, and how many there will be (0 where the server does not say)."""
+
+_RETRIES: Final = 3
+_CHUNK: Final = 1 << 16
+_TIMEOUT_S: Final = 30.0
+_MAX_BYTES: Final = 2 * 2**30
+
+
+def fetch(subset: Subset = "all", *, manifest: Manifest | None = None, progress: Progress | None = None) -> Path:
+    """Download the published data set into the user's cache folder, once, and return the folder to open.
+
+    1. A download that breaks off is kept and goes on where it stopped, in this call (three times) and in the next.
+    2. What was downloaded has the git blob id that the manifest names, or it is thrown away.
+    3. ``subset`` "10" is the authors' own demonstration; "100" and "1000" hold those ten and the plans whose ids have
+       the least SHA-256, so that a smaller subset lies in every larger one and all machines get the same.
+    4. The folder appears when everything is in it.
+
+    Raises
+    ------
+    DatasetError
+        The server cannot be reached, or sends something else; the text says what to do.
+
+    Examples
+    --------
+    >>> import houseexpo
+    >>> plans = houseexpo.open_dataset(houseexpo.fetch("10"))  # doctest: +SKIP
+    """
+    published = load_manifest() if manifest is None else manifest
+    target = folder_of(subset, published)
+    if target.is_dir():
+        return target
+    downloads = cache_folder("downloads")
+    archive = download(published.archive, downloads, progress)
+    lists = [download(source, downloads, progress) for source in published.lists]
+    ids = None if subset == "all" else _ids(archive, int(subset), published.subsets.get("demo", ()))
+    partial = target.with_name(f".{subset}-{os.getpid()}")
+    shutil.rmtree(partial, ignore_errors=True)
+
+    def wanted(name: str) -> bool:
+        return _is_plan(name) and (ids is None or PurePosixPath(name).stem in ids)
+
+    try:
+        unpack(archive, partial, wanted=wanted)
+        for file in lists:
+            shutil.copyfile(file, partial / file.name)
+        partial.rename(target)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+    return target
+
+
+def folder_of(subset: Subset, manifest: Manifest | None = None) -> Path:
+    """Return where ``fetch`` puts a subset, fetched or not."""
+    published = load_manifest() if manifest is None else manifest
+    return cache_folder("data", f"{published.name.lower()}-{published.archive.git_blob[:12]}") / subset
+
+
+def download(source: Source, folder: Path, progress: Progress | None = None) -> Path:
+    """Return the verified file in ``folder``, downloaded where it is not there yet (R1, R2 of ``fetch``)."""
+    import pooch
+    import requests
+
+    file = folder / source.file
+    if file.exists() and git_blob(file) != source.git_blob:
+        file.unlink()
+    store = pooch.create(
+        path=folder, base_url="", registry={source.file: None}, urls={source.file: source.url}, retry_if_failed=_RETRIES
+    )
+    logger = pooch.get_logger()
+    level = logger.level
+    logger.setLevel(logging.ERROR)  # it tells of retries on standard error
+    try:
+        store.fetch(source.file, downloader=_Resuming(source, folder, progress))
+    except (requests.RequestException, ValueError) as error:
+        raise DatasetError(
+            f"{source.url}: expected {source.file} with git blob id {source.git_blob}; {error}. "
+            "Check the connection and run the same command again: what is here already is kept"
+        ) from None
+    finally:
+        logger.setLevel(level)
+    return file
+
+
+def git_blob(file: Path) -> str:
+    """Return a file's git blob id: the SHA-1 of ``blob <size>``, a zero byte and its bytes, in hex digits."""
+    digest = hashlib.sha1(b"blob %d\0" % file.stat().st_size, usedforsecurity=False)
+    with file.open("rb") as stream:
+        while data := stream.read(_CHUNK):
+            digest.update(data)
+    return digest.hexdigest()
+
+
+class _Resuming:
+    """A downloader for pooch that keeps what came before a break beside the file, and asks for the rest."""
+
+    def __init__(self, source: Source, folder: Path, progress: Progress | None) -> None:
+        self._source, self._progress = source, progress
+        self._partial = folder / f"{source.git_blob}.partial"
+
+    def __call__(self, url: str, output_file: str, pooch: Any, *, check_only: bool = False) -> None:  # noqa: ARG002
+        self._receive(url)
+        if (found := git_blob(self._partial)) != self._source.git_blob:
+            self._partial.unlink()
+            raise ValueError(f"found one with {found}, which was thrown away")
+        Path(output_file).write_bytes(b"")
+        self._partial.replace(output_file)
+
+    def _receive(self, url: str) -> None:
+        import requests
+
+        have = self._partial.stat().st_size if self._partial.exists() else 0
+        headers = {"Accept-Encoding": "identity"} | ({"Range": f"bytes={have}-"} if have else {})
+        with requests.get(url, headers=headers, stream=True, timeout=_TIMEOUT_S) as answer:
+            if answer.status_code == requests.codes.requested_range_not_satisfiable:
+                return  # all of it is here; the blob id decides
+            answer.raise_for_status()
+            resumed = answer.headers.get("Content-Range", "").startswith(f"bytes {have}-")
+            if not (have and answer.status_code == requests.codes.partial_content and resumed):
+                have = 0
+            start, length = have, int(answer.headers.get("Content-Length") or 0)
+            with self._partial.open("ab" if have else "wb") as stream:
+                for data in answer.iter_content(_CHUNK):
+                    stream.write(data)
+                    have += len(data)
+                    if self._progress is not None:
+                        self._progress(self._source.file, have, start + length if length else 0)
+                    if have > _MAX_BYTES:
+                        raise ValueError(f"found more than {_MAX_BYTES} bytes")
+
+
+def _is_plan(name: str) -> bool:
+    return PurePosixPath(name).suffix == ".json"
+
+
+def _ids(archive: Path, count: int, first: Iterable[str]) -> frozenset[str]:
+    """Return the ids of a subset (R3)."""
+    known = {PurePosixPath(name).stem for name in member_names(archive) if _is_plan(name)}
+    chosen = [name for name in first if name in known]
+    rest = sorted(known.difference(chosen), key=lambda name: hashlib.sha256(name.encode()).digest())
+    return frozenset([*chosen, *rest][:count])

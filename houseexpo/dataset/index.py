@@ -1,0 +1,66 @@
+"""``index.parquet``: one row a plan, so that a data set can be searched without opening its plans."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import RADII_M
+
+_REACH = pa.struct([("components", pa.int32()), ("largest_share", pa.float64()), ("narrowest", pa.float64())])
+SCHEMA = pa.schema(
+    [
+        ("id", pa.string()),
+        ("room_num", pa.int32()),
+        ("area", pa.float64()),  # m2 of free space
+        ("width", pa.float64()),  # m along x
+        ("height", pa.float64()),  # m along y
+        ("labels", pa.list_(pa.string())),  # those that occur, sorted
+        ("n_doors", pa.int32()),
+        ("n_cuts", pa.int32()),
+        ("navigability", pa.struct([(f"{radius:.2f}", _REACH) for radius in RADII_M])),
+        ("quality", pa.float64()),  # 0 to 1
+        ("source", pa.string()),
+        ("level", pa.int32()),
+        ("split", pa.string()),
+    ]
+)
+
+
+def row(plan: FloorPlan, area: float | None = None) -> dict[str, Any]:
+    """Return a plan's row; ``split`` is None until the data set is split, what a published plan lacks is None too.
+
+    ``area`` is the free space's, m2, where it is known already.
+    """
+    known = bool(plan.rooms)
+    x1, y1, x2, y2 = plan.bbox
+    return {
+        "id": plan.id,
+        "room_num": plan.room_num,
+        "area": round(plan.area if area is None else area, 2),
+        "width": round(x2 - x1, 2),
+        "height": round(y2 - y1, 2),
+        "labels": sorted(plan.room_category),
+        "n_doors": len(plan.doors) if known else None,
+        "n_cuts": sum(door.kind == "cut" for door in plan.doors) if known else None,
+        "navigability": {
+            radius: {"components": r.components, "largest_share": r.largest_share, "narrowest": r.narrowest}
+            for radius, r in plan.navigability.items()
+        }
+        or None,
+        "quality": None if plan.quality is None else plan.quality.score,
+        "source": (plan.provenance or {}).get("source"),
+        "level": None if plan.frame is None else plan.frame.level,
+        "split": None,
+    }
+
+
+def index_table(rows: list[dict[str, Any]]) -> bytes:
+    """Return the bytes of a Parquet file; equal rows give equal bytes."""
+    stream = io.BytesIO()
+    pq.write_table(pa.Table.from_pylist(rows, schema=SCHEMA), stream, compression="zstd")
+    return stream.getvalue()

@@ -1,0 +1,55 @@
+"""What the published data set is: ``data_manifests/houseexpo.toml``, read and checked."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from houseexpo.errors import ConfigError
+
+_HOMES: Final = tuple(Path(__file__).parents[up] / "data_manifests" for up in (1, 2))
+"""In the wheel the folder lies in the package, in the repository beside it."""
+
+
+class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A file to download; ``git_blob`` is the SHA-1 of ``blob <size>``, a zero byte and its bytes."""
+
+    file: str
+    url: str
+    git_blob: str
+
+
+class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A published data set: an archive of plans, lists of ids, and ids of subsets by name."""
+
+    name: str
+    licence: str
+    source: str
+    paper: str
+    plans: int
+    archive: Source
+    lists: tuple[Source, ...] = ()
+    subsets: dict[str, tuple[str, ...]] = {}
+
+
+def load_manifest(path: Path | None = None) -> Manifest:
+    """Read a manifest, by default the published data set's; ConfigError says what is wrong with it."""
+    file = manifest_path("houseexpo") if path is None else path
+    try:
+        return msgspec.convert(tomllib.loads(file.read_text(encoding="utf-8")), Manifest)
+    except OSError as error:
+        raise ConfigError(f"{file}: cannot be read ({error.strerror}); check the path") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, msgspec.ValidationError) as error:
+        raise ConfigError(f"{file}: expected the manifest of a published data set, found {error}") from None
+
+
+def manifest_path(name: str) -> Path:
+    """Return where a manifest that comes with the project lies: "demo", "houseexpo" or "suncg"."""
+    for home in _HOMES:
+        if (file := home / f"{name}.toml").exists():
+            return file
+    known = sorted(file.stem for home in _HOMES for file in home.glob("*.toml"))
+    raise ConfigError(f"no manifest {name!r}; known: {', '.join(known)}")

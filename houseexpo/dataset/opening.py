@@ -1,0 +1,234 @@
+"""Open a data set in a line: length, ids, plans by id or number, selections, splits, samples."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import ConfigError, DatasetError, PlanError, UnknownPlanError
+from houseexpo.floorplan import FloorPlan, decode
+
+if TYPE_CHECKING:
+    from houseexpo.dataset.store.catalogue import Catalogue
+
+Range: TypeAlias = tuple[float | None, float | None]
+"""From and to, both included; None leaves an end open."""
+
+
+def open_dataset(path: str | os.PathLike[str]) -> Dataset:
+    """Open a data set: a folder, the published ``json.tar.gz``, a ``.zip``, ``.jsonl`` or ``.jsonl.gz``.
+
+    A folder is one that ``houseexpo build`` wrote, or one of published JSON files. Opening reads an index and no plan,
+    but for the first time: then every plan is read and checked once, and the index (of an archive or JSON lines, the
+    plans in blocks too) is kept in the user's cache folder; the variable HOUSEEXPO_CACHE moves it.
+
+    Raises
+    ------
+    DatasetError
+        There is no data set, it is cut off or broken, or two plans have one id.
+    PlanError
+        A plan breaks the format; the error names the place, the plan and the key.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from houseexpo import FloorPlan, open_dataset, save_plan
+    >>> folder = tempfile.mkdtemp()
+    >>> save_plan(FloorPlan("hut", [(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)], 1, {}), f"{folder}/hut.json")
+    >>> plans = open_dataset(folder)
+    >>> len(plans), plans.ids, plans["hut"].room_num
+    (1, ['hut'], 1)
+    >>> len(plans.select(rooms=(4, 9), area=(50, 200)))
+    0
+    """
+    from houseexpo.dataset.store.catalogue import open_catalogue
+
+    return Dataset(open_catalogue(Path(path)))
+
+
+class Dataset(Sequence[FloorPlan]):
+    """Plans that are read when they are asked for; selections share what they are selected from.
+
+    ``ds[3]``, ``ds[-1]`` and ``ds["id"]`` are plans, ``ds[10:20]`` is a data set. A pickle holds the path and the ids.
+    """
+
+    def __init__(self, catalogue: Catalogue, rows: npt.NDArray[np.int64] | None = None) -> None:
+        self._catalogue = catalogue
+        self._rows = np.arange(len(catalogue.ids)) if rows is None else rows
+
+    @property
+    def path(self) -> Path:
+        """Where the data set lies."""
+        return self._catalogue.path
+
+    @property
+    def ids(self) -> list[str]:
+        """The plans' ids, in order."""
+        return [self._catalogue.ids[row] for row in self._rows]
+
+    @property
+    def splits(self) -> dict[str, tuple[str, ...]]:
+        """The lists of ids that come with the data set, as they are written; not all need be in it."""
+        return dict(self._catalogue.lists)
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __contains__(self, item: object) -> bool:
+        name = item.id if isinstance(item, FloorPlan) else item
+        row = self._catalogue.row_of.get(name) if isinstance(name, str) else None
+        return row is not None and row in self._rows
+
+    @overload
+    def __getitem__(self, item: str | int) -> FloorPlan: ...
+    @overload
+    def __getitem__(self, item: slice) -> Dataset: ...
+    def __getitem__(self, item: str | int | slice) -> FloorPlan | Dataset:
+        if isinstance(item, slice):
+            return Dataset(self._catalogue, self._rows[item])
+        row = self._row(item) if isinstance(item, str) else int(self._rows[item])
+        return self._plan(row)
+
+    def __iter__(self) -> Iterator[FloorPlan]:
+        return map(self._plan, self._rows.tolist())
+
+    def raw(self, plan_id: str) -> bytes:
+        """Return a plan's JSON as it is packed; UnknownPlanError where there is none of that id."""
+        return self._catalogue.read(self._row(plan_id))
+
+    def column(self, name: str) -> list[Any]:
+        """Return a column of the index, one value a plan: ``room_num``, ``area``, ``labels``, ``n_doors``, ...
+
+        ``navigability`` and ``n_doors``, which published plans lack, are computed where they are asked for, and kept.
+        """
+        from houseexpo.dataset.store.columns import column
+
+        return column(self._catalogue, self._rows, name)
+
+    def derived(self, name: str, measure: Callable[[FloorPlan], Any], workers: int = 1) -> list[Any]:
+        """Return ``measure(plan)`` for each plan; kept under ``name`` in the user's cache (``store.derived``).
+
+        A progress bar shows what is left; a run that was stopped goes on where it was.
+        """
+        from houseexpo.dataset.store.derived import derived
+
+        return derived(self._catalogue, self._rows.tolist(), name, measure, workers)
+
+    def select(
+        self,
+        *,
+        rooms: Range | int | None = None,
+        area: Range | None = None,
+        labels: Iterable[str] = (),
+        doors: Range | int | None = None,
+        robot_radius: float | None = None,
+        min_connected: float | None = None,
+        min_quality: float | None = None,
+        where: Callable[[FloorPlan], bool] | None = None,
+    ) -> Dataset:
+        """Return the plans that meet all conditions, in order.
+
+        Parameters
+        ----------
+        rooms, doors
+            Number, or from and to, both included; None leaves an end open. Doors of published plans are found first.
+        area
+            Free space in m2, from and to.
+        labels
+            Labels that all have to occur, spelt in any way (``houseexpo.canonical``).
+        robot_radius, min_connected
+            The biggest connected piece of where a disc of this radius (m) can stand holds at least this share of it (1
+            by default). Where it is not recorded it is measured: some 10 ms a plan, once.
+        min_quality
+            Plans of which the pipeline is at least this sure, 0 to 1; those that say nothing of it are left out.
+        where
+            Any other condition on a plan; it is asked last.
+        """
+        if min_connected is not None and robot_radius is None:
+            raise ConfigError("select: min_connected needs a robot_radius")
+        if min_quality is not None and not 0 <= min_quality <= 1:
+            raise ConfigError(f"select: min_quality: expected 0 to 1, found {min_quality!r}")
+        from houseexpo.dataset.store.columns import column, shares, within
+
+        rows = self._rows
+        least_quality = None if min_quality is None else (min_quality, None)
+        for name, limits in {"room_num": rooms, "area": area, "quality": least_quality}.items():
+            if limits is not None:
+                rows = rows[within(self._catalogue.numbers(name)[rows], limits, name)]
+        if wanted := {_canonical(label) for label in labels}:
+            found = self._catalogue.table.column("labels").take(rows).to_pylist()
+            rows = rows[np.array([wanted.issubset(has) for has in found], dtype=bool)]
+        if doors is not None:
+            counts = column(self._catalogue, rows, "n_doors")
+            rows = rows[within(np.array(counts, dtype=np.float64), doors, "doors")]
+        if robot_radius is not None:
+            least = 1.0 if min_connected is None else min_connected
+            rows = rows[shares(self._catalogue, rows, robot_radius) >= least]
+        if where is not None:
+            rows = rows[np.array([bool(where(self._plan(row))) for row in rows.tolist()], dtype=bool)]
+        return Dataset(self._catalogue, rows)
+
+    def split(self, name: str) -> Dataset:
+        """Return the plans of a list that comes with the data set ("train", "val", "test"), in the list's order.
+
+        ``houseexpo split`` writes such lists; the published ``map_id_train.txt`` and ``map_id_test.txt`` are read as
+        they are. Ids of which there is no plan are left out; ``splits`` has them.
+        """
+        lists = self._catalogue.lists
+        if name not in lists:
+            known = ", ".join(sorted(lists)) or "none; houseexpo split makes some"
+            raise DatasetError(f"{self.path}: no list {name!r}; known: {known}")
+        here, row_of = set(self._rows.tolist()), self._catalogue.row_of
+        rows = [row for found in lists[name] if (row := row_of.get(found, -1)) in here]
+        return Dataset(self._catalogue, np.array(rows, dtype=np.int64))
+
+    def sample(self, n: int, seed: int | np.random.Generator) -> Dataset:
+        """Return ``n`` different plans drawn at random; one seed draws the same ones every time."""
+        if not 0 <= n <= len(self):
+            raise ConfigError(f"sample: expected 0 to {len(self)} plans, found {n}")
+        rng = np.random.default_rng(seed)
+        return Dataset(self._catalogue, self._rows[rng.permutation(len(self))[:n]])
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _reopened, (self.path, self.ids)
+
+    def __repr__(self) -> str:
+        whole = len(self._catalogue.ids)
+        part = "" if len(self) == whole else f" of {whole}"
+        return f"Dataset({self.path.name!r}, {len(self)}{part} plans)"
+
+    def _row(self, plan_id: str) -> int:
+        row = self._catalogue.row_of.get(plan_id, -1)
+        if row < 0 or (len(self) < len(self._catalogue.ids) and row not in self._rows):
+            from houseexpo.dataset.store.catalogue import nearest
+
+            raise UnknownPlanError(f"{self.path}: {nearest(plan_id, self._catalogue.ids if row < 0 else self.ids)}")
+        return row
+
+    def _plan(self, row: int) -> FloorPlan:
+        plan, expected = decode(self._catalogue.read(row)), self._catalogue.ids[row]
+        if plan.id != expected:
+            raise PlanError(f"expected {expected!r}, as the index of {self.path} says; it was changed", "id", plan.id)
+        return plan
+
+
+def _canonical(label: str) -> str:
+    from houseexpo.dataset.store.catalogue import nearest
+    from houseexpo.plan.categories import LABELS, canonical
+
+    found = canonical(label)
+    if found is None:
+        raise ConfigError(f"select: labels: {nearest(label, LABELS)}")
+    return found
+
+
+def _reopened(path: Path, ids: list[str]) -> Dataset:
+    from houseexpo.dataset.store.catalogue import open_catalogue
+
+    catalogue = open_catalogue(path)
+    return Dataset(catalogue, np.array([catalogue.row_of[name] for name in ids], dtype=np.int64))

@@ -1,0 +1,25 @@
+"""One plan a file: read it, write it whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from houseexpo.errors import PlanError
+from houseexpo.files import write_whole
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.plan.json_codec import encode
+
+
+def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
+    """Read a plan from a JSON file; PlanError names the file where it holds none."""
+    file = Path(path)
+    try:
+        return decode(file.read_bytes())
+    except PlanError as error:
+        raise PlanError(error.problem, f"{file}: {error.key}" if error.key else str(file), error.plan) from None
+
+
+def save_plan(plan: FloorPlan, path: str | os.PathLike[str]) -> None:
+    """Write a plan to a JSON file; a file of that name is replaced only by a whole one."""
+    write_whole(Path(path), encode(plan) + b"\n")

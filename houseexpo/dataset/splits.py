@@ -1,0 +1,214 @@
+"""Divide a data set for learning: no house, and no copy of a house, on both sides.
+
+1. *Buildings*: levels of one house stay together (ids that differ in ``_L<n>`` only, or one input file).
+2. *Copies*: plans whose pixel difference is at most 0.02 under the eight symmetries (``analysis.similarity``) stay
+   together, and so does what is like one of them.
+3. *Strata*: plans are sorted by rooms and area; each part gets its share of every kind.
+4. The seed decides which; one seed divides one data set in one way.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+
+from houseexpo.analysis.similarity import THRESHOLD, candidates, compare, comparison_mask, fingerprint
+from houseexpo.dataset import Dataset
+from houseexpo.errors import ConfigError, DatasetError
+from houseexpo.files import write_whole
+from houseexpo.floorplan import FloorPlan
+from houseexpo.progress import watched
+
+PAPER: Final = {"train": 0.7, "test": 0.3}
+"""The paper's shares."""
+
+ROOMS: Final = (2, 4, 6, 8, 10, 15)
+"""From these numbers of rooms on, a stratum starts; each has four quarters by area."""
+
+_LEVEL: Final = re.compile(r"_L\d+(?=$|_[0-9a-f]{8}(?:_\d+)?$)")
+
+
+@dataclass(frozen=True)
+class Split:
+    """Ids by part, sorted, and how they came about; ``groups`` holds the ids that had to stay together."""
+
+    parts: Mapping[str, tuple[str, ...]]
+    seed: int
+    shares: Mapping[str, float]
+    groups: tuple[tuple[str, ...], ...]
+
+    def record(self) -> dict[str, Any]:
+        """Return what ``splits.json`` says: parameters, and count and SHA-256 of each list."""
+        return {
+            "seed": self.seed,
+            "shares": dict(self.shares),
+            "threshold": THRESHOLD,
+            "groups": sum(len(group) > 1 for group in self.groups),
+            "lists": {
+                name: {"ids": len(ids), "sha256": hashlib.sha256(list_bytes(ids)).hexdigest()}
+                for name, ids in self.parts.items()
+            },
+        }
+
+
+def split(plans: Dataset, shares: Mapping[str, float], seed: int, workers: int = 1) -> Split:
+    """Divide the plans.
+
+    Parameters
+    ----------
+    shares
+        Part of the plans by name; they add up to 1, and a part of 0 is left out.
+    workers
+        Processes for what has to be computed once (and is kept).
+
+    Raises
+    ------
+    ConfigError
+        The shares are no shares.
+    """
+    _check(shares)
+    used = {name: share for name, share in shares.items() if share > 0}
+    groups = together(plans, workers)
+    index = {name: number for number, name in enumerate(plans.ids)}
+    strata = _strata(plans)
+    rng = np.random.default_rng(seed)
+    order = rng.permutation(len(groups)).tolist()
+    # R3: by the stratum of the first plan; inside it large groups first, being the hardest to place, then chance
+    order.sort(key=lambda g: (strata[index[groups[g][0]]], -len(groups[g])))
+    parts: dict[str, list[str]] = {name: [] for name in used}
+    placed = 0
+    for g in order:
+        placed += len(groups[g])
+        lacking = {name: share * placed - len(parts[name]) for name, share in used.items()}
+        parts[max(lacking, key=lambda name: lacking[name])].extend(groups[g])
+    return Split({name: tuple(sorted(ids)) for name, ids in parts.items()}, seed, used, groups)
+
+
+def together(plans: Dataset, workers: int = 1) -> tuple[tuple[str, ...], ...]:
+    """Return the ids in groups that no split may part (R1, R2), each sorted, the groups by their first id."""
+    ids = plans.ids
+    traits = plans.derived("fingerprint, 1", _traits, workers)
+    sets = _Sets(len(ids))
+    first: dict[str, int] = {}
+    for i, (name, trait) in enumerate(zip(ids, traits, strict=True)):  # R1
+        for house in ("id " + _LEVEL.sub("", name), "file " + trait["source"] if trait["source"] else ""):
+            if house:
+                sets.join(first.setdefault(house, i), i)
+
+    @lru_cache(maxsize=4096)
+    def mask_of(i: int) -> Any:
+        return comparison_mask(plans[i])
+
+    prints = [np.array(trait["print"], dtype=np.int32) for trait in traits]
+    for i, earlier in watched(candidates(prints, THRESHOLD), "looking for copies", len(ids)):  # R2
+        for j in earlier:
+            if sets.root(i) != sets.root(j) and compare(mask_of(j), mask_of(i), THRESHOLD) is not None:
+                sets.join(i, j)
+    return tuple(sorted(tuple(sorted(ids[i] for i in group)) for group in sets.groups()))
+
+
+def list_bytes(ids: Iterable[str]) -> bytes:
+    """Return a list as it is written: one id a line."""
+    return "".join(f"{name}\n" for name in ids).encode()
+
+
+def write_split(found: Split, folder: Path) -> list[Path]:
+    """Write ``splits/<name>.txt`` and, last, ``splits/splits.json`` into a folder.
+
+    In a data set folder the index's column ``split`` and the manifest's hashes follow.
+    """
+    home = folder / "splits"
+    home.mkdir(parents=True, exist_ok=True)
+    for old in home.glob("*.txt"):
+        if old.stem not in found.parts:
+            old.unlink()
+    written = []
+    for name, ids in found.parts.items():
+        written.append(home / f"{name}.txt")
+        write_whole(written[-1], list_bytes(ids))
+    written.append(home / "splits.json")
+    write_whole(written[-1], _pretty(found.record()))
+    if (folder / "index.parquet").exists():
+        _into_index(found, folder / "index.parquet")
+    if (folder / "manifest.json").exists():
+        _into_manifest(folder, [*written, folder / "index.parquet"])
+    return written
+
+
+class _Sets:
+    """Numbers in sets that join."""
+
+    def __init__(self, count: int) -> None:
+        self._parent = list(range(count))
+
+    def root(self, i: int) -> int:
+        while self._parent[i] != i:
+            self._parent[i] = self._parent[self._parent[i]]
+            i = self._parent[i]
+        return i
+
+    def join(self, i: int, j: int) -> None:
+        self._parent[self.root(j)] = self.root(i)
+
+    def groups(self) -> list[list[int]]:
+        found: defaultdict[int, list[int]] = defaultdict(list)
+        for i in range(len(self._parent)):
+            found[self.root(i)].append(i)
+        return list(found.values())
+
+
+def _traits(plan: FloorPlan) -> dict[str, Any]:
+    source = str((plan.provenance or {}).get("sha256", ""))
+    return {"print": fingerprint(comparison_mask(plan)).tolist(), "source": source}
+
+
+def _strata(plans: Dataset) -> list[tuple[int, int]]:
+    """Return for each plan its class of rooms, and the quarter of that class that its area falls into."""
+    rooms = np.searchsorted(ROOMS, np.array(plans.column("room_num")), side="right")
+    area = np.array(plans.column("area"), dtype=np.float64)
+    quarter = np.zeros(len(plans), dtype=int)
+    for kind in np.unique(rooms):
+        here = rooms == kind
+        quarter[here] = np.searchsorted(np.quantile(area[here], (0.25, 0.5, 0.75)), area[here], side="right")
+    return list(zip(rooms.tolist(), quarter.tolist(), strict=True))
+
+
+def _check(shares: Mapping[str, float]) -> None:
+    if any(not 0 <= share <= 1 for share in shares.values()) or abs(sum(shares.values()) - 1) > 1e-6:
+        said = ", ".join(f"{name} {share:g}" for name, share in shares.items())
+        raise ConfigError(f"split: expected shares from 0 to 1 that add up to 1, found {said}")
+
+
+def _into_index(found: Split, file: Path) -> None:
+    import pyarrow.parquet as pq
+
+    from houseexpo.dataset.index import index_table
+
+    part_of = {name: part for part, ids in found.parts.items() for name in ids}
+    rows = pq.read_table(file).to_pylist()
+    write_whole(file, index_table([{**row, "split": part_of.get(row["id"])} for row in rows]))
+
+
+def _into_manifest(folder: Path, files: Sequence[Path]) -> None:
+    file = folder / "manifest.json"
+    try:
+        said = msgspec.json.decode(file.read_bytes(), type=dict[str, Any])
+        known = {name: digest for name, digest in said["files"].items() if not name.startswith("splits/")}
+    except (msgspec.DecodeError, KeyError, AttributeError) as error:
+        raise DatasetError(f"{file}: expected the manifest of a data set, found {error}") from None
+    digest: Callable[[Path], str] = lambda path: hashlib.sha256(path.read_bytes()).hexdigest()  # noqa: E731
+    known |= {path.relative_to(folder).as_posix(): digest(path) for path in files if path.exists()}
+    write_whole(file, _pretty({**said, "files": dict(sorted(known.items()))}))
+
+
+def _pretty(values: Any) -> bytes:
+    return msgspec.json.format(msgspec.json.encode(values), indent=2) + b"\n"

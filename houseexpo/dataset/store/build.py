@@ -1,0 +1,105 @@
+"""Read a data set once and write what makes it quick to open: an index, and the plans in blocks."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import nullcontext
+from itertools import islice
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+import numpy as np
+import pyarrow as pa
+import shapely
+
+from houseexpo.dataset.index import SCHEMA, row
+from houseexpo.dataset.store.blocks import BlockWriter
+from houseexpo.dataset.store.records import Record, records
+from houseexpo.errors import DatasetError, PlanError
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.progress import watched
+
+INDEX: Final = "index.arrow"
+PLANS: Final = "plans.arrow"
+
+CACHED: Final = pa.schema([*SCHEMA, ("file", pa.string()), ("digest", pa.string())])
+"""The published columns, the plan's file or place in the archive, and the SHA-1 of its bytes."""
+
+_CHUNK: Final = 256
+T = TypeVar("T")
+
+
+def build(source: Path, target: Path) -> None:
+    """Write ``index.arrow``, and for all but folders ``plans.arrow``, into the folder ``target``.
+
+    Raises
+    ------
+    DatasetError
+        The data set is broken, or two plans have one id.
+    PlanError
+        A plan breaks the format; the error names its place, its id and the key.
+    """
+    seen: dict[str, str] = {}
+    blocks = nullcontext() if source.is_dir() else BlockWriter(target / PLANS)
+    with blocks as writer, pa.ipc.new_file(str(target / INDEX), CACHED) as index:
+        for chunk, plans, found in _measured(source):
+            for record in chunk:
+                if writer is not None:
+                    writer.add(record.data)
+            for record, plan in zip(chunk, plans, strict=True):
+                other = seen.setdefault(plan.id, record.place)
+                if other != record.place:
+                    raise DatasetError(
+                        f"{source}: expected ids that differ, found {plan.id!r} in {other} and in {record.place}"
+                    )
+            rows = [_row(*item) for item in zip(chunk, plans, found, strict=True)]
+            index.write_batch(pa.RecordBatch.from_pylist(rows, schema=CACHED))
+
+
+def _measured(source: Path) -> Iterator[tuple[list[Record], list[FloorPlan], list[float]]]:
+    """Yield records, plans and areas by the chunk; a thread measures one chunk while the next is decoded."""
+    waiting: tuple[list[Record], list[FloorPlan], Future[list[float]]] | None = None
+    with ThreadPoolExecutor(1) as thread:
+        for chunk in _chunks(watched(records(source), f"reading {source.name}"), _CHUNK):
+            plans = [decoded(source, record) for record in chunk]
+            before, waiting = waiting, (chunk, plans, thread.submit(areas, plans))
+            if before is not None:
+                yield before[0], before[1], before[2].result()
+        if waiting is not None:
+            yield waiting[0], waiting[1], waiting[2].result()
+
+
+def _row(record: Record, plan: FloorPlan, area: float) -> dict[str, Any]:
+    digest = hashlib.sha1(record.data, usedforsecurity=False).hexdigest()
+    return {**row(plan, area), "file": record.place, "digest": digest}
+
+
+def decoded(source: Path, record: Record) -> FloorPlan:
+    """Decode a record; its errors say where it stands."""
+    try:
+        return decode(record.data)
+    except PlanError as error:
+        place = f"{source}: {record.place}"
+        raise PlanError(error.problem, f"{place}: {error.key}" if error.key else place, error.plan) from None
+
+
+def areas(plans: Sequence[FloorPlan]) -> list[float]:
+    """Return the areas of the free spaces, m2; plans without holes and with a valid ring are done all at once."""
+    rings = [plan.verts for plan in plans]
+    numbers = np.repeat(np.arange(len(rings)), [len(ring) for ring in rings])
+    shapes = shapely.polygons(shapely.linearrings(np.concatenate(rings), indices=numbers))
+    plain = shapely.is_valid(shapes) & np.array([not plan.holes for plan in plans])
+    return [float(area) if ok else plan.area for plan, area, ok in zip(plans, shapely.area(shapes), plain, strict=True)]
+
+
+def _chunks(items: Iterable[T], size: int) -> Iterator[list[T]]:
+    waiting = iter(items)
+    while chunk := list(islice(waiting, size)):
+        yield chunk
+
+
+def read_index(store: Path) -> Any:
+    """Return the table that ``build`` wrote."""
+    return pa.ipc.open_file(pa.memory_map(str(store / INDEX))).read_all()

@@ -1,0 +1,98 @@
+"""The user's cache folder: what was read once is found again by path, size and time, and else by its hash."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+from houseexpo.dataset.store.records import broken, plan_files, plan_folder
+from houseexpo.errors import ConfigError
+from houseexpo.files import write_whole
+
+VARIABLE: Final = "HOUSEEXPO_CACHE"
+VERSION: Final = "2"
+"""Goes into every key: what another layout wrote is not read."""
+
+
+def cache_folder(*parts: str) -> Path:
+    """Return a folder in the user's cache, made where it is absent; the variable HOUSEEXPO_CACHE moves the cache."""
+    root = os.environ.get(VARIABLE)
+    if root is None:
+        from platformdirs import user_cache_path
+
+        root = str(user_cache_path("houseexpo", appauthor=False))
+    folder = Path(root).expanduser().joinpath(*parts)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(f"{folder}: cannot be made ({error.strerror}); name another folder in {VARIABLE}") from None
+    return folder
+
+
+def stored(path: Path, build: Callable[[Path], None]) -> Path:
+    """Return the folder with what ``build`` makes of a data set, made now where it has not been made before.
+
+    1. Path, size and time of a file (of a folder: of every plan in it) lead to the hash of its content.
+    2. The hash leads to what was built: a copy or a touched file is not built again.
+    3. ``build`` fills a folder of its own, which gets its name when it is whole.
+    """
+    key = cache_folder("keys", VERSION) / _stamp(path)
+    if key.exists():  # R1
+        known = cache_folder("stores", VERSION) / key.read_text()
+        if known.is_dir():
+            return known
+    store = cache_folder("stores", VERSION) / _content(path)
+    if not store.is_dir():  # R2
+        with _whole(store) as partial:  # R3
+            build(partial)
+    write_whole(key, store.name.encode())
+    return store
+
+
+def _stamp(path: Path) -> str:
+    digest = hashlib.sha256(os.fsencode(path.resolve()))
+    if path.is_dir():
+        folder = plan_folder(path)
+        names = set(plan_files(folder))
+        with os.scandir(folder) as entries:
+            found = sorted((e.name, e.stat().st_size, e.stat().st_mtime_ns) for e in entries if e.name in names)
+        digest.update(repr(found).encode())
+    else:
+        about = path.stat()
+        digest.update(repr((about.st_size, about.st_mtime_ns)).encode())
+    return digest.hexdigest()
+
+
+def _content(path: Path) -> str:
+    digest = hashlib.sha256()
+    with broken(path):
+        if path.is_dir():
+            folder = plan_folder(path)
+            for name in plan_files(folder):
+                digest.update(name.encode() + b"\0" + hashlib.sha256((folder / name).read_bytes()).digest())
+        else:
+            with path.open("rb") as stream:
+                digest.update(hashlib.file_digest(stream, "sha256").digest())
+            digest.update(path.name.rpartition(".")[2].encode())
+    return digest.hexdigest()
+
+
+@contextmanager
+def _whole(target: Path) -> Iterator[Path]:
+    """Yield a folder to fill; it takes the target's name at the end, or vanishes."""
+    partial = Path(tempfile.mkdtemp(dir=target.parent, prefix=".partial-"))
+    try:
+        yield partial
+        try:
+            partial.rename(target)
+        except OSError:  # another process was quicker, and made the same
+            if not target.is_dir():
+                raise
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)

@@ -1,0 +1,147 @@
+"""An opened data set: its table, its ids, and the bytes of any plan."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+from collections.abc import Sequence
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pyarrow as pa
+
+from houseexpo.dataset.store.cache import stored
+from houseexpo.dataset.store.records import lists, plan_files, plan_folder
+from houseexpo.errors import DatasetError, PlanError
+from houseexpo.plan import checks
+
+_LATER: Final = ("quality",)
+"""Columns of numbers that came to the index later."""
+
+
+class Catalogue:
+    """What is known of a data set without reading its plans; rows are numbered as they are packed."""
+
+    def __init__(self, path: Path, table: Any, store: Path | None) -> None:
+        self.path, self.table, self._store = path, table, store
+        self.ids: list[str] = table.column("id").to_pylist()
+        self.row_of = {name: number for number, name in enumerate(self.ids)}
+
+    def read(self, row: int) -> bytes:
+        """Return a plan's JSON as it is packed."""
+        if not self.path.is_dir():
+            return bytes(self._blocks[row])
+        file = plan_folder(self.path) / self._files[row]
+        try:
+            return file.read_bytes()
+        except OSError as error:
+            raise DatasetError(f"{file}: cannot be read ({error.strerror}); open the data set again") from None
+
+    def digest(self, row: int) -> str:
+        """Return the SHA-1 of a plan's bytes, by which what is computed of it is kept."""
+        if "digest" in self.table.column_names:
+            return str(self.table.column("digest")[row].as_py())
+        return hashlib.sha1(self.read(row), usedforsecurity=False).hexdigest()
+
+    @cached_property
+    def lists(self) -> dict[str, tuple[str, ...]]:
+        """The lists of ids that come with the data set, each as it is written."""
+        return {name: read_ids(data, f"{self.path}: list {name!r}") for name, data in lists(self.path).items()}
+
+    def numbers(self, name: str) -> np.ndarray[Any, np.dtype[Any]]:
+        """Return a column of numbers; NaN where a plan lacks it."""
+        return np.asarray(self.table.column(name).to_numpy(zero_copy_only=False), dtype=np.float64)
+
+    @cached_property
+    def _files(self) -> list[str]:
+        if "file" in self.table.column_names:
+            return list(self.table.column("file").to_pylist())
+        return [f"{name}.json" for name in self.ids]
+
+    @cached_property
+    def _blocks(self) -> Any:
+        from houseexpo.dataset.store.blocks import BlockReader
+
+        return BlockReader((self._store or self.path) / "plans.arrow")
+
+
+def open_catalogue(path: Path) -> Catalogue:
+    """Open a data set; the first time, its plans are read once (``houseexpo.dataset.store.build``).
+
+    Raises
+    ------
+    DatasetError, PlanError
+        The path is no data set, it is broken or not finished, or one of its plans breaks the format.
+    """
+    if (path / ".build").is_dir() and not (path / "manifest.json").exists():
+        raise DatasetError(f"{path}: expected a finished build, found no manifest.json; run houseexpo build again")
+    if (path / "index.parquet").exists():
+        return Catalogue(path, _own_index(path), None)
+    if not path.exists():
+        raise DatasetError(f"{path}: expected a data set, found nothing there; check the path")
+    store = stored(path, partial(_build, path))
+    return Catalogue(path, pa.ipc.open_file(pa.memory_map(str(store / "index.arrow"))).read_all(), store)
+
+
+def read_ids(data: bytes, what: str) -> tuple[str, ...]:
+    """Read a list of ids, one a line; a ``.json`` after an id is passed over, so are empty lines.
+
+    Raises
+    ------
+    DatasetError
+        A line is no id, or one occurs twice.
+    """
+    try:
+        lines = [line.strip().removesuffix(".json") for line in data.decode().splitlines()]
+        ids = tuple(checks.plan_id(line) for line in lines if line)
+    except (UnicodeDecodeError, PlanError) as error:
+        raise DatasetError(f"{what}: expected one id a line in UTF-8, found {error}") from None
+    if len(set(ids)) != len(ids):
+        twice = next(name for number, name in enumerate(ids) if name in ids[:number])
+        raise DatasetError(f"{what}: expected each id once, found {twice!r} twice")
+    return ids
+
+
+def nearest(word: str, known: Sequence[str]) -> str:
+    """Return that there is no such word, and which of those known is nearest to it."""
+    near = difflib.get_close_matches(word, known[:5000], n=1, cutoff=0.0)
+    return f"no {word!r}" + (f"; the nearest is {near[0]!r}" if near else "")
+
+
+def _build(source: Path, target: Path) -> None:
+    from houseexpo.dataset.store.build import build  # it brings shapely; an index that is cached needs none
+
+    build(source, target)
+
+
+def _with_later_columns(table: Any) -> Any:
+    """Fill in, with nulls, the columns that an earlier version of the program did not write."""
+    for name in _LATER:
+        if name not in table.column_names:
+            table = table.append_column(name, pa.nulls(table.num_rows, pa.float64()))
+    return table
+
+
+def _own_index(path: Path) -> Any:
+    """Read a data set folder's index and check that it speaks of the plans that are there."""
+    import pyarrow.parquet as pq
+
+    from houseexpo.dataset.index import SCHEMA
+
+    file = path / "index.parquet"
+    try:
+        table = _with_later_columns(pq.read_table(file)).select(SCHEMA.names).cast(SCHEMA)
+    except (pa.ArrowException, OSError, KeyError) as error:
+        raise DatasetError(f"{file}: expected the columns {', '.join(SCHEMA.names)}; found {error}") from None
+    ids = table.column("id").to_pylist()
+    for name in ids:
+        checks.plan_id(name)
+    missing = sorted({f"{name}.json" for name in ids} ^ set(plan_files(plan_folder(path))))
+    if missing or len(set(ids)) != len(ids):
+        raise DatasetError(
+            f"{file}: expected one row for each file in json/, found {len(ids)} rows that differ in {len(missing)}: "
+            f"{', '.join(missing[:3])}; build again, or delete index.parquet to read the plans alone"
+        )
+    return table

@@ -1,0 +1,83 @@
+"""Plans as arrays of one size, for networks: padded or cropped, room and door masks beside the free space."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import ConfigError
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import GridFrame
+from houseexpo.grids.raster import door_mask, free_mask, room_mask
+
+
+@dataclass(frozen=True)
+class RasterConfig:
+    """How plans become arrays.
+
+    ``fit`` says what becomes of a plan that is larger than ``size`` (rows, cols) at ``pixels_per_metre``: "crop" keeps
+    the middle of it, "shrink" takes the resolution at which it fits, "refuse" raises ConfigError. Smaller ones are
+    padded all round. ``y_up`` puts row 0 at the highest y, as pictures have it. ``find_rooms`` finds rooms and doors of
+    plans that record none (``FloorPlan.divided``).
+    """
+
+    size: tuple[int, int] = (256, 256)
+    pixels_per_metre: float = 10.0
+    fit: Literal["crop", "shrink", "refuse"] = "shrink"
+    y_up: bool = False
+    find_rooms: bool = True
+
+    def __post_init__(self) -> None:
+        if len(self.size) != 2 or min(self.size) < 1:
+            raise ConfigError(f"size: expected rows and columns, found {self.size!r}")
+        if self.fit not in ("crop", "shrink", "refuse"):
+            raise ConfigError(f"fit: expected crop, shrink or refuse, found {self.fit!r}")
+        if not (math.isfinite(self.pixels_per_metre) and self.pixels_per_metre > 0):
+            raise ConfigError(f"pixels_per_metre: expected a positive number, found {self.pixels_per_metre!r}")
+
+
+@dataclass(frozen=True)
+class Rasters:
+    """A plan as arrays (rows, cols) on one grid: 1 where free; the id of the room or door, -1 where there is none."""
+
+    free: npt.NDArray[np.uint8]
+    rooms: npt.NDArray[np.int32]
+    doors: npt.NDArray[np.int32]
+    frame: GridFrame
+
+
+def rasters(plan: FloorPlan, config: RasterConfig | None = None) -> Rasters:
+    """Rasterise a plan by pixel centres, from its vectors at the resolution asked for; the plan stands in the middle.
+
+    Examples
+    --------
+    >>> plan = FloorPlan("square", [(0, 0), (0, 2), (2, 2), (2, 0)], 1, {})
+    >>> found = rasters(plan, RasterConfig(size=(8, 12), pixels_per_metre=2))
+    >>> found.free.shape, int(found.free.sum())
+    ((8, 12), 16)
+    """
+    config = config or RasterConfig()
+    frame = frame_of(plan, config)
+    plan = plan.divided if config.find_rooms else plan
+    free, _ = free_mask(plan, frame=frame)
+    return Rasters(free.view(np.uint8), room_mask(plan, frame), door_mask(plan, frame), frame)
+
+
+def frame_of(plan: FloorPlan, config: RasterConfig) -> GridFrame:
+    """Return the grid that a plan is drawn on: its bounds' middle is the grid's, to a whole cell."""
+    x1, y1, x2, y2 = plan.bbox
+    rows, cols = config.size
+    scale = config.pixels_per_metre
+    if (x2 - x1) * scale > cols + 1e-6 or (y2 - y1) * scale > rows + 1e-6:
+        if config.fit == "refuse":
+            raise ConfigError(
+                f"plan {plan.id!r}: {x2 - x1:.2f} x {y2 - y1:.2f} m do not fit {cols} x {rows} cells at {scale:g} px/m"
+            )
+        if config.fit == "shrink":
+            scale = min(cols / (x2 - x1), rows / (y2 - y1))
+    left, low = (math.floor((n - size * scale) / 2 + 1e-6) for n, size in ((cols, x2 - x1), (rows, y2 - y1)))
+    return GridFrame((x1 - left / scale, y1 - low / scale), scale, (rows, cols), config.y_up)

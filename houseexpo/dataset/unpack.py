@@ -1,0 +1,111 @@
+"""Unpack an archive that somebody else made: what is asked for, inside the folder asked for, whole or not at all."""
+
+from __future__ import annotations
+
+import gzip
+import shutil
+import tarfile
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Final
+
+from houseexpo.dataset.store.records import broken
+from houseexpo.errors import DatasetError
+
+MAX_FILES: Final = 100_000
+MAX_BYTES: Final = 4 * 2**30
+MAX_FILE_BYTES: Final = 64 * 2**20
+
+
+def unpack(
+    archive: Path,
+    target: Path,
+    *,
+    wanted: Callable[[str], bool] = lambda name: True,  # noqa: ARG005 - a parameter's name
+    max_files: int = MAX_FILES,
+    max_bytes: int = MAX_BYTES,
+) -> int:
+    """Unpack the files of a ``.tar.gz`` into the folder ``target``, which must not exist, and return how many.
+
+    1. An absolute name, ``..``, a drive letter, a link, a device, a name twice: refused, whatever is wanted.
+    2. More than ``max_files`` members, ``max_bytes`` in all or 64 MiB in one: refused before they are written.
+    3. The target appears when all is written; the archive's checksum counts.
+    4. Files get mode 0644, whatever the archive says of owners and modes.
+
+    Raises
+    ------
+    DatasetError
+        Names the archive and the member; nothing is left of what was written.
+    """
+    if target.exists():
+        raise DatasetError(f"{target}: expected no such folder, found one; delete it or choose another")
+    with _appearing(target) as folder, broken(archive):
+        count = 0
+        for name, data in _members(archive, max_files, max_bytes):
+            if wanted(name):
+                file = folder / name
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_bytes(data)
+                count += 1
+    return count
+
+
+def member_names(archive: Path) -> list[str]:
+    """Return the names of the files in a ``.tar.gz``; refuses what ``unpack`` refuses."""
+    with broken(archive):
+        return [name for name, _ in _members(archive, MAX_FILES, MAX_BYTES)]
+
+
+def _members(archive: Path, max_files: int, max_bytes: int) -> Iterator[tuple[str, bytes]]:
+    seen: set[str] = set()
+    size = 0
+    with gzip.open(archive) as stream, tarfile.open(fileobj=stream, mode="r|") as tar:
+        for count, member in enumerate(tar, start=1):
+            size += member.size
+            if count > max_files or size > max_bytes or member.size > MAX_FILE_BYTES:  # R2
+                raise DatasetError(
+                    f"{archive}: {member.name}: expected at most {max_files} files, {max_bytes} bytes in all and "
+                    f"{MAX_FILE_BYTES} in one; found file {count}, {size} bytes so far, {member.size} in this one"
+                )
+            name = _safe(archive, member)
+            if not name:
+                continue
+            if name in seen:
+                raise DatasetError(f"{archive}: expected names that differ, found {name!r} twice")
+            seen.add(name)
+            content = tar.extractfile(member)
+            data = content.read() if content else b""
+            if len(data) != member.size:
+                raise EOFError(f"{name} ends early")
+            yield name, data
+        while stream.read(2**20):  # R3: the checksum stands at the end
+            pass
+
+
+def _safe(archive: Path, member: tarfile.TarInfo) -> str:
+    """Return a file's relative name, "" for a folder; everything else is refused (R1)."""
+    name = PurePosixPath(member.name)
+    windows = PureWindowsPath(member.name)
+    if name.is_absolute() or windows.drive or windows.root or ".." in windows.parts or "\0" in member.name:
+        raise DatasetError(f"{archive}: expected names inside the folder, found {member.name!r}; not unpacked")
+    if member.isdir():
+        return ""
+    if not member.isreg():
+        raise DatasetError(f"{archive}: expected files, found a link or device, {member.name!r}; not unpacked")
+    return str(name)
+
+
+@contextmanager
+def _appearing(target: Path) -> Iterator[Path]:
+    """Yield a folder beside the target; it takes the target's name at the end, or vanishes."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    partial = Path(tempfile.mkdtemp(dir=target.parent, prefix=".unpacking-"))
+    try:
+        folder = partial / "unpacked"
+        folder.mkdir()
+        yield folder
+        folder.rename(target)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)

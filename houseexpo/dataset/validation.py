@@ -1,0 +1,203 @@
+"""Check a data set: every plan against the schema and the rules of the format, and a folder against its manifest."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from itertools import chain, islice
+from pathlib import Path, PurePosixPath
+from typing import Any, Final
+
+import msgspec
+
+from houseexpo.dataset.store.records import Record, records
+from houseexpo.errors import DatasetError, PlanError
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.plan.rules import parts, rings
+from houseexpo.plan.rules.rings import Broken
+from houseexpo.progress import watched
+from houseexpo.workers import pool
+
+Rule = Callable[[FloorPlan], Iterator[Broken]]
+
+BOTH: Final[dict[str, Rule]] = {
+    "grid": rings.grid,
+    "origin": rings.origin,
+    "direction": rings.direction,
+    "repeated": rings.repeated,
+    "count": parts.count,
+    "labels": parts.labels,
+    "boxes": parts.boxes,
+}
+PUBLISHED: Final[dict[str, Rule]] = {"identity": parts.identity, "directions": rings.directions}
+OURS: Final[dict[str, Rule]] = {
+    "collinear": rings.collinear,
+    "rooms": parts.rooms,
+    "doors": parts.doors,
+    "objects": parts.objects,
+    "navigability": parts.reach,
+}
+RULES: Final[dict[str, str]] = {
+    "schema": "The file is JSON in UTF-8 with the keys and types of the schema, and FloorPlan takes it.",
+    "file": "A plan's file is named as its id; no two plans have one id.",
+    "simple": "Rings are valid polygons: they neither touch nor cross themselves or each other.",
+    **{
+        name: (rule.__doc__ or "").partition("\n")[0].replace("``", "")
+        for name, rule in chain(BOTH.items(), PUBLISHED.items(), OURS.items())
+    },
+    "area": "A room's area is its polygon's.",
+    "manifest": "The files of a data set folder have the SHA-256 that its manifest gives.",
+}
+"""Every rule with what it asks."""
+
+_CHUNK: Final = 256
+_FEW: Final = 1024  # fewer plans are checked sooner than a second process has started
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A rule that is broken: by which plan (its id, or "" where it cannot be read), where, and how."""
+
+    place: str
+    plan: str
+    rule: str
+    key: str
+    detail: str
+
+    def __str__(self) -> str:
+        return f"{self.plan or self.place}: {self.rule}: {self.key}: {self.detail}"
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a check of a data set found; ``plans`` counts those that were read."""
+
+    plans: int
+    findings: tuple[Finding, ...]
+
+    def by_rule(self) -> dict[str, tuple[int, int]]:
+        """Return findings and plans concerned by rule, all rules, in their order."""
+        found = Counter(finding.rule for finding in self.findings)
+        plans = Counter(rule for rule, _ in {(finding.rule, finding.place) for finding in self.findings})
+        return {rule: (found[rule], plans[rule]) for rule in RULES}
+
+
+class _Area(msgspec.Struct):
+    area: float
+
+
+class _Areas(msgspec.Struct):
+    rooms: list[_Area] = []
+
+
+def validate(path: Path, workers: int = 1) -> Report:
+    """Check a data set that ``open_dataset`` would open, and those that it would refuse for one of their plans.
+
+    Parameters
+    ----------
+    workers
+        Processes; with more than one, a script needs its ``if __name__ == "__main__"``.
+
+    Raises
+    ------
+    DatasetError
+        The data set itself is cut off or broken, so that not all of its plans can be read.
+    """
+    count = 0
+    findings: list[Finding] = []
+    seen: dict[str, str] = {}
+    for ids, found in watched(_checked(path, workers), f"checking {path.name}"):
+        count += len(ids)
+        findings += found
+        for place, plan in ids:
+            if plan and seen.setdefault(plan, place) != place:
+                findings.append(
+                    Finding(place, plan, "file", "id", f"expected one plan of that id, found another in {seen[plan]}")
+                )
+    findings += _against_manifest(path)
+    return Report(count, tuple(findings))
+
+
+def check_records(chunk: list[Record]) -> tuple[list[tuple[str, str]], list[Finding]]:
+    """Check many files at once; return place and id of each, and the findings."""
+    ids, findings, whole = [], [], []
+    for record in chunk:
+        plan, found = _read(record)
+        if plan is not None:
+            found += _judged(record, plan)
+            whole.append((record, plan))
+        ids.append((record.place, plan.id if plan else ""))
+        findings += found
+    return ids, findings + list(_not_simple(whole))
+
+
+def _checked(path: Path, workers: int) -> Iterator[tuple[list[tuple[str, str]], list[Finding]]]:
+    waiting = records(path)
+    first = list(islice(waiting, _FEW))
+    chunks = _chunks(chain(first, waiting))
+    if workers <= 1 or len(first) < _FEW:
+        yield from map(check_records, chunks)
+        return
+    with pool(workers) as processes:
+        yield from processes.imap(check_records, chunks)
+
+
+def _chunks(items: Iterable[Record]) -> Iterator[list[Record]]:
+    waiting = iter(items)
+    yield from iter(lambda: list(islice(waiting, _CHUNK)), [])
+
+
+def _read(record: Record) -> tuple[FloorPlan | None, list[Finding]]:
+    try:
+        return decode(record.data), []
+    except PlanError as error:
+        return None, [Finding(record.place, error.plan, "schema", error.key, error.problem)]
+
+
+def _judged(record: Record, plan: FloorPlan) -> Iterator[Finding]:
+    made = partial(Finding, record.place, plan.id)
+    ours = b'"format"' in record.data
+    for name, rule in chain(BOTH.items(), (OURS if ours else PUBLISHED).items()):
+        try:
+            yield from (made(name, key, detail) for key, detail in rule(plan))
+        except PlanError as error:  # an outline that encloses nothing cannot be judged further
+            yield made(name, error.key, error.problem)
+    stem = PurePosixPath(record.place).name
+    if stem.endswith(".json") and stem != f"{plan.id}.json":
+        yield made("file", "id", f"expected the file's name, {stem.removesuffix('.json')!r}, found {plan.id!r}")
+    if ours:
+        said = msgspec.json.decode(record.data, type=_Areas).rooms
+        for i, (room, record_) in enumerate(zip(plan.rooms, said, strict=True)):
+            if abs(room.area - record_.area) > 0.01:
+                yield made("area", f"rooms[{i}].area", f"expected {room.area:.2f} m2, found {record_.area:.2f}")
+
+
+def _not_simple(plans: list[tuple[Record, FloorPlan]]) -> Iterator[Finding]:
+    import numpy as np
+    import shapely
+
+    shapes = np.array([shapely.Polygon(plan.verts, plan.holes) for _, plan in plans], dtype=object)
+    for i in np.flatnonzero(~shapely.is_valid(shapes)).tolist():
+        record, plan = plans[i]
+        yield Finding(record.place, plan.id, "simple", "verts", f"found {shapely.is_valid_reason(shapes[i])}")
+
+
+def _against_manifest(path: Path) -> Iterator[Finding]:
+    """Compare a folder's files with its manifest, where it has one."""
+    file = path / "manifest.json"
+    if not path.is_dir() or not file.exists():
+        return
+    try:
+        said = msgspec.json.decode(file.read_bytes(), type=dict[str, Any]).get("files", {})
+    except msgspec.DecodeError as error:
+        raise DatasetError(f"{file}: expected the manifest of a data set, found {error}") from None
+    for name, digest in sorted(said.items()):
+        if ".." in PurePosixPath(name).parts or PurePosixPath(name).is_absolute():
+            yield Finding(name, "", "manifest", name, "expected a file of the folder, found a path out of it")
+        elif not (path / name).is_file():
+            yield Finding(name, "", "manifest", name, "expected this file, found none")
+        elif hashlib.sha256((path / name).read_bytes()).hexdigest() != digest:
+            yield Finding(name, "", "manifest", name, "expected the SHA-256 that the manifest gives, found another")

@@ -1,0 +1,163 @@
+"""A plan as a picture: pixels or SVG, from one layout; and several pictures on a sheet.
+
+Pictures show the plan as it is: x right, y up. (SUNCG keeps x = X, y = Z as published, so a SUNCG house appears as seen
+from below its floor; exports to right-handed worlds undo that.)
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.drawing.scene import INK, PAPER, Area, Scene, font, scene
+from houseexpo.errors import ConfigError
+from houseexpo.grids.frame import GridFrame
+from houseexpo.grids.raster import fill, rings_of
+from houseexpo.plan.model import PlanData
+
+Image = npt.NDArray[np.uint8]
+
+_OVERSAMPLING = 3
+_GAP_PX = 16
+_SVG_SIZE = re.compile(r'width="(\d+)" height="(\d+)"')
+
+
+def draw_plan(plan: PlanData, pixels_per_metre: float | None = None, *, size: int = 800) -> Image:
+    """Draw a plan.
+
+    Parameters
+    ----------
+    plan
+        Published or ours; without rooms its label boxes are drawn.
+    pixels_per_metre
+        Scale; by default the one at which the plan's longer side takes 92% of ``size`` pixels.
+    size
+        Longer side in pixels, roughly.
+
+    Returns
+    -------
+    (rows, cols, 3) uint8, RGB, smooth edges.
+    """
+    layout = scene(plan, pixels_per_metre, size)
+    image = _painted(layout)
+    return _with_words(image, layout)
+
+
+def svg(plan: PlanData, pixels_per_metre: float | None = None, *, size: int = 800) -> str:
+    """Draw a plan as an SVG document; parameters as in ``draw_plan``."""
+    layout = scene(plan, pixels_per_metre, size)
+    frame = _frame(layout, layout.pixels_per_metre)
+    rows, cols = frame.shape
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{cols}" height="{rows}" viewBox="0 0 {cols} {rows}">',
+        f"<style>text {{ font-family: Helvetica, Arial, sans-serif; fill: {INK} }}</style>",
+        f"<title>{escape(plan.id)}</title>",
+        f'<rect width="{cols}" height="{rows}" fill="{PAPER}"/>',
+        *(_path(area, frame) for area in layout.areas),
+    ]
+    for words in layout.words:
+        x, y = frame.pixels_from_points((words.x, words.y)).tolist()
+        anchor = ' text-anchor="middle"' if words.centred else ""
+        for i, line in enumerate(words.lines):
+            baseline = y + (i - (len(words.lines) - 1) / 2) * 1.2 * words.size + 0.35 * words.size
+            parts.append(
+                f'<text x="{x:.1f}" y="{baseline:.1f}" font-size="{words.size:g}"{anchor}>{escape(line)}</text>'
+            )
+    return "\n".join([*parts, "</svg>\n"])
+
+
+def contact_sheet(images: Sequence[Image], columns: int, captions: Sequence[str] = ()) -> Image:
+    """Lay pictures (rows, cols, 3) out in rows of ``columns``, each centred in its place, captions below them."""
+    if not images or columns < 1:
+        raise ConfigError(f"contact sheet: expected images and columns, found {len(images)} images, {columns} columns")
+    from PIL import Image as Pillow
+    from PIL import ImageDraw
+
+    size = 13
+    wide = max(image.shape[1] for image in images)
+    line = 2 * size if captions else 0
+    rows = [images[i : i + columns] for i in range(0, len(images), columns)]
+    heights = [max(image.shape[0] for image in row) + line + _GAP_PX for row in rows]
+    sheet = Pillow.new("RGB", (min(columns, len(images)) * (wide + _GAP_PX) + _GAP_PX, sum(heights) + _GAP_PX), PAPER)
+    draw = ImageDraw.Draw(sheet)
+    for i, image in enumerate(images):
+        row, col = divmod(i, columns)
+        left, top = _GAP_PX + col * (wide + _GAP_PX), _GAP_PX + sum(heights[:row])
+        tall = heights[row] - line - _GAP_PX
+        sheet.paste(Pillow.fromarray(image), (left + (wide - image.shape[1]) // 2, top + (tall - image.shape[0]) // 2))
+        if i < len(captions):
+            draw.text((left + wide / 2, top + tall + line / 2), captions[i], INK, font(size), anchor="mm")
+    return np.asarray(sheet).copy()
+
+
+def svg_sheet(pictures: Sequence[str], columns: int, captions: Sequence[str] = ()) -> str:
+    """Lay SVG documents that ``svg`` made out in rows of ``columns``, captions below them, as one document."""
+    if not pictures or columns < 1:
+        raise ConfigError(f"contact sheet: expected pictures and columns, found {len(pictures)}, {columns} columns")
+    sizes = [tuple(map(int, _SVG_SIZE.search(picture).groups())) for picture in pictures]  # type: ignore[union-attr]
+    wide = max(size[0] for size in sizes) + _GAP_PX
+    parts, top = [], _GAP_PX
+    for start in range(0, len(pictures), columns):
+        tall = max(size[1] for size in sizes[start : start + columns])
+        for i in range(start, min(start + columns, len(pictures))):
+            left = _GAP_PX + (i - start) * wide
+            x, y = left + (wide - _GAP_PX - sizes[i][0]) // 2, top + (tall - sizes[i][1]) // 2
+            parts.append(pictures[i].replace("<svg ", f'<svg x="{x}" y="{y}" ', 1))
+            if i < len(captions):
+                at = f'x="{left + (wide - _GAP_PX) / 2:g}" y="{top + tall + 17}"'
+                parts.append(f'<text {at} font-size="13" text-anchor="middle">{escape(captions[i])}</text>')
+        top += tall + (2 * 13 if captions else 0) + _GAP_PX
+    width = _GAP_PX + min(columns, len(pictures)) * wide
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{top}" viewBox="0 0 {width} {top}">'
+    return "\n".join([head, f'<rect width="{width}" height="{top}" fill="{PAPER}"/>', *parts, "</svg>\n"])
+
+
+def _frame(layout: Scene, pixels_per_metre: float) -> GridFrame:
+    return GridFrame.around(layout.bounds, pixels_per_metre, margin_px=0, y_up=True)
+
+
+def _painted(layout: Scene) -> Image:
+    """Fill the areas on a finer grid and average it: exact to a ninth of a pixel."""
+    import cv2
+
+    coarse = _frame(layout, layout.pixels_per_metre)
+    rows, cols = (side * _OVERSAMPLING for side in coarse.shape)
+    fine = GridFrame(coarse.origin_m, coarse.pixels_per_metre * _OVERSAMPLING, (rows, cols), y_up=True)
+    palette = [PAPER, *(area.fill for area in layout.areas)]
+    index = np.zeros(fine.shape, dtype=np.uint16)
+    for i, area in enumerate(layout.areas, start=1):
+        fill(index, area.shape, fine, i)
+    image = np.array([_rgb(colour) for colour in palette], dtype=np.uint8)[index]
+    return np.asarray(cv2.resize(image, coarse.shape[::-1], interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
+def _with_words(image: Image, layout: Scene) -> Image:
+    from PIL import Image as Pillow
+    from PIL import ImageDraw
+
+    frame = _frame(layout, layout.pixels_per_metre)
+    picture = Pillow.fromarray(image)
+    draw = ImageDraw.Draw(picture)
+    for words in layout.words:
+        x, y = frame.pixels_from_points((words.x, words.y)).tolist()
+        for i, line in enumerate(words.lines):
+            middle = y + (i - (len(words.lines) - 1) / 2) * 1.2 * words.size
+            draw.text((x, middle), line, INK, font(words.size), anchor="mm" if words.centred else "lm")
+    return np.asarray(picture).copy()
+
+
+def _rgb(colour: str) -> tuple[int, int, int]:
+    """``#rrggbb`` to 0-255 each."""
+    red, green, blue = bytes.fromhex(colour[1:7])
+    return red, green, blue
+
+
+def _path(area: Area, frame: GridFrame) -> str:
+    """One area as an SVG path; holes by the even-odd rule."""
+    rings = [frame.pixels_from_points(ring).round(2) for ring in rings_of(area.shape)]
+    steps = " ".join("M" + " ".join(f"{x:g},{y:g}" for x, y in ring.tolist()) + "Z" for ring in rings)
+    return f'<path fill="{area.fill}" fill-rule="evenodd" d="{steps}"/>'

@@ -1,0 +1,226 @@
+"""What a picture of a plan shows and where: areas and words in the plan's metres, for any painter."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+from houseexpo.plan import DOOR_KINDS, Box, DoorKind
+from houseexpo.plan.categories import colour
+from houseexpo.plan.model import PlanData
+
+if TYPE_CHECKING:
+    from PIL.ImageFont import FreeTypeFont
+    from shapely import MultiPolygon, Point, Polygon
+    from shapely.geometry.base import BaseGeometry
+
+INK: Final = "#2f343b"
+PAPER: Final = "#ffffff"
+WALL: Final = "#454b54"
+FLOOR: Final = "#f6f4ef"
+FURNITURE: Final = "#e2ddd3"
+FURNITURE_EDGE: Final = "#a9a294"
+# blue, light blue, amber, magenta: told apart by the colour-blind too
+DOOR_COLOURS: Final[dict[DoorKind, str]] = {
+    "door": "#2f6da8",
+    "opening": "#8fbde0",
+    "entrance": "#e39a1f",
+    "cut": "#c2188f",
+}
+_TINTS: Final[dict[DoorKind, str]] = {
+    "door": "#bdd3e6",
+    "opening": "#dcebf6",
+    "entrance": "#f6ddb3",
+    "cut": "#edb9de",
+}
+
+_WALL_M: Final = 0.15  # walls are drawn this far around the outline, and solid up to four times it
+_LEAF_M: Final = 0.05
+_EDGE_M: Final = 0.03  # the line around a piece of furniture
+_SMALLEST_PX: Final = 8
+_SAME_ROOM: Final = 0.7  # boxes that overlap by more (intersection over union) are one room under several labels
+_BARS_M: Final = (0.5, 1, 2, 5, 10, 20, 50)
+
+
+@dataclass(frozen=True)
+class Area:
+    """A filled polygon, metres."""
+
+    shape: Polygon | MultiPolygon
+    fill: str
+
+
+@dataclass(frozen=True)
+class _Space:
+    """A room, or what a published plan tells of one."""
+
+    labels: tuple[str, ...]
+    shape: Polygon
+
+
+@dataclass(frozen=True)
+class Words:
+    """Lines of text about a point in metres; ``size`` in pixels; centred on the point, or starting there."""
+
+    x: float
+    y: float
+    lines: tuple[str, ...]
+    size: float
+    centred: bool = True
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A picture: ``bounds`` in metres at a scale; later areas cover earlier ones, words cover areas."""
+
+    bounds: Box
+    pixels_per_metre: float
+    areas: tuple[Area, ...]
+    words: tuple[Words, ...]
+
+
+def font(size: float) -> FreeTypeFont:
+    """Return the typeface that comes with Pillow, so that a picture looks the same on every machine."""
+    from PIL import ImageFont
+
+    return ImageFont.load_default(size)  # type: ignore[return-value]  # a FreeTypeFont wherever a size is given
+
+
+def scene(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
+    """Lay out the picture of a plan.
+
+    Rooms (or, for a published plan, its label boxes where they meet the free space) in their label's colour, with the
+    label and the area; walls dark; furniture light; doors by kind; below them a scale bar and what else occurs.
+    """
+    x1, y1, x2, y2 = plan.free_space.bounds
+    extent = max(x2 - x1, y2 - y1)
+    # the margins take 4% of the size on each side and a line of text below
+    scale = pixels_per_metre or size * 0.92 / extent
+    text = min(max(0.24 * scale, 9.0), 15.0)
+    margin, line = 0.04 * extent + _WALL_M, 2.2 * text / scale
+    closed = plan.outline.buffer(2 * _WALL_M, join_style="mitre").buffer(-_WALL_M, join_style="mitre")
+    rooms = list(_rooms(plan)) or list(_boxes(plan))
+    floors = [Area(room.shape, colour(room.labels[0])) for room in rooms]
+    areas = [Area(closed, WALL), Area(plan.free_space, FLOOR), *floors, *_furniture(plan), *_doors(plan)]
+    words = [found for room in rooms if (found := _label(room, scale, text, area=bool(plan.rooms)))]
+    bottom = y1 - margin
+    key_areas, key_words, right = _key(plan, (x1, bottom - line / 2), text, scale)
+    bounds = (x1 - margin, bottom - line, max(x2 + margin, right + text / scale), y2 + margin)
+    return Scene(bounds, scale, (*areas, *key_areas), (*words, *key_words))
+
+
+def _rooms(plan: PlanData) -> list[_Space]:
+    return [_Space((room.label,), room.shape) for room in plan.rooms]
+
+
+def _boxes(plan: PlanData) -> list[_Space]:
+    """Label boxes where they meet the free space; small ones lie on large ones, boxes of one room share their words."""
+    import shapely
+
+    boxes = [(label, shapely.box(*found)) for label, several in plan.room_category.items() for found in several]
+    whole: list[Polygon] = []
+    spaces: list[_Space] = []
+    for label, box in sorted(boxes, key=lambda item: float(item[1].area)):
+        part = _largest(plan.free_space.intersection(box))
+        if part is None:
+            continue
+        twin = next((i for i, other in enumerate(whole) if _overlap(part, other) > _SAME_ROOM), None)
+        if twin is not None:
+            spaces[twin] = replace(spaces[twin], labels=(*spaces[twin].labels, label))
+        elif (seen := _largest(part.difference(shapely.union_all(whole)))) is not None:
+            whole.append(part)
+            spaces.append(_Space((label,), seen))
+    return spaces
+
+
+def _largest(shape: BaseGeometry) -> Polygon | None:
+    import shapely
+
+    parts = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon" and not part.is_empty]
+    return max(parts, key=lambda part: float(part.area), default=None)
+
+
+def _overlap(one: Polygon, other: Polygon) -> float:
+    common = float(one.intersection(other).area)
+    return common / (float(one.area) + float(other.area) - common)
+
+
+def _furniture(plan: PlanData) -> Iterator[Area]:
+    for thing in plan.objects:
+        yield Area(thing.shape, FURNITURE_EDGE)
+        if not (inside := thing.shape.buffer(-_EDGE_M, join_style="mitre")).is_empty:
+            yield Area(inside, FURNITURE)
+
+
+def _doors(plan: PlanData) -> Iterator[Area]:
+    import shapely
+
+    for door in plan.doors:
+        yield Area(door.shape, _TINTS[door.kind])
+        yield Area(shapely.LineString(door.segment).buffer(_LEAF_M / 2, cap_style="flat"), DOOR_COLOURS[door.kind])
+
+
+def _label(room: _Space, scale: float, size: float, *, area: bool) -> Words | None:
+    """Set a label and the area where the room is wide, on one line or several, as large as fits; None if too small."""
+    centre, clearance = _middle(room.shape)
+    wide_px = _chord(room.shape, centre) * scale * 0.92
+    tall_px = 2 * clearance * scale * 0.95
+    extra = (f"{room.shape.area:.1f} m2",) if area else ()  # Pillow's typeface has no raised 2
+    name = " / ".join(room.labels).replace("_", " ")
+    stack = name.split(" / ") if " / " in name else name.split(" ")
+    layouts = [(name, *extra), (*stack, *extra), (name,), tuple(stack)]  # the first is liked best
+
+    def fits(lines: tuple[str, ...]) -> float:
+        longest = max(font(size).getlength(line) for line in lines)
+        return min(size, size * wide_px / longest, tall_px / (1.2 * len(lines)))
+
+    lines = next((found for found in layouts if fits(found) >= 0.85 * size), max(layouts, key=fits))
+    return Words(centre.x, centre.y, lines, round(fits(lines), 1)) if fits(lines) >= _SMALLEST_PX else None
+
+
+def _middle(shape: Polygon) -> tuple[Point, float]:
+    """Return the centroid where there is space about it, else the middle of the widest disc; and the space, metres."""
+    import shapely
+
+    circle = shapely.maximum_inscribed_circle(shape, tolerance=0.05)
+    centroid = shape.centroid
+    space = float(shape.boundary.distance(centroid))
+    if shape.contains(centroid) and space > 0.6 * circle.length:
+        return centroid, space
+    return shapely.Point(circle.coords[0]), float(circle.length)
+
+
+def _chord(shape: Polygon, centre: Point) -> float:
+    """Return the width that a point leaves free, as much on its left as on its right, metres."""
+    import shapely
+
+    x1, _, x2, _ = shape.bounds
+    across = shape.intersection(shapely.LineString([(x1 - 1, centre.y), (x2 + 1, centre.y)]))
+    for part in shapely.get_parts(across):
+        left, _, right, _ = part.bounds
+        if left <= centre.x <= right:
+            return float(2 * min(centre.x - left, right - centre.x))
+    return 0.0
+
+
+def _key(
+    plan: PlanData, start: tuple[float, float], size: float, scale: float
+) -> tuple[list[Area], list[Words], float]:
+    """Scale bar, kinds of doors and furniture in a row from a point; the last number is where the row ends, metres."""
+    import shapely
+
+    (x, y), half, em = start, 0.18 * size / scale, size / scale
+    x1, y1, x2, y2 = plan.bbox
+    length = max((bar for bar in _BARS_M if bar <= max(x2 - x1, y2 - y1) / 4), default=_BARS_M[0])
+    areas = [Area(shapely.box(x, y - half, x + length, y + half), INK)]
+    areas += [Area(shapely.box(x + length / 2, y - half * 0.5, x + length - half / 2, y + half * 0.5), PAPER)]
+    entries = [(f"{length:g} m", x + length + 0.5 * em)]
+    occur: dict[str, str] = {k: DOOR_COLOURS[k] for k in DOOR_KINDS if any(door.kind == k for door in plan.doors)}
+    occur |= {"furniture": FURNITURE_EDGE} if plan.objects else {}
+    for name, fill in occur.items():
+        left = entries[-1][1] + font(size).getlength(entries[-1][0]) / scale + 1.2 * em
+        areas.append(Area(shapely.box(left, y - half * 1.6, left + em, y + half * 1.6), fill))
+        entries.append((name, left + 1.4 * em))
+    words = [Words(at, y, (text,), size, centred=False) for text, at in entries]
+    return areas, words, entries[-1][1] + font(size).getlength(entries[-1][0]) / scale

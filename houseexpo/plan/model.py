@@ -1,0 +1,129 @@
+"""The plan as data: frozen values, checked when made. What is computed from them stands on higher floors.
+
+``houseexpo.floorplan.FloorPlan`` is this with the methods that users call; nothing here knows them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from houseexpo.errors import PlanError
+from houseexpo.plan import checks
+from houseexpo.plan.parts import Box, Door, Frame, PlanObject, Reach, Ring, Room
+from houseexpo.plan.quality import Quality
+from houseexpo.plan.repair import Repair, even_odd, repair_of
+from houseexpo.plan.value import Value
+
+if TYPE_CHECKING:
+    from shapely import MultiPolygon, Polygon
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, eq=False)
+class PlanData(Value):
+    """What the file of a plan holds; ``FloorPlan`` describes it."""
+
+    id: str
+    verts: Ring
+    room_num: int
+    room_category: Mapping[str, tuple[Box, ...]]
+    holes: tuple[Ring, ...] = ()
+    rooms: tuple[Room, ...] = ()
+    doors: tuple[Door, ...] = ()
+    frame: Frame | None = None
+    navigability: Reach = field(default_factory=Reach, repr=False)
+    provenance: Mapping[str, Any] | None = field(default=None, repr=False)
+    quality: Quality | None = field(default=None, repr=False)
+    objects: tuple[PlanObject, ...] = ()
+
+    def __post_init__(self) -> None:
+        checks.plan_id(self.id)
+        try:
+            self._check()
+        except PlanError as error:
+            raise error.within(plan=self.id) from None
+
+    def _check(self) -> None:
+        self._set("verts", checks.ring(self.verts, "verts"))
+        self._set("room_num", checks.count(self.room_num, "room_num"))
+        self._set("room_category", checks.boxes(self.room_category, "room_category"))
+        self._set("holes", checks.rings(self.holes, "holes"))
+        self._set("rooms", tuple(self.rooms))
+        self._set("doors", tuple(self.doors))
+        self._set("objects", tuple(self.objects))
+        self._set("navigability", Reach(self.navigability))
+        checks.unique((room.id for room in self.rooms), "rooms")
+        checks.unique((door.id for door in self.doors), "doors")
+        checks.unique((thing.id for thing in self.objects), "objects")
+        known = {room.id for room in self.rooms}
+        for i, door in enumerate(self.doors):
+            if not known.issuperset(room for room in door.rooms if room is not None):
+                raise PlanError(f"expected ids of rooms {sorted(known)}, found {list(door.rooms)}", f"doors[{i}].rooms")
+        for i, thing in enumerate(self.objects):
+            if thing.room is not None and thing.room not in known:
+                raise PlanError(f"expected null or one of {sorted(known)}, found {thing.room}", f"objects[{i}].room")
+
+    @cached_property
+    def bbox(self) -> Box:
+        """(x_min, y_min, x_max, y_max) of ``verts``, metres."""
+        (x1, y1), (x2, y2) = self.verts.min(axis=0).tolist(), self.verts.max(axis=0).tolist()
+        return x1, y1, x2, y2
+
+    @cached_property
+    def outline(self) -> Polygon | MultiPolygon:
+        """What ``verts`` encloses, metres; a ring that touches or crosses itself is repaired by the even-odd rule.
+
+        PlanError where it encloses nothing; ``houseexpo.plan.repair`` states the rule, ``repair`` what it changed.
+        """
+        return self._mended(even_odd, ())
+
+    @cached_property
+    def free_space(self) -> Polygon | MultiPolygon:
+        """The outline less the holes, metres, repaired as ``outline`` is."""
+        return self._mended(even_odd, self.holes) if self.holes else self.outline
+
+    @cached_property
+    def repair(self) -> Repair | None:
+        """What was wrong with the rings and what mending them changed; None where they are valid."""
+        return self._mended(repair_of, self.holes)
+
+    def _mended(self, how: Callable[[Ring, Sequence[Ring]], _T], holes: tuple[Ring, ...]) -> _T:
+        try:
+            return how(self.verts, holes)
+        except PlanError as error:
+            raise error.within(plan=self.id) from None
+
+    @property
+    def area(self) -> float:
+        """Free space, square metres."""
+        return float(self.free_space.area)
+
+    def room(self, room_id: int) -> Room:
+        """Return the room of this id; PlanError where there is none."""
+        for room in self.rooms:
+            if room.id == room_id:
+                return room
+        raise PlanError(f"expected one of {[r.id for r in self.rooms]}, found {room_id!r}", "rooms", self.id)
+
+    @property
+    def _bounds(self) -> Box:
+        """Bounds of all rings: of a plan that is whole, those of ``verts``."""
+        points = np.concatenate([self.verts, *self.holes]) if self.holes else self.verts
+        (x1, y1), (x2, y2) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+        return x1, y1, x2, y2
+
+    def __repr__(self) -> str:
+        x1, y1, x2, y2 = self.bbox
+        parts = [f"{self.area:.1f} m2", f"{x2 - x1:.1f} x {y2 - y1:.1f} m", f"{len(self.verts)} vertices"]
+        parts += [f"room_num {self.room_num}"]
+        parts += [
+            f"{len(found)} {name}" for name in ("holes", "rooms", "doors", "objects") if (found := getattr(self, name))
+        ]
+        parts += [f"quality {self.quality.score:.2f}"] if self.quality is not None else []
+        return f"{type(self).__name__}({self.id!r}, {', '.join(parts)})"

@@ -1,0 +1,44 @@
+"""The JSON Schema of a plan, generated from the types that read it; a copy travels with the package.
+
+``python -m houseexpo.schema`` writes the copy anew; a test compares the two.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+
+from houseexpo.plan.json_codec import FORMAT, RECORDS
+
+SHIPPED: Final = Path(__file__).with_name("houseexpo-2.schema.json")
+
+
+def schema() -> dict[str, Any]:
+    """Return the schema (draft 2020-12): a file with ``format`` is checked as ours, one without as a published one.
+
+    What a schema cannot say (rings that are closed, doors that name rooms) ``houseexpo.dataset.validation`` checks.
+    """
+    (published, ours), parts = msgspec.json.schema_components(RECORDS, ref_template="#/$defs/{name}")
+    parts["Plan"]["properties"]["format"] = {"const": FORMAT}
+    parts["Quality"]["properties"]["score"] = {"type": "number", "minimum": 0, "maximum": 1}
+    parts["Object"]["properties"]["height"] = {"type": "number", "minimum": 0}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "A HouseExpo floor plan",
+        "type": "object",
+        "if": {"required": ["format"]},
+        "then": ours,
+        "else": published,
+        "$defs": parts,
+    }
+
+
+def schema_text() -> bytes:
+    """Return the bytes of the shipped file."""
+    return msgspec.json.format(msgspec.json.encode(schema()), indent=2) + b"\n"
+
+
+if __name__ == "__main__":
+    SHIPPED.write_bytes(schema_text())
