@@ -246,8 +246,8 @@ class Spaces:
     """From stage ``doors`` on: a house as rooms and ways between them.
 
     ``walls`` is the closed plane. ``joins`` are pairs of rooms that meet without a wall and without a door (under a
-    beam too wide for one). ``outlines`` are the outer contours, one a free-standing part of the house. ``joined`` are the
-    pairs of points that cuts were made for. ``notes`` counts what the rules did, by rule.
+    beam too wide for one). ``outlines`` are the outer contours, one a free-standing part of the house. ``joined`` are
+    the pairs of points that cuts were made for. ``notes`` counts what the rules did, by rule.
     """
 
     walls: BaseGeometry
