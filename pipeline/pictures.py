@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
@@ -16,7 +17,9 @@ from houseexpo.plan import Box, Frame
 from pipeline.algorithm import Snapshot
 from pipeline.canvas import SIDE_PX, Canvas, Picture
 from pipeline.evidence_picture import draw_evidence
-from pipeline.values import Evidence, Layout, Planes, Spaces
+from pipeline.geometry.paths import plan_path
+from pipeline.geometry.standing import floor_of
+from pipeline.values import Evidence, JoinedPair, Layout, Planes, Spaces
 
 OUTSIDE = "#e4e6e8"
 FLOOR = "#f6f4ef"
@@ -122,14 +125,23 @@ def _draw_spaces(canvas: Canvas, spaces: Spaces, before: Spaces | None) -> Pictu
     _spread(canvas, spaces.rooms)
     for passage in spaces.passages:
         canvas.fill(passage.bridge.strip(), DOOR_COLOURS[passage.kind])
-    new_paths = spaces.paths[len(before.paths) :] if before is not None else ()
-    for path in new_paths:
+    paths = _paths(spaces, spaces.joined[len(before.joined) :]) if before is not None else []
+    for path in paths:
         canvas.trace(path, PATH)
     kinds = sorted({p.kind for p in spaces.passages})
     legend = [(kind, DOOR_COLOURS[kind]) for kind in kinds] + ([("filled or erased", GONE)] if gone else [])
-    legend += [("path of a pair", PATH)] if new_paths else []
+    legend += [("path of a pair", PATH)] if paths else []
     notes = ", ".join(f"{name.replace('_', ' ')}: {value}" for name, value in spaces.notes.items())
     return canvas.finished(f"{len(spaces.rooms)} rooms, {len(spaces.passages)} passages  {notes}", legend)
+
+
+def _paths(spaces: Spaces, pairs: Sequence[JoinedPair]) -> list[npt.NDArray[np.float64]]:
+    """The paths (n, 2) between pairs that cuts joined; a pair of a part that was left out in the end has none."""
+    if not pairs:
+        return []
+    floor = floor_of(spaces)
+    found = [plan_path(floor, *pair.points, pair.radius_m, pair.pixels_per_metre) for pair in pairs]
+    return [path for path in found if path is not None]
 
 
 def _gone(spaces: Spaces, before: Spaces | None) -> list[Polygon]:

@@ -233,12 +233,21 @@ class Passage:
 
 
 @dataclass(frozen=True, eq=False)
+class JoinedPair:
+    """Two points (2, 2) that a cut joined, and the disc and the grid with which a picture plans the path of the two."""
+
+    points: npt.NDArray[np.float64]
+    radius_m: float
+    pixels_per_metre: int
+
+
+@dataclass(frozen=True, eq=False)
 class Spaces:
     """From stage ``doors`` on: a house as rooms and ways between them.
 
     ``walls`` is the closed plane. ``joins`` are pairs of rooms that meet without a wall and without a door (under a
-    beam too wide for one). ``outlines`` are the outer contours, one a free-standing part of the house. ``paths`` (n, 2)
-    are those that cuts made possible, for pictures. ``notes`` counts what the rules did, by rule.
+    beam too wide for one). ``outlines`` are the outer contours, one a free-standing part of the house. ``joined`` are
+    the pairs of points that cuts were made for. ``notes`` counts what the rules did, by rule.
     """
 
     walls: BaseGeometry
@@ -246,7 +255,7 @@ class Spaces:
     passages: tuple[Passage, ...]
     joins: tuple[tuple[int, int], ...] = ()
     outlines: tuple[Polygon, ...] = ()
-    paths: tuple[npt.NDArray[np.float64], ...] = ()
+    joined: tuple[JoinedPair, ...] = ()
     notes: Mapping[str, int | str] = field(default_factory=dict)
 
     def keeping(self, keep: Sequence[int], **notes: int | str) -> Spaces:

@@ -27,13 +27,16 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon], 
     a wall if it has ``least_m2`` and walls along half of its edge. Where a wall ends at the opening and goes on behind
     it, the band goes on from its end; elsewhere it lies outside the slab, so that all of the slab stays free.
     """
-    open_floor = subtract(floor, united([ground, *rooms]))
+    open_floor = polygons_of(opened(subtract(floor, united([ground, *rooms])), 0.5))
+    large = [part for part in open_floor if part.area >= least_m2]
+    if not large:
+        return []
     bands: list[Polygon] = []
     ends = list(wall_ends(ground))
     near_walls = shapely.buffer(ground, NEAR_M, quad_segs=2)
-    for part in polygons_of(opened(open_floor, 0.5)):
+    for part in large:
         edge = part.exterior
-        if part.area < least_m2 or shapely.intersection(edge, near_walls).length < WALLED * edge.length:
+        if shapely.intersection(edge, near_walls).length < WALLED * edge.length:
             continue
         bare = shapely.difference(edge, shapely.buffer(ground, 0.02, quad_segs=2))
         going_on = [

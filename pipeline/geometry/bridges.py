@@ -61,7 +61,7 @@ class Bridge:
         """The rectangle of the strip, so many metres deeper and wider on each side."""
         half = self.across * (self.depth / 2 + deeper_m)
         a, b = self.segment + np.array([[-1.0], [1.0]]) * self.along * wider_m
-        return Polygon([a - half, b - half, b + half, a + half])
+        return shapely.polygons(np.array([a - half, b - half, b + half, a + half]))
 
     def has_jamb(self, door_plane: BaseGeometry) -> bool:
         """Whether a wall goes on in line at one end or more; a beam ends at walls that cross its line."""
@@ -120,16 +120,16 @@ def bridges(piece: Polygon, rooms: list[Polygon], walls: BaseGeometry, door_plan
 
 def _stretches(piece: Polygon, rooms: list[Polygon], walls: BaseGeometry) -> list[_Stretch]:
     """Walk the outline in steps, look outwards from each, and join neighbours that see the same space."""
-    starts, ends, edge = [], [], []
-    for ring in outlines(piece, DETAIL_M):
-        for a, b in pairwise([*ring, ring[0]]):
-            steps = max(1, int(np.ceil(np.hypot(*(b - a)) / STEP_M)))
-            at = np.linspace(0.0, 1.0, steps + 1)[:, None]
-            line = a + at * (b - a)
-            starts.append(line[:-1])
-            ends.append(line[1:])
-            edge += [len(starts)] * steps
-    a, b, edges = np.concatenate(starts), np.concatenate(ends), np.array(edge)
+    rings = [np.concatenate([ring, ring[:1]]) for ring in outlines(piece, DETAIL_M)]
+    start = np.concatenate([points[:-1] for points in rings])
+    edge = np.concatenate([np.diff(points, axis=0) for points in rings])
+    steps = np.maximum(1, np.ceil(np.hypot(*edge.T) / STEP_M)).astype(np.int64)
+    edges = np.repeat(np.arange(len(edge)), steps)
+    step = np.arange(len(edges)) - np.repeat(np.cumsum(steps) - steps, steps)
+    each = 1.0 / steps[edges]
+    until = np.where(step + 1 == steps[edges], 1.0, (step + 1) * each)
+    a = start[edges] + (step * each)[:, None] * edge[edges]
+    b = start[edges] + until[:, None] * edge[edges]
     along = b - a
     length = np.hypot(*along.T)
     outwards = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.where(length > 0, length, 1.0)[:, None]

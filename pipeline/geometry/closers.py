@@ -147,8 +147,5 @@ def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry)
 
 def _most(faces: npt.NDArray[np.int64]) -> int:
     """The space seen most often; walls count only where nothing else is seen, and then as the outside."""
-    seen = faces[faces != WALL]
-    if not len(seen):
-        return OUTSIDE
-    values, counts = np.unique(seen, return_counts=True)
-    return int(values[np.argmax(counts)])
+    seen = [face for face in faces.tolist() if face != WALL]
+    return max(sorted(set(seen)), key=seen.count, default=OUTSIDE)

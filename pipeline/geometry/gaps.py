@@ -66,25 +66,37 @@ class WallEnd:
 
 def wall_ends(walls: BaseGeometry, *, nibs: bool = False) -> Iterator[WallEnd]:
     """Every free end of a straight wall; with ``nibs`` those that are told from pilasters by what they face only."""
-    for part in polygons_of(walls):
-        for ring in outlines(part, DETAIL_M):
-            yield from (end for end in _ends_of_ring(ring) if nibs or not end.is_nib)
+    rings = [ring for part in polygons_of(walls) for ring in outlines(part, DETAIL_M)]
+    if rings:
+        yield from (end for end in _ends_of_rings(rings) if nibs or not end.is_nib)
 
 
-def _ends_of_ring(points: npt.NDArray[np.float64]) -> Iterator[WallEnd]:
-    edge = np.roll(points, -1, axis=0) - points
+def _ends_of_rings(rings: Sequence[npt.NDArray[np.float64]]) -> Iterator[WallEnd]:
+    """All that looks like an end, ring by ring."""
+    points = np.concatenate(rings)
+    after, before = _neighbours([len(ring) for ring in rings])
+    edge = points[after] - points
     length = np.hypot(*edge.T)
     unit = edge / length[:, None]
-    came = np.roll(unit, 1, axis=0)
+    came = unit[before]
     turn = came[:, 0] * unit[:, 1] - came[:, 1] * unit[:, 0]
     square = turn > np.cos(np.arcsin(SQUARE))  # a left turn of about 90 degrees: convex, the wall on the left
-    before, after = np.roll(length, 1), np.roll(length, -1)
-    end = square & np.roll(square, -1) & (length <= THICKEST_M) & (np.minimum(before, after) >= NIB_M)
-    long = np.maximum(before, after) >= LONGER * length
-    juts = (np.roll(turn, 1) < 0) | (np.roll(turn, -2) < 0)  # from a wall; a pillar stands free
+    end = square & square[after] & (length <= THICKEST_M) & (np.minimum(length[before], length[after]) >= NIB_M)
+    long = np.maximum(length[before], length[after]) >= LONGER * length
+    juts = (turn[before] < 0) | (turn[after[after]] < 0)  # from a wall; a pillar stands free
     for k in np.flatnonzero(end & (long | juts)):
         out = np.array([unit[k, 1], -unit[k, 0]])
-        yield WallEnd(points[k], points[(k + 1) % len(points)], out, is_nib=not long[k])
+        yield WallEnd(points[k], points[after[k]], out, is_nib=not long[k])
+
+
+def _neighbours(lengths: list[int]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """For each point of rings of such lengths, one after the other, the indices of the next and of the last one."""
+    length = np.array(lengths)
+    last = np.cumsum(length) - 1
+    first = last - length + 1
+    after, before = np.arange(1, last[-1] + 2), np.arange(-1, last[-1])
+    after[last], before[first] = first, last
+    return after, before
 
 
 def gap_at(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:

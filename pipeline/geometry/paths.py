@@ -27,7 +27,7 @@ class StandingGrid:
 
     def path(self, start: Floats, goal: Floats) -> Floats | None:
         """A shortest path (n, 2) in metres from ``start`` to ``goal`` (2,), both included, or None."""
-        from pipeline.kernels.astar import shortest_path  # numba: most houses need no path
+        from pipeline.kernels.astar import shortest_path  # numba loads slowly, and only pictures need paths
 
         first, last = self._cell(start), self._cell(goal)
         if first is None or last is None:

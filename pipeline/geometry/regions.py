@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 import shapely
@@ -42,6 +44,11 @@ def opened(shape: BaseGeometry, width_m: float) -> BaseGeometry:
         return eroded
     grown = mitred(eroded, width_m / 2 + 1e-6)
     return overlap(grown, shape)
+
+
+def too_narrow(shapes: Sequence[Polygon], width_m: float) -> npt.NDArray[np.bool_]:
+    """For each of the shapes whether nothing of it is as wide as ``width_m``: opened, it would be empty."""
+    return np.asarray(shapely.is_empty(mitred(np.array(shapes, dtype=np.object_), -width_m / 2)), np.bool_)
 
 
 def locate(points: npt.NDArray[np.float64], rooms: list[Polygon], walls: BaseGeometry) -> npt.NDArray[np.int64]:

@@ -5,7 +5,7 @@ R2  Pairs are taken by increasing distance. A pair in one piece has a path (labe
     pieces are looked at; planning every pair by A* gives the same result, which a test shows.
 R3  Where there is no path, a wall on the line between the two is cut: the thinnest that takes a straight cut of
     ``cut_width_m`` at right angles to it, with free floor on both sides; it slides along the wall for that. The pair is
-    then planned again by A*, and the path kept for the pictures.
+    kept: the pictures plan its path by A*, which no plan needs.
 R4  A corner of a room that the disc fits in but cannot get to, smaller than a cell, is filled.
 R5  Where no pair gives a clean cut through a wall, parts are joined through what lies between them, if that is less
     than ``DEEPEST_M``.
@@ -27,10 +27,9 @@ from pipeline.config import ConnectivityConfig
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.cuts import CutRules, cuts_on_lines
 from pipeline.geometry.overlay import clipped, overlap, polygons_of, subtract, united
-from pipeline.geometry.paths import plan_path
 from pipeline.geometry.standing import SPECK_M2, floor_of, piece_of, sample, standing_pieces
 from pipeline.rejection import Reason, Rejection
-from pipeline.values import Passage, Spaces
+from pipeline.values import JoinedPair, Passage, Spaces
 
 MOST_PAIRS = 300
 DEEPEST_WALL_M = 1.5
@@ -71,7 +70,8 @@ def connect(spaces: Spaces, config: ConnectivityConfig, least_m2: float, rng: np
             notes["left_out"] += 1
             continue
         pair, cut = found
-        spaces = _planned_again(_with_cut(spaces, cut), pair, config)
+        joined = JoinedPair(pair, config.robot_radius_m, config.pixels_per_metre)
+        spaces = replace(_with_cut(spaces, cut), joined=(*spaces.joined, joined))
         notes["cuts"] += 1
     return replace(spaces, notes={**spaces.notes, **{name: count for name, count in notes.items() if count}})
 
@@ -144,12 +144,6 @@ def _joins_pieces(cut: Bridge, pieces: list[Polygon], floor: BaseGeometry, radiu
     near = clipped(floor, x1 - reach, y1 - reach, x2 + reach, y2 + reach)
     parts = standing_pieces(united([near, strip]), radius_m)
     return any((shapely.area(shapely.intersection(part, pieces)) > SPECK_M2).sum() > 1 for part in parts)
-
-
-def _planned_again(spaces: Spaces, pair: npt.NDArray[np.float64], config: ConnectivityConfig) -> Spaces:
-    """R3; where the way crosses another wall too there is no path yet, and the pair's turn comes again."""
-    path = plan_path(floor_of(spaces), pair[0], pair[1], config.robot_radius_m, config.pixels_per_metre)
-    return spaces if path is None else replace(spaces, paths=(*spaces.paths, path))
 
 
 def _with_cut(spaces: Spaces, cut: Bridge) -> Spaces:

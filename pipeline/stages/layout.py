@@ -33,7 +33,7 @@ from pipeline.geometry.closers import lapped, needed, parted, with_sides
 from pipeline.geometry.doorways import box_of
 from pipeline.geometry.gaps import gaps
 from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
-from pipeline.geometry.regions import OUTSIDE, enclosed, opened
+from pipeline.geometry.regions import OUTSIDE, enclosed, too_narrow
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Closer, Evidence, Layout, Level, Planes
 
@@ -125,11 +125,11 @@ def _habitable(
     fences = shapely.buffer(planes.rails, 0.02, quad_segs=2)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
-    for k, (room, share) in enumerate(zip(rooms, covered, strict=True)):
+    shafts = too_narrow(rooms, SHAFT_M)
+    for k, (room, share, shaft) in enumerate(zip(rooms, covered, shafts, strict=True)):
         if room.intersects(refused):
             continue
         walled, fenced = (shapely.intersection(room.exterior, edge).length / room.length for edge in (walls, fences))
-        shaft = opened(room, SHAFT_M).is_empty
         floored = not known or share >= FLOORED or (walled > CLOSED and not shaft)
         outside = (fenced > FENCED and k not in entered) or _share(room, evidence.low) > COVERED
         if (floored and not outside) or _is_named(room, level):
@@ -208,9 +208,7 @@ def _around_no_room(closers: list[Closer], rooms: list[Polygon], walled: float) 
 
 def _around_a_slot(closers: list[Closer], rooms: list[Polygon]) -> set[int]:
     """R6: the strips between the first space that nobody can stand in and the room that it opens to most."""
-    for index, room in enumerate(rooms):
-        if not opened(room, SLOT_M).is_empty:
-            continue
+    for index in np.flatnonzero(too_narrow(rooms, SLOT_M)).tolist():
         ways: dict[int, set[int]] = {}
         for k, closer in enumerate(closers):
             if closer.bridge is not None and index in closer.bridge.sides:
