@@ -58,3 +58,16 @@ def test_a_sheet_that_goes_on_alone_stays_joined_to_the_wall(degrees):
     sheets = [sheet(-3, 0, 5, 0), sheet(0, 0.23, 5, 0.23), sheet(0, 0.23, 0, 3)]
     turned = shapely.affinity.rotate(shapely.union_all(sheets), degrees, origin=(40, 7))
     assert joined_sheets(turned, SHEET_M).geom_type == "Polygon"
+
+
+def test_a_post_that_stands_against_the_end_of_a_wall_stays_joined_to_it():
+    wall = [sheet(0, 0, 2, 0), sheet(0, 0.2, 2, 0.2), sheet(2, 0, 2, 0.2)]
+    found = joined_sheets(shapely.union_all([*wall, box(1.995, -0.005, 2.045, 0.205)]), SHEET_M)
+    assert found.geom_type == "Polygon"
+    assert found.covers(box(1.5, 0.01, 2.04, 0.19))
+
+
+def test_a_solid_wall_a_few_centimetres_away_from_the_end_of_another_stays_apart():
+    wall = [sheet(0, 0, 2, 0), sheet(0, 0.2, 2, 0.2), sheet(2, 0, 2, 0.2)]
+    found = joined_sheets(shapely.union_all([*wall, box(2.06, 0, 4, 0.2)]), SHEET_M)
+    assert found.geom_type == "MultiPolygon"
