@@ -22,6 +22,7 @@ SLIT_M = 0.38
 THINNEST_M = 0.01
 """Slits thinner than this are cracks, and closed as such."""
 SLIVER_M = 0.04
+CRACK_M = 0.005
 LIKE_A_SHEET = 1.3
 HAIR_M = 1e-4
 CLOSED = 0.3
@@ -40,7 +41,8 @@ def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
     around = mitred(slits, sheet_m + HAIR_M)
     outer = overlap(walls, subtract(around, mitred(slits, sheet_m / 2)))
     more = opened(subtract(walls, mitred(slits, sheet_m + 2 * HAIR_M)), SLIVER_M)
-    return close_cracks(subtract(united([walls, slits]), subtract(outer, mitred(more, 2 * sheet_m))))  # R2
+    left = subtract(united([walls, slits]), subtract(outer, mitred(more, 2 * sheet_m)))  # R2
+    return close_cracks(left, sheet_m / 2 + CRACK_M)  # R3
 
 
 def long_slits(walls: BaseGeometry) -> BaseGeometry:

@@ -66,3 +66,16 @@ def test_crumbs_of_rounding_on_thick_walls_are_no_sheets():
     crumbs = [box(1.8, 0.085, 1.9, 0.08505), box(1.8, 0.24995, 1.9, 0.25)]
     corner = shapely.union_all([*walls, *crumbs])
     assert joined_sheets(corner, SHEET_M).equals(corner)
+
+
+def test_a_post_that_stands_against_the_end_of_a_wall_stays_joined_to_it():
+    wall = [sheet(0, 0, 2, 0), sheet(0, 0.2, 2, 0.2), sheet(2, 0, 2, 0.2)]
+    found = joined_sheets(shapely.union_all([*wall, box(1.995, -0.005, 2.045, 0.205)]), SHEET_M)
+    assert found.geom_type == "Polygon"
+    assert found.covers(box(1.5, 0.01, 2.04, 0.19))
+
+
+def test_a_solid_wall_a_few_centimetres_away_from_the_end_of_another_stays_apart():
+    wall = [sheet(0, 0, 2, 0), sheet(0, 0.2, 2, 0.2), sheet(2, 0, 2, 0.2)]
+    found = joined_sheets(shapely.union_all([*wall, box(2.06, 0, 4, 0.2)]), SHEET_M)
+    assert found.geom_type == "MultiPolygon"
