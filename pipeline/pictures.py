@@ -140,7 +140,7 @@ def _paths(spaces: Spaces, pairs: Sequence[JoinedPair]) -> list[npt.NDArray[np.f
     if not pairs:
         return []
     floor = floor_of(spaces)
-    found = [plan_path(floor, *pair.points, pair.radius_m, pair.pixels_per_metre) for pair in pairs]
+    found = [plan_path(floor, p.points[0], p.points[1], p.radius_m, p.pixels_per_metre) for p in pairs]
     return [path for path in found if path is not None]
 
 

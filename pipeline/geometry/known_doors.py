@@ -8,7 +8,7 @@ R4  Any other leaf stands open, or is furniture where it is too thick for a leaf
 R5  A leaf that is one body with its wall shows by the recess under its lintel (``geometry.recesses``).
 R6  An opening that the source names is a doorway, whatever stands in it, and so is a door that it names in a wall.
 R7  A leaf that hangs at the end of a lintel about as wide and stands at an angle to it, with no lintel of its own over
-    it, stands ajar, named or not: its free end may come so near to a wall that crosses that it seems to close a doorway.
+    it, stands ajar, named or not: its free end may come so near to a crossing wall that it seems to close a doorway.
 """
 
 from __future__ import annotations

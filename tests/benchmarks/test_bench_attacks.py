@@ -45,11 +45,7 @@ def test_damaged_inputs(tmp_path: Path) -> None:
     refused = lines(tmp_path / "out" / "rejected.jsonl")
     reasons = Counter(each["reason"] for each in refused)
     inputs = len(list(sources[0].iterdir())) + len(list((sources[1] / "house").iterdir()))
-    said = (
-        done.stdout
-        + done.stderr
-        + "".join(file.decode(errors="replace") for file in contents(tmp_path / "out").values())
-    )
+    written = b"\n".join(contents(tmp_path / "out").values()).decode(errors="replace")
     console = Console(width=150)
     console.print(f"{inputs} damaged houses in {seconds:.0f} s: {dict(reasons.most_common())}", highlight=False)
     for each in refused:
