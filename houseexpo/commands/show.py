@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from pathlib import Path
 from typing import Annotated
@@ -22,6 +23,7 @@ def show(
     """Draw plans: rooms coloured by label, doors by kind, scale bar, legend. Several make a contact sheet."""
     from houseexpo.commands.given import plans
     from houseexpo.drawing import contact_sheet, draw_plan, svg, svg_sheet
+    from houseexpo.files import write_whole
 
     if out.suffix not in (".png", ".svg"):
         raise ConfigError(f"--out: expected a file that ends in .png or .svg, found {out.name!r}")
@@ -31,9 +33,11 @@ def show(
     out.parent.mkdir(parents=True, exist_ok=True)
     if out.suffix == ".svg":
         pictures = [svg(plan, size=size) for plan in found]
-        out.write_text(pictures[0] if len(found) == 1 else svg_sheet(pictures, across, names), encoding="utf-8")
+        write_whole(out, (pictures[0] if len(found) == 1 else svg_sheet(pictures, across, names)).encode())
         return
     from PIL import Image
 
     images = [draw_plan(plan, size=size) for plan in found]
-    Image.fromarray(images[0] if len(found) == 1 else contact_sheet(images, across, names)).save(out)
+    stream = io.BytesIO()
+    Image.fromarray(images[0] if len(found) == 1 else contact_sheet(images, across, names)).save(stream, "PNG")
+    write_whole(out, stream.getvalue())

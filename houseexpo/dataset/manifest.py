@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Final
@@ -21,6 +22,11 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     url: str
     git_blob: str
 
+    def __post_init__(self) -> None:
+        _check_name(self.file, "file")
+        if not re.fullmatch("[0-9a-f]{40}", self.git_blob):
+            raise ValueError(f"git_blob: expected 40 hex digits, found {self.git_blob!r}")
+
 
 class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A published data set: an archive of plans, lists of ids, and ids of subsets by name."""
@@ -33,6 +39,15 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     archive: Source
     lists: tuple[Source, ...] = ()
     subsets: dict[str, tuple[str, ...]] = {}
+
+    def __post_init__(self) -> None:
+        _check_name(self.name, "name")
+
+
+def _check_name(name: str, key: str) -> None:
+    """Refuse what names anything but a file or folder in the one where it belongs."""
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._ -]{0,99}", name):
+        raise ValueError(f"{key}: expected a plain name of letters, digits, '.', '_' and '-', found {name!r}")
 
 
 def load_manifest(path: Path | None = None) -> Manifest:

@@ -17,6 +17,14 @@ _UNSAFE = re.compile(r"[/\\\x00-\x1f\x7f]")
 _FLOAT = {float}
 _LONGEST_ID = 200  # with its extension it still fits a file name
 
+FARTHEST_M = 20_000.0
+"""Metres from the origin: beyond are no houses, but numbers in another unit, in map coordinates, or damaged."""
+
+MOST_VERTICES = 100_000
+"""Vertices of one ring; the largest published one has 12,000."""
+
+_MOST = 2**31 - 1  # counts fit the index's 32 bits
+
 
 def plan_id(value: object) -> str:
     """Return an id that can name a file inside a folder and nowhere else."""
@@ -32,16 +40,21 @@ def plan_id(value: object) -> str:
 
 
 def ring(value: object, key: str) -> npt.NDArray[np.float64]:
-    """Return the ring as a read-only (n, 2) array: n >= 3, finite, unclosed. Whether it is simple is not asked."""
+    """Return the ring as a read-only (n, 2) array: n >= 3, near the origin, unclosed; it need not be simple."""
     try:
         array = np.array(value, dtype=np.float64, order="C")
     except (TypeError, ValueError):
         raise PlanError(f"expected a list of [x, y] in metres, found {_short(value)}", key) from None
     if array.ndim != 2 or array.shape[1] != 2 or len(array) < 3:
         raise PlanError(f"expected at least 3 vertices [x, y], found an array of shape {array.shape}", key)
-    if not math.isfinite(array.sum()) and not np.isfinite(array).all():  # the sum is quicker, and may overflow
-        row = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
-        raise PlanError(f"expected finite metres, found {array[row].tolist()}", f"{key}[{row}]")
+    if not (array.min() >= -FARTHEST_M and array.max() <= FARTHEST_M):
+        row = int(np.flatnonzero(~(np.abs(array) <= FARTHEST_M).all(axis=1))[0])
+        raise PlanError(
+            f"expected finite metres, {FARTHEST_M:g} from the origin at most, found {array[row].tolist()}",
+            f"{key}[{row}]",
+        )
+    if len(array) > MOST_VERTICES:
+        raise PlanError(f"expected at most {MOST_VERTICES} vertices, found {len(array)}; simplify the ring", key)
     if array[0, 0] == array[-1, 0] and array[0, 1] == array[-1, 1]:
         raise PlanError("expected an unclosed ring, found the first vertex repeated at the end; leave it out", key)
     array.flags.writeable = False
@@ -54,9 +67,9 @@ def rings(value: Iterable[object], key: str) -> tuple[npt.NDArray[np.float64], .
 
 
 def count(value: object, key: str) -> int:
-    """Return an integer >= 0."""
-    if isinstance(value, bool) or not isinstance(value, Integral) or value < 0:
-        raise PlanError(f"expected an integer, 0 or more, found {_short(value)}", key)
+    """Return an integer >= 0 that fits 32 bits."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or not 0 <= int(value) <= _MOST:
+        raise PlanError(f"expected an integer from 0 to {_MOST}, found {_short(value)}", key)
     return int(value)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import io
 import re
 import tarfile
 from pathlib import Path
@@ -163,3 +164,25 @@ def test_a_zip_that_lies_about_a_size(tmp_path, monkeypatch):
     real = (20_000 + len(good("large"))).to_bytes(4, "little")
     path.write_bytes(data.replace(real, (100).to_bytes(4, "little")))
     refused(path)
+
+
+@pytest.mark.parametrize(("place", "value"), [(6, 1), (8, 99)])
+def test_a_zip_that_is_locked_or_packed_in_an_unknown_way(tmp_path, place, value):
+    path = pack(tmp_path, "zip", {"a": good("a")})
+    data = bytearray(path.read_bytes())
+    for mark, shift in ((b"PK\x03\x04", 0), (b"PK\x01\x02", 2)):  # in the member's header, and in the directory
+        data[data.index(mark) + place + shift] = value
+    path.write_bytes(data)
+    assert "expected a whole file" in refused(path)
+
+
+def test_a_tar_with_one_member_twice(tmp_path):
+    stream = io.BytesIO()
+    with tarfile.open(fileobj=stream, mode="w:gz") as archive:
+        for _ in range(2):
+            info = tarfile.TarInfo("json/a.json")
+            info.size = len(good("a"))
+            archive.addfile(info, io.BytesIO(good("a")))
+    path = tmp_path / "plans.tar.gz"
+    path.write_bytes(stream.getvalue())
+    assert "expected ids that differ, found 'a' in json/a.json and in json/a.json" in refused(path)

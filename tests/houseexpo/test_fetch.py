@@ -192,6 +192,17 @@ def test_a_manifest_that_is_none(tmp_path):
         load_manifest(tmp_path / "missing.toml")
 
 
+@pytest.mark.parametrize("bad", ["../evil", "a/b", "..", ".hidden", "", "/etc/passwd", "a\\b"])
+@pytest.mark.parametrize("key", ["file", "name"])
+def test_a_manifest_names_nothing_outside_its_folder(tmp_path, key, bad):
+    text = manifest_path("houseexpo").read_text()
+    own = 'name = "HouseExpo"' if key == "name" else 'file = "json.tar.gz"'
+    assert own in text
+    (tmp_path / "m.toml").write_text(text.replace(own, f"{key} = '{bad}'", 1))
+    with pytest.raises(ConfigError, match=f"{key}: expected a plain name"):
+        load_manifest(tmp_path / "m.toml")
+
+
 def test_blob_ids_are_gits(tmp_path):
     file = tmp_path / "a"
     file.write_bytes(b"some bytes")

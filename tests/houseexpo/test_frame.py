@@ -54,3 +54,8 @@ def test_plan_to_source_and_back():
     assert source_from_plan(frame, (3.0, 1.0)).tolist() == [4.0, 1.0]
     points = np.random.default_rng(1).uniform(-9, 9, (7, 3, 2))
     np.testing.assert_allclose(plan_from_source(frame, source_from_plan(frame, points)), points)
+
+
+def test_a_grid_that_no_memory_holds_is_refused_with_its_size():
+    with pytest.raises(ConfigError, match=r"found 125,002 x 125,002; choose fewer pixels per metre"):
+        GridFrame.around((0, 0, 5000, 5000), 25)

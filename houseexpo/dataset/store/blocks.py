@@ -51,6 +51,11 @@ class BlockReader:
         self._reader = pa.ipc.open_file(pa.memory_map(str(path)))
         self._last: tuple[int, Any] = (-1, None)
 
+    def __len__(self) -> int:
+        """How many plans there are; all blocks but the last are full."""
+        blocks = self._reader.num_record_batches
+        return BLOCK * (blocks - 1) + int(self._reader.get_batch(blocks - 1).num_rows) if blocks else 0
+
     def __getitem__(self, number: int) -> bytes:
         block, place = divmod(number, BLOCK)
         at, batch = self._last

@@ -41,7 +41,7 @@ def build(source: Path, target: Path) -> None:
     PlanError
         A plan breaks the format; the error names its place, its id and the key.
     """
-    seen: dict[str, str] = {}
+    seen: dict[str, str] = {}  # where a plan was found, by its id
     blocks = nullcontext() if source.is_dir() else BlockWriter(target / PLANS)
     with blocks as writer, pa.ipc.new_file(str(target / INDEX), CACHED) as index:
         for chunk, plans, found in _measured(source):
@@ -49,11 +49,10 @@ def build(source: Path, target: Path) -> None:
                 if writer is not None:
                     writer.add(record.data)
             for record, plan in zip(chunk, plans, strict=True):
-                other = seen.setdefault(plan.id, record.place)
-                if other != record.place:
-                    raise DatasetError(
-                        f"{source}: expected ids that differ, found {plan.id!r} in {other} and in {record.place}"
-                    )
+                if plan.id in seen:
+                    places = f"{seen[plan.id]} and in {record.place}"
+                    raise DatasetError(f"{source}: expected ids that differ, found {plan.id!r} in {places}")
+                seen[plan.id] = record.place
             rows = [_row(*item) for item in zip(chunk, plans, found, strict=True)]
             index.write_batch(pa.RecordBatch.from_pylist(rows, schema=CACHED))
 
@@ -98,8 +97,3 @@ def _chunks(items: Iterable[T], size: int) -> Iterator[list[T]]:
     waiting = iter(items)
     while chunk := list(islice(waiting, size)):
         yield chunk
-
-
-def read_index(store: Path) -> Any:
-    """Return the table that ``build`` wrote."""
-    return pa.ipc.open_file(pa.memory_map(str(store / INDEX))).read_all()

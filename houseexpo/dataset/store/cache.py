@@ -6,8 +6,9 @@ import hashlib
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
@@ -18,6 +19,9 @@ from houseexpo.files import write_whole
 VARIABLE: Final = "HOUSEEXPO_CACHE"
 VERSION: Final = "2"
 """Goes into every key: what another layout wrote is not read."""
+
+_PARTIAL: Final = ".partial-"
+_LEFT_S: Final = 3600.0
 
 
 def cache_folder(*parts: str) -> Path:
@@ -35,20 +39,24 @@ def cache_folder(*parts: str) -> Path:
     return folder
 
 
-def stored(path: Path, build: Callable[[Path], None]) -> Path:
+def stored(path: Path, build: Callable[[Path], None], is_whole: Callable[[Path], bool]) -> Path:
     """Return the folder with what ``build`` makes of a data set, made now where it has not been made before.
 
     1. Path, size and time of a file (of a folder: of every plan in it) lead to the hash of its content.
     2. The hash leads to what was built: a copy or a touched file is not built again.
     3. ``build`` fills a folder of its own, which gets its name when it is whole.
+    4. What is not whole any more (``is_whole``) is built again; what killed processes left is swept away.
     """
     key = cache_folder("keys", VERSION) / _stamp(path)
+    stores = cache_folder("stores", VERSION)
     if key.exists():  # R1
-        known = cache_folder("stores", VERSION) / key.read_text()
-        if known.is_dir():
+        known = stores / key.read_text(errors="replace")
+        if known.parent == stores and is_whole(known):
             return known
-    store = cache_folder("stores", VERSION) / _content(path)
-    if not store.is_dir():  # R2
+    store = stores / _content(path)
+    if not is_whole(store):  # R2, R4
+        _sweep(stores)
+        shutil.rmtree(store, ignore_errors=True)
         with _whole(store) as partial:  # R3
             build(partial)
     write_whole(key, store.name.encode())
@@ -61,12 +69,16 @@ def _stamp(path: Path) -> str:
         folder = plan_folder(path)
         names = set(plan_files(folder))
         with os.scandir(folder) as entries:
-            found = sorted((e.name, e.stat().st_size, e.stat().st_mtime_ns) for e in entries if e.name in names)
+            found = sorted((e.name, *_look(e.stat())) for e in entries if e.name in names)
         digest.update(repr(found).encode())
     else:
-        about = path.stat()
-        digest.update(repr((about.st_size, about.st_mtime_ns)).encode())
+        digest.update(repr(_look(path.stat())).encode())
     return digest.hexdigest()
+
+
+def _look(found: os.stat_result) -> tuple[int, int, int]:
+    """What shows that a file was changed: size, time, and the time that no program can set back."""
+    return found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
 def _content(path: Path) -> str:
@@ -83,10 +95,19 @@ def _content(path: Path) -> str:
     return digest.hexdigest()
 
 
+def _sweep(stores: Path) -> None:
+    """Remove what was begun and then left alone for an hour: its process was killed."""
+    for partial in stores.glob(f"{_PARTIAL}*"):
+        with suppress(OSError):
+            latest = max(entry.stat().st_mtime for entry in (partial, *partial.iterdir()))
+            if time.time() - latest > _LEFT_S:
+                shutil.rmtree(partial, ignore_errors=True)
+
+
 @contextmanager
 def _whole(target: Path) -> Iterator[Path]:
     """Yield a folder to fill; it takes the target's name at the end, or vanishes."""
-    partial = Path(tempfile.mkdtemp(dir=target.parent, prefix=".partial-"))
+    partial = Path(tempfile.mkdtemp(dir=target.parent, prefix=_PARTIAL))
     try:
         yield partial
         try:

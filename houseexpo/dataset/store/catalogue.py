@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import hashlib
+import shutil
 from collections.abc import Sequence
 from functools import cached_property, partial
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 import pyarrow as pa
 
+from houseexpo.dataset.store.blocks import BlockReader
 from houseexpo.dataset.store.cache import stored
 from houseexpo.dataset.store.records import lists, plan_files, plan_folder
 from houseexpo.errors import DatasetError, PlanError
@@ -32,7 +34,7 @@ class Catalogue:
     def read(self, row: int) -> bytes:
         """Return a plan's JSON as it is packed."""
         if not self.path.is_dir():
-            return bytes(self._blocks[row])
+            return self._unpacked(row)
         file = plan_folder(self.path) / self._files[row]
         try:
             return file.read_bytes()
@@ -54,6 +56,14 @@ class Catalogue:
         """Return a column of numbers; NaN where a plan lacks it."""
         return np.asarray(self.table.column(name).to_numpy(zero_copy_only=False), dtype=np.float64)
 
+    def _unpacked(self, row: int) -> bytes:
+        try:
+            return bytes(self._blocks[row])
+        except (pa.ArrowException, OSError, IndexError) as error:
+            if self._store is not None:
+                shutil.rmtree(self._store, ignore_errors=True)  # the next opening makes it anew
+            raise DatasetError(f"{self.path}: the cached copy is damaged ({error}); open the data set again") from None
+
     @cached_property
     def _files(self) -> list[str]:
         if "file" in self.table.column_names:
@@ -62,8 +72,6 @@ class Catalogue:
 
     @cached_property
     def _blocks(self) -> Any:
-        from houseexpo.dataset.store.blocks import BlockReader
-
         return BlockReader((self._store or self.path) / "plans.arrow")
 
 
@@ -81,8 +89,8 @@ def open_catalogue(path: Path) -> Catalogue:
         return Catalogue(path, _own_index(path), None)
     if not path.exists():
         raise DatasetError(f"{path}: expected a data set, found nothing there; check the path")
-    store = stored(path, partial(_build, path))
-    return Catalogue(path, pa.ipc.open_file(pa.memory_map(str(store / "index.arrow"))).read_all(), store)
+    store = stored(path, partial(_build, path), partial(_is_whole, path))
+    return Catalogue(path, _read_index(store), store)
 
 
 def read_ids(data: bytes, what: str) -> tuple[str, ...]:
@@ -108,6 +116,20 @@ def nearest(word: str, known: Sequence[str]) -> str:
     """Return that there is no such word, and which of those known is nearest to it."""
     near = difflib.get_close_matches(word, known[:5000], n=1, cutoff=0.0)
     return f"no {word!r}" + (f"; the nearest is {near[0]!r}" if near else "")
+
+
+def _read_index(store: Path) -> Any:
+    return pa.ipc.open_file(pa.memory_map(str(store / "index.arrow"))).read_all()
+
+
+def _is_whole(source: Path, store: Path) -> bool:
+    """Whether what was made of a data set can be read; a file that was cut off lost its table of contents."""
+    try:
+        rows = _read_index(store).num_rows
+        plans = rows if source.is_dir() else len(BlockReader(store / "plans.arrow"))
+    except (pa.ArrowException, OSError):
+        return False
+    return bool(rows and rows == plans)
 
 
 def _build(source: Path, target: Path) -> None:

@@ -26,7 +26,10 @@ MAX_BYTES: Final = 64 * 2**30
 MAX_PLANS: Final = 5_000_000
 
 KINDS: Final = ("a folder", ".tar.gz", ".tgz", ".zip", ".jsonl", ".jsonl.gz")
-_BROKEN: Final = (EOFError, OSError, zlib.error, tarfile.TarError, zipfile.BadZipFile, UnicodeError)
+_BROKEN: Final = (
+    *(EOFError, OSError, zlib.error, tarfile.TarError, zipfile.BadZipFile, UnicodeError),
+    *(NotImplementedError, RuntimeError),  # zipfile's words for an unknown method, and for an encrypted member
+)
 _CHUNK: Final = 1 << 20
 
 

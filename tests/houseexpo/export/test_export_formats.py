@@ -14,7 +14,7 @@ import trimesh
 import yaml
 from PIL import Image
 
-from houseexpo import decode
+from houseexpo import FloorPlan, decode
 from houseexpo.export import (
     FORMATS,
     geojson,
@@ -186,6 +186,12 @@ def test_graphml_through_networkx(flat):
     assert graph.graph["area"] == near(flat)
     doors = sum(door.shape.area for door in flat.doors if door.kind != "entrance")
     assert sum(nx.get_node_attributes(graph, "area").values()) + doors == near(flat)
+
+
+def test_graphml_of_a_label_with_characters_that_xml_cannot_hold():
+    plan = FloorPlan("a", [(0, 0), (0, 2), (2, 2), (2, 0)], 1, {"Bed\x01ro\x0bom": [(0, 0, 2, 2)]})
+    graph = nx.read_graphml(io.BytesIO(graphml(plan)["a.graphml"]))
+    assert [label for _, label in graph.nodes(data="label")] == ["Bed\ufffdro\ufffdom"]
 
 
 def test_graphml_of_a_published_plan_has_its_boxes(published):
