@@ -25,10 +25,18 @@ from pipeline.rejection import Rejection
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles: ``vertices`` (n, 3) float64 metres, ``faces`` (m, 3) int64. No promise that it is welded or closed."""
+    """Triangles: ``vertices`` (n, 3) float64 metres, ``faces`` (m, 3) int64. No promise that it is welded or closed.
+
+    A point cloud has vertices and no faces.
+    """
 
     vertices: npt.NDArray[np.float64]
     faces: npt.NDArray[np.int64]
+
+    @property
+    def is_cloud(self) -> bool:
+        """Whether it has points only."""
+        return len(self.vertices) > 0 and not len(self.faces)
 
 
 @dataclass(frozen=True, eq=False)

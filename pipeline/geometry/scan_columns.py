@@ -28,7 +28,8 @@ DENSE_M = 0.35
 MOST = 0.7
 FEW = 3000
 MARGIN_M = 1.0
-SEARCH_DEG, SLOT_M, SAMPLE = 4.0, 0.03, 30_000
+SLOT_M, SAMPLE = 0.03, 30_000
+CLOSE_DEG = np.arange(-4.0, 4.1, 0.25)
 MOST_CELLS = 4_000_000
 SPREAD = 1
 """So many cells on each side of a cut are marked too."""
@@ -70,13 +71,15 @@ class Raster:
 class Columns:
     """``stands`` (planes, rows, columns) at ``heights`` (planes,) metres above the floor.
 
-    ``ground`` (rows, columns) is where floor or the top of something low is seen.
+    ``ground`` (rows, columns) is where floor or the top of something low is seen, ``ceiling_m`` where the walls end, if a
+    ceiling was seen.
     """
 
     raster: Raster
     heights: Floats
     stands: Bools
     ground: Bools
+    ceiling_m: float | None = None
 
     def share(self, low_m: float, high_m: float) -> Shares:
         """In which share of the planes between two heights something stands, cell by cell."""
@@ -109,7 +112,8 @@ def columns_of(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> Column
     flat = np.abs(normal[:, 2]) > FLAT * area
     heights = np.arange(low_m, high_m, STEP_M)
     ends, plane = _cuts(corners[~flat], heights)
-    raster = _raster(ends, cell_m)
+    along = sharpest(ends.mean(axis=1), _main_direction(ends))
+    raster = raster_over(ends.reshape(-1, 2), along, cell_m)
     stands = np.zeros((len(heights), *raster.shape), bool)
     if len(ends):
         points, at = _points(ends, plane, raster.cell_m)
@@ -141,11 +145,10 @@ def _at(low: Floats, high: Floats, z: Floats) -> Floats:
     return np.asarray(low[:, :2] + share[:, None] * (high - low)[:, :2])
 
 
-def _raster(ends: Floats, cell_m: float) -> Raster:
-    """R1."""
-    along = _sharpest(ends, _main_direction(ends))
+def raster_over(plan: Floats, along: Floats, cell_m: float) -> Raster:
+    """R1: a raster over plan points (n, 2) with a margin, its cells larger where they would be too many."""
     axes = np.array([along, [-along[1], along[0]]])
-    turned = ends.reshape(-1, 2) @ axes.T
+    turned = plan @ axes.T
     low = turned.min(axis=0, initial=0.0 if not len(turned) else np.inf) - MARGIN_M
     high = turned.max(axis=0, initial=0.0 if not len(turned) else -np.inf) + MARGIN_M
     while np.prod((high - low) / cell_m) > MOST_CELLS:
@@ -168,11 +171,11 @@ def _main_direction(ends: Floats) -> Floats:
     return np.array([np.cos(mean), np.sin(mean)])
 
 
-def _sharpest(ends: Floats, along: Floats) -> Floats:
-    """The direction close to ``along`` in which the house, seen along its walls, falls on the fewest places."""
-    points = ends[:: max(1, len(ends) // SAMPLE)].mean(axis=1)
+def sharpest(plan: Floats, along: Floats, turns_deg: Floats = CLOSE_DEG) -> Floats:
+    """The direction, turned from ``along``, in which points (n, 2), seen along the walls, fall on the fewest places."""
+    points = plan[:: max(1, len(plan) // SAMPLE)]
     best, most = along, 0.0
-    for turn in np.deg2rad(np.arange(-SEARCH_DEG, SEARCH_DEG + 0.1, 0.25)):
+    for turn in np.deg2rad(turns_deg):
         c, s = np.cos(turn), np.sin(turn)
         tried = np.array([c * along[0] - s * along[1], s * along[0] + c * along[1]])
         seen = 0.0

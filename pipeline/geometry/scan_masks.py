@@ -2,7 +2,8 @@
 
 R1  What reaches the top of the walls, above doors, furniture and open leaves, is wall or hangs over a doorway.
 R2  A part of every scan is missing: a hole in it is closed where a straight wall ends and another stands before
-    its end, and where two would meet in a corner and something stands below.
+    its end, if there are traces of a wall in it (a passage has none, from floor to ceiling), and where two would meet
+    in a corner and something stands below.
 R3  Two faces with no more than a wall between them are the two sides of one.
 R4  Around all that is inside stands an outer wall, also where none was seen.
 R5  A region between walls in which no ground was seen is no room, and filled, if the scan has ground elsewhere.
@@ -28,6 +29,8 @@ TOP_BAND_M = 0.2
 RIM_M = 0.04
 """So much of the top is frayed."""
 LEAST_TOP_M = 2.0
+CEILING_BAND_M = 0.1
+"""Where the ceiling was seen, all that reaches it is wall, and a lintel may be as low as this."""
 TALL_BAND_M, ABOVE_DOORS_M = 0.45, 2.2
 """In a high house, more of the wall can be looked at above all doors."""
 FULL = 0.5
@@ -52,8 +55,11 @@ SEEN = 0.3
 SHORTEST_M = 0.5
 SPECK_M = 0.3
 RIMMED = 0.4
+TRACED = 0.2
 HALF = 0.5
 FILLED = 0.6
+SHEET = 3
+"""So many cells wide a sheet must be, if it is to last."""
 BEFORE = 4
 """So many cells before a wall its air is looked at."""
 
@@ -77,14 +83,19 @@ def top_of_walls(columns: Columns) -> float:
 
 def wall_masks(columns: Columns) -> WallMasks:
     """Judge all columns."""
-    raster, top = columns.raster, top_of_walls(columns) - RIM_M
+    raster, top = columns.raster, columns.ceiling_m or top_of_walls(columns) - RIM_M
     body = columns.share(FOOT_M, HEAD_M)
-    high = columns.share(max(top - TOP_BAND_M, min(LEAST_TOP_M, top - RIM_M)), top) >= FULL
-    if top - TOP_BAND_M > ABOVE_DOORS_M:
+    if columns.ceiling_m is not None:
+        lowest = top - CEILING_BAND_M
+    else:
+        lowest = max(top - TOP_BAND_M, min(LEAST_TOP_M, top - RIM_M))
+    high = columns.share(lowest, top) >= FULL
+    if lowest > ABOVE_DOORS_M:
         high |= columns.share(max(top - TALL_BAND_M, ABOVE_DOORS_M), top) >= FULL
     reaching = _without_specks(high, raster)  # R1
+    traces = (body >= PASSED) | (columns.share(HEAD_M, top) >= PASSED)
     for _ in range(PASSES):
-        reaching = _without_holes(reaching, body >= STANDS, raster)  # R2
+        reaching = _without_holes(reaching, body >= STANDS, traces, raster)  # R2
     thick = _closed(reaching, raster.size(WALL_M))  # R3
     outside = _outside(thick | columns.ground | (body >= STANDS), raster)
     band = outside & _grown(~outside, raster.size(OUTER_M))  # R4
@@ -117,7 +128,7 @@ def _without_specks(mask: Bools, raster: Raster) -> Bools:
     return np.asarray(long[label]) if count else mask
 
 
-def _without_holes(reaching: Bools, body: Bools, raster: Raster) -> Bools:
+def _without_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster) -> Bools:
     """R2: each straight run goes on to what stands before its end, and to its corner with another."""
     below = _grown(body, 1)
     angles = np.pi * np.arange(TURNS) / TURNS
@@ -137,7 +148,7 @@ def _without_holes(reaching: Bools, body: Bools, raster: Raster) -> Bools:
         ending = runs[turn] & ~_across(runs, turn)
         gaps = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, hole).view(bool) & ~reaching
         lanes = gaps & cv2.dilate(ending.view(np.uint8), _line(angle, 2 * raster.size(HOLE_M))).view(bool)
-        closed |= _touching(lanes, _grown(ending, 1))
+        closed |= _touching(_mostly(lanes, traces, TRACED), _grown(ending, 1))
         long = _line(angle, raster.size(LONG_HOLE_M))
         standing = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, long).view(bool) & ~reaching & below
         lanes = standing & cv2.dilate(ending.view(np.uint8), _line(angle, 2 * raster.size(LONG_HOLE_M))).view(bool)
@@ -145,7 +156,8 @@ def _without_holes(reaching: Bools, body: Bools, raster: Raster) -> Bools:
         beyond.append(cv2.dilate(ending.view(np.uint8), hole).view(bool) & below)
     for turn, going_on in enumerate(beyond):
         closed |= going_on & _across(beyond, turn)
-    return closed
+    thin = closed & ~reaching & ~_opened(closed, _square(SHEET)).view(bool)
+    return closed | _grown(thin, SPREAD)
 
 
 def _across(by_turn: list[Bools], turn: int) -> Bools:
@@ -153,6 +165,13 @@ def _across(by_turn: list[Bools], turn: int) -> Bools:
     return np.asarray(
         np.logical_or.reduce([by_turn[(turn + k) % TURNS] for k in range(TURNS // 3, 2 * TURNS // 3 + 1)])
     )
+
+
+def _mostly(mask: Bools, marked: Bools, share: float) -> Bools:
+    """The connected parts of a mask of which so much is marked."""
+    count, label = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)
+    kept = np.bincount(label[mask & marked], minlength=count) >= share * np.bincount(label[mask], minlength=count)
+    return np.asarray(kept[label] & mask)
 
 
 def _touching(mask: Bools, marked: Bools) -> Bools:
@@ -197,7 +216,7 @@ def _unseen(air: Bools, columns: Columns) -> Bools:
 
 def _shrunk(solid: Bools) -> Bools:
     """Drawn in by what noise and raster have spread the faces; a lone sheet, which would vanish, is kept."""
-    core = cv2.erode(solid.view(np.uint8), _square(2 * SPREAD + 1)).view(bool)
+    core = _opened(cv2.erode(solid.view(np.uint8), _square(2 * SPREAD + 1)).view(bool), _square(SHEET)).view(bool)
     return core | (solid & ~_grown(core, SPREAD + 1))
 
 

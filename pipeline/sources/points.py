@@ -1,7 +1,10 @@
 """Point clouds of a room or a flat (.ply without faces, .pcd, .xyz, .las, .laz, .e57): a level for each storey.
 
-Frame: x = X, y = Y of a z-up cloud; x = X, y = -Z of a y-up one. A cloud names nothing: walls are what persists from
-the floor to the ceiling, doors are found by the stages, as in a mesh.
+Frame: x = X, y = Y of a z-up cloud; x = X, y = -Z of a y-up one. A cloud names nothing: walls and doorways are found by
+the stages, as in a scanned surface.
+
+R1  A level is the middles of the voxels between its floor and its ceiling, with the noise of the floor and without that
+    of the ceiling.
 """
 
 from __future__ import annotations
@@ -9,22 +12,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-import shapely
-from shapely import MultiPolygon, Polygon
-from shapely.affinity import translate
-from shapely.geometry.base import BaseGeometry
+import numpy as np
 
 from houseexpo.plan import Frame
-from pipeline.geometry.overlay import areas
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn import prism, united
 from pipeline.sources.naming import base_id, level_id, sha256
 from pipeline.sources.points_file import blocks
 from pipeline.sources.points_storeys import Storey, find_storeys
 from pipeline.sources.points_voxels import Voxels, fill
-from pipeline.sources.points_walls import find_walls
 from pipeline.sources.scale import UNITS
-from pipeline.values import Input, Level
+from pipeline.values import Input, Level, Mesh
+
+NOISE_M = 0.1
+"""Noise of a floor lies so far below it."""
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
@@ -58,20 +58,15 @@ def read(item: Input) -> Iterator[Level]:
 
 
 def _level(voxels: Voxels, storey: Storey, name: str, number: int, provenance: dict[str, str]) -> Level:
-    found = find_walls(voxels, storey)
-    x, y = (float(value) for value in voxels.origin[:2])
-    bodies = [prism(translate(area, -x, -y), bottom, top) for bottom, top, area in found.layers]
+    """R1."""
+    x, y, _ = (float(value) for value in voxels.origin)
+    points = voxels.centres() - (x, y, storey.floor_m)
+    clear = storey.ceiling_m - storey.floor_m
     sign = -1.0 if voxels.up == "y" else 1.0
     return Level(
         id=name,
-        walls=united(bodies),
-        ceiling_m=storey.ceiling_m - storey.floor_m - 0.02,
+        walls=Mesh(points[(points[:, 2] > -NOISE_M) & (points[:, 2] < clear)], np.empty((0, 3), np.int64)),
+        ceiling_m=clear,
         frame=Frame(((1.0, 0.0, x), (0.0, sign, sign * y)), "y" if voxels.up == "y" else "z", storey.floor_m, number),
-        floor=_floor(translate(found.floor, -x, -y)),
         provenance=provenance,
     )
-
-
-def _floor(area: BaseGeometry) -> Polygon | MultiPolygon | None:
-    shape = areas(shapely.simplify(area, 0.02))
-    return shape if isinstance(shape, Polygon | MultiPolygon) and not shape.is_empty else None

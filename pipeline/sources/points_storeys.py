@@ -2,7 +2,8 @@
 
 R1  A layer is level where it is as full as STRONG of the fullest: floors and ceilings are, table tops are not.
 R2  A storey goes from a level layer to the next one that is STOREY_M higher; what lies between is furniture.
-R3  Above the last layer a storey goes up to where the cloud ends: a scan without a ceiling.
+R3  The noise of a ceiling hangs below it: it begins where a layer holds more than the walls do, EDGE of theirs.
+R4  Above the last layer a storey goes up to where the cloud ends: a scan without a ceiling.
 """
 
 from __future__ import annotations
@@ -16,11 +17,12 @@ from pipeline.sources.points_voxels import VOXEL_M, Voxels
 STRONG = 0.25
 STOREY_M = (1.9, 6.0)
 SHARE = 0.995
+EDGE, MARGIN_M, NOISE_M = 1.6, 0.4, 0.16
 
 
 @dataclass(frozen=True)
 class Storey:
-    """Heights in metres."""
+    """Heights in metres; ``ceiling_m`` is where the points of the ceiling begin."""
 
     floor_m: float
     ceiling_m: float
@@ -43,12 +45,15 @@ def find_storeys(voxels: Voxels) -> list[Storey]:
             k = peaks.index(over)
             k += 1 if k + 1 < len(peaks) and peaks[k + 1] - over < 0.8 / VOXEL_M else 0
         else:
-            if not found and top >= least:  # R3
+            if not found and top >= least:  # R4
                 found.append((peaks[k], min(top, most)))
             k += 1
     bottom = float(voxels.origin[2]) + (low + 0.5) * VOXEL_M
     plain = np.bincount(z - low, minlength=len(counts))
-    return [Storey(*(bottom + _middle(plain, end) * VOXEL_M for end in ends)) for ends in found]
+    return [
+        Storey(bottom + _middle(plain, floor) * VOXEL_M, bottom + _edge(plain, floor, ceiling) * VOXEL_M)
+        for floor, ceiling in found
+    ]
 
 
 def _peaks(counts: np.ndarray) -> list[int]:
@@ -56,6 +61,16 @@ def _peaks(counts: np.ndarray) -> list[int]:
     full = np.flatnonzero(counts >= STRONG * counts.max())
     runs = np.split(full, np.flatnonzero(np.diff(full) > 0.1 / VOXEL_M) + 1)
     return [int(run[np.argmax(counts[run])]) for run in runs]
+
+
+def _edge(counts: np.ndarray, floor: float, ceiling: float) -> float:
+    """R3."""
+    low, high = round(floor), min(round(ceiling), len(counts) - 1)
+    margin = round(MARGIN_M / VOXEL_M)
+    usual = float(np.median(counts[low + margin : high - margin]))
+    below = np.arange(high - round(NOISE_M / VOXEL_M), high + 1)
+    full = below[counts[below] > EDGE * usual]
+    return float(full[0]) - 0.5 if len(full) else high + 0.5
 
 
 def _middle(counts: np.ndarray, layer: float) -> float:

@@ -60,9 +60,9 @@ ALIKE = 0.7
 
 def gather(level: Level, config: EvidenceConfig) -> Evidence:
     """Judge all that stands in a level; a level without walls gives empty evidence."""
-    if level.sills or not len(level.walls.faces):
+    if level.sills or not (len(level.walls.faces) or level.walls.is_cloud):
         return Evidence(EMPTY, EMPTY, EMPTY, EMPTY, _furniture(level), floor=level.floor)
-    if is_scan(level.walls):
+    if level.walls.is_cloud or is_scan(level.walls):
         return gather_scan(level, config)
     bodies = Bodies.of(level.walls)
     leaves = find_leaves(bodies, level.ceiling_m)

@@ -14,6 +14,7 @@ from pipeline.geometry.footprints import footprint
 from pipeline.geometry.known_doors import judge_leaves, known_doorways
 from pipeline.geometry.overlay import EMPTY, overlap, subtract, united
 from pipeline.geometry.scan_columns import columns_of
+from pipeline.geometry.scan_points import columns_of_points
 from pipeline.geometry.scan_masks import top_of_walls, wall_masks
 from pipeline.geometry.scan_shapes import area_of
 from pipeline.values import Evidence, Level
@@ -24,7 +25,11 @@ CELL_M = 0.025
 
 def gather_scan(level: Level, config: EvidenceConfig) -> Evidence:
     """Judge all that stands in a scanned level."""
-    columns = columns_of(level.walls, LOWEST_M, max(level.ceiling_m, config.head_m), CELL_M)
+    mesh, top = level.walls, max(level.ceiling_m, config.head_m)
+    if mesh.is_cloud:
+        columns = columns_of_points(mesh.vertices, LOWEST_M, top, CELL_M)
+    else:
+        columns = columns_of(mesh, LOWEST_M, top, CELL_M)
     masks = wall_masks(columns)
     closed = area_of(masks.walls, masks.raster)
     doorways = united([Polygon(masks.raster.placed(box)) for box in masks.doorways])
