@@ -3,7 +3,7 @@
 R1  The raster lies in the direction in which the points that stand fall on the fewest rows and columns.
 R2  A layer of heights is as thick as it takes for a wall to have ENOUGH points before each cell: a thin cloud has few
     and thick layers.
-R3  Ground is where the points about the floor's height lie as close as in most places; outliers lie far apart.
+R3  Ground is where the points about the floor's height lie as close as most of them do; outliers lie far apart.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ ENOUGH = 3.0
 USUAL = 0.98
 """Of the cells that hold points this share holds fewer than a wall's."""
 GROUND_M = 0.08
-FULL, FAINT = 0.8, 0.3
+FAINT = 0.3
 BLUR = 5
 TURNS_DEG = np.arange(0.0, 90.0, 1.5)
 
@@ -74,7 +74,9 @@ def _ground(floor: Floats, raster: Raster) -> Bools:
     rows, columns = raster.shape
     at = np.floor((floor @ raster.axes.T - raster.origin) / raster.cell_m).astype(np.int64)
     at = at[((at >= 0) & (at < (columns, rows))).all(axis=1)]
+    if not len(at):
+        return np.zeros(raster.shape, bool)
     mass = np.bincount(at[:, 1] * columns + at[:, 0], minlength=rows * columns).reshape(raster.shape)
     close = np.asarray(cv2.blur(mass.astype(np.float32), (BLUR, BLUR)), np.float32)
-    usual = float(np.quantile(close[close > 0], FULL)) if mass.any() else 0.0
+    usual = float(np.median(close[at[:, 1], at[:, 0]]))
     return np.asarray(close > FAINT * usual)
