@@ -80,6 +80,7 @@ class Level:
     ``openings`` are what the source says of them; ``named_openings`` is True where it names every one (IFC), so that
     what it does not name is none.
     ``no_rooms`` are points of which a person says that the region around them is no room.
+    ``below`` is where one looks down onto the floor of a lower level, None where the source shows none.
     ``sills`` is True where doors are closed by a sill at h_g (SUNCG), so that the paper's two planes are enough.
     ``ceiling_m``: height above the floor up to which walls may be looked at.
     ``room_count``: rooms of this level as the source counts them, None where it names none. ``n_objects``: things that
@@ -92,6 +93,7 @@ class Level:
     ceiling_m: float
     frame: Frame
     floor: Polygon | MultiPolygon | None = None
+    below: Polygon | MultiPolygon | None = None
     leaves: tuple[SourceObject, ...] = ()
     furniture: tuple[SourceObject, ...] = ()
     sills: bool = False

@@ -68,6 +68,7 @@ def read(item: Input) -> Iterator[Level]:
             ceiling_m=level.ceiling_m,
             frame=Frame(((1.0, 0.0, shift[0]), (0.0, 1.0, shift[1])), "z", level.floor_z + shift[2], number),
             floor=level.floor,
+            below=level.below,
             leaves=tuple(_on_level(parts.leaves, level, shift)),
             furniture=tuple(_on_level(parts.furniture, level, shift)),
             n_objects=len(parts.furniture),

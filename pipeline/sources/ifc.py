@@ -80,6 +80,7 @@ def _level(found: IfcLevel, shift: Shift, name: str, number: int, provenance: di
         ceiling_m=found.ceiling_m,
         frame=Frame(((1.0, 0.0, x), (0.0, 1.0, y)), "z", found.floor_z, number),
         floor=found.floor and translate(found.floor, -x, -y),
+        below=found.below and translate(found.below, -x, -y),
         leaves=tuple(moved(leaf) for leaf in found.leaves),
         furniture=tuple(moved(thing) for thing in found.furniture),
         rooms=tuple(

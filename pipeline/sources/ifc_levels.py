@@ -6,6 +6,7 @@ R3  A loose part (IfcBuildingElementProxy, a plate or member by itself) is wall 
     the floor to head height, thin.
 R4  A door's leaf belongs to the level that its door is entered from; a thing to the level whose storey holds it, else
     to the one on whose floor it stands.
+R5  One looks down onto a lower level where one of its slabs lies and no slab is within reach under this level's floor.
 """
 
 from __future__ import annotations
@@ -16,12 +17,13 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
 
 from pipeline.sources.ifc_file import Building, Part
 from pipeline.sources.ifc_height import OFF_M, TALL_M
 from pipeline.sources.ifc_holes import StandingWalls, level_of_door, openings_of
 from pipeline.sources.ifc_rooms import rooms_of
-from pipeline.sources.ifc_shapes import footprint, united
+from pipeline.sources.ifc_shapes import footprint, shadow, united
 from pipeline.sources.ifc_storeys import MARGIN_M, Standing, standing_storeys
 from pipeline.sources.surfaces import Surfaces, WallProfile
 from pipeline.values import Mesh, SourceOpening, SourceRoom
@@ -29,6 +31,7 @@ from pipeline.values import Mesh, SourceOpening, SourceRoom
 HIGHEST_LINTEL_M = 3.0
 KNEE_M = 0.5
 THIN_M = 0.5
+UNDER_M, OVER_M = 1.0, 0.3  # of a floor: slabs in between are steps of it, or its structure
 LEAN_M = 0.3  # an upright part's head stands over its foot but for this
 
 
@@ -41,6 +44,7 @@ class IfcLevel:
     ceiling_m: float
     walls: Mesh
     floor: Polygon | MultiPolygon | None
+    below: Polygon | MultiPolygon | None
     rooms: tuple[SourceRoom, ...]
     openings: tuple[SourceOpening, ...]
     leaves: tuple[Part, ...]
@@ -72,6 +76,7 @@ def _level(
         ceiling_m=max(min(top, standing.above - MARGIN_M) - floor, TALL_M),
         walls=walls,
         floor=_floor(building, standing),
+        below=_below(building, floor, floors),
         rooms=rooms_of([space for space in building.spaces if _is_on(space, standing, floors)]),
         openings=openings_of(building.holes, StandingWalls([part.mesh for part in here]), floor, floors),
         leaves=tuple(leaf for leaf in building.leaves if level_of_door(leaf.bottom, floors) == floor),
@@ -112,5 +117,17 @@ def _is_on(part: Part, standing: Standing, floors: Sequence[float]) -> bool:
 def _floor(building: Building, standing: Standing) -> Polygon | MultiPolygon | None:
     """Slabs whose top lies at the floor, whichever storey contains them."""
     tops = [part for part in building.slabs if abs(part.top - standing.floor_z) < OFF_M]
-    shape = shapely.union_all([footprint(part.mesh) for part in tops], grid_size=1e-3)
+    return _area(shapely.union_all([footprint(part.mesh) for part in tops], grid_size=1e-3))
+
+
+def _below(building: Building, floor: float, floors: Sequence[float]) -> Polygon | MultiPolygon | None:
+    """R5."""
+    lower = [each for each in floors if each < floor - TALL_M]
+    tops = [part for part in building.slabs if any(abs(part.top - each) < OFF_M for each in lower)]
+    near = [part for part in building.slabs if part.top > floor - UNDER_M and part.bottom < floor + OVER_M]
+    shown, hidden = (shapely.union_all([shadow(part.mesh) for part in parts]) for parts in (tops, near))
+    return _area(shapely.difference(shown, hidden, grid_size=1e-3))
+
+
+def _area(shape: BaseGeometry) -> Polygon | MultiPolygon | None:
     return shape if isinstance(shape, Polygon | MultiPolygon) and not shape.is_empty else None

@@ -27,6 +27,7 @@ from pipeline.sources.floor_area import floor_area
 from pipeline.sources.floors import APART_M, CLEAR_M, FloorSurface, Layer, enclosed_cells, find_floors, find_layers
 from pipeline.sources.plan_grid import Cells, PlanGrid
 from pipeline.sources.surfaces import Bools, Surfaces, WallProfile, weighted_quantile
+from pipeline.sources.voids import open_below
 from pipeline.values import Mesh
 
 BELOW_M = 0.3  # faces this far under the floor stay with the level
@@ -46,12 +47,16 @@ NAMED_SHARE = 0.5  # of a surface, beyond which its names are believed
 
 @dataclass(frozen=True, eq=False)
 class FoundLevel:
-    """One level of a mesh: ``walls`` with the floor at z = 0; ``floor_z`` and ``ceiling_m`` (above it) in metres."""
+    """One level of a mesh: ``walls`` with the floor at z = 0; ``floor_z`` and ``ceiling_m`` (above it) in metres.
+
+    ``below`` is where nothing lies between the heights of this floor and of a lower one (``open_below``).
+    """
 
     floor_z: float
     ceiling_m: float
     walls: Mesh
     floor: Polygon | MultiPolygon | None
+    below: Polygon | MultiPolygon | None = None
 
 
 def find_levels(
@@ -100,7 +105,8 @@ def find_levels(
         ceiling = _ceiling(around, layers, region, height, above=above, hangs=hangs)
         part = mesh if len(heights) == 1 else _slice(surfaces, height - BELOW_M, height + ceiling)
         area = _area(surfaces, floor, names[0], grid) if floor else None
-        found.append(FoundLevel(height, ceiling, _lowered(part, height), area))
+        below = open_below(surfaces, height, floors, grid)
+        found.append(FoundLevel(height, ceiling, _lowered(part, height), area, below))
     return tuple(found)
 
 

@@ -97,6 +97,7 @@ def read(item: Input) -> Iterator[Level]:
             ceiling_m=level.ceiling_m,
             frame=_frame(level, found, shift, number),
             floor=level.floor,
+            below=level.below,
             leaves=share.leaves,
             furniture=share.furniture,
             rooms=share.rooms,

@@ -15,6 +15,7 @@ R9  Where the house has floors, a space without one is no room, unless walls clo
     nor is one without a door that a railing bounds for the most part (a roof terrace), nor one too low to stand in (a
     void under a roof). A room that the source names is one. What a person says is no room
     (``overrides.toml``) is none.
+R10  What of a room lies over a void in the floor is no free space (``geometry.voids``).
 R8  What encloses less than ``area_m2`` after all this has no layout.
 """
 
@@ -34,6 +35,7 @@ from pipeline.geometry.doorways import box_of
 from pipeline.geometry.gaps import gaps
 from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE, enclosed, too_narrow
+from pipeline.geometry.voids import without_voids
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Closer, Evidence, Layout, Level, Planes
 
@@ -65,7 +67,7 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
             ground, rooms = enclosed(_plane(ground, more))
     standing = _plane(planes.door, fixed) if fixed else planes.door
     strips, ground, rooms = _settled(standing, evidence.slight, *parted(standing, pieces, ground, rooms), config)
-    rooms = _habitable(rooms, strips, planes, evidence, level)
+    rooms = _on_floor(_habitable(rooms, strips, planes, evidence, level), level)
     closers = with_sides(strips + fixed, rooms, ground)
     area = sum(r.area for r in rooms)
     if area < config.area_m2:  # R8
@@ -135,6 +137,17 @@ def _habitable(
         if (floored and not outside) or _is_named(room, level):
             kept.append(room)
     return kept
+
+
+def _on_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
+    """R10: the rooms without the voids in their floors, where the source shows most of these."""
+    if level.below is None or level.floor is None:
+        return rooms
+    covered = sum(overlap(room, level.floor).area for room in rooms)
+    if covered < KNOWN_FLOOR * sum(room.area for room in rooms):
+        return rooms
+    named = united([room.polygon for room in level.rooms if room.polygon is not None])
+    return [part for room in rooms for part in without_voids(room, level.floor, level.below, named)]
 
 
 def _share(room: Polygon, area: BaseGeometry | None) -> float:

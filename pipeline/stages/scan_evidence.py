@@ -14,8 +14,8 @@ from pipeline.geometry.footprints import footprint
 from pipeline.geometry.known_doors import judge_leaves, known_doorways
 from pipeline.geometry.overlay import EMPTY, overlap, subtract, united
 from pipeline.geometry.scan_columns import columns_of
-from pipeline.geometry.scan_points import columns_of_points
 from pipeline.geometry.scan_masks import top_of_walls, wall_masks
+from pipeline.geometry.scan_points import columns_of_points
 from pipeline.geometry.scan_shapes import area_of
 from pipeline.values import Evidence, Level
 

@@ -206,3 +206,17 @@ def test_real_walls_hold_those_of_the_mesh_and_stand_in_no_room(case):
         lines = in_source_axes(mesh, section(mesh, level.frame.floor + 0.3 - mesh.frame.floor))
         found = in_source_axes(level, section(level, 0.3))
         assert lines.intersection(found.buffer(0.03)).length > 0.94 * lines.length  # some meshes hold stairs
+
+
+def test_through_a_hole_in_a_slab_the_storey_below_shows(tmp_path):
+    house = TinyBuilding()
+    for name, z, slabs in (("EG", 0.0, [(0, 0, 8, 6)]), ("OG", 2.8, [(0, 0, 5, 6), (5, 4, 8, 6)])):
+        storey = house.storey(name, z)
+        house.walls_around(storey, (0, 0, z, 8, 6, z + 2.5))
+        for x1, y1, x2, y2 in slabs:
+            house.element("IfcSlab", storey, (x1, y1, z - 0.3, x2, y2, z), "floor")
+    house.element("IfcStairFlight", storey, (5, 0.2, 0.0, 7.8, 4, 2.8), "stair")
+    ground, upper = read(house.write(tmp_path / "house.ifc"))
+    assert ground.below is None
+    assert upper.below is not None
+    assert upper.below.equals(shapely.box(5, 0, 8, 4))

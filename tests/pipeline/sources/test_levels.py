@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import trimesh
+from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.levels import FoundLevel, find_levels
@@ -248,3 +249,27 @@ def test_walls_that_stand_on_the_floor_with_wide_openings_keep_its_height():
     posts = [(x, y, x + 0.3, y + 0.2) for x in (0.0, 2.0, 4.0, 6.0, 7.7) for y in (0.0, 5.8)]
     walls = [*storey(0.0, 2.7, posts), *storey(0.9, 2.7, [SHELL[0], SHELL[2]]), *storey(0.0, 2.7, [SHELL[1], SHELL[3]])]
     assert found(walls, slab(-0.2, 0.0, [HOUSE]))[0][0] == 0.0
+
+
+LOWER = [*slab(-0.3, 0.0, [HOUSE]), *storey(0.0, 2.5, WALLS)]
+WELL = (5.0, 1.0, 7.0, 4.0)
+AROUND = [(0.0, 0.0, 5.0, 6.0), (7.0, 0.0, 8.0, 6.0), (5.0, 0.0, 7.0, 1.0), (5.0, 4.0, 7.0, 6.0)]
+UPPER = [*slab(2.5, 2.8, AROUND), *storey(2.8, 5.3, WALLS)]
+
+
+def test_through_a_hole_in_the_floor_the_level_below_shows():
+    ground, upper = find_levels(joined([*LOWER, *UPPER]))
+    assert ground.below is None
+    assert upper.below is not None
+    assert upper.below.symmetric_difference(Polygon.from_bounds(*WELL)).area < 1.0
+
+
+@pytest.mark.parametrize(("bottom", "top"), [(2.2, 2.4), (2.45, 2.5)], ids=["a step down", "the ceiling of the level"])
+def test_what_lies_under_a_hole_within_reach_hides_the_level_below(bottom, top):
+    _, upper = find_levels(joined([*LOWER, *UPPER, *slab(bottom, top, [WELL])]))
+    assert upper.below is None
+
+
+def test_under_a_hole_in_the_lowest_floor_no_level_shows():
+    (level,) = find_levels(joined(UPPER))
+    assert level.below is None

@@ -10,7 +10,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.stages.evidence import gather
 from pipeline.stages.layout import lay_out
 from pipeline.stages.planes import cut_planes
-from pipeline.values import Layout
+from pipeline.values import Layout, SourceRoom
 from tests.builders.houses import Hole, Parts, gap, level, shell, two_rooms, wall
 from tests.builders.meshes import box
 
@@ -176,3 +176,28 @@ def test_what_a_person_says_is_no_room_is_none() -> None:
     assert len(layout(two_rooms(Hole(1, 1.9))).rooms) == 2
     (room,) = layout(two_rooms(Hole(1, 1.9)), no_rooms=((5.5, 1.0),)).rooms
     assert room.area == pytest.approx(12.0, abs=0.05)
+
+
+WELL = shapely.box(3.0, 1.0, 5.0, 4.0)
+FLOOR = shapely.box(0, 0, 5, 4).difference(WELL)
+HALL = SourceRoom(("Hall",), ("Hall",), shapely.box(0, 0, 5, 4))
+
+
+@pytest.mark.parametrize(
+    ("values", "area"),
+    [
+        ({"below": WELL}, 14.0),
+        ({"below": None}, 20.0),
+        ({"below": WELL, "rooms": (HALL,)}, 20.0),
+        ({"below": WELL, "floor": shapely.box(0, 0, 1, 4)}, 20.0),
+    ],
+    ids=["a stair's void", "a storey by itself", "a void in a room of the source", "most of the floor is not there"],
+)
+def test_over_a_void_in_the_floor_is_no_free_space(values: dict[str, object], area: float) -> None:
+    (room,) = layout(shell((0, 0, 5, 4)), **{"floor": FLOOR} | values).rooms
+    assert room.area == pytest.approx(area, abs=0.2)
+
+
+def test_a_door_that_opens_on_a_void_is_none_between_rooms() -> None:
+    house = {"floor": shapely.box(0, 0, 4, 3), "below": shapely.box(4.2, 0, 7.2, 3)}
+    assert len(layout(two_rooms(Hole(1, 1.9)), **house).rooms) == 1
