@@ -6,7 +6,7 @@ import pytest
 
 from pipeline.sources import mesh_file
 from pipeline.values import Level, Mesh
-from tests.builders.houses import Hole, Parts, shell, wall, window
+from tests.builders.houses import Hole, Parts, gap, shell, wall, window
 from tests.builders.meshes import as_trimesh, box, joined, y_up
 
 
@@ -54,6 +54,14 @@ def test_a_hall_with_doors_of_the_usual_height_is_no_model(tmp_path: Path) -> No
               ((-0.2, -0.2, 20.2, 0.0), (-0.2, 9.0, 20.2, 9.2), (-0.2, 0.0, 0.0, 9.0), (20.0, 0.0, 20.2, 9.0))]  # fmt: skip
     level = level_of([*hall, *raised], tmp_path / "hall.glb", 1.0)
     assert level.walls.vertices[:, 0].max() == pytest.approx(20.2, abs=0.01)
+
+
+def test_tops_of_furniture_are_no_heads_where_the_storey_is_usual_in_metres(tmp_path: Path) -> None:
+    """Doors to the ceiling, and shelves on two walls that end at 1.65 m: heads of a model at 1:50, in inches."""
+    rooms = [*shell((0.0, 0.0, 7.2, 3.0), front=[gap(1.0, 2.0)]), *wall((4.0, 0.0, 4.2, 3.0), gap(1.0, 2.0))]
+    shelves = [box((x, 2.6, x + 1.8, 3.0), 1.25, 1.65) for x in (0.1, 2.0, 5.0)]
+    level = level_of([*rooms, *shelves], tmp_path / "world.ply", 1.0)
+    assert level.provenance["units"] == "m"
 
 
 def test_the_base_of_a_model_is_not_its_storeys_foot(tmp_path: Path) -> None:
