@@ -76,7 +76,7 @@ class Look:
             return f"{self.blocks} separate closed blocks of outer faces only, with no wall inside any: a city"
         return (
             f"one closed sheet of {self.outline_m:.0f} m that is seen from outside, with no second face and "
-            f"{self.inner_m:.1f} m of wall inside: a facade"
+            f"{self.inner_m:.1f} m of wall inside, too little for rooms: a facade"
         )
 
 

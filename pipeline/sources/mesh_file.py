@@ -23,6 +23,7 @@ from pipeline.sources.levels import FoundLevel, find_levels
 from pipeline.sources.mesh_load import SUFFIXES, convention, load_scene
 from pipeline.sources.named_scene import door_heights, sort_faces, structural
 from pipeline.sources.naming import base_id, level_id, list_files, sha256
+from pipeline.sources.no_unit import outside_of
 from pipeline.sources.placing import Shift, near_shift
 from pipeline.sources.scale import UNITS
 from pipeline.sources.scene import Scene
@@ -68,10 +69,12 @@ def read(item: Input) -> Iterator[Level]:
         detail = f"{path.name} holds nothing but what {options['drop_nodes']} names"
         raise Rejection("source", Reason.EMPTY, detail, "take a pattern out of drop_nodes")
     up = convention(path)
+    wish = _wish(options)
     try:
-        found = detect(structural(raw), up, _wish(options), path.name, door_heights(raw))
+        found = detect(structural(raw), up, wish, path.name, door_heights(raw))
     except Rejection as rejection:
-        raise rejection.pictured(top_view(raw.mesh, UPS[up.up])) from None
+        shell = None if wish.is_about_size else outside_of(_turned(raw.mesh, up.up), path.name)
+        raise (shell or rejection).pictured(top_view(raw.mesh, UPS[up.up])) from None
     upright = _upright(raw.mesh, found)
     shift = near_shift(upright.vertices)
     named = sort_faces(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
@@ -137,10 +140,14 @@ def _number(option: str, text: str) -> float:
 
 def _upright(raw: Mesh, found: Frame3D) -> Mesh:
     """Turn a mesh z-up and scale it to metres."""
-    points = raw.vertices * found.metres
-    if found.up == "y":
-        points = np.column_stack([points[:, 0], -points[:, 2], points[:, 1]])
-    return Mesh(points, raw.faces)
+    return _turned(Mesh(raw.vertices * found.metres, raw.faces), found.up)
+
+
+def _turned(mesh: Mesh, up: str) -> Mesh:
+    if up != "y":
+        return mesh
+    x, y, z = mesh.vertices.T
+    return Mesh(np.column_stack([x, -z, y]), mesh.faces)
 
 
 def _frame(level: FoundLevel, found: Frame3D, shift: Shift, number: int) -> Frame:

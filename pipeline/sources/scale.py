@@ -4,7 +4,8 @@ R1  Doors are 2 to 2.1 m high in most houses, 1.8 to 2.75 m in all: a house that
     there, is not in metres.
 R2  A model is to one of the usual scales of one of the usual units. The one is taken that brings a head nearest to
     2.06 m and the storey, less strictly, to 2.7 m. Where a bare unit does so nearly as well it is that: inches are no
-    millimetres at 1:25.
+    millimetres at 1:25. And inches to a scale count for a little less than metres: 1:20 in inches is 1:50 in
+    centimetres but for 1.6%.
 R3  Where no unit fits and no head is seen, the usual scale of a model in metres is taken that brings its storey nearest
     to 2.65 m.
 """
@@ -19,9 +20,11 @@ SCALES = (10.0, 15.0, 20.0, 25.0, 50.0, 100.0)
 USUAL_STOREY_M = 2.7
 USUAL_HEAD_M = 2.06
 HEADS_M = (1.8, 2.75)
-STOREY_M = (2.1, 4.5)
+HIGHEST_STOREY_M = 4.5
+STOREY_M = (2.1, HIGHEST_STOREY_M)
 LIKELY_M = (2.2, 3.3)
 NEAR = 0.09  # of a head's height, in the logarithm
+INCHES = 0.02  # more than the heads and the storey of two such models differ
 SCALED = 0.03  # how much nearer a scaled unit must come than a bare one
 SLACK = 6.0  # how much more freely storeys differ than heads
 
@@ -33,11 +36,15 @@ def is_usual(heads: Sequence[float], metres: float) -> bool:
 
 def model_scale(storey: float, heads: Sequence[float]) -> float | None:
     """R2: return metres in a file's unit, None where no head fits any usual scale."""
-    candidates = [unit for name, unit in UNITS.items() if name != "ft"]
-    candidates += [unit * scale for name, unit in UNITS.items() if name != "ft" for scale in SCALES]
-    fitting = [metres for metres in candidates if STOREY_M[0] <= storey * metres <= STOREY_M[1]]
-    scored = [(_misfit(storey, heads, metres), metres) for metres in fitting]
-    best = min(scored, default=None)
+    candidates = [(unit, 0.0) for name, unit in UNITS.items() if name != "ft"]
+    candidates += [
+        (unit * scale, SCALED + INCHES if name == "in" else SCALED)
+        for name, unit in UNITS.items()
+        if name != "ft"
+        for scale in SCALES
+    ]
+    fitting = [each for each in candidates if STOREY_M[0] <= storey * each[0] <= STOREY_M[1]]
+    best = min(((unlikely + _misfit(storey, heads, metres), metres) for metres, unlikely in fitting), default=None)
     return best[1] if best and best[0] < NEAR * 2 + SCALED else None
 
 
@@ -49,5 +56,4 @@ def storey_scale(storey: float) -> float | None:
 
 def _misfit(storey: float, heads: Sequence[float], metres: float) -> float:
     head = min((abs(math.log(head * metres / USUAL_HEAD_M)) for head in heads), default=math.inf)
-    scaled = 0.0 if metres in UNITS.values() else SCALED
-    return scaled + (head if head < NEAR else math.inf) + abs(math.log(storey * metres / USUAL_STOREY_M)) / SLACK
+    return (head if head < NEAR else math.inf) + abs(math.log(storey * metres / USUAL_STOREY_M)) / SLACK

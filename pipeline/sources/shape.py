@@ -18,6 +18,9 @@ BINS = 400
 HEAD = 0.03  # of the walls' usual length: what a door or two of a house add over their heads
 LEVEL = 0.002  # of the plan: the undersides of a lintel or two
 MOST_HEADS = 2
+PLINTH = 0.04  # of the upright area: what the side of the base adds on which a model stands
+AS_STRONG = 0.65
+UPPER, LOWER = (0.5, 0.96), (0.15, 0.5)  # of a storey
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,7 @@ class Shape:
     bare: bool  # hardly any face looks up: walls alone
     square: float  # share of the area that is upright or level; on a wrong axis, a turned house has slopes
     heads: tuple[float, ...] = ()  # of openings, above the storey's foot
+    lower: tuple[float, ...] = ()  # in the lower half of the storey, where openings end that are as many
 
     def fits(self, metres: float) -> bool:
         """R2: tell whether a unit of so many metres makes this a house."""
@@ -57,22 +61,25 @@ def measured(surfaces: Surfaces, axis: int) -> Shape | None:
     flat_area, wall_area = float(surfaces.area[flats].sum()), float(surfaces.area[walls].sum())
     square = (flat_area + wall_area) / all_area
     flatness = math.log(max(math.sqrt(widths[0] * widths[1]), 1e-12) / height)
-    storey, heads = _storey(surfaces, walls, flats, axis, widths[0] * widths[1])
+    tall = [np.subtract(*_span(surfaces, walls, i, PLINTH)[::-1]) for i in range(3) if i != axis]
+    storey, heads, lower = _storey(surfaces, walls, flats, axis, float(np.prod(tall)))
     bare = flat_area < 0.06 * all_area and square > SQUARE
-    return Shape((widths[0], widths[1]), storey, flatness, bare, square, heads)
+    return Shape((widths[0], widths[1]), storey, flatness, bare, square, heads, lower)
 
 
-def _span(surfaces: Surfaces, faces: Bools, axis: int) -> tuple[float, float]:
+def _span(surfaces: Surfaces, faces: Bools, axis: int, beyond: float = 0.005) -> tuple[float, float]:
+    """Where the faces begin and end along an axis, but for this share of their area on each side."""
     low, high, area = surfaces.low[faces, axis], surfaces.high[faces, axis], surfaces.area[faces]
-    return weighted_quantile(low, area, 0.005), weighted_quantile(high, area, 0.995)
+    return weighted_quantile(low, area, beyond), weighted_quantile(high, area, 1 - beyond)
 
 
 def _storey(
     surfaces: Surfaces, walls: Bools, flats: Bools, axis: int, footprint: float
-) -> tuple[float, tuple[float, ...]]:
+) -> tuple[float, tuple[float, ...], tuple[float, ...]]:
     """Return the greatest height between two level surfaces that cover the plan, or the ends of the walls.
 
-    And in it, above its foot, the heights at which openings end and there is more wall than below.
+    And in it, above its foot, the heights at which openings end and there is more wall than below: those in its upper
+    half, and those in its lower half. ``footprint`` is the area that the walls span.
     """
     low, high = surfaces.low[walls, axis].min(), surfaces.high[walls, axis].max()
     profile = WallProfile.of(surfaces, walls, axis, float(high - low) / BINS)
@@ -86,12 +93,15 @@ def _storey(
     stops = np.sort(stops)
     widest = int(np.diff(stops).argmax())
     foot, storey = float(stops[widest]), float(stops[widest + 1] - stops[widest])
-    grown = _heads(profile.edges[:-1], _growth(profile), foot, storey, HEAD * float(np.median(profile.length)))
+    growth, usual = _growth(profile), float(np.median(profile.length))
+    grown = _heads(profile.edges[:-1], growth, foot, storey, HEAD * usual)
     level = np.histogram(
         (surfaces.low[flats, axis] + surfaces.high[flats, axis]) / 2, profile.edges, weights=surfaces.area[flats]
     )[0]
     undersides = _heads(profile.edges[:-1], level, foot, storey, LEVEL * footprint)
-    return storey, tuple(sorted({*grown, *undersides}))
+    strongest = max((float(growth[profile.edges[:-1] - foot == head].max()) for head in grown), default=0.0)
+    lower = _heads(profile.edges[:-1], growth, foot, storey, max(AS_STRONG * strongest, HEAD * usual), LOWER)
+    return storey, tuple(sorted({*grown, *undersides})), tuple(sorted(lower))
 
 
 def _growth(profile: WallProfile) -> Floats:
@@ -101,9 +111,11 @@ def _growth(profile: WallProfile) -> Floats:
     return grown
 
 
-def _heads(heights: Floats, evidence: Floats, foot: float, storey: float, least: float) -> tuple[float, ...]:
-    """Heights over ``foot``, in the upper half of a storey, at which the evidence peaks, the strongest few."""
-    left = np.where((heights > foot + 0.5 * storey) & (heights < foot + 0.96 * storey), evidence, 0.0)
+def _heads(
+    heights: Floats, evidence: Floats, foot: float, storey: float, least: float, part: tuple[float, float] = UPPER
+) -> tuple[float, ...]:
+    """Heights over ``foot``, in one part of a storey, at which the evidence peaks, the strongest few."""
+    left = np.where((heights > foot + part[0] * storey) & (heights < foot + part[1] * storey), evidence, 0.0)
     found: list[float] = []
     while len(found) < MOST_HEADS and left.max() > least:
         best = int(left.argmax())

@@ -5,8 +5,10 @@ R1  The up axis is the convention's unless the shape speaks clearly against it: 
     declares is outvoted by nothing but an absurd shape.
 R2  A unit fits where a storey is 1.9 to 6.6 m high and the walls stand 1.5 to 200 m apart, the longer way at least 2 m.
 R3  A declared unit stands while the building is 1.9 to 60 m high: a shell has no inner slab. Without one, metres are
-    taken where they fit; else what the heads of openings tell (``scale``); else the unit that brings a storey nearest
-    to 2.7 m.
+    taken where they make a usual storey, or a usual head of an opening; else what the heads of openings tell
+    (``scale``); else the unit that brings a storey nearest to 2.7 m. Where only the format declares it (glTF: metres),
+    which few modellers heed, the heads of openings tell it too: a storey higher than any dwelling's, in which no
+    opening ends at a usual height, is one of a model.
 R4  Doors that the file names are 1.5 to 3.2 m high in any unit that is not absurd; where no unit does that, the model
     is to a scale that makes them 2.05 m.
 R5  What the user says is believed: the axis, the unit or metres a unit, a model's scale, or a storey's height; it must
@@ -21,7 +23,15 @@ from dataclasses import dataclass
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.mesh_load import Convention
-from pipeline.sources.scale import UNITS, USUAL_STOREY_M, is_usual, model_scale, storey_scale
+from pipeline.sources.scale import (
+    HIGHEST_STOREY_M,
+    LIKELY_M,
+    UNITS,
+    USUAL_STOREY_M,
+    is_usual,
+    model_scale,
+    storey_scale,
+)
 from pipeline.sources.shape import SQUARE, STOREY_M, Shape, measured
 from pipeline.sources.surfaces import Surfaces
 from pipeline.values import Mesh
@@ -129,9 +139,9 @@ def _unit(shape: Shape, convention: Convention, door: float | None) -> float | N
         return door is None or DOOR_M[0] <= door * metres <= DOOR_M[1]
 
     if convention.metres is not None and shape.stands(convention.metres) and is_sound(convention.metres):
-        return convention.metres
+        return _of_a_model(shape, convention, door) or convention.metres
     fitting = [metres for metres in UNITS.values() if shape.fits(metres) and is_sound(metres)]
-    if 1.0 in fitting and is_usual(shape.heads, 1.0):
+    if 1.0 in fitting and (is_usual(shape.heads, 1.0) or LIKELY_M[0] <= shape.storey <= LIKELY_M[1]):
         return 1.0
     told = model_scale(shape.storey, shape.heads) if convention.metres is None else None
     if told and is_sound(told) and shape.fits_width(told):
@@ -143,6 +153,17 @@ def _unit(shape: Shape, convention: Convention, door: float | None) -> float | N
         return 1.0
     scaled = USUAL_DOOR_M / door if door else storey_scale(shape.storey)
     return scaled if scaled and shape.stands(scaled) else None
+
+
+def _of_a_model(shape: Shape, convention: Convention, door: float | None) -> float | None:
+    """R3: what a unit stands for where the format's own is absurd; None where it is not."""
+    metres = convention.metres or 1.0
+    if convention.declared or door is not None or shape.storey * metres <= HIGHEST_STOREY_M or not shape.heads:
+        return None
+    if is_usual([*shape.heads, *shape.lower], metres):
+        return None
+    told = model_scale(shape.storey, shape.heads)
+    return told if told and shape.fits_width(told) else None
 
 
 def _bad_units(shape: Shape, axis: str, metres: float | None, wish: Wish, name: str) -> Rejection:

@@ -3,9 +3,10 @@ import pytest
 import trimesh
 
 from pipeline.rejection import Reason, Rejection
+from pipeline.sources import mesh_file
 from pipeline.sources.interior import check_interior, look_at
 from pipeline.values import Mesh
-from tests.builders.meshes import joined, one_level, sheet, slab, storey, walls_alone
+from tests.builders.meshes import as_trimesh, joined, one_level, sheet, slab, storey, walls_alone, y_up
 
 CORNERS = [(0.0, 0.0), (12.0, 0.0), (12.0, 9.0), (0.0, 9.0)]
 GAP = 1.0
@@ -77,3 +78,25 @@ def test_one_level_with_an_inside_is_enough():
     with pytest.raises(Rejection, match=r"house\.glb: one closed sheet") as caught:
         check_interior([(facade, None), (facade, None)], "house.glb")
     assert caught.value.reason is Reason.NO_INTERIOR
+
+
+@pytest.mark.parametrize("size", [0.003, 2000.0])
+def test_a_facade_of_any_size_is_one_though_no_unit_makes_a_house_of_it(tmp_path, size):
+    small = joined([*block(), *slab(-0.1, 0.0, [(0.0, 0.0, 12.0, 9.0)])])
+    path = tmp_path / "block.glb"
+    as_trimesh(y_up(Mesh(small.vertices * size, small.faces))).export(path)
+    (item,) = mesh_file.find(str(path))
+    with pytest.raises(Rejection, match="a facade") as caught:
+        list(mesh_file.read(item))
+    assert caught.value.reason == Reason.NO_INTERIOR
+    assert "no known unit" in caught.value.detail
+
+
+def test_rooms_of_a_size_that_nobody_knows_are_a_matter_of_units(tmp_path):
+    rooms = one_level()
+    path = tmp_path / "rooms.glb"
+    as_trimesh(y_up(Mesh(rooms.vertices * 0.003, rooms.faces))).export(path)
+    (item,) = mesh_file.find(str(path))
+    with pytest.raises(Rejection) as caught:
+        list(mesh_file.read(item))
+    assert caught.value.reason == Reason.BAD_UNITS

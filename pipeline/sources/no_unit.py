@@ -1,0 +1,32 @@
+"""A mesh that is no house in any unit: is it the outside of one, whatever its size?
+
+R1  It is looked at with storeys of the usual height. Where it has no inside then, that is why it gives no plan: a unit
+    or a scale would not help.
+"""
+
+from __future__ import annotations
+
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.interior import check_interior
+from pipeline.sources.levels import find_levels
+from pipeline.sources.scale import USUAL_STOREY_M
+from pipeline.sources.shape import measured
+from pipeline.sources.surfaces import Surfaces
+from pipeline.values import Mesh
+
+
+def outside_of(upright: Mesh, name: str) -> Rejection | None:
+    """Return the rejection NO_INTERIOR of a z-up mesh in an unknown unit; None where it may have rooms (R1)."""
+    shape = measured(Surfaces.of(upright), 2)
+    if shape is None or shape.storey <= 0:
+        return None
+    usual = Mesh(upright.vertices * (USUAL_STOREY_M / shape.storey), upright.faces)
+    try:
+        levels = find_levels(usual)
+        check_interior(((level.walls, level.floor and float(level.floor.area)) for level in levels), name)
+    except Rejection as rejection:
+        if rejection.reason is not Reason.NO_INTERIOR:
+            return None
+        detail = f"{rejection.detail} (with storeys of {USUAL_STOREY_M} m; no known unit makes a house of it)"
+        return Rejection("source", Reason.NO_INTERIOR, detail, rejection.advice)
+    return None
