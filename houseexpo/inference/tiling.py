@@ -34,19 +34,21 @@ def grid_ring(ring: BaseGeometry, shift: Points | None = None, *, clockwise: boo
     import shapely
 
     points = shapely.get_coordinates(ring)[:-1] + (0.0 if shift is None else shift)
-    cells = np.round(points / GRID_M).astype(np.int64)
-    cells = cells[np.any(cells != np.roll(cells, 1, axis=0), axis=1)]
-    while len(cells) > 3:
-        before, after = cells - np.roll(cells, 1, axis=0), np.roll(cells, -1, axis=0) - cells
-        bends = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] != 0
-        if bends.all():
-            break
-        cells = cells[bends]
-    x, y = cells.T
-    twice_area = int((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
+    cells = [(x, y) for x, y in np.round(points / GRID_M).astype(np.int64).tolist()]
+    cells = [cell for last, cell in zip(cells[-1:] + cells, cells, strict=False) if cell != last]
+    bends = _bends(cells)
+    while len(cells) > 3 and len(bends) < len(cells):
+        cells, bends = bends, _bends(bends)
+    twice_area = sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(cells, cells[1:] + cells[:1], strict=True))
     if (twice_area < 0) != clockwise:
-        cells = cells[::-1]
-    return np.asarray(np.round(cells * GRID_M, 2))
+        cells.reverse()
+    return np.asarray(np.round(np.array(cells, dtype=np.int64).reshape(-1, 2) * GRID_M, 2))
+
+
+def _bends(ring: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Those cells of a ring in which it turns; plain Python, for a ring has ten cells or so."""
+    around = zip(ring[-1:] + ring[:-1], ring, ring[1:] + ring[:1], strict=True)
+    return [c for a, c, b in around if (c[0] - a[0]) * (b[1] - c[1]) != (c[1] - a[1]) * (b[0] - c[0])]
 
 
 def rings_of(shape: Polygon, shift: Points | None = None) -> tuple[Points, tuple[Points, ...]]:

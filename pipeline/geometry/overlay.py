@@ -17,9 +17,13 @@ _POLYGON, _MULTIPOLYGON = 3, 6
 
 def polygons_of(shape: BaseGeometry) -> list[Polygon]:
     """The polygons of any geometry, largest first; lines and points are left out."""
-    parts = shapely.get_parts(shapely.get_parts(shape))
+    if isinstance(shape, Polygon):
+        return [] if shape.is_empty else [shape]
+    parts = shapely.get_parts(shape)
+    if not isinstance(shape, MultiPolygon):
+        parts = shapely.get_parts(parts)
     found = [p for p in parts if isinstance(p, Polygon) and not p.is_empty]
-    return sorted(found, key=lambda p: (-p.area, p.bounds))
+    return sorted(found, key=lambda p: (-p.area, p.bounds)) if len(found) > 1 else found
 
 
 def areas(shape: BaseGeometry) -> BaseGeometry:

@@ -83,17 +83,14 @@ def closed_rings(
 def _cycles(segments: list[int], follows: list[int]) -> list[list[int]]:
     """Rings of segments, each followed by the one at its place in ``follows``."""
     after = dict(zip(segments, follows, strict=True))
-    seen: set[int] = set()
     found = []
     for first in sorted(segments):
-        if first in seen:
-            continue
         cycle, at = [], first
-        while at not in seen:
-            seen.add(at)
+        while (next_ := after.pop(at, None)) is not None:
             cycle.append(at)
-            at = after[at]
-        found.append(cycle)
+            at = next_
+        if cycle:
+            found.append(cycle)
     return found
 
 

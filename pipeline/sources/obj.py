@@ -1,11 +1,13 @@
 """A small strict reader of the OBJ files of SUNCG: vertices and faces, nothing else.
 
-Loading is the largest cost of a house, and trimesh takes 3 to 5 ms for a wall file of 300 faces where this takes 0.6 ms
-(a median house has seven such files). It reads ``v`` and ``f`` only, and says of every line that it cannot take what is
-wrong with it; a test holds it equal to trimesh's loader.
+Trimesh takes 3 to 5 ms for a wall file of 300 faces, and a house has a dozen such files. This reads ``v`` and ``f``
+only, and says of every line that it cannot take what is wrong with it. The corners of plain triangles, as SUNCG's are,
+are read all at once, which takes a third of the time. A test holds it equal to trimesh's loader.
 """
 
 from __future__ import annotations
+
+import re
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +16,9 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.values import Mesh
 
 _ADVICE = "copy the file again from the data set"
+_PLAIN = bytes.maketrans(b"\t\r", b" \n")
+_SPACED = bytes.maketrans(b"/f", b"  ")
+_RUNS = {key: re.compile(rb"(?:" + key + rb".*\n)+") for key in (b"v ", b"f ")}
 
 
 def parse(data: bytes, name: str) -> Mesh:
@@ -41,9 +46,9 @@ def parse(data: bytes, name: str) -> Mesh:
         raise Rejection("source", Reason.EMPTY, f"{name} is empty", _ADVICE)
     if b"\0" in data:
         raise _unreadable(name, "expected text, found binary data")
-    lines = data.replace(b"\t", b" ").splitlines()
-    vertices = _vertices([line[2:] for line in lines if line[:2] == b"v "], name)
-    faces = _faces([line[2:] for line in lines if line[:2] == b"f "], len(vertices), name)
+    text = b"\n" + data.translate(_PLAIN) + b"\n"
+    vertices = _vertices(_lines(text, b"v "), name)
+    faces = _faces(_lines(text, b"f "), len(vertices), name)
     if not np.isfinite(vertices).all():
         row = int(np.flatnonzero(~np.isfinite(vertices).all(axis=1))[0])
         raise Rejection("source", Reason.NOT_FINITE, f"{name}: vertex {row + 1} is {vertices[row].tolist()}", _ADVICE)
@@ -61,8 +66,20 @@ def material_file(data: bytes) -> str | None:
     return data[start + 7 :].split(b"\n", 1)[0].strip().decode("utf-8", "replace")
 
 
-def _vertices(lines: list[bytes], name: str) -> npt.NDArray[np.float64]:
+def _lines(text: bytes, key: bytes) -> bytes:
+    """Return the lines that begin with ``key``, their ends included; ``text`` begins and ends with a line's end."""
+    run = _RUNS[key]
+    found = []
+    at = text.find(b"\n" + key)
+    while at >= 0 and (lines := run.match(text, at + 1)):
+        found.append(lines[0])
+        at = text.find(b"\n" + key, lines.end() - 1)
+    return b"".join(found)
+
+
+def _vertices(text: bytes, name: str) -> npt.NDArray[np.float64]:
     """Return (n, 3) coordinates; a fourth number (weight) or colours after them are dropped."""
+    lines = [line[2:] for line in text.splitlines()]
     if not lines:
         raise _unreadable(name, "expected vertices ('v' lines), found none")
     try:
@@ -74,10 +91,15 @@ def _vertices(lines: list[bytes], name: str) -> npt.NDArray[np.float64]:
     return np.ascontiguousarray(numbers.reshape(len(lines), -1)[:, :3])
 
 
-def _faces(lines: list[bytes], n_vertices: int, name: str) -> npt.NDArray[np.int64]:
+def _faces(text: bytes, n_vertices: int, name: str) -> npt.NDArray[np.int64]:
     """Return (m, 3) indices from 0; negative ones are refused (SUNCG has none)."""
-    if not lines:
+    if not text:
         raise Rejection("source", Reason.EMPTY, f"{name} has no faces", _ADVICE)
+    corners = _plain_triangles(text)
+    if corners is not None:
+        _check_corners(corners, n_vertices, name)
+        return corners.reshape(-1, 3)
+    lines = [line[2:] for line in text.splitlines()]
     rows = [line.split() for line in lines]
     counts = np.array(list(map(len, rows)))
     if counts.min() < 3:
@@ -86,15 +108,34 @@ def _faces(lines: list[bytes], n_vertices: int, name: str) -> npt.NDArray[np.int
         )
     try:
         corners = np.array([int(word.partition(b"/")[0]) for row in rows for word in row], dtype=np.int64) - 1
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         raise _unreadable(name, f"expected a vertex number, found {error}") from None
-    outside = corners[(corners < 0) | (corners >= n_vertices)]
-    if len(outside):
-        raise _unreadable(name, f"a face names vertex {outside[0] + 1} of {n_vertices}")
+    _check_corners(corners, n_vertices, name)
     if counts.max() == 3:
         return corners.reshape(-1, 3)
     pieces = np.split(corners, np.cumsum(counts)[:-1])
     return np.array([(p[0], p[i], p[i + 1]) for p in pieces for i in range(1, len(p) - 1)], dtype=np.int64)
+
+
+def _plain_triangles(text: bytes) -> npt.NDArray[np.int64] | None:
+    """Return the corners (3 m) of lines that are all "f 1 2 3" or all "f 1/1 2/2 3/3", None where one is not.
+
+    What is left without the digits has to be the same on each line, and the numbers as many as that asks for.
+    """
+    between = text.translate(None, b"0123456789")
+    count = between.count(b"\n")
+    for pattern, per_corner in ((b"f   \n", 1), (b"f / / /\n", 2)):
+        if between == pattern * count:
+            numbers = np.fromstring(text.translate(_SPACED), dtype=np.int64, sep=" ")
+            if len(numbers) == 3 * per_corner * count:
+                return numbers[::per_corner] - 1
+    return None
+
+
+def _check_corners(corners: npt.NDArray[np.int64], n_vertices: int, name: str) -> None:
+    outside = corners[(corners < 0) | (corners >= n_vertices)]
+    if len(outside):
+        raise _unreadable(name, f"a face names vertex {outside[0] + 1} of {n_vertices}")
 
 
 def _is_closed(mesh: Mesh) -> bool:

@@ -38,6 +38,11 @@ def test_takes_every_way_to_write_a_corner(corner: str) -> None:
     assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 
 
+def test_a_corner_written_otherwise_than_the_rest_is_read_as_it_stands() -> None:
+    text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1/1 2/2 3/3\nf 2/2/2 3/ 1/1\nf 3 1/9 2//7\n"
+    assert obj.parse(text.encode(), "a").faces.tolist() == [[0, 1, 2], [1, 2, 0], [2, 0, 1]]
+
+
 def test_triangles_and_larger_polygons_mix() -> None:
     mesh = obj.parse(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 2 0\nf 1 2 3\nf 1 2 5 3 4\n", "a")
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 1, 4], [0, 4, 2], [0, 2, 3]]
@@ -54,6 +59,9 @@ def test_triangles_and_larger_polygons_mix() -> None:
         ("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 4\n", Reason.UNREADABLE, "vertex 4 of 3"),
         ("v 0 0 0\nv 1 0 0\nv 1 1 0\nf -1 -2 -3\n", Reason.UNREADABLE, "a face names"),
         ("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 c\n", Reason.UNREADABLE, "expected a vertex number"),
+        ("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1/1 /2 3/3\n", Reason.UNREADABLE, "expected a vertex number"),
+        ("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 99999999999999999999 2 3\n", Reason.UNREADABLE, "of 3"),
+        ("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 99999999999999999999 2 3 1\n", Reason.UNREADABLE, "a vertex number"),
         ("v 0 0 0\nv 1 0 0\nv 1 1 1e999\nf 1 2 3\n", Reason.NOT_FINITE, "vertex 3"),
         ("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 2 2 0\nf 1 2 3\n", Reason.UNREADABLE, "breaks off"),
         ("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3", Reason.UNREADABLE, "breaks off"),
