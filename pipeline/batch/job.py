@@ -15,7 +15,7 @@ import numpy as np
 from houseexpo.errors import MissingDependencyError
 from houseexpo.plan import FloorPlan
 from houseexpo.plan_json import encode
-from pipeline.batch.entry import Entry, Kept, Outcome, Refused, identity
+from pipeline.batch.entry import Entry, Kept, Outcome, Refused
 from pipeline.batch.files import folders_of, known_again, looked_at
 from pipeline.batch.passing import passing_fault
 from pipeline.batch.plans import Plans
@@ -48,8 +48,12 @@ class Settings:
 
 @dataclass(frozen=True)
 class Job:
-    """One input, its source and recipe, and the entry that is still right if the files hold what they held."""
+    """One input, its name in the journal, its source and recipe.
 
+    ``known`` is the entry that is still right if the files hold what they held.
+    """
+
+    name: str
     item: Input
     source: str
     recipe: str
@@ -58,7 +62,7 @@ class Job:
     def refused(self, rejection: Rejection, *, passing: bool = False) -> Entry:
         """Return the entry of an input that gives no plan for a reason outside of it."""
         refused = Refused.of(self.item.id, rejection)
-        return Entry(identity(self.item), self.source, self.recipe, [], 0.0, [], [refused], passing=passing)
+        return Entry(self.name, self.source, self.recipe, [], 0.0, [], [refused], passing=passing)
 
 
 def work(settings: Settings, job: Job) -> Entry:
@@ -72,7 +76,7 @@ def work(settings: Settings, job: Job) -> Entry:
         except OSError as error:  # a fault of the moment: it says nothing about the house
             return job.refused(not_yet(error.strerror or str(error)), passing=True)
     return Entry(
-        input=identity(job.item),
+        input=job.name,
         source=job.source,
         recipe=job.recipe,
         files=looked_at(names, job.item, began_ns),
