@@ -5,24 +5,22 @@ What is heavy is imported where a command runs, so that ``houseexpo --help`` ans
 
 from __future__ import annotations
 
-import shlex
-import sys
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from pipeline.batch.disk import printable
-from pipeline.interrupts import EXIT_CODE as INTERRUPTED
-from pipeline.interrupts import interruptible
+from pipeline.cli_cluster import assemble_all
+from pipeline.cli_parts import NOT_DONE, ended_cleanly, settings_of, show_outcomes
 
 if TYPE_CHECKING:
-    from pipeline.config_file import BuildConfig
+    from pipeline.executors.outcome import Executor
 
-DAMAGED, NOT_DONE = 1, 3
-"""Exit codes, beside 0, 2 (the command cannot be carried out) and that of Ctrl-C."""
+DAMAGED = 1
+"""An exit code, beside 0, 2 (the command cannot be carried out), NOT_DONE and that of Ctrl-C."""
 
 Up = Literal["auto", "y", "z"]
 
@@ -58,7 +56,9 @@ def build(
             show_default=False,
         ),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="The data set folder.", show_default=False)] = None,
+    out: Annotated[
+        str | None, typer.Option(help="The data set folder; a path, s3://... or gs://...", show_default=False)
+    ] = None,
     config: _Config = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
     limit: Annotated[int | None, typer.Option(min=1, help="Take the first N inputs only.", show_default=False)] = None,
@@ -74,6 +74,11 @@ def build(
     min_quality: _MinQuality = None,
     rehash: Annotated[bool, typer.Option("--rehash", help="Read all inputs to see whether they changed.")] = False,
     verify: Annotated[bool, typer.Option("--verify", help="Check the hashes of a data set; build nothing.")] = False,
+    shard: Annotated[
+        str | None, typer.Option(help="Do one part of N: 7/256; houseexpo assemble ends it.", show_default=False)
+    ] = None,
+    executor: Annotated[Literal["local", "ray"], typer.Option(help="Who does the work.")] = "local",
+    address: Annotated[str | None, typer.Option(help="Address of a Ray cluster.", show_default=False)] = None,
 ) -> None:
     """Build a data set of floor plans from 3D houses.
 
@@ -82,14 +87,18 @@ def build(
     A build that was interrupted goes on where it stopped.
     """
     if verify:
-        _verify([*map(Path, sources or ()), *([out] if out else [])])
+        _verify([*map(Path, sources or ()), *([Path(out)] if out else [])])
         return
     if out is None:
         raise typer.BadParameter("missing; name the data set folder", param_hint="--out")
-    if printable(str(out)) != str(out):
+    if printable(out) != out:
         raise typer.BadParameter("its name is no UTF-8; choose another", param_hint="--out")
     if add and replace_others:
         raise typer.BadParameter("expected --add or --replace, found both")
+    if (add or replace_others) and (shard or "://" in out):
+        raise typer.BadParameter("--add and --replace are for a build into a folder as a whole; choose another --out")
+    if address is not None and executor != "ray":
+        raise typer.BadParameter("is for --executor ray", param_hint="--address")
     given = {
         "sources": tuple(sources or ()),
         "limit": limit,
@@ -103,75 +112,89 @@ def build(
         "min_quality": min_quality,
     }
     others = "add" if add else "replace" if replace_others else "refuse"
-    last_words = f"interrupted; what is done is kept, and this goes on with the rest: {shlex.join(_command())}"
-    try:
-        with interruptible(last_words) as check:
-            not_done = _build(config, given, out, workers, others, rehash, check)
-    except KeyboardInterrupt:
-        typer.echo(last_words, err=True)
-        raise typer.Exit(INTERRUPTED) from None
+    work = _Work(config, given, out, workers, executor, address, rehash)
+    with ended_cleanly() as check:
+        if shard is not None:
+            not_done = _build_shard(work, shard, check)
+        elif "://" in out:
+            not_done = _build_shard(work, "0/1", check) or assemble_all(out, check, partial=False)
+        else:
+            not_done = _build(work, others, check)
     if not_done:
         raise typer.Exit(NOT_DONE)
 
 
-def _build(
-    config: Path | None,
-    given: dict[str, Any],
-    out: Path,
-    workers: int | None,
-    others: str,
-    rehash: bool,
-    check: Callable[[], None],
-) -> int:
+@dataclass(frozen=True)
+class _Work:
+    """What a build was asked for; ``given`` are the options that take the place of the manifest's."""
+
+    config: Path | None
+    given: Mapping[str, Any]
+    out: str
+    workers: int | None
+    executor: str
+    address: str | None
+    rehash: bool
+
+    def execute(self) -> Executor:
+        """Return the executor."""
+        from functools import partial
+
+        from houseexpo.workers import cores
+        from pipeline.executors import local
+
+        return partial(local.run, workers=self.workers or cores())
+
+
+def _build(work: _Work, others: str, check: Callable[[], None]) -> int:
     """Build, show what came of it, and return how many inputs are not done yet."""
     from rich.console import Console
 
-    from houseexpo.workers import cores
     from pipeline.batch.build import build as run_build
     from pipeline.batch.folder import Others
     from pipeline.display import Display
     from pipeline.overrides import load_overrides
-    from pipeline.report import longest_table, notes_lines, outcome_table, plans_line, reasons_lines
     from pipeline.report_page import write_report
 
     check()
-    settings = _settings(config, given)
-    console = Console()
     with Display(Console(stderr=True), check) as display:
         data_set = run_build(
-            settings,
-            out,
-            overrides=load_overrides(config),
-            workers=workers or cores(),
+            settings_of(work.config, work.given),
+            Path(work.out),
+            overrides=load_overrides(work.config),
+            workers=work.workers or 1,
             progress=display.progress,
             others=Others(others),
-            rehash=rehash,
+            rehash=work.rehash,
+            execute=work.execute(),
             ended=display.ended,
         )
         if not data_set.unchanged:
             write_report(data_set, display.progress)
-    if data_set.unchanged:
-        console.print("nothing to do: the data set stands as its inputs are")
-    console.print(outcome_table(data_set.stats))
-    if len(data_set.entries) > 1 and not data_set.unchanged:
-        console.print(longest_table(data_set))
-    for note in notes_lines(data_set):
-        console.print(note, markup=False, highlight=False)
-    if (line := plans_line(data_set.stats)) is not None:
-        console.print(line, highlight=False)
-    for line in reasons_lines(data_set):
-        console.print(line, style="red", markup=False, highlight=False)
-    if data_set.not_done:
-        console.print(
-            f"not done yet: {data_set.not_done}; build again when what kept them from it has passed", style="yellow"
-        )
-    for what, path in {
-        "data set": out,
-        "pictures": out / ".build/pictures",
-        "report": out / ".build/report.html",
-    }.items():
-        console.print(f"[bold]{what:10}[/]{path}", highlight=False, soft_wrap=True)
+    show_outcomes(data_set, work.out)
     return data_set.not_done
+
+
+def _build_shard(work: _Work, shard: str, check: Callable[[], None]) -> int:
+    """Do one shard, say what came of it, and return how many of its inputs are not done yet."""
+    from rich.console import Console
+
+    from pipeline.batch.shard_build import begin, build_shard
+    from pipeline.batch.shards import Shard
+    from pipeline.display import Display
+    from pipeline.overrides import load_overrides
+
+    check()
+    asked = Shard.of(shard)
+    begun = begin(settings_of(work.config, work.given), work.out, asked.count, load_overrides(work.config))
+    with Display(Console(stderr=True), check) as display:
+        done = build_shard(
+            begun, work.out, asked, execute=work.execute(), progress=display.progress, rehash=work.rehash
+        )
+    typer.echo(f"shard {asked}: {done.inputs - len(done.not_done)} of {done.inputs} houses are done")
+    for name, why in list(done.not_done.items())[:8]:
+        typer.secho(f"{name}: {why}; run the shard again when it has passed", fg=typer.colors.YELLOW)
+    return len(done.not_done)
 
 
 def _verify(folders: list[Path]) -> None:
@@ -187,10 +210,6 @@ def _verify(folders: list[Path]) -> None:
         typer.echo(f"{len(wrong)} files are not as they were written; the build's own command writes them again")
         raise typer.Exit(DAMAGED)
     typer.echo("every file is as it was written")
-
-
-def _command() -> list[str]:
-    return ["houseexpo", *sys.argv[1:]] if Path(sys.argv[0]).name != "__main__.py" else sys.orig_argv
 
 
 def inspect(
@@ -228,7 +247,7 @@ def inspect(
         "model_path": model_path,
     }
     console = Console()
-    found = inspect_house(_settings(config, given), load_overrides(config), level, out)
+    found = inspect_house(settings_of(config, given), load_overrides(config), level, out)
     console.print(str(found.shown or source), highlight=False, soft_wrap=True, markup=False)
     for name in found.pictures:
         console.print(f"  {out / name}", style="dim", highlight=False, soft_wrap=True)
@@ -240,12 +259,3 @@ def inspect(
         grounds = "; ".join(main_grounds(found.quality))
         verdict = f"quality {found.quality.score:.2f}" + (f" ({grounds})" if grounds else "")
     console.print("[green]plan[/]", verdict, highlight=False, soft_wrap=True)
-
-
-def _settings(config: Path | None, given: dict[str, Any]) -> BuildConfig:
-    """Return the manifest's settings, or the defaults, with what the command line gives in their place."""
-    from pipeline.config_file import BuildConfig, load_config
-
-    settings = BuildConfig() if config is None else load_config(config)
-    chosen = {name: value for name, value in given.items() if value not in (None, ())}
-    return replace(settings, build=replace(settings.build, **chosen))

@@ -26,6 +26,7 @@ from pipeline.batch.build import Progress
 from pipeline.batch.disk import write
 from pipeline.batch.entry import Refused
 from pipeline.batch.plans import DamagedPlanError, Plans
+from pipeline.batch.store import FolderStore
 from pipeline.html import figure, page, section, table
 from pipeline.png import as_png
 from pipeline.quality import main_grounds
@@ -95,7 +96,7 @@ def _duplicates(data_set: DataSet) -> list[Duplicate]:
 
 def _kept_apart(data_set: DataSet, names: Sequence[str]) -> dict[str, FloorPlan]:
     """Return plans that are not in the data set from where the build keeps them, as far as they are still there."""
-    store, found = Plans(data_set.root / ".build" / "plans"), {}
+    store, found = Plans(FolderStore(data_set.root)), {}
     kept = {plan.id: plan for entry in data_set.entries for plan in entry.plans}
     for name in names:
         try:

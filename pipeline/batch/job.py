@@ -15,7 +15,7 @@ import numpy as np
 from houseexpo.errors import MissingDependencyError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
-from pipeline.batch.entry import Entry, Kept, Outcome, Refused, identity, shown
+from pipeline.batch.entry import Entry, Kept, Outcome, Refused, shown
 from pipeline.batch.files import folders_of, known_again, looked_at
 from pipeline.batch.passing import passing_fault
 from pipeline.batch.plans import Plans
@@ -49,8 +49,12 @@ class Settings:
 
 @dataclass(frozen=True)
 class Job:
-    """One input, its source and recipe, and the entry that is still right if the files hold what they held."""
+    """One input, its name in the journal, its source and recipe.
 
+    ``known`` is the entry that is still right if the files hold what they held.
+    """
+
+    name: str
     item: Input
     source: str
     recipe: str
@@ -60,7 +64,7 @@ class Job:
         """Return the entry of an input that gives no plan for a reason outside of it."""
         refused = Refused.of(self.item.id, rejection)
         file = shown(self.item, self.source)
-        return Entry(identity(self.item), self.source, self.recipe, [], 0.0, [], [refused], passing=passing, file=file)
+        return Entry(self.name, self.source, self.recipe, [], 0.0, [], [refused], passing=passing, file=file)
 
 
 def work(settings: Settings, job: Job) -> Entry:
@@ -74,7 +78,7 @@ def work(settings: Settings, job: Job) -> Entry:
         except OSError as error:  # a fault of the moment: it says nothing about the house
             return job.refused(not_yet(error.strerror or str(error)), passing=True)
     return Entry(
-        input=identity(job.item),
+        input=job.name,
         source=job.source,
         recipe=job.recipe,
         files=looked_at(names, job.item, began_ns),

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from houseexpo.errors import ConfigError
 from pipeline.batch.disk import printable
+from pipeline.batch.entry import identity
 from pipeline.config_file import BuildConfig
 from pipeline.sources import find, is_path, made_count
 from pipeline.values import Input
@@ -31,6 +32,14 @@ class Listing:
     def sources(self) -> tuple[str, ...]:
         """The sources by their full names."""
         return tuple(dict.fromkeys(map(full_name, self.config.build.sources)))
+
+    def public(self, item: Input) -> Input:
+        """Return an input as every machine knows it."""
+        return item
+
+    def identity(self, item: Input) -> str:
+        """Return what stands for an input in a journal, on every machine."""
+        return identity(self.public(item))
 
     def check(self) -> None:
         """Raise ConfigError where a source does not exist, is none, or holds nothing."""

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from pathlib import Path
+from typing import TYPE_CHECKING
 
-from pipeline.batch import disk
 from pipeline.batch.entry import Kept
+
+if TYPE_CHECKING:  # how a store is kept shows in no plan: it is no part of what a result depends on
+    from pipeline.batch.store import Store
+
+_FOLDER = ".build/plans"
 
 
 class DamagedPlanError(Exception):
@@ -20,25 +24,19 @@ class DamagedPlanError(Exception):
 
 @dataclass(frozen=True)
 class Plans:
-    """A folder of plans, in subfolders by the first two digits of their hash."""
+    """The plans in a store, in subfolders by the first two digits of their hash."""
 
-    folder: Path
+    store: Store
 
     def put(self, name: str, content: str, data: bytes) -> Kept:
-        """Keep a plan; it is on the disk when this returns."""
+        """Keep a plan; it is safe when this returns."""
         kept = Kept(name, content, hashlib.sha256(data).hexdigest(), len(data))
-        if not self.stands(kept):
-            file = self._file(kept)
-            file.parent.mkdir(parents=True, exist_ok=True)
-            disk.write(file, data)
+        self.store.add(place_of(kept), data)
         return kept
 
     def stands(self, kept: Kept) -> bool:
         """Tell whether a plan is there in its size; nothing is read."""
-        try:
-            return self._file(kept).stat().st_size == kept.size
-        except OSError:
-            return False
+        return self.store.size(place_of(kept)) == kept.size
 
     def get(self, kept: Kept) -> bytes:
         """Return the bytes of a plan.
@@ -49,18 +47,19 @@ class Plans:
             Where they are not what was kept; what is there is removed, so that it can be kept anew.
         """
         try:
-            data = self._file(kept).read_bytes()
+            data = self.store.get(place_of(kept))
         except OSError:
             raise DamagedPlanError(kept) from None
         if hashlib.sha256(data).hexdigest() != kept.plan:
-            self._file(kept).unlink(missing_ok=True)
+            self.store.remove(place_of(kept))
             raise DamagedPlanError(kept)
         return data
 
     def sweep(self) -> None:
         """Remove what interrupted writes left."""
-        for folder in self.folder.glob("*/"):
-            disk.sweep(folder)
+        self.store.sweep(_FOLDER)
 
-    def _file(self, kept: Kept) -> Path:
-        return self.folder / kept.plan[:2] / kept.plan
+
+def place_of(kept: Kept) -> str:
+    """Return the name under which a plan is kept."""
+    return f"{_FOLDER}/{kept.plan[:2]}/{kept.plan}"

@@ -14,6 +14,7 @@ from pipeline.batch.disk import printable
 from pipeline.batch.folder import MANIFEST, Folder
 from pipeline.batch.journal import Journal
 from pipeline.batch.plans import DamagedPlanError, Plans
+from pipeline.batch.store import FolderStore
 
 
 class _Manifest(msgspec.Struct):
@@ -53,7 +54,7 @@ def _store(folder: Folder) -> Iterator[str]:
     """Yield the plans of the store that are damaged; a data set without its store is none the worse."""
     if not (folder.build / "journal.jsonl").is_file():
         return
-    plans = Plans(folder.build / "plans")
+    plans = Plans(FolderStore(folder.root))
     with contextlib.closing(Journal(folder.build / "journal.jsonl")) as journal:
         for entry in journal.current():
             for kept in entry.plans:

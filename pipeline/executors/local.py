@@ -19,17 +19,14 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
 from multiprocessing.connection import wait
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic
 
 from houseexpo.errors import HouseExpoError
 from houseexpo.workers import single_threaded
-from pipeline.executors.outcome import Failure, Limits
+from pipeline.executors.outcome import Failure, Item, Limits, Result
 from pipeline.executors.worker import Task, Worker, start
 
 __all__ = ["Failure", "Limits", "run"]
-
-Item = TypeVar("Item")
-Result = TypeVar("Result")
 
 _AHEAD = 4  # items handed over to each worker, so that none of them waits for the next
 _DEATHS = 3  # R2

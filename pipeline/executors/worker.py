@@ -20,11 +20,10 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
-from typing import Any, Generic, Literal, TypeVar
+from typing import Any, Generic, Literal
 
-from pipeline.executors.outcome import Failure, Limits
+from pipeline.executors.outcome import Failure, Item, Limits
 
-Item = TypeVar("Item")
 Message = tuple[Literal["ready", "unfit", "answer", "leaving"], Any]
 
 _GRACE_S = 10.0

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,11 @@ from pipeline.batch.assemble import DataSet
 from pipeline.batch.build import build
 from pipeline.batch.folder import Others
 from pipeline.batch.job import Plan
+from pipeline.batch.shard_build import ShardDone, assembled, begin, begun_at, build_shard
+from pipeline.batch.shards import Shard
 from pipeline.config import PipelineConfig
 from pipeline.config_file import BuildConfig, BuildOptions, LimitsConfig
+from pipeline.executors import local
 from pipeline.overrides import Override
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Level
@@ -79,10 +83,8 @@ def run_build(
     **options: Any,
 ) -> DataSet:
     """Build with the quick planner."""
-    chosen = BuildOptions(sources=tuple(map(str, sources)), **options)
-    config = BuildConfig(chosen, LimitsConfig(seconds=seconds))
     return build(
-        config,
+        config_for(sources, seconds=seconds, **options),
         out,
         overrides=overrides or {},
         workers=workers,
@@ -91,6 +93,24 @@ def run_build(
         others=others,
         rehash=rehash,
     )
+
+
+def config_for(sources: Sequence[Path | str], *, seconds: float = 30.0, **options: Any) -> BuildConfig:
+    """Return the configuration of a build of these sources."""
+    return BuildConfig(BuildOptions(sources=tuple(map(str, sources)), **options), LimitsConfig(seconds=seconds))
+
+
+def run_shard(config: BuildConfig, out: Path | str, shard: str, *, plan: Plan = boxed) -> ShardDone:
+    """Do one shard with the quick planner and one worker."""
+    asked = Shard.of(shard)
+    begun = begin(config, str(out), asked.count, {})
+    return build_shard(begun, str(out), asked, execute=partial(local.run, workers=1), progress=_quiet, plan=plan)
+
+
+def run_assemble(out: Path | str) -> DataSet:
+    """Put the plans of shards together."""
+    with assembled(begun_at(str(out)), str(out), _quiet) as data_set:
+        return data_set
 
 
 def _quiet(what: str, done: int, total: int) -> None:

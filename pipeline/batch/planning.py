@@ -1,0 +1,152 @@
+"""Which inputs are to be planned, and planning them: what a build, a shard of one and a look at what is left share.
+
+An input is done where it is known with the same recipe, its plans are kept, and its files look as they did.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from importlib.metadata import version
+from typing import Protocol
+
+import msgspec
+
+from pipeline.batch.entry import Entry
+from pipeline.batch.files import files_of, look_same
+from pipeline.batch.job import Job, Plan, Settings, not_yet, work
+from pipeline.batch.listing import Listing
+from pipeline.batch.plans import Plans
+from pipeline.batch.recipe import recipe, versions
+from pipeline.batch.shards import Shard
+from pipeline.corrections import corrected_input
+from pipeline.executors.outcome import Executor, Failure, Limits
+from pipeline.overrides import Override
+from pipeline.rejection import Reason, Rejection
+
+Progress = Callable[[str, int, int], None]
+"""Called with what is being done, how much of it is done, and of how much."""
+
+WHOLE = Shard(0, 1)
+
+
+def unheard(entry: Entry) -> None:
+    """Leave unsaid what came of an input."""
+
+
+_REASONS: Mapping[str, tuple[Reason, str]] = {
+    "timeout": (Reason.TIMEOUT, "raise limits.seconds, or simplify the mesh"),
+    "memory": (Reason.OUT_OF_MEMORY, "raise limits.memory_gb, or simplify the mesh"),
+    "died": (Reason.INTERNAL, "a library crashes on it: please report it"),
+    "raised": (Reason.INTERNAL, "this is a fault of the program: please report it"),
+}
+
+
+class Known(Protocol):
+    """What is known of inputs: a journal."""
+
+    def get(self, name: str) -> Entry | None:
+        """Return the last entry of an input."""
+        ...
+
+    def put(self, entry: Entry) -> None:
+        """Note an entry."""
+        ...
+
+
+@dataclass
+class Planning:
+    """The inputs of a shard, and what is known of them.
+
+    ``ended`` hears what came of each that was at work; ``listed`` are those that were come across, ``unfinished`` those
+    that a fault of the moment kept from being done.
+    """
+
+    listing: Listing
+    known: Known
+    plans: Plans
+    overrides: Mapping[str, Override]
+    rehash: bool = False
+    shard: Shard = WHOLE
+    ended: Callable[[Entry], None] = unheard
+    listed: set[str] = field(default_factory=set)
+    unfinished: dict[str, Entry] = field(default_factory=dict)
+
+    def run(self, plan: Plan, execute: Executor, progress: Progress) -> None:
+        """Plan what is not done."""
+        self.listed.clear()
+        self.unfinished.clear()
+        config = self.listing.config
+        limits = Limits(config.limits.seconds, int(min(config.limits.memory_gb * 2**30, 2**62)))
+        jobs = self.jobs()
+        first = next(jobs, None)
+        total, open_jobs = -(-self.listing.total() // self.shard.count), 0
+
+        def handed_over() -> Iterator[Job]:
+            nonlocal open_jobs
+            for job in itertools.chain([first] if first else [], jobs):
+                open_jobs += 1
+                yield job
+
+        if first is not None:  # else all is done, and no worker need start
+            function = partial(work, self._settings(plan))
+            for job, result in execute(
+                function, handed_over(), limits=limits, preload=["pipeline.algorithm", __name__]
+            ):
+                self._done(_failed(job, result) if isinstance(result, Failure) else result)
+                open_jobs -= 1
+                progress("planning", min(len(self.listed) - open_jobs, total), total)
+        progress("planning", len(self.listed), len(self.listed))
+
+    def jobs(self) -> Iterator[Job]:
+        """Yield what is to be done; what is done and looks as it did is noted as listed."""
+        for source, listed in self.listing:
+            if not self.shard.holds(listed.id):
+                continue
+            name = self.listing.identity(listed)
+            if name in self.listed:
+                continue
+            self.listed.add(name)
+            item = corrected_input(listed, self.overrides)
+            how = recipe(self.listing.public(item), self.listing.config, self.overrides)
+            entry = self.known.get(name)
+            if entry is None or entry.recipe != how or not all(map(self.plans.stands, entry.plans)):
+                yield Job(name, item, source, how)
+            elif self.rehash or not look_same(item, entry.files):
+                yield Job(name, item, source, how, entry)
+            elif entry.gone or entry.source != source:
+                self.known.put(msgspec.structs.replace(entry, source=source, gone=False))
+
+    def _settings(self, plan: Plan) -> Settings:
+        config = self.listing.config
+        stamp = {"generator": "houseexpo", "version": version("houseexpo"), "parameters_sha256": config.digest()}
+        return Settings(
+            config.planning,
+            config.build.seed,
+            self.overrides,
+            stamp,
+            versions(),
+            plan,
+            self.plans,
+            config.build.min_quality,
+        )
+
+    def _done(self, entry: Entry) -> None:
+        self.ended(entry)
+        if entry.passing:
+            self.unfinished[entry.input] = entry
+        else:
+            self.known.put(entry)
+
+
+def _failed(job: Job, failure: Failure) -> Entry:
+    """Return what came of an input whose worker could not say it."""
+    if failure.kind == "killed":
+        return job.refused(not_yet(f"{failure.detail}; most often memory ran out: use fewer workers"), passing=True)
+    if failure.kind == "untried":
+        return job.refused(not_yet(failure.detail), passing=True)
+    reason, advice = _REASONS[failure.kind]
+    entry = job.refused(Rejection("executor", reason, failure.detail, advice))
+    return msgspec.structs.replace(entry, files=files_of(job.item), versions=dict(versions()))

@@ -1,0 +1,121 @@
+"""A build in shards: do one of them, tell what is left of all, and put the data set together where nothing is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+from houseexpo.errors import ConfigError
+from pipeline.algorithm import plan_level
+from pipeline.batch.assemble import DataSet
+from pipeline.batch.build import build
+from pipeline.batch.job import Plan
+from pipeline.batch.listing import Listing
+from pipeline.batch.planning import Planning, Progress
+from pipeline.batch.plans import Plans, place_of
+from pipeline.batch.shards import Begun, Shard, ShardJournal, number_of, read_begun
+from pipeline.batch.store import open_store
+from pipeline.config_file import BuildConfig
+from pipeline.corrections import check_ids
+from pipeline.executors.outcome import Executor, Failure, Item, Limits, Result
+from pipeline.overrides import Override
+
+
+@dataclass(frozen=True)
+class ShardDone:
+    """What became of the inputs of a shard: how many there are, and the ids that are not done, with what kept them."""
+
+    shard: Shard
+    inputs: int
+    not_done: Mapping[str, str]
+
+
+def begin(config: BuildConfig, out: str, shards: int, overrides: Mapping[str, Override]) -> Begun:
+    """Begin a build in shards, or go on with it; every shard does so.
+
+    Raises
+    ------
+    ConfigError
+        Where a source is none, or ``out`` holds something else, or shards of another build.
+    """
+    listing = Listing(config)
+    listing.check()
+    if overrides and config.build.limit is None:
+        check_ids(overrides, (item for _, item in listing))
+    begun = Begun(shards, replace(config, build=replace(config.build, sources=listing.sources)), dict(overrides))
+    begun.write(open_store(out))
+    return begun
+
+
+def build_shard(
+    begun: Begun,
+    out: str,
+    shard: Shard,
+    *,
+    execute: Executor,
+    progress: Progress,
+    plan: Plan = plan_level,
+    rehash: bool = False,
+) -> ShardDone:
+    """Do what is not done of one shard; its plans and its journal go to ``out``, and nothing else there is touched."""
+    store = open_store(out)
+    with store.shared():
+        journal = ShardJournal(store, shard)
+        planning = Planning(Listing(begun.config), journal, Plans(store), begun.overrides, rehash, shard)
+        try:
+            planning.run(plan, execute, progress)
+        finally:
+            journal.sync()
+    left = {refused.id: refused.detail for entry in planning.unfinished.values() for refused in entry.refused}
+    return ShardDone(shard, len(planning.listed), left)
+
+
+def begun_at(out: str) -> Begun:
+    """Return what the shards at ``out`` have in common; ConfigError where none has begun."""
+    begun = read_begun(open_store(out))
+    if begun is None:
+        raise ConfigError(f"{out}: expected a build in shards, found none; begin one: houseexpo build ... --shard 0/16")
+    return begun
+
+
+def left_of(begun: Begun, out: str) -> dict[int, list[str]]:
+    """Return the ids of the inputs that are not done, by the number of their shard."""
+    store = open_store(out)
+    planning = Planning(Listing(begun.config), ShardJournal(store, None), Plans(store), begun.overrides)
+    left: dict[int, list[str]] = {}
+    for job in planning.jobs():
+        left.setdefault(number_of(job.item.id, begun.shards), []).append(job.item.id)
+    return dict(sorted(left.items()))
+
+
+@contextmanager
+def assembled(begun: Begun, out: str, progress: Progress) -> Iterator[DataSet]:
+    """Yield the data set that the shards' plans make; what is not done by now is counted apart, and not planned.
+
+    It lies in a folder of this machine; ``out`` holds it when this is left.
+    """
+    store = open_store(out)
+    entries = list(ShardJournal(store, None).entries())
+    with store.workplace([place_of(kept) for entry in entries for kept in entry.plans]) as root:
+        yield build(
+            begun.config,
+            root,
+            overrides=begun.overrides,
+            workers=0,
+            progress=progress,
+            execute=_leave,
+            known=entries,
+        )
+
+
+def _leave(
+    function: Callable[[Item], Result],  # noqa: ARG001 - an executor's arguments
+    items: Iterable[Item],
+    *,
+    limits: Limits,  # noqa: ARG001
+    preload: Sequence[str],  # noqa: ARG001
+) -> Iterator[tuple[Item, Result | Failure]]:
+    """Do nothing: an executor for what is some shard's business."""
+    for item in items:
+        yield item, Failure("untried", "its shard has not done it")

@@ -1,0 +1,167 @@
+"""Shards of a build: whichever runs when and how often, what is put together is what one build gives."""
+
+from __future__ import annotations
+
+import shutil
+from functools import partial
+from pathlib import Path
+
+import pytest
+from houseexpo.cli import make_app
+from typer.testing import CliRunner
+
+from houseexpo.errors import ConfigError
+from pipeline.batch.shard_build import begin, begun_at, left_of
+from pipeline.batch.shards import Shard, ShardJournal, number_of, read_begun
+from pipeline.batch.store import FolderStore, open_store
+from tests.builders.batch import boxed, config_for, contents, killed_once, one_room, run_assemble, run_build, run_shard
+
+
+@pytest.fixture(scope="module")
+def street(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Six houses, two of them equal but for a quarter turn, and one that is refused."""
+    folder = tmp_path_factory.mktemp("street") / "street"
+    for number, name in enumerate(("a", "b", "c", "d", "e_refuse")):
+        one_room(folder / f"{name}.ply", 5.0 + number)
+    one_room(folder / "z.ply", 4.0, 5.0)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def serial(street: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """The data set of one build."""
+    out = tmp_path_factory.mktemp("serial") / "out"
+    run_build([street], out)
+    return contents(out)
+
+
+def shard_of_a(count: int) -> str:
+    return f"{number_of('a', count)}/{count}"
+
+
+def test_shards_in_any_order_and_more_than_once_give_the_bytes_of_one_build(
+    street: Path, serial: dict[str, bytes], tmp_path: Path
+) -> None:
+    config = config_for([street])
+    done = [run_shard(config, tmp_path / "out", f"{number}/3") for number in (2, 0, 1)]
+    assert sum(each.inputs for each in done) == 6
+    journal = ShardJournal(FolderStore(tmp_path / "out"), None)
+    assert len(list(journal.entries())) == 6
+    shutil.rmtree(
+        next((tmp_path / "out/.build/shards").glob(f"{number_of('a', 3):06d}-of-*"))
+    )  # an attempt that is lost
+    assert "a" in left_of(begun_at(str(tmp_path / "out")), str(tmp_path / "out"))[number_of("a", 3)]
+    run_shard(config, tmp_path / "out", shard_of_a(3))
+    run_assemble(tmp_path / "out")
+    assert contents(tmp_path / "out") == serial
+    assert run_assemble(tmp_path / "out").unchanged
+    assert run_build([street], tmp_path / "out").unchanged  # from here on it is a data set like any other
+
+
+def test_a_shard_that_was_done_is_not_done_again_unless_an_input_changed(street: Path, tmp_path: Path) -> None:
+    houses = shutil.copytree(street, tmp_path / "street")
+    config, chunks = config_for([houses]), tmp_path / "out/.build/shards"
+    run_shard(config, tmp_path / "out", "0/1")
+    before = sorted(chunks.rglob("*.jsonl"))
+    run_shard(config, tmp_path / "out", "0/1")
+    assert sorted(chunks.rglob("*.jsonl")) == before
+    one_room(houses / "c.ply", 9.0)
+    assert left_of(begun_at(str(tmp_path / "out")), str(tmp_path / "out")) == {0: ["c"]}
+    run_shard(config, tmp_path / "out", "0/1")
+    run_assemble(tmp_path / "out")
+    run_build([houses], tmp_path / "afresh")
+    assert contents(tmp_path / "out") == contents(tmp_path / "afresh")
+
+
+def test_a_torn_chunk_costs_what_stood_in_it(street: Path, serial: dict[str, bytes], tmp_path: Path) -> None:
+    run_shard(config_for([street]), tmp_path / "out", "0/1")
+    [chunk] = (tmp_path / "out/.build/shards").rglob("*.jsonl")
+    chunk.write_bytes(chunk.read_bytes()[:-40])
+    assert sum(map(len, left_of(begun_at(str(tmp_path / "out")), str(tmp_path / "out")).values())) == 1
+    run_shard(config_for([street]), tmp_path / "out", "0/1")
+    run_assemble(tmp_path / "out")
+    assert contents(tmp_path / "out") == serial
+
+
+def test_a_worker_that_is_killed_in_a_shard_costs_nothing(
+    street: Path, serial: dict[str, bytes], tmp_path: Path
+) -> None:
+    done = run_shard(config_for([street]), tmp_path / "out", "0/1", plan=partial(killed_once, tmp_path / "mark"))
+    assert (tmp_path / "mark").exists()
+    assert not done.not_done
+    run_assemble(tmp_path / "out")
+    assert contents(tmp_path / "out") == serial
+
+
+def test_a_plan_that_left_the_store_is_left_to_do(street: Path, tmp_path: Path) -> None:
+    run_shard(config_for([street]), tmp_path / "out", "0/1")
+    next((tmp_path / "out/.build/plans").rglob("*/*")).unlink()
+    assert sum(map(len, left_of(begun_at(str(tmp_path / "out")), str(tmp_path / "out")).values())) == 1
+
+
+def test_assemble_says_which_houses_of_which_shards_are_not_done(
+    street: Path, serial: dict[str, bytes], tmp_path: Path
+) -> None:
+    out, others = tmp_path / "out", f"{(number_of('a', 2) + 1) % 2}/2"
+    run_shard(config_for([street]), out, others, plan=boxed)
+    said = CliRunner().invoke(make_app(), ["assemble", str(out)])
+    assert said.exit_code == 3
+    assert f"shard {shard_of_a(2)}: " in said.output
+    assert "a" in said.output.split("not done: ")[1]
+    assert not (out / "manifest.json").exists()
+    said = CliRunner().invoke(make_app(), ["assemble", str(out), "--partial"])
+    assert said.exit_code == 3
+    assert "json/a.json" not in contents(out)
+    run_shard(config_for([street]), out, shard_of_a(2))
+    assert CliRunner().invoke(make_app(), ["assemble", str(out)]).exit_code == 0
+    assert contents(out) == serial
+
+
+def test_nothing_was_begun(tmp_path: Path) -> None:
+    said = CliRunner().invoke(make_app(), ["assemble", str(tmp_path)])
+    assert said.exit_code == 2
+    assert "expected a build in shards, found none" in said.output
+
+
+def test_shards_of_another_build_and_other_things_are_refused(street: Path, tmp_path: Path) -> None:
+    run_shard(config_for([street]), tmp_path / "out", "0/2")
+    for config, shard, said in (
+        (config_for([street]), "0/3", "a build with 2 shards, not 3 was begun there"),
+        (config_for([street], seed=5), "1/2", "other parameters"),
+        (config_for([street / "a.ply"]), "1/2", "other sources"),
+    ):
+        with pytest.raises(ConfigError, match=said):
+            run_shard(config, tmp_path / "out", shard)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.txt").touch()
+    with pytest.raises(ConfigError, match="expected an empty folder or an earlier build"):
+        begin(config_for([street]), str(tmp_path / "mine"), 2, {})
+    assert [file.name for file in (tmp_path / "mine").iterdir()] == ["thesis.txt"]
+
+
+def test_assemble_waits_for_no_shard_that_is_at_work(street: Path, tmp_path: Path) -> None:
+    run_shard(config_for([street]), tmp_path / "out", "0/1")
+    store = open_store(str(tmp_path / "out"))
+    with store.shared(), store.shared(), pytest.raises(ConfigError, match="another build is at work"):
+        run_assemble(tmp_path / "out")
+    run_assemble(tmp_path / "out")
+
+
+def test_every_id_belongs_to_one_shard_and_the_last_is_the_first() -> None:
+    ids = [*map(str, range(1000)), "caf\udce9"]
+    shares = [sum(Shard(number, 4).holds(name) for name in ids) for number in range(4)]
+    assert sum(shares) == len(ids)
+    assert min(shares) > 200
+    assert Shard.of("4/4") == Shard.of("0/4") == Shard(0, 4)
+
+
+@pytest.mark.parametrize("text", ["", "3", "5/4", "-1/4", "a/b", "0/0", "1/2/3", "1.0/4"])
+def test_what_is_no_shard_is_said(text: str) -> None:
+    with pytest.raises(ConfigError, match="expected NUMBER/COUNT"):
+        Shard.of(text)
+
+
+def test_what_was_begun_is_read_as_it_was_written(street: Path, tmp_path: Path) -> None:
+    begun = begin(config_for([street], scale=20.0), str(tmp_path / "out"), 2, {})
+    assert read_begun(FolderStore(tmp_path / "out")) == begun
+    assert begun.config.build.sources == (str(street.resolve()),)
