@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from houseexpo.cli import make_app
+from houseexpo.commands.app import make_app
 from typer.testing import CliRunner
 
 from houseexpo.errors import ConfigError
