@@ -24,7 +24,7 @@ $(VENV)/installed: pyproject.toml constraints.txt
 	  { echo "python3 has no venv; on Debian and Ubuntu: apt-get install python3-venv"; exit 1; }
 	@echo "-- installing the pinned versions (a few minutes the first time)"
 	@$(PIP) setuptools
-	@$(PIP) --no-build-isolation -e '.[ifc,scans,dev]'
+	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[ifc,scans,dev]'
 	@echo "-- installed; the command is $(BIN)/houseexpo"
 	@touch $@
 

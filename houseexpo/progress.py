@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections.abc import Iterable, Iterator
 from typing import TypeVar
@@ -10,8 +11,11 @@ T = TypeVar("T")
 
 
 def watched(items: Iterable[T], what: str, total: int | None = None) -> Iterator[T]:
-    """Yield the items; on a terminal a bar shows how many of ``total`` are done, and it vanishes at the end."""
-    if not sys.stderr.isatty():
+    """Yield the items; on a terminal a bar shows how many of ``total`` are done, and it vanishes at the end.
+
+    There is none where the logger ``houseexpo`` is told to report errors only (``houseexpo -q``).
+    """
+    if not sys.stderr.isatty() or logging.getLogger("houseexpo").level > logging.WARNING:
         yield from items
         return
     from rich.console import Console

@@ -59,9 +59,10 @@ def _commands(text: str) -> list[list[str]]:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_every_command_and_option_that_is_shown_exists(page: Path) -> None:
-    known = typer.main.get_command(make_app()).commands  # type: ignore[attr-defined]  # the app is a group
+    group = typer.main.get_command(make_app())
     for _, name, *words in _commands(page.read_text()):
-        options = {option for parameter in known[name].params for option in parameter.opts}
+        command = group.get_command(None, name)  # type: ignore[attr-defined]  # the app is a group
+        options = {option for parameter in command.params for option in parameter.opts}
         assert {word for word in words if word.startswith("--")} <= options, (name, words)
 
 

@@ -1,52 +1,103 @@
-"""The command ``houseexpo``: it finds its commands through entry points and owns nothing else."""
+"""The command ``houseexpo``: it finds its commands through entry points and owns nothing else.
+
+A command is loaded when it is called, or when ``--help`` says what there is. One that cannot be loaded says so, and
+harms no other.
+"""
 
 from __future__ import annotations
 
 import sys
-from importlib.metadata import entry_points
+from collections.abc import Callable
+from importlib.machinery import PathFinder
+from importlib.metadata import EntryPoint, entry_points
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 from houseexpo import __version__
-from houseexpo.errors import HouseExpoError
+from houseexpo.commands import logs
+from houseexpo.commands.printing import drop_output
+from houseexpo.errors import HouseExpoError, MissingDependencyError
 
 GROUP = "houseexpo.commands"
 """Entry points of this group are functions that typer can call; their names are the commands' names."""
 
+_SETTINGS = {"help_option_names": ["-h", "--help"]}
+
 
 class _Commands(TyperGroup):
-    """Turns an error that houseexpo raises on purpose into one red line and exit code 2."""
+    """The commands of the entry points; an error that houseexpo raises on purpose is one red line and exit code 2."""
+
+    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002  # click's signature
+        return sorted(_entries())
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
+        entry = _entries().get(cmd_name)
+        return None if entry is None else _command(entry)
 
     def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
+        except BrokenPipeError:  # `houseexpo info plans | head -1`: the reader has seen enough
+            drop_output()
+            raise typer.Exit(0) from None
         except (HouseExpoError, OSError) as error:  # OSError: a folder that cannot be written, a full disk
             typer.secho(f"houseexpo: {error}", fg=typer.colors.RED, err=True)
             raise typer.Exit(2) from None
 
 
 def make_app() -> typer.Typer:
-    """Build the command from every installed entry point, in the order of their names."""
+    """Build the command."""
     app = typer.Typer(
         name="houseexpo",
         cls=_Commands,
         help="Turn 3D house models into 2D floor plans, in bulk.",
         no_args_is_help=True,
-        add_completion=False,
         pretty_exceptions_enable=False,
-        context_settings={"help_option_names": ["-h", "--help"]},
+        context_settings=_SETTINGS,
     )
-    app.callback()(_root)  # keeps the commands' names even where only one is installed
-    for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
-        app.command(entry.name)(entry.load())
+    app.callback()(_root)
     return app
 
 
 def main(*command: str) -> None:
     """Run the command line; ``command`` is put before the arguments (``python -m pipeline`` is ``houseexpo build``)."""
-    make_app()(args=[*command, *sys.argv[1:]])
+    make_app()(args=[*command, *sys.argv[1:]], prog_name="houseexpo")
+
+
+def _entries() -> dict[str, EntryPoint]:
+    return {entry.name: entry for entry in entry_points(group=GROUP)}
+
+
+def _command(entry: EntryPoint) -> Any:  # what typer makes of a function
+    alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False, context_settings=_SETTINGS)
+    function = _loaded(entry)
+    broken = function.__name__ == "cannot_be_loaded"
+    settings = {"ignore_unknown_options": True, "allow_extra_args": True} if broken else {}
+    alone.command(entry.name, context_settings={**_SETTINGS, **settings})(function)
+    return typer.main.get_command(alone)
+
+
+def _loaded(entry: EntryPoint) -> Callable[..., Any]:
+    """Return a command's function; where it cannot be loaded, one that says why."""
+    package = entry.module.partition(".")[0]
+    spec = PathFinder.find_spec(package)  # finds it without running it
+    if spec is not None and spec.submodule_search_locations is None and entry.module != package:
+        return _broken(entry, f"{spec.origin} hides the installed package {package!r}; run it from another folder")
+    try:
+        function: Callable[..., Any] = entry.load()
+    except Exception as error:  # noqa: BLE001  # whatever a plug-in does, the others work
+        return _broken(entry, f"{type(error).__name__}: {error}")
+    return function
+
+
+def _broken(entry: EntryPoint, why: str) -> Callable[..., Any]:
+    def cannot_be_loaded() -> None:
+        raise MissingDependencyError(f"{entry.name} cannot be loaded: {why}")
+
+    cannot_be_loaded.__doc__ = f"Cannot be loaded: {why}."
+    return cannot_be_loaded
 
 
 def _version(asked: bool) -> None:
@@ -57,5 +108,8 @@ def _version(asked: bool) -> None:
 
 def _root(
     _: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Say which version.")] = False,
+    verbose: Annotated[int, typer.Option("--verbose", "-v", count=True, help="Say what is done; -vv: more.")] = 0,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Say errors only, without progress bars.")] = False,
 ) -> None:
     """Turn 3D house models into 2D floor plans, in bulk."""
+    logs.set_up(verbose, quiet=quiet)

@@ -10,8 +10,8 @@ from houseexpo.errors import ConfigError
 
 if TYPE_CHECKING:
     from houseexpo.pseudoslam.config import SimulatorConfig
-    from houseexpo.pseudoslam.env import PseudoSlamEnv
-    from houseexpo.pseudoslam.worlds import Plans
+    from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
+    from houseexpo.pseudoslam.worlds.cache import Plans
 
 TaskName = Literal["exploration", "avoidance", "navigation"]
 
@@ -21,7 +21,7 @@ def environment(
 ) -> tuple[PseudoSlamEnv, dict[str, Any]]:
     """Return an environment and the options of its resets; ``max_steps`` holds where no configuration is given."""
     from houseexpo.pseudoslam.config import SimulatorConfig
-    from houseexpo.pseudoslam.env import ExplorationEnv, NavigationEnv, ObstacleAvoidanceEnv
+    from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, ObstacleAvoidanceEnv
     from houseexpo.pseudoslam.tasks import Exploration, Navigation, ObstacleAvoidance
 
     make, default = {

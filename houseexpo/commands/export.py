@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from houseexpo.commands.given import IDS_HELP
+from houseexpo.commands.printing import counted
+
 if TYPE_CHECKING:
     from houseexpo.floorplan import FloorPlan
 
@@ -23,7 +26,7 @@ def export(
     out: Annotated[Path, typer.Option(help="Folder for the files.", show_default=False)],
     ids: Annotated[
         list[str] | None,
-        typer.Option(help="Ids, by commas, or @FILE with one a line; may be repeated.", show_default="all"),
+        typer.Option(help=IDS_HELP, show_default="all"),
     ] = None,
     resolution: Annotated[
         float | None, typer.Option(help="Side of a pixel or cell.", metavar="METRES", show_default=_OWN)
@@ -46,8 +49,8 @@ def export(
     find_rooms: Annotated[bool, typer.Option("--find-rooms", help="Find rooms and doors of plans without.")] = False,
 ) -> None:
     """Write plans for other programs: maps, worlds, meshes, features, graphs, pictures, grids."""
-    from rich.console import Console
-
+    from houseexpo.commands.given import plan_ids
+    from houseexpo.commands.printing import console
     from houseexpo.export.formats import export as write
 
     given = {
@@ -59,11 +62,13 @@ def export(
         "orientation": orientation,
     }
     options = {name: value for name, value in given.items() if value is not None}
-    count, plans = _plans(dataset, _wanted(ids))
+    count, plans = _plans(dataset, plan_ids(ids) or None)
     if find_rooms:
         plans = _with_rooms(plans)
     files = write(plans, to, out, **options)
-    Console().print(f"{count} plans, {len(files)} files in {out}", highlight=False, soft_wrap=True)
+    console().print(
+        f"{counted(count, 'plan')}, {counted(len(files), 'file')} in {out}", highlight=False, soft_wrap=True
+    )
 
 
 def _plans(path: Path, wanted: Sequence[str] | None) -> tuple[int, Iterator[FloorPlan]]:
@@ -86,16 +91,6 @@ def _plans(path: Path, wanted: Sequence[str] | None) -> tuple[int, Iterator[Floo
         raise UnknownPlanError(f"{path}: {'; '.join(nearest(name, known) for name in unknown[:5])}")
     chosen = known if wanted is None else wanted
     return len(chosen), watched((data[name] for name in chosen), "exporting", len(chosen))
-
-
-def _wanted(ids: Sequence[str] | None) -> list[str] | None:
-    """Return the ids that the command line names, each once, in order."""
-    if not ids:
-        return None
-    found: list[str] = []
-    for word in ids:
-        found += Path(word[1:]).read_text().split() if word.startswith("@") else word.split(",")
-    return list(dict.fromkeys(name for name in found if name))
 
 
 def _with_rooms(plans: Iterator[FloorPlan]) -> Iterator[FloorPlan]:

@@ -29,6 +29,7 @@ def fetch(
     from rich.console import Console
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
 
+    from houseexpo.commands.printing import console as printed
     from houseexpo.dataset import open_dataset
     from houseexpo.dataset.fetch import fetch as run_fetch
     from houseexpo.dataset.manifest import load_manifest
@@ -44,6 +45,6 @@ def fetch(
             bar.update(tasks[what], completed=done, total=total or None)
 
         folder = run_fetch(subset.value, manifest=published, progress=show)
-    console = Console()
-    console.print(f"{len(open_dataset(folder))} plans of {published.name} ({published.licence})", highlight=False)
-    console.print(str(folder), highlight=False, soft_wrap=True)
+    out = printed()
+    out.print(f"{len(open_dataset(folder))} plans of {published.name} ({published.licence})", highlight=False)
+    out.print(str(folder), highlight=False, soft_wrap=True)

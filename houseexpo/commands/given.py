@@ -1,7 +1,8 @@
-"""What the commands take: a data set's path, or plans by id or file."""
+"""What the commands take: a data set's path, or plans by id or file; ids are given alike in all of them."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,8 @@ from houseexpo.errors import ConfigError
 if TYPE_CHECKING:
     from houseexpo.dataset import Dataset
     from houseexpo.floorplan import FloorPlan
+
+IDS_HELP = "Ids, by commas, or @FILE with one a line; may be repeated."
 
 
 def data_set(path: Path | None) -> Dataset:
@@ -25,15 +28,43 @@ def data_set(path: Path | None) -> Dataset:
     raise ConfigError("no data set: name one with --data, or run houseexpo fetch")
 
 
-def plans(names: list[str], data: Path | None) -> list[FloorPlan]:
-    """Return plans by file where there is one of that name, by id of the data set else."""
+def is_plan_file(name: str | Path) -> bool:
+    """Whether this is the file of one plan."""
+    return Path(name).suffix == ".json" and Path(name).is_file()
+
+
+def is_data_set(name: str | Path) -> bool:
+    """Whether this is there, and is no plan's file: a folder, an archive or JSON lines."""
+    return Path(name).exists() and not is_plan_file(name)
+
+
+def plan_ids(words: Sequence[str] | None) -> list[str]:
+    """Return the ids that words name, each once, in order: by commas, or ``@FILE`` with one a line.
+
+    ConfigError where a file cannot be read.
+    """
+    found: list[str] = []
+    for word in words or ():
+        found += _lines(Path(word[1:])) if word.startswith("@") else word.split(",")
+    return list(dict.fromkeys(name.strip().removesuffix(".json") for name in found if name.strip()))
+
+
+def plans(names: Sequence[str], data: Path | None) -> list[FloorPlan]:
+    """Return plans by file where there is one of that name, by id of the data set else (``plan_ids``)."""
     from houseexpo.dataset.plan_files import load_plan
 
     found, opened = [], None
     for name in names:
-        if name.endswith(".json") and Path(name).is_file():
+        if is_plan_file(name):
             found.append(load_plan(name))
             continue
         opened = data_set(data) if opened is None else opened
-        found.append(opened[name.removesuffix(".json")])
+        found += [opened[plan_id] for plan_id in plan_ids([name])]
     return found
+
+
+def _lines(file: Path) -> list[str]:
+    try:
+        return file.read_text(encoding="utf-8").split()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{file}: expected a text file with one id a line, found: {error}") from None

@@ -5,9 +5,11 @@ from __future__ import annotations
 import statistics
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from houseexpo.commands.printing import counted
 
 if TYPE_CHECKING:
     from houseexpo.dataset import Dataset
@@ -18,81 +20,108 @@ if TYPE_CHECKING:
 def info(
     what: Annotated[str, typer.Argument(help="A data set, a plan's file, or its id.", show_default=False)],
     data: Annotated[Path | None, typer.Option(help="The data set of the id; the fetched one by default.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")] = False,
 ) -> None:
     """Say what a data set or a plan is."""
-    from rich.console import Console
-
-    from houseexpo.commands.given import plans
+    from houseexpo.commands.given import is_data_set, plans
+    from houseexpo.commands.printing import console, print_json
     from houseexpo.dataset import open_dataset
 
-    path = Path(what)
-    single = path.suffix == ".json" or not path.exists()
-    rows = _of_plan(plans([what], data)[0]) if single else _of_data_set(open_dataset(path))
-    console = Console()
-    for name, value in rows:
-        console.print(f"[bold]{name:14}[/]", value, highlight=False, soft_wrap=True)
+    rows = _of_data_set(open_dataset(what)) if is_data_set(what) else _of_plan(plans([what], data)[0])
+    if json:
+        print_json({name: value for name, value, _ in rows})
+        return
+    out = console()
+    for name, _, said in rows:
+        out.print(f"[bold]{name:14}[/]", said, highlight=False, soft_wrap=True)
 
 
-def _of_data_set(plans: Dataset) -> list[tuple[str, str]]:
+_Row = tuple[str, Any, str]
+"""A name, its value for programs, and how people are told."""
+
+
+def _of_data_set(plans: Dataset) -> list[_Row]:
     rooms, area = plans.column("room_num"), plans.column("area")
     labels = Counter(label for found in plans.column("labels") for label in found)
-    most = sorted(labels.items(), key=lambda pair: (-pair[1], pair[0]))
+    most = dict(sorted(labels.items(), key=lambda pair: (-pair[1], pair[0])))
+    splits = {name: {"plans": len(plans.split(name)), "ids": len(ids)} for name, ids in plans.splits.items()}
     return [
-        ("data set", str(plans.path)),
-        ("plans", f"{len(plans)}"),
-        ("rooms", f"{_spread(rooms, '')}, {sum(rooms)} in all"),
-        ("area", _spread(area, " m2")),
+        ("data set", str(plans.path), str(plans.path)),
+        ("plans", len(plans), f"{len(plans)}"),
+        ("rooms", _summary(rooms), f"{_spread(rooms, '')}, {sum(rooms)} in all"),
+        ("area", _summary(area), _spread(area, " m2")),
         *_quality(plans.column("quality")),
-        ("labels", ", ".join(f"{label} {count}" for label, count in most) + " (plans with one)"),
-        ("splits", ", ".join(f"{name} {len(plans.split(name))} of {len(ids)}" for name, ids in plans.splits.items())),
+        ("labels", most, ", ".join(f"{label} {count}" for label, count in most.items()) + " (plans with one)"),
+        ("splits", splits, ", ".join(f"{name} {n['plans']} of {n['ids']}" for name, n in splits.items())),
     ]
 
 
-def _quality(scores: list[float | None]) -> list[tuple[str, str]]:
+def _quality(scores: list[float | None]) -> list[_Row]:
     """Say how sure the pipeline is of the plans; nothing where none says so."""
     from houseexpo.plan.quality import SURE
 
     known = [score for score in scores if score is not None]
     doubtful = sum(score < SURE for score in known)
-    return [("quality", f"{_spread(known, '')}, {doubtful} doubtful (below {SURE:g})")] if known else []
+    said = f"{_spread(known, '')}, {doubtful} doubtful (below {SURE:g})"
+    return [("quality", {**_summary(known), "doubtful": doubtful}, said)] if known else []
+
+
+def _summary(values: list[float]) -> dict[str, float]:
+    if not values:
+        return {}
+    middle, mean = statistics.median(values), statistics.fmean(values)
+    return {"min": min(values), "max": max(values), "median": middle, "mean": mean, "sum": sum(values)}
 
 
 def _spread(values: list[float], unit: str) -> str:
     if not values:
         return "none"
-    low, middle, mean, high = min(values), statistics.median(values), statistics.fmean(values), max(values)
-    return f"{low:g} to {high:g}{unit}, median {middle:g}{unit}, mean {mean:.3f}{unit}"
+    found = _summary(values)
+    ends = f"{found['min']:g} to {found['max']:g}{unit}"
+    return f"{ends}, median {found['median']:g}{unit}, mean {found['mean']:.3f}{unit}"
 
 
-def _of_plan(plan: FloorPlan) -> list[tuple[str, str]]:
+def _of_plan(plan: FloorPlan) -> list[_Row]:
     x1, y1, x2, y2 = plan.bbox
     labels = {label: len(boxes) for label, boxes in plan.room_category.items()}
-    rows = [
-        ("plan", plan.id),
-        ("area", f"{plan.area:.2f} m2 of free space in {x2 - x1:.2f} x {y2 - y1:.2f} m"),
-        ("vertices", f"{len(plan.verts)}, {len(plan.holes)} holes"),
-        ("rooms", f"{plan.room_num} as the source counts them"),
-        ("boxes", ", ".join(f"{label} {count}" for label, count in labels.items())),
+    size = {"m2": plan.area, "width_m": x2 - x1, "height_m": y2 - y1}
+    vertices = {"outline": len(plan.verts), "holes": len(plan.holes)}
+    rows: list[_Row] = [
+        ("plan", plan.id, plan.id),
+        ("area", size, f"{plan.area:.2f} m2 of free space in {x2 - x1:.2f} x {y2 - y1:.2f} m"),
+        ("vertices", vertices, f"{len(plan.verts)}, {counted(len(plan.holes), 'hole')}"),
+        ("rooms", plan.room_num, f"{plan.room_num} as the source counts them"),
+        ("boxes", labels, ", ".join(f"{label} {count}" for label, count in labels.items())),
     ]
     rows += _of_quality(plan.quality)
-    rows += [(f"room {room.id}", f"{room.label}, {room.area:.2f} m2") for room in plan.rooms]
-    rows += [(f"door {d.id}", f"{d.kind}, {d.width:.2f} m, {d.rooms[0]} to {d.rooms[1]}") for d in plan.doors]
+    for room in plan.rooms:
+        value = {"label": room.label, "m2": room.area}
+        rows.append((f"room {room.id}", value, f"{room.label}, {room.area:.2f} m2"))
+    for door in plan.doors:
+        one, other = ("outside" if room is None else room for room in door.rooms)
+        value = {"kind": door.kind, "width_m": door.width, "rooms": list(door.rooms)}
+        rows.append((f"door {door.id}", value, f"{door.kind}, {door.width:.2f} m, {one} to {other}"))
     for thing in plan.objects:
-        rows.append((f"object {thing.id}", f"{thing.label}, {thing.height:.2f} m high, in room {thing.room}"))
-    for radius in (0.1, 0.2, 0.3):
-        found = plan.navigability(radius)
-        reach = (
-            f"{found.components} pieces, {found.largest_share:.1%} in the biggest, {found.narrowest:.2f} m narrowest"
-        )
-        rows.append((f"robot {radius:.2f} m", reach))
+        value = {"label": thing.label, "height_m": thing.height, "room": thing.room}
+        where = "in no room" if thing.room is None else f"in room {thing.room}"
+        rows.append((f"object {thing.id}", value, f"{thing.label}, {thing.height:.2f} m high, {where}"))
+    rows += [_of_robot(plan, radius) for radius in (0.1, 0.2, 0.3)]
     if plan.repair is not None:
-        rows.append(("repair", str(plan.repair)))
+        rows.append(("repair", str(plan.repair), str(plan.repair)))
     return rows
 
 
-def _of_quality(quality: Quality | None) -> list[tuple[str, str]]:
+def _of_robot(plan: FloorPlan, radius_m: float) -> _Row:
+    found = plan.navigability(radius_m)
+    value = {"pieces": found.components, "largest_share": found.largest_share, "narrowest_m": found.narrowest}
+    pieces = counted(found.components, "piece")
+    said = f"{pieces}, {found.largest_share:.1%} in the biggest, {found.narrowest:.2f} m narrowest"
+    return (f"robot {radius_m:.2f} m", value, said)
+
+
+def _of_quality(quality: Quality | None) -> list[_Row]:
     if quality is None:
         return []
     judged = "doubtful" if quality.is_doubtful else "sure"
-    grounds = [(f"  {name}", f"{value:g}") for name, value in quality.grounds.items()]
-    return [("quality", f"{quality.score:.2f}, {judged}"), *grounds]
+    grounds: list[_Row] = [(f"  {name}", value, f"{value:g}") for name, value in quality.grounds.items()]
+    return [("quality", quality.score, f"{quality.score:.2f}, {judged}"), *grounds]

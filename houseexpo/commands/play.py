@@ -10,8 +10,8 @@ import typer
 from houseexpo.commands.environment import TaskName
 
 if TYPE_CHECKING:
-    from houseexpo.pseudoslam.terminal import Terminal
-    from houseexpo.pseudoslam.window import Window
+    from houseexpo.pseudoslam.render.terminal import Terminal
+    from houseexpo.pseudoslam.render.window import Window
 
 _NO_END = 1_000_000_000
 
@@ -35,7 +35,7 @@ def play(
     from rich.console import Console
 
     from houseexpo.commands.environment import environment
-    from houseexpo.pseudoslam.drive import Drive, drive
+    from houseexpo.pseudoslam.agents.driving import Drive, drive
 
     screen = _screen(window)  # first: without one there is nothing to wait for
     console = Console()
@@ -51,9 +51,9 @@ def play(
 
 def _screen(window: bool) -> Terminal | Window:
     if window:
-        from houseexpo.pseudoslam.window import Window
+        from houseexpo.pseudoslam.render.window import Window
 
         return Window("PseudoSLAM")
-    from houseexpo.pseudoslam.terminal import Terminal
+    from houseexpo.pseudoslam.render.terminal import Terminal
 
     return Terminal()

@@ -38,8 +38,8 @@ def record(
     from rich.console import Console
 
     from houseexpo.commands.environment import environment
-    from houseexpo.pseudoslam.policies import policy_of
-    from houseexpo.pseudoslam.record import record as write
+    from houseexpo.pseudoslam.agents.policies import policy_of
+    from houseexpo.pseudoslam.io.record import record as write
 
     console = Console()
     with console.status(f"recording {steps} steps"):

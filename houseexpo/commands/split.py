@@ -12,18 +12,18 @@ from houseexpo.errors import ConfigError
 
 def split(
     dataset: Annotated[Path, typer.Argument(help="Folder, archive or JSON lines.", show_default=False)],
-    train: Annotated[float, typer.Option(help="Share of the plans.")] = 0.7,
-    val: Annotated[float, typer.Option(help="Share of the plans.")] = 0.1,
-    test: Annotated[float, typer.Option(help="Share of the plans.")] = 0.2,
+    train: Annotated[float | None, typer.Option(help="Share of the plans.", show_default="0.7, or the rest")] = None,
+    val: Annotated[float | None, typer.Option(help="Share of the plans.", show_default="0.1, or the rest")] = None,
+    test: Annotated[float | None, typer.Option(help="Share of the plans.", show_default="0.2, or the rest")] = None,
     paper: Annotated[bool, typer.Option("--paper", help="The paper's 70/30, without validation plans.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Decides which plan goes where.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for splits/; the data set's own by default.")] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes; all cores by default.")] = None,
 ) -> None:
-    """Divide a data set: no house and no copy of a house in two parts, the same kinds of houses in all of them."""
-    from rich.console import Console
+    """Divide a data set: all levels and copies of a house stay in one split, and each has the same kinds of houses."""
     from rich.table import Table
 
+    from houseexpo.commands.printing import console, counted
     from houseexpo.dataset import open_dataset
     from houseexpo.dataset.splits import PAPER, write_split
     from houseexpo.dataset.splits import split as run_split
@@ -32,16 +32,30 @@ def split(
     if out is None and not dataset.is_dir():
         raise ConfigError(f"{dataset}: an archive is not written to; say where with --out")
     plans = open_dataset(dataset)
-    shares = PAPER if paper else {"train": train, "val": val, "test": test}
+    shares = PAPER if paper else _shares({"train": train, "test": test, "val": val})
     found = run_split(plans, shares, seed, workers or cores())
     files = write_split(found, dataset if out is None else out)
     record = found.record()
-    table = Table(title=f"{len(plans)} plans, {record['groups']} groups of copies and levels stay together")
+    table = Table(title=f"{counted(len(plans), 'plan')}, {record['groups']} groups of copies and levels stay together")
     for heading in ("list", "ids", "share", "SHA-256"):
         table.add_column(heading, justify="right" if heading in ("ids", "share") else "left")
     for name, said in record["lists"].items():
         table.add_row(name, str(said["ids"]), f"{said['ids'] / max(len(plans), 1):.3f}", said["sha256"][:16])
-    console = Console()
-    console.print(table)
+    printed = console()
+    printed.print(table)
     for file in files:
-        console.print(str(file), style="dim", highlight=False, soft_wrap=True)
+        printed.print(str(file), style="dim", highlight=False, soft_wrap=True)
+
+
+def _shares(given: dict[str, float | None]) -> dict[str, float]:
+    """Return the shares of the splits: those given, and of the others the first takes the rest, if there is any.
+
+    Where none is given, 0.7 train, 0.1 val, 0.2 test.
+    """
+    known = {name: share for name, share in given.items() if share is not None}
+    if not known:
+        return {"train": 0.7, "val": 0.1, "test": 0.2}
+    rest = round(1.0 - sum(known.values()), 9)
+    heir = next((name for name, share in given.items() if share is None), None)
+    found = {**known, heir: rest} if heir is not None and rest > 0 else known
+    return {name: found[name] for name in ("train", "val", "test") if name in found}

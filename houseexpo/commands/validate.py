@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +11,7 @@ import typer
 
 def validate(
     dataset: Annotated[Path, typer.Argument(help="Folder, archive or JSON lines.", show_default=False)],
+    json: Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")] = False,
     list_: Annotated[bool, typer.Option("--list", help="One line a finding.")] = False,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes; all cores by default.")] = None,
 ) -> None:
@@ -17,25 +19,29 @@ def validate(
 
     Exit code 0: nothing found; 1: findings; 2: the data set cannot be read.
     """
-    from rich.console import Console
     from rich.table import Table
 
+    from houseexpo.commands.printing import console, counted, print_json
     from houseexpo.dataset.validation import RULES
     from houseexpo.dataset.validation import validate as run_validate
     from houseexpo.workers import cores
 
     report = run_validate(dataset, workers or cores())
-    console = Console()
+    if json:
+        rules = {rule: {"findings": found, "plans": plans} for rule, (found, plans) in report.by_rule().items()}
+        print_json({"plans": report.plans, "rules": rules, "findings": list(map(asdict, report.findings))})
+        raise typer.Exit(1 if report.findings else 0)
+    out = console()
     if list_:
         for finding in report.findings:
-            console.print(str(finding), markup=False, highlight=False, soft_wrap=True)
-    table = Table(title=f"{dataset.name}: {report.plans} plans, {len(report.findings)} findings")
+            out.print(str(finding), markup=False, highlight=False, soft_wrap=True)
+    table = Table(title=f"{dataset.name}: {counted(report.plans, 'plan')}, {counted(len(report.findings), 'finding')}")
     table.add_column("rule")
     table.add_column("findings", justify="right")
     table.add_column("plans", justify="right")
     table.add_column("what it asks")
     for rule, (found, plans) in report.by_rule().items():
         table.add_row(rule, str(found), str(plans), RULES[rule], style="red" if found else "")
-    console.print(table)
+    out.print(table)
     if report.findings:
         raise typer.Exit(1)

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 Range: TypeAlias = tuple[float | None, float | None]
 """From and to, both included; None leaves an end open."""
 
+_SHOWN = 6  # pictures in a notebook
+
 
 def open_dataset(path: str | os.PathLike[str]) -> Dataset:
     """Open a data set: a folder, the published ``json.tar.gz``, a ``.zip``, ``.jsonl`` or ``.jsonl.gz``.
@@ -201,6 +203,15 @@ class Dataset(Sequence[FloorPlan]):
         whole = len(self._catalogue.ids)
         part = "" if len(self) == whole else f" of {whole}"
         return f"Dataset({self.path.name!r}, {len(self)}{part} plans)"
+
+    def _repr_html_(self) -> str:
+        """Show the data set in a notebook: what it is, and the first plans as pictures."""
+        from html import escape
+
+        from houseexpo.drawing import svg
+
+        pictures = (f'<div style="margin: 4px">{svg(plan, size=160)}</div>' for plan in self[:_SHOWN])
+        return f'<p>{escape(repr(self))}</p><div style="display: flex; flex-wrap: wrap">{"".join(pictures)}</div>'
 
     def _row(self, plan_id: str) -> int:
         row = self._catalogue.row_of.get(plan_id, -1)

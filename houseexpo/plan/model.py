@@ -122,8 +122,8 @@ class PlanData(Value):
         x1, y1, x2, y2 = self.bbox
         parts = [f"{self.area:.1f} m2", f"{x2 - x1:.1f} x {y2 - y1:.1f} m", f"{len(self.verts)} vertices"]
         parts += [f"room_num {self.room_num}"]
-        parts += [
-            f"{len(found)} {name}" for name in ("holes", "rooms", "doors", "objects") if (found := getattr(self, name))
-        ]
+        for name in ("hole", "room", "door", "object"):
+            number = len(getattr(self, f"{name}s"))
+            parts += [f"{number} {name}{'s' if number > 1 else ''}"] if number else []
         parts += [f"quality {self.quality.score:.2f}"] if self.quality is not None else []
         return f"{type(self).__name__}({self.id!r}, {', '.join(parts)})"

@@ -23,13 +23,13 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
-from houseexpo.pseudoslam.dynamics_config import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
+from houseexpo.pseudoslam.config.dynamics import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
 from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.world import World
-from houseexpo.pseudoslam.worlds import world_for
+from houseexpo.pseudoslam.worlds.cache import world_for
+from houseexpo.pseudoslam.worlds.world import World
 
 __all__ = [
     "Circle",
@@ -58,6 +58,6 @@ __all__ = [
 for _task in ("Exploration", "ObstacleAvoidance", "Navigation"):
     register(
         f"PseudoSLAM/{_task}-v0",
-        entry_point=f"houseexpo.pseudoslam.env:{_task}Env",
-        vector_entry_point=f"houseexpo.pseudoslam.vector_env:{_task}VectorEnv",
+        entry_point=f"houseexpo.pseudoslam.envs.single:{_task}Env",
+        vector_entry_point=f"houseexpo.pseudoslam.envs.vector:{_task}VectorEnv",
     )

@@ -20,7 +20,7 @@ RASTERS, MAP, SHOWN = 3, Episode._fields.index("known"), Episode._fields.index("
 """The first arrays of an episode are as big as its house, and lie flat in a pool; which are its map and its view."""
 
 
-def leaves(episode: Episode) -> list[Array]:
+def flatten(episode: Episode) -> list[Array]:
     """Return the arrays of an episode, one after the other."""
     found: list[Array] = []
     for part in episode:
@@ -31,7 +31,7 @@ def leaves(episode: Episode) -> list[Array]:
     return found
 
 
-def like(episode: Episode, arrays: Iterable[Array]) -> Episode:
+def unflatten(episode: Episode, arrays: Iterable[Array]) -> Episode:
     """Return the same tuples, of other arrays."""
     rest = iter(arrays)
     parts: Iterable[Any] = (

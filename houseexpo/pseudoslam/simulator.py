@@ -11,15 +11,15 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.pseudoslam.beginning import begin
 from houseexpo.pseudoslam.config import FURTHEST_M, SimulatorConfig
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.step import COVERED, KNOWN, Rules
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.step import COVERED, KNOWN, StepParams
 from houseexpo.pseudoslam.kernels.types import Scratch
-from houseexpo.pseudoslam.rules import look_round, prepare, rules_of, scratch_of, step_one
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.world import World
-from houseexpo.pseudoslam.worlds import world_for
+from houseexpo.pseudoslam.step_params import look_round, prepare, scratch_of, step_one, step_params_of
+from houseexpo.pseudoslam.worlds.cache import world_for
+from houseexpo.pseudoslam.worlds.reset import initial_state
+from houseexpo.pseudoslam.worlds.world import World
 
 Action = Literal["forward", "left", "right"]
 ACTIONS: tuple[Action, ...] = get_args(Action)
@@ -55,10 +55,10 @@ class Simulator:
     """
 
     def __init__(
-        self, world: World, config: SimulatorConfig, rules: Rules | None = None, scratch: Scratch | None = None
+        self, world: World, config: SimulatorConfig, params: StepParams | None = None, scratch: Scratch | None = None
     ) -> None:
         self.world, self.config = world, config
-        self.rules = rules or rules_of(config)
+        self.params = params or step_params_of(config)
         self._scratch = scratch or scratch_of(config)
         self._ppm = config.pixels_per_metre
         self._moves = motions(config)
@@ -66,9 +66,9 @@ class Simulator:
     @classmethod
     def of(cls, plan: FloorPlan, config: SimulatorConfig) -> Simulator:
         """Return the simulator of a plan; ConfigError and PlanError as ``world_for`` raises them."""
-        rules = rules_of(config)
-        prepare(config, rules)
-        return cls(world_for(plan, config), config, rules)
+        params = step_params_of(config)
+        prepare(config, params)
+        return cls(world_for(plan, config), config, params)
 
     def start(self, rng: np.random.Generator) -> State:
         """Return the state at the start of an episode, after a first look round.
@@ -79,8 +79,8 @@ class Simulator:
             Where ``start``, ``goal``, ``obstacles``, ``people`` or ``trajectories`` ask for what this house cannot
             give.
         """
-        state = begin(self.world, self.config, self.rules, self._scratch, rng)
-        look_round(state, self.rules, self._scratch)
+        state = initial_state(self.world, self.config, self.params, self._scratch, rng)
+        look_round(state, self.params, self._scratch)
         return state
 
     def step(self, state: State, action: Action) -> None:
@@ -100,7 +100,7 @@ class Simulator:
                 f"found a turn of {turn_rad!r} and {forward_m!r} m"
             )
         motion = np.array([[turn_rad, forward_m * self._ppm]])
-        step_one(state, motion, self.rules, self._scratch)
+        step_one(state, motion, self.params, self._scratch)
 
     def pose(self, state: State) -> tuple[float, float, float]:
         """Return (x, y) in the plan's metres and the heading in radians, counter-clockwise from x."""
@@ -120,7 +120,7 @@ class Simulator:
 
     def coverage(self, state: State) -> float:
         """Return how much is known of the free cells that the robot can see from where it can go, 0 to 1."""
-        return float(state.counts[COVERED]) / max(state.countable_cells, 1)
+        return float(state.counts[COVERED]) / max(state.observable_cells, 1)
 
     def map(self, state: State) -> OccupancyGrid:
         """Return the map as ROS publishes it."""

@@ -8,10 +8,11 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.kernels.crew import new_crew
+from houseexpo.pseudoslam.config.shapes import Obstacle
+from houseexpo.pseudoslam.kernels.runtime.thread_pool import new_sync
 from houseexpo.pseudoslam.kernels.step import BLOCKED, Episode
-from houseexpo.pseudoslam.pools import leaves, like, pool_of_one
-from houseexpo.pseudoslam.shapes import Obstacle
+from houseexpo.pseudoslam.pools import flatten, pool_of_one, unflatten
+from houseexpo.pseudoslam.renamed import renamed
 
 
 @dataclass(eq=False)
@@ -23,21 +24,21 @@ class State:
     episode
         All that changes, as arrays (``kernels.step.Episode``), and what is the episode's own: equal bytes there are
         equal episodes.
-    countable_cells
+    observable_cells
         How many cells coverage counts.
     obstacles
         What was set down at the start, those told and those drawn.
     goal_m
         (x, y) in the plan's metres, or None.
-    best_way_m
+    shortest_path_m
         The way from the start to the goal, metres; 0 where there is none.
     """
 
     episode: Episode
-    countable_cells: int
+    observable_cells: int
     obstacles: tuple[Obstacle, ...] = ()
     goal_m: tuple[float, float] | None = None
-    best_way_m: float = 0.0
+    shortest_path_m: float = 0.0
 
     @cached_property
     def pool(self) -> Episode:
@@ -47,12 +48,12 @@ class State:
     @cached_property
     def place(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
         """What kernels take beside the pool: its rasters' rows and columns, and a crew of one."""
-        return np.array([self.episode.solid.shape], np.int64), new_crew(1, 1)
+        return np.array([self.episode.occupied.shape], np.int64), new_sync(1, 1)
 
     @property
-    def solid(self) -> npt.NDArray[np.uint8]:
+    def occupied(self) -> npt.NDArray[np.uint8]:
         """(rows, cols): bit 1 where something stands, bit 2 where something moves."""
-        return self.episode.solid
+        return self.episode.occupied
 
     @property
     def known(self) -> npt.NDArray[np.uint8]:
@@ -84,12 +85,16 @@ class State:
         """Whether something was in the way of the last step."""
         return bool(self.episode.counts[BLOCKED])
 
+    solid = renamed("solid", "occupied")
+    countable_cells = renamed("countable_cells", "observable_cells")
+    best_way_m = renamed("best_way_m", "shortest_path_m")
+
     def copy(self) -> State:
         """Return a state that shares nothing with this one."""
         return State(
-            like(self.episode, [leaf.copy() for leaf in leaves(self.episode)]),
-            self.countable_cells,
+            unflatten(self.episode, [leaf.copy() for leaf in flatten(self.episode)]),
+            self.observable_cells,
             self.obstacles,
             self.goal_m,
-            self.best_way_m,
+            self.shortest_path_m,
         )

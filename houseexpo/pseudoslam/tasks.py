@@ -15,11 +15,11 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.pseudoslam.checks import number
 from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.kernels.step import CLEARANCE, COLLISIONS, KNOWN, TO_GOAL, WAY
-from houseexpo.pseudoslam.measures import Bools, Floats, Measures
-from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.config.checks import number
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.kernels.step import CLEARANCE, COLLISIONS, KNOWN, PATH_LENGTH, TO_GOAL
+from houseexpo.pseudoslam.metrics import Bools, Floats, Metrics
 
 
 class Task(ABC):
@@ -33,21 +33,21 @@ class Task(ABC):
         return config or self.default
 
     @abstractmethod
-    def rewards(self, before: Measures, after: Measures, ahead: Bools, success: Bools) -> Floats:
+    def rewards(self, before: Metrics, after: Metrics, ahead: Bools, success: Bools) -> Floats:
         """Return the rewards of a step.
 
         ``ahead`` says where the action was to go forward, ``success`` where the task is fulfilled now.
         """
 
     @abstractmethod
-    def success(self, after: Measures) -> Bools:
+    def success(self, after: Metrics) -> Bools:
         """Return where the task is fulfilled."""
 
-    def terminated(self, after: Measures, success: Bools) -> Bools:  # noqa: ARG002  # other tasks use it
+    def terminated(self, after: Metrics, success: Bools) -> Bools:  # noqa: ARG002  # other tasks use it
         """Return where the episode ends for the task's sake, an array of its own."""
         return success.copy()
 
-    def report(self, after: Measures, success: Bools) -> dict[str, npt.NDArray[Any]]:
+    def report(self, after: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
         """Return what ``info`` says, a value for each episode: arrays of the caller's own."""
         return {
             "explored_m2": after.explored_m2.copy(),
@@ -75,12 +75,12 @@ class Exploration(Task):
             if self.success_coverage > 1:
                 raise ConfigError(f"success_coverage: expected at most 1, found {self.success_coverage!r}")
 
-    def rewards(self, before: Measures, after: Measures, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
+    def rewards(self, before: Metrics, after: Metrics, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
         """Return the newly known area."""
         area: Floats = np.multiply(after.counts[:, KNOWN] - before.counts[:, KNOWN], after.cell_m**2)
         return area
 
-    def success(self, after: Measures) -> Bools:
+    def success(self, after: Metrics) -> Bools:
         """Return where enough is known."""
         least = math.inf if self.success_coverage is None else self.success_coverage
         return after.coverage >= least
@@ -110,23 +110,23 @@ class ObstacleAvoidance(Task):
         """How far round the robot its clearance is measured."""
         return self.safe_m
 
-    def rewards(self, before: Measures, after: Measures, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
+    def rewards(self, before: Metrics, after: Metrics, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
         """Return the paper's reward."""
         return np.where(after.collided, -1.0, 0.9 * self._safety(after) + 0.1 * ahead)
 
-    def _safety(self, after: Measures) -> Floats:
+    def _safety(self, after: Metrics) -> Floats:
         return np.minimum(after.readings[:, CLEARANCE] * after.cell_m / self.safe_m, 1.0)
 
-    def success(self, after: Measures) -> Bools:
+    def success(self, after: Metrics) -> Bools:
         """Return where time is up and nothing was touched."""
         success: Bools = after.truncated() & (after.counts[:, COLLISIONS] == 0)
         return success
 
-    def terminated(self, after: Measures, success: Bools) -> Bools:  # noqa: ARG002
+    def terminated(self, after: Metrics, success: Bools) -> Bools:  # noqa: ARG002
         """Return where the robot has just collided, if that is to end the episode."""
         return after.collided if self.terminate_on_collision else np.zeros(len(after.counts), bool)
 
-    def report(self, after: Measures, success: Bools) -> dict[str, npt.NDArray[Any]]:
+    def report(self, after: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
         """Add the clearance."""
         return {**super().report(after, success), "clearance_m": after.readings[:, CLEARANCE] * after.cell_m}
 
@@ -150,27 +150,27 @@ class Navigation(Task):
         config = config or self.default
         return config if config.goal else replace(config, goal=GoalConfig())
 
-    def rewards(self, before: Measures, after: Measures, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
+    def rewards(self, before: Metrics, after: Metrics, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
         """Return the progress along the shortest way, and a reward for being there."""
         saved = (before.readings[:, TO_GOAL] - after.readings[:, TO_GOAL]) * after.cell_m
         return saved + self.success_reward * success
 
-    def success(self, after: Measures) -> Bools:
+    def success(self, after: Metrics) -> Bools:
         """Return where the robot is at the goal."""
-        x, y = (after.facts.goal_m - after.pose[:, :2]).T
+        x, y = (after.constants.goal_m - after.pose[:, :2]).T
         there: Bools = np.hypot(x, y) <= (after.config.goal or GoalConfig()).radius_m
         return there
 
-    def report(self, after: Measures, success: Bools) -> dict[str, npt.NDArray[Any]]:
+    def report(self, after: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
         """Add the way left, the way gone, and the success weighted by path length."""
-        gone, best = after.readings[:, WAY] * after.cell_m, after.facts.best_way_m
+        gone, best = after.readings[:, PATH_LENGTH] * after.cell_m, after.constants.shortest_path_m
         share = best / np.maximum(np.maximum(gone, best), 1e-12)
         report = super().report(after, success)
         return {
             **report,
             "to_goal_m": after.readings[:, TO_GOAL] * after.cell_m,
             "way_m": gone,
-            "goal": after.facts.goal_m.copy(),
+            "goal": after.constants.goal_m.copy(),
             "spl": np.where(success, share, 0.0),
         }
 

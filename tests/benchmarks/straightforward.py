@@ -11,25 +11,25 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.motion import free_way
-from houseexpo.pseudoslam.kernels.step import BLOCKED, COVERED, KNOWN, Episode, Rules, episode_of
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.motion.disc import free_way
+from houseexpo.pseudoslam.kernels.step import BLOCKED, COVERED, KNOWN, Episode, StepParams, episode_of
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid
 
 
 @njit
-def steps(pool: Episode, sizes: Counts, motions: Floats, rules: Rules) -> None:
+def steps(pool: Episode, sizes: Counts, motions: Floats, params: StepParams) -> None:
     """Turn, go, scan, crop: one environment after the other."""
     for i in range(len(sizes)):
         episode = episode_of(pool, sizes, i)
-        pose, sensor = episode.pose, rules.sensor
+        pose, sensor = episode.pose, params.sensor
         pose[2] += motions[i, 0]
         if pose[2] > math.pi:
             pose[2] -= 2.0 * math.pi
         right, down = math.cos(pose[2]), -math.sin(pose[2])
         way = motions[i, 1]
         if way > 0:
-            way = free_way(episode.solid, pose[0], pose[1], right, down, way, rules.robot.radius_px)
+            way = free_way(episode.occupied, pose[0], pose[1], right, down, way, params.robot.radius_px)
         episode.counts[BLOCKED] = 1 if way < motions[i, 1] else 0
         pose[0] += way * right
         pose[1] += way * down
@@ -40,19 +40,19 @@ def steps(pool: Episode, sizes: Counts, motions: Floats, rules: Rules) -> None:
 @njit
 def scan(episode: Episode, fan_cos: Floats, fan_sin: Floats, range_px: float) -> None:
     """Follow each ray by unit pixels up to the first obstacle, and draw it."""
-    solid, countable, known = episode.solid, episode.countable, episode.known
+    occupied, observable, known = episode.occupied, episode.observable, episode.known
     pose, counts = episode.pose, episode.counts
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     for i in range(len(fan_cos)):
         right, up = fan_cos[i] * cos - fan_sin[i] * sin, fan_sin[i] * cos + fan_cos[i] * sin
         for k in range(int(np.rint(range_px)) + 1):
             row, col = int(np.rint(pose[1] - 0.5 - k * up)), int(np.rint(pose[0] - 0.5 + k * right))
-            if not (0 <= row < solid.shape[0] and 0 <= col < solid.shape[1]):
+            if not (0 <= row < occupied.shape[0] and 0 <= col < occupied.shape[1]):
                 break
             if known[row, col] == UNKNOWN:
                 counts[KNOWN] += 1
-                counts[COVERED] += countable[row, col]
-            if solid[row, col] != 0:
+                counts[COVERED] += observable[row, col]
+            if occupied[row, col] != 0:
                 known[row, col] = OBSTACLE
                 break
             known[row, col] = FREE

@@ -13,6 +13,7 @@ from pipeline.algorithm import plan_level
 from pipeline.batch.job import rng_of
 from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig, BuildOptions
+from pipeline.executors.local import Limits, run
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
 from pipeline.sources.procedural import write_house
@@ -65,3 +66,17 @@ def test_a_batch_of_made_houses(tmp_path: Path) -> None:
         table.add_row(str(workers), f"{seconds:.1f}", f"{100 / seconds:.1f}")
         assert data_set.ids
     Console().print(table)
+
+
+def same(word: str) -> str:
+    return word
+
+
+def test_what_an_executor_adds_to_an_item() -> None:
+    items, limits = ["x"] * 2000, Limits(60.0, 2**31)
+    list(run(same, ["warm"], workers=2, limits=limits))
+    start = time.perf_counter()
+    assert len(list(run(same, items, workers=2, limits=limits))) == len(items)
+    Console().print(
+        f"an executor adds {1e6 * (time.perf_counter() - start) / len(items):.0f} us to an item, two workers"
+    )

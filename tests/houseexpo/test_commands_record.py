@@ -17,13 +17,13 @@ import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.plan.json_codec import encode
-from houseexpo.pseudoslam import movies
+from houseexpo.pseudoslam.agents.policies import policy_of
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.env import ExplorationEnv
-from houseexpo.pseudoslam.movies import write_movie
-from houseexpo.pseudoslam.policies import policy_of
-from houseexpo.pseudoslam.record import record
-from houseexpo.pseudoslam.render import picture
+from houseexpo.pseudoslam.envs.single import ExplorationEnv
+from houseexpo.pseudoslam.io import films as movies
+from houseexpo.pseudoslam.io.films import write_movie
+from houseexpo.pseudoslam.io.record import record
+from houseexpo.pseudoslam.render.picture import picture
 from houseexpo.pseudoslam.tasks import ROOM
 
 CONFIG = SimulatorConfig(pixels_per_metre=16.0, start=StartConfig(random=False, x_m=1.0, y_m=1.0), max_steps=500)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -28,10 +27,8 @@ def shell(*words: str | Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-m", *map(str, words)], capture_output=True, text=True, check=False)
 
 
-def test_help_is_quick_and_names_the_commands() -> None:
-    start = time.perf_counter()
+def test_help_names_the_commands() -> None:
     done = shell("houseexpo", "--help")
-    assert time.perf_counter() - start < 3.0
     assert done.returncode == 0
     assert "build" in done.stdout
     assert "inspect" in done.stdout

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
-from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.obstacles import place
-from houseexpo.pseudoslam.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
-from houseexpo.pseudoslam.world import standing_cells
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
+from houseexpo.pseudoslam.worlds.obstacles import place
+from houseexpo.pseudoslam.worlds.world import traversable_cells
 
 PPM = 10.0
 metres = st.floats(0.001, 3.0)
@@ -36,15 +36,15 @@ seeds = st.integers(0, 2**32 - 1)
 def house(seed: int) -> tuple[np.ndarray, GridFrame]:
     """5 x 4 m with a few walls, some with doors."""
     rng, frame = np.random.default_rng(seed), GridFrame.around((0, 0, 5, 4), PPM, y_up=True)
-    solid = np.ones(frame.shape, np.uint8)
-    solid[1:-1, 1:-1] = 0
+    occupied = np.ones(frame.shape, np.uint8)
+    occupied[1:-1, 1:-1] = 0
     for _ in range(rng.integers(0, 4)):
         row, col = rng.integers(3, 38, 2)
         if rng.random() < 0.5:
-            solid[row, : rng.integers(1, 50)] = 1
+            occupied[row, : rng.integers(1, 50)] = 1
         else:
-            solid[rng.integers(1, 40) :, col] = 1
-    return solid, frame
+            occupied[rng.integers(1, 40) :, col] = 1
+    return occupied, frame
 
 
 @given(
@@ -52,13 +52,13 @@ def house(seed: int) -> tuple[np.ndarray, GridFrame]:
 )
 @settings(deadline=None, max_examples=100)
 def test_a_house_stays_whole(seed: int, radius_m: float, told: list[Obstacle], number: int, gap_m: float) -> None:
-    solid, frame = house(seed)
-    stand = standing_cells(solid, radius_m * PPM)
-    assume(stand.any())
+    occupied, frame = house(seed)
+    traversable = traversable_cells(occupied, radius_m * PPM)
+    assume(traversable.any())
     random = RandomObstacles((number, number), (0.05, 1.0), gap_m=gap_m)
     try:
         placed = place(
-            solid, stand, frame, radius_px=radius_m * PPM, config=ObstaclesConfig(tuple(told), random),
+            occupied, traversable, frame, radius_px=radius_m * PPM, config=ObstaclesConfig(tuple(told), random),
             rng=np.random.default_rng(seed),
         )  # fmt: skip
     except ConfigError as error:
@@ -68,23 +68,25 @@ def test_a_house_stays_whole(seed: int, radius_m: float, told: list[Obstacle], n
     masks = [obstacle.mask(frame) for obstacle in placed.obstacles]
     assert len(masks) == len(told) + number
     assert all(mask.any() for mask in masks)
-    assert (sum((mask.astype(int) for mask in masks), solid.astype(int)) == placed.solid).all()
-    assert placed.stand.any()
-    fits = standing_cells(np.where(stand_region(stand, radius_m * PPM), placed.solid, 1), radius_m * PPM)
-    assert (fits == placed.stand).all()
+    assert (sum((mask.astype(int) for mask in masks), occupied.astype(int)) == placed.occupied).all()
+    assert placed.traversable.any()
+    fits = traversable_cells(np.where(stand_region(traversable, radius_m * PPM), placed.occupied, 1), radius_m * PPM)
+    assert (fits == placed.traversable).all()
 
 
-def stand_region(stand: np.ndarray, radius_px: float) -> np.ndarray:
+def stand_region(traversable: np.ndarray, radius_px: float) -> np.ndarray:
     """Cells that the robot's disc touches from somewhere: the part of the house that it was in."""
     reach = int(radius_px) + 2
-    rows, cols = np.indices(stand.shape)
-    region = np.zeros(stand.shape, bool)
+    rows, cols = np.indices(traversable.shape)
+    region = np.zeros(traversable.shape, bool)
     for down in range(-reach, reach + 1):
         for right in range(-reach, reach + 1):
             if np.hypot(max(abs(down) - 0.5, 0), max(abs(right) - 0.5, 0)) < radius_px - 1e-9:
-                inside = (rows + down >= 0) & (rows + down < len(stand)) & (cols + right >= 0)
-                inside &= cols + right < stand.shape[1]
-                region |= inside & (stand[(rows + down) % len(stand), (cols + right) % stand.shape[1]] != 0)
+                inside = (rows + down >= 0) & (rows + down < len(traversable)) & (cols + right >= 0)
+                inside &= cols + right < traversable.shape[1]
+                region |= inside & (
+                    traversable[(rows + down) % len(traversable), (cols + right) % traversable.shape[1]] != 0
+                )
     return region
 
 

@@ -6,9 +6,8 @@ counter-clockwise as one sees the grid with row 0 at the top. Grids are flat (ro
 
 from pathlib import Path
 
-from houseexpo.pseudoslam.kernels.collector import rest_while_compiling
-from houseexpo.pseudoslam.kernels.mapping import merge_cells
-from houseexpo.pseudoslam.kernels.stale import forget_stale
+from houseexpo.pseudoslam.kernels.runtime.cache import stamp_with_all_sources
+from houseexpo.pseudoslam.kernels.runtime.compiler_gc import pause_gc_while_compiling
 
-rest_while_compiling(__name__)
-forget_stale(merge_cells, Path(__file__).parent)  # before any kernel is looked for on disk
+pause_gc_while_compiling(__name__)
+stamp_with_all_sources(Path(__file__).parent)  # before any kernel is looked for on disk

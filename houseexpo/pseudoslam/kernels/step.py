@@ -1,7 +1,7 @@
 """A step: the robot turns, goes, looks on the way, and is shown what it knows.
 
 What only ``transitions`` calls is taken into it line by line: a function of its own would be compiled, with all that it
-calls, once more for itself. ``among.transitions_among`` is the same between things that move.
+calls, once more for itself. ``among.transitions_with_people`` is the same between things that move.
 """
 
 from __future__ import annotations
@@ -13,19 +13,27 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.bodies import Bodies, Disc, Tracks, bodies_of, tracks_of, way_past_people
-from houseexpo.pseudoslam.kernels.crew import MOST, VIEWS, done, enter, leave, puts_off, take
-from houseexpo.pseudoslam.kernels.crop import crop
-from houseexpo.pseudoslam.kernels.flow import Flow, flow_of
-from houseexpo.pseudoslam.kernels.goal import Field, field_at, field_of
 from houseexpo.pseudoslam.kernels.hashing import uniform
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, merge_cells, merge_runs, shrink
-from houseexpo.pseudoslam.kernels.motion import clearance, free_way
-from houseexpo.pseudoslam.kernels.noise import HIT, LOST, believed, draw_beams, draw_noisy, merge_patch, registration
-from houseexpo.pseudoslam.kernels.ranges import cast
-from houseexpo.pseudoslam.kernels.rays import ray_merge, ray_scan
-from houseexpo.pseudoslam.kernels.sector import sector_scan
-from houseexpo.pseudoslam.kernels.social import Walk
+from houseexpo.pseudoslam.kernels.mapping.crop import crop
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, merge_cells, merge_runs, shrink
+from houseexpo.pseudoslam.kernels.motion.bodies import Bodies, Disc, Tracks, bodies_of, tracks_of, way_past_people
+from houseexpo.pseudoslam.kernels.motion.disc import clearance, free_way
+from houseexpo.pseudoslam.kernels.people.social_force import Walk
+from houseexpo.pseudoslam.kernels.planning.distance_field import Field, field_at, field_of
+from houseexpo.pseudoslam.kernels.planning.flow import Flow, flow_of
+from houseexpo.pseudoslam.kernels.runtime.thread_pool import MAX_ENVS, VIEWS, done, enter, leave, puts_off, take
+from houseexpo.pseudoslam.kernels.sensing.noise import (
+    HIT,
+    LOST,
+    believed,
+    draw_beams,
+    draw_noisy,
+    merge_patch,
+    registration,
+)
+from houseexpo.pseudoslam.kernels.sensing.ranges import cast
+from houseexpo.pseudoslam.kernels.sensing.rays import ray_merge, ray_scan
+from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.kernels.types import Counts, Errors, Floats, Grid, Robot, Scratch, Sensor
 
 X, Y, HEADING, SEEN_X, SEEN_Y, SEEN_HEADING = range(6)
@@ -33,10 +41,10 @@ X, Y, HEADING, SEEN_X, SEEN_Y, SEEN_HEADING = range(6)
 STEPS, COLLISIONS, KNOWN, COVERED, SCANS, BLOCKED, KEY = range(7)
 """What ``counts`` holds: steps and those that met an obstacle; cells of the map; scans; whether the last step met an
 obstacle; the key of the episode's noise."""
-WAY, CLEARANCE, TO_GOAL, START_X, START_Y = range(5)
+PATH_LENGTH, CLEARANCE, TO_GOAL, START_X, START_Y = range(5)
 """What ``readings`` holds, pixels: the way gone, the room round the robot, the way that is left to the goal, and where
 the episode started."""
-LEFT, MOVED, DRAWN = range(3)
+SKIP, STEP, REDRAW = range(3)
 """What is ``wanted`` of an environment: nothing, a step, or to be shown again what it knows."""
 ARRAYS = 3
 """Arrays for views beside the pool's: the caller of a batch holds one or two, one is written."""
@@ -44,19 +52,19 @@ BEAMS, ODOMETRY, REGISTRATION, PEOPLE = range(1, 5)
 """Kinds of chance, each with a key of its own (``key_of``)."""
 
 
-Views: TypeAlias = tuple[Grid, ...]
-Move: TypeAlias = Callable[["Episode", "Rules"], None]
+ViewBuffers: TypeAlias = tuple[Grid, ...]
+Move: TypeAlias = Callable[["Episode", "StepParams"], None]
 """Moves what moves beside the robot."""
-Look: TypeAlias = Callable[["Episode", "Rules", Scratch], None]
+Look: TypeAlias = Callable[["Episode", "StepParams", Scratch], None]
 """Scans from where the robot is, and merges what is seen into the map."""
 
 
 class Episode(NamedTuple):
     """The arrays of one environment. In a pool each has one axis more in front, and rasters lie flat, with room."""
 
-    solid: Grid
+    occupied: Grid
     """(rows, cols), not 0 where an obstacle is; the border is."""
-    countable: Grid
+    observable: Grid
     """(rows, cols), 1 where a cell counts for coverage."""
     known: Grid
     """(rows, cols) the map."""
@@ -78,7 +86,7 @@ class Episode(NamedTuple):
     field: Field
 
 
-class Rules(NamedTuple):
+class StepParams(NamedTuple):
     """What is the same for all environments: the robot and its sensor, their errors, and what moves beside it."""
 
     robot: Robot
@@ -93,8 +101,8 @@ class Rules(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def transitions(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, views: Views, scratch: Scratch,
-    crew: Counts, epoch: int, thread: int,
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, views: ViewBuffers,
+    scratch: Scratch, sync: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
     """Turn, then go forward (backward where negative) until something is in the way; look; show what is known.
 
@@ -111,84 +119,86 @@ def transitions(
     motions
         (N, 2) turn and way forward, radians and pixels.
     wanted
-        (N,) ``MOVED`` where an environment steps, ``DRAWN`` where it is only shown again, ``LEFT`` where neither.
+        (N,) ``STEP`` where an environment steps, ``REDRAW`` where it is only shown again, ``SKIP`` where neither.
     views
-        Arrays (N, side, side), of which ``crew`` names one, or none: what robots are shown is drawn there, not in the
+        Arrays (N, side, side), of which ``sync`` names one, or none: what robots are shown is drawn there, not in the
         pool.
     crew, epoch, thread
-        What threads share, see ``crew``. Thread 0 begins a step and returns when it is done, but for views that it puts
+        What threads share, see ``sync``. Thread 0 begins a step and returns when it is done, but for views that it puts
         off; others take part in steps until none has come for a while. All have ``scratch`` of their own.
     """
-    steps(pool, sizes, motions, wanted, rules, views, scratch, crew, epoch, thread, _alone, look_at_sector, False)
+    steps(pool, sizes, motions, wanted, params, views, scratch, sync, epoch, thread, _alone, look_at_sector, False)
 
 
 @njit(cache=True, nogil=True)
 def transitions_by_rays(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, views: Views, scratch: Scratch,
-    crew: Counts, epoch: int, thread: int,
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, views: ViewBuffers,
+    scratch: Scratch, sync: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
     """Do as ``transitions`` does, looking along rays."""
-    steps(pool, sizes, motions, wanted, rules, views, scratch, crew, epoch, thread, _alone, look_along_rays, False)
+    steps(pool, sizes, motions, wanted, params, views, scratch, sync, epoch, thread, _alone, look_along_rays, False)
 
 
 @njit(cache=True, nogil=True)
 def transitions_in_full(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, views: Views, scratch: Scratch,
-    crew: Counts, epoch: int, thread: int,
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, views: ViewBuffers,
+    scratch: Scratch, sync: Counts, epoch: int, thread: int,
 ) -> None:  # fmt: skip
     """Do as ``transitions`` does, as the rules say: with errors, and ranges and an overview where there is room."""
-    steps(pool, sizes, motions, wanted, rules, views, scratch, crew, epoch, thread, _alone, look, True)
+    steps(pool, sizes, motions, wanted, params, views, scratch, sync, epoch, thread, _alone, look, True)
 
 
 @njit(inline="always")
 def steps(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, rules: Rules, views: Views, scratch: Scratch,
-    crew: Counts, epoch: int, thread: int, move: Move, look: Look, full: bool,
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, views: ViewBuffers,
+    scratch: Scratch, sync: Counts, epoch: int, thread: int, move: Move, look: Look, full: bool,
 ) -> None:  # fmt: skip
     """Take environments and step them, after all else has moved there."""
-    enter(crew, thread)
+    enter(sync, thread)
     while True:
-        taken = take(crew, epoch, thread)
+        taken = take(sync, epoch, thread)
         if taken < 0:
             break
-        i, is_moved = taken & MOST, taken <= MOST
-        if wanted[i] != LEFT:
+        i, is_moved = taken & MAX_ENVS, taken <= MAX_ENVS
+        if wanted[i] != SKIP:
             episode = episode_of(pool, sizes, i)
-            if is_moved and wanted[i] == MOVED:
-                move(episode, rules)
-                step(episode, motions[i, 0], motions[i, 1], rules, scratch, look, full)
-            if not (is_moved and puts_off(crew, i)):
-                pose, view = episode.pose, crew[VIEWS]
+            if is_moved and wanted[i] == STEP:
+                move(episode, params)
+                step(episode, motions[i, 0], motions[i, 1], params, scratch, look, full)
+            if not (is_moved and puts_off(sync, i)):
+                pose, view = episode.pose, sync[VIEWS]
                 shown = views[view][i] if view >= 0 else episode.shown
                 crop(episode.known, pose[SEEN_X], pose[SEEN_Y], pose[SEEN_HEADING], shown)
-        done(crew, taken)
-    leave(crew, thread)
+        done(sync, taken)
+    leave(sync, thread)
 
 
 @njit(inline="always")
-def _alone(episode: Episode, rules: Rules) -> None:
+def _alone(episode: Episode, params: StepParams) -> None:
     """Move nothing: there is nothing beside the robot that does."""
 
 
 @njit(inline="always")
-def step(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch, look: Look, full: bool) -> None:
+def step(
+    episode: Episode, turn: float, forward: float, params: StepParams, scratch: Scratch, look: Look, full: bool
+) -> None:
     """Do one episode's step but for its view; unless ``full``, a constant, without errors, ranges and overview."""
     counts, readings = episode.counts, episode.readings
     counts[STEPS] += 1
-    way = _go(episode, turn, forward, rules, scratch, look, full)
+    way = _go(episode, turn, forward, params, scratch, look, full)
     counts[BLOCKED] = 1 if way < abs(forward) else 0
     counts[COLLISIONS] += counts[BLOCKED]
-    readings[WAY] += way
-    _read(episode, rules, 2.0 * rules.sensor.range_px if counts[STEPS] > 0 else math.inf, full)
+    readings[PATH_LENGTH] += way
+    _read(episode, params, 2.0 * params.sensor.range_px if counts[STEPS] > 0 else math.inf, full)
 
 
 @njit(inline="always")
-def _read(episode: Episode, rules: Rules, spread_px: float, full: bool) -> None:
+def _read(episode: Episode, params: StepParams, spread_px: float, full: bool) -> None:
     """Take the readings at the robot's place; of the overview, draw anew what lies within ``spread_px``."""
-    pose, readings, sensor = episode.pose, episode.readings, rules.sensor
-    if rules.clearance_px > 0.0:
+    pose, readings, sensor = episode.pose, episode.readings, params.sensor
+    if params.clearance_px > 0.0:
         readings[CLEARANCE] = clearance(
-            episode.solid, pose[X], pose[Y], rules.robot.radius_px, rules.robot.radius_px + rules.clearance_px
+            episode.occupied, pose[X], pose[Y], params.robot.radius_px, params.robot.radius_px + params.clearance_px
         )
     if len(episode.field.distances) > 0:
         way = field_at(episode.field, pose[X], pose[Y])
@@ -196,39 +206,41 @@ def _read(episode: Episode, rules: Rules, spread_px: float, full: bool) -> None:
             readings[TO_GOAL] = way
     if full and len(episode.ranges) > 0:
         cast(
-            episode.solid, pose[X], pose[Y], pose[HEADING], sensor.fan_cos, sensor.fan_sin, sensor.range_px,
+            episode.occupied, pose[X], pose[Y], pose[HEADING], sensor.fan_cos, sensor.fan_sin, sensor.range_px,
             episode.ranges,
         )  # fmt: skip
-        if rules.errors.any:
-            _err(episode.ranges, episode.counts, rules)
+        if params.errors.any:
+            _err(episode.ranges, episode.counts, params)
     if full and len(episode.overview) > 0:
         shrink(
-            episode.known, readings[START_X], readings[START_Y], rules.overview_px, pose[SEEN_X], pose[SEEN_Y],
+            episode.known, readings[START_X], readings[START_Y], params.overview_px, pose[SEEN_X], pose[SEEN_Y],
             spread_px, episode.overview,
         )  # fmt: skip
 
 
 @njit(inline="always")
-def _err(ranges: Floats, counts: Counts, rules: Rules) -> None:
+def _err(ranges: Floats, counts: Counts, params: StepParams) -> None:
     """Give ranges the errors of the beams of the last scan: a lost one is 0."""
     beams = len(ranges)
     shift_px, fate = np.empty(beams), np.empty(beams, np.int32)
-    draw_beams(rules.errors, beams, key_of(counts[KEY], BEAMS), counts[SCANS] - 1, shift_px, fate)
+    draw_beams(params.errors, beams, key_of(counts[KEY], BEAMS), counts[SCANS] - 1, shift_px, fate)
     for beam in range(beams):
         if fate[beam] != HIT:
-            ranges[beam] = 0.0 if fate[beam] == LOST else rules.sensor.range_px
-        elif ranges[beam] < rules.sensor.range_px:
-            ranges[beam] = min(max(ranges[beam] + shift_px[beam], 0.0), rules.sensor.range_px)
+            ranges[beam] = 0.0 if fate[beam] == LOST else params.sensor.range_px
+        elif ranges[beam] < params.sensor.range_px:
+            ranges[beam] = min(max(ranges[beam] + shift_px[beam], 0.0), params.sensor.range_px)
 
 
 @njit(inline="always")
-def _go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Scratch, look: Look, full: bool) -> float:
+def _go(
+    episode: Episode, turn: float, forward: float, params: StepParams, scratch: Scratch, look: Look, full: bool
+) -> float:
     """Turn and go, and merge what is seen on the way; return the way gone, pixels.
 
     Scans lie at most ``between_px`` and ``between_rad`` apart, the last at the end; there is one at least. Where
     odometry errs, the map is drawn from where the robot believes it is.
     """
-    pose, robot, errors = episode.pose, rules.robot, rules.errors
+    pose, robot, errors = episode.pose, params.robot, params.errors
     distance = abs(forward)
     turns = math.ceil(abs(turn) / robot.between_rad - 1e-9)
     start = pose.copy()
@@ -237,9 +249,9 @@ def _go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Sc
     right, down = sign * math.cos(heading), -sign * math.sin(heading)
     way = distance
     if distance > 0.0:
-        way = free_way(episode.solid, start[X], start[Y], right, down, distance, robot.radius_px)
+        way = free_way(episode.occupied, start[X], start[Y], right, down, distance, robot.radius_px)
         disc = Disc(start[X], start[Y], robot.radius_px)
-        way = min(way, way_past_people(episode.bodies.people, rules.walk.radius_px, disc, right, down, distance))
+        way = min(way, way_past_people(episode.bodies.people, params.walk.radius_px, disc, right, down, distance))
     goes = math.ceil(way / robot.between_px - 1e-9)
     seen_turn, seen_way = turn, sign * way
     if full and errors.odometry:
@@ -257,29 +269,29 @@ def _go(episode: Episode, turn: float, forward: float, rules: Rules, scratch: Sc
             pose[SEEN_Y] = start[SEEN_Y] - seen_way * gone * math.sin(seen)
         else:
             pose[SEEN_X], pose[SEEN_Y], pose[SEEN_HEADING] = pose[X], pose[Y], pose[HEADING]
-        look(episode, rules, scratch)
+        look(episode, params, scratch)
     return way
 
 
 @njit(inline="always")
-def look_at_sector(episode: Episode, rules: Rules, scratch: Scratch) -> None:
+def look_at_sector(episode: Episode, params: StepParams, scratch: Scratch) -> None:
     """Scan the sector from where the robot is, and merge what is seen into the map."""
-    pose, sensor = episode.pose, rules.sensor
+    pose, sensor = episode.pose, params.sensor
     n_runs, n_hit = sector_scan(
-        episode.solid, pose[X], pose[Y], pose[HEADING], sensor.half_fov, sensor.range_px, scratch.runs, scratch.hit,
+        episode.occupied, pose[X], pose[Y], pose[HEADING], sensor.half_fov, sensor.range_px, scratch.runs, scratch.hit,
         scratch.slopes,
     )  # fmt: skip
-    new, covered = merge_runs(episode.known, episode.countable, scratch.runs, n_runs, FREE)
+    new, covered = merge_runs(episode.known, episode.observable, scratch.runs, n_runs, FREE)
     _count(episode, scratch, n_hit, new, covered)
 
 
 @njit(inline="always")
-def look_along_rays(episode: Episode, rules: Rules, scratch: Scratch) -> None:
+def look_along_rays(episode: Episode, params: StepParams, scratch: Scratch) -> None:
     """Scan along the rays from where the robot is, and merge what is seen into the map."""
-    pose, sensor = episode.pose, rules.sensor
+    pose, sensor = episode.pose, params.sensor
     settled = len(episode.bodies.clocks) + len(episode.bodies.people) == 0
     new, covered, n_hit = ray_merge(
-        episode.solid, episode.countable, episode.known, pose[X], pose[Y], pose[HEADING], sensor.fan_cos,
+        episode.occupied, episode.observable, episode.known, pose[X], pose[Y], pose[HEADING], sensor.fan_cos,
         sensor.fan_sin, sensor.range_px, scratch.hit, settled,
     )  # fmt: skip
     _count(episode, scratch, n_hit, new, covered)
@@ -288,43 +300,45 @@ def look_along_rays(episode: Episode, rules: Rules, scratch: Scratch) -> None:
 @njit(inline="always")
 def _count(episode: Episode, scratch: Scratch, n_hit: int, new: int, covered: int) -> None:
     """Merge the obstacles that were seen after the free cells, and count what is new."""
-    new_hit, covered_hit = merge_cells(episode.known, episode.countable, scratch.hit, n_hit, OBSTACLE)
+    new_hit, covered_hit = merge_cells(episode.known, episode.observable, scratch.hit, n_hit, OBSTACLE)
     episode.counts[KNOWN] += new + new_hit
     episode.counts[COVERED] += covered + covered_hit
     episode.counts[SCANS] += 1
 
 
 @njit(inline="always")
-def look(episode: Episode, rules: Rules, scratch: Scratch) -> None:
+def look(episode: Episode, params: StepParams, scratch: Scratch) -> None:
     """Look as the rules say, with errors where there are some."""
-    if rules.errors.any:
-        _look_with_errors(episode, rules, scratch)
-    elif rules.sensor.by_rays:
-        look_along_rays(episode, rules, scratch)
+    if params.errors.any:
+        _look_with_errors(episode, params, scratch)
+    elif params.sensor.by_rays:
+        look_along_rays(episode, params, scratch)
     else:
-        look_at_sector(episode, rules, scratch)
+        look_at_sector(episode, params, scratch)
 
 
 @njit(inline="always")
-def _look_with_errors(episode: Episode, rules: Rules, scratch: Scratch) -> None:
+def _look_with_errors(episode: Episode, params: StepParams, scratch: Scratch) -> None:
     """Merge a scan as its beams measure it, from where the robot believes it is, as registration misplaces it."""
-    pose, counts, sensor, errors = episode.pose, episode.counts, rules.sensor, rules.errors
+    pose, counts, sensor, errors = episode.pose, episode.counts, params.sensor, params.errors
     x, y, heading, runs, hit = pose[X], pose[Y], pose[HEADING], scratch.runs, scratch.hit
     if sensor.by_rays:
         n_runs, n_hit = ray_scan(
-            episode.solid, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, runs, hit
+            episode.occupied, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, runs, hit
         )
     else:
         n_runs, n_hit = sector_scan(
-            episode.solid, x, y, heading, sensor.half_fov, sensor.range_px, runs, hit, scratch.slopes
+            episode.occupied, x, y, heading, sensor.half_fov, sensor.range_px, runs, hit, scratch.slopes
         )
     beams = len(sensor.fan_cos)
     shift_px, fate = np.empty(beams), np.empty(beams, np.int32)
     draw_beams(errors, beams, key_of(counts[KEY], BEAMS), counts[SCANS], shift_px, fate)
-    draw_noisy(scratch.patch, episode.solid.shape[1], x, y, heading, sensor, runs, n_runs, hit, n_hit, shift_px, fate)
+    draw_noisy(
+        scratch.patch, episode.occupied.shape[1], x, y, heading, sensor, runs, n_runs, hit, n_hit, shift_px, fate
+    )
     right, down, turn = registration(errors, key_of(counts[KEY], REGISTRATION), counts[STEPS])
     new, covered = merge_patch(
-        episode.known, episode.countable, scratch.patch, x, y, pose[SEEN_X] - x + right, pose[SEEN_Y] - y + down,
+        episode.known, episode.observable, scratch.patch, x, y, pose[SEEN_X] - x + right, pose[SEEN_Y] - y + down,
         pose[SEEN_HEADING] - heading + turn,
     )  # fmt: skip
     _count(episode, scratch, 0, new, covered)
@@ -336,7 +350,7 @@ def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
     rows, cols = sizes[i, 0], sizes[i, 1]
     cells = rows * cols
     return Episode(
-        pool.solid[i, :cells].reshape((rows, cols)), pool.countable[i, :cells].reshape((rows, cols)),
+        pool.occupied[i, :cells].reshape((rows, cols)), pool.observable[i, :cells].reshape((rows, cols)),
         pool.known[i, :cells].reshape((rows, cols)), pool.shown[i], pool.overview[i], pool.ranges[i], pool.pose[i],
         pool.counts[i], pool.readings[i], bodies_of(pool.bodies, i), tracks_of(pool.tracks, i),
         flow_of(pool.flow, i), field_of(pool.field, i),

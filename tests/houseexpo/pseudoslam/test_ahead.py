@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam import ahead
-from houseexpo.pseudoslam.compiling import example
+from houseexpo.pseudoslam import precompile as ahead
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.dynamics_config import PeopleConfig
-from houseexpo.pseudoslam.interface import interface_of
+from houseexpo.pseudoslam.config.dynamics import PeopleConfig
+from houseexpo.pseudoslam.envs.spec import make_env_spec
 from houseexpo.pseudoslam.kernels.step import transitions
-from houseexpo.pseudoslam.rules import arguments_of
+from houseexpo.pseudoslam.precompile_worker import example
+from houseexpo.pseudoslam.step_params import arguments_of
 from houseexpo.pseudoslam.tasks import Exploration, Navigation, ObstacleAvoidance
 from tests.builders.vectors import HUTS
 
@@ -34,7 +34,7 @@ def sleeper(seconds: float) -> subprocess.Popen[bytes]:
 
 
 class Kernel(SimpleNamespace):
-    """What ``compile_ahead`` asks a kernel about."""
+    """What ``precompile`` asks a kernel about."""
 
     __hash__ = object.__hash__
 
@@ -76,10 +76,10 @@ CONFIGS = {
 @pytest.mark.parametrize("kind", ["map", "dict"])
 @pytest.mark.parametrize("name", CONFIGS)
 def test_it_is_compiled_for_what_environments_call_it_with(task: str, kind: Any, name: str) -> None:
-    face = interface_of(TASKS[task], HUTS, CONFIGS[name], "discrete", kind)
-    rng, rules, scratch = np.random.default_rng(0), face.rules(), face.scratch()
-    state = face.begin(face.draw(rng, None), rules, scratch, rng)
-    called = arguments_of(state, np.zeros((1, 2)), rules, scratch)
+    env_spec = make_env_spec(TASKS[task], HUTS, CONFIGS[name], "discrete", kind)
+    rng, params, scratch = np.random.default_rng(0), env_spec.params(), env_spec.scratch()
+    state = env_spec.initial_state(env_spec.draw(rng, None), params, scratch, rng)
+    called = arguments_of(state, np.zeros((1, 2)), params, scratch)
     kinds: Any = transitions
     assert list(map(kinds.typeof_pyval, called)) == list(map(kinds.typeof_pyval, example()))
 
@@ -87,9 +87,9 @@ def test_it_is_compiled_for_what_environments_call_it_with(task: str, kind: Any,
 @compiled_only
 def test_a_kernel_that_is_not_on_disk_is_compiled_once(tmp_path: Path, started: list[list[str]]) -> None:
     one = kernel(tmp_path)
-    ahead.compile_ahead(one)
-    ahead.compile_ahead(one)
-    assert started == [[sys.executable, "-m", "houseexpo.pseudoslam.compiling", "transitions"]]
+    ahead.precompile(one)
+    ahead.precompile(one)
+    assert started == [[sys.executable, "-m", "houseexpo.pseudoslam.precompile_worker", "transitions"]]
     ahead.wait_for(one)
     assert not ahead._running
 
@@ -98,24 +98,24 @@ def test_a_kernel_that_is_not_on_disk_is_compiled_once(tmp_path: Path, started: 
 def test_nothing_is_started_where_that_saves_no_time(
     tmp_path: Path, started: list[list[str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    ahead.compile_ahead(kernel(tmp_path, signatures=["one"]))
+    ahead.precompile(kernel(tmp_path, signatures=["one"]))
     python = f"py{sys.version_info.major}{sys.version_info.minor}"
     (tmp_path / f"step.transitions-95.{python}.nbi").touch()
-    ahead.compile_ahead(kernel(tmp_path))
+    ahead.precompile(kernel(tmp_path))
     monkeypatch.setattr(ahead, "cores", lambda: 1)
-    ahead.compile_ahead(kernel(tmp_path / "elsewhere"))
+    ahead.precompile(kernel(tmp_path / "elsewhere"))
     monkeypatch.setattr(ahead, "cores", lambda: 2)
     with monkeypatch.context() as patched:
         patched.setattr(ahead.multiprocessing, "parent_process", lambda: "a pool's")
-        ahead.compile_ahead(kernel(tmp_path / "elsewhere"))
+        ahead.precompile(kernel(tmp_path / "elsewhere"))
     with monkeypatch.context() as patched:
         patched.setattr(sys, "frozen", True, raising=False)  # it is no Python, but a program
-        ahead.compile_ahead(kernel(tmp_path / "elsewhere"))
+        ahead.precompile(kernel(tmp_path / "elsewhere"))
     with monkeypatch.context() as patched:
         patched.setenv("HOUSEEXPO_COMPILES", "1")
-        ahead.compile_ahead(kernel(tmp_path / "elsewhere"))
+        ahead.precompile(kernel(tmp_path / "elsewhere"))
     assert started == []
-    ahead.compile_ahead(kernel(tmp_path / "elsewhere"))
+    ahead.precompile(kernel(tmp_path / "elsewhere"))
     assert len(started) == 1
 
 
@@ -129,7 +129,7 @@ def test_without_another_process_it_goes_on(
 
     monkeypatch.setattr(ahead.subprocess, "Popen", refuse)
     one = kernel(tmp_path)
-    ahead.compile_ahead(one)
+    ahead.precompile(one)
     assert len(started) == 1
     assert not ahead._running
     ahead.wait_for(one)
@@ -152,7 +152,7 @@ def test_who_is_interrupted_while_waiting_leaves_nobody_behind(monkeypatch: pyte
 def test_who_hangs_is_ended(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     one, process = kernel(tmp_path), sleeper(60.0)
     monkeypatch.setattr(ahead, "_running", {one: process})
-    monkeypatch.setattr(ahead, "_MOST_S", 0.05)
+    monkeypatch.setattr(ahead, "_MAX_WAIT_S", 0.05)
     ahead.wait_for(one)
     assert process.returncode not in {None, 0}
 

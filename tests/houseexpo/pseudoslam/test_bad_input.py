@@ -24,9 +24,9 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
-from houseexpo.pseudoslam.dynamics_config import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.shapes import Circle, Obstacle, Polygon, Rectangle
+from houseexpo.pseudoslam.config.dynamics import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.config.shapes import Circle, Obstacle, Polygon, Rectangle
 from houseexpo.pseudoslam.simulator import Simulator
 
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})
@@ -44,7 +44,7 @@ def start(x_m: float, y_m: float) -> dict[str, Any]:
     return {"start": StartConfig(random=False, x_m=x_m, y_m=y_m)}
 
 
-def begin(plan: FloorPlan, **given: Any) -> None:
+def initial_state(plan: FloorPlan, **given: Any) -> None:
     simulator = Simulator.of(plan, config(**given))
     simulator.start(np.random.default_rng(0))
 
@@ -160,15 +160,15 @@ def test_values_that_no_house_has_are_refused(make: Callable[[], object], text: 
 )
 def test_what_a_house_cannot_give_is_refused(plan: FloorPlan, given: dict[str, Any], text: str) -> None:
     with pytest.raises((ConfigError, PlanError), match=text):
-        begin(plan, **given)
+        initial_state(plan, **given)
 
 
 def test_obstacles_that_find_no_place_are_refused_soon() -> None:
     some = ObstaclesConfig(random=RandomObstacles((1, 1)))
-    begin(HALL, obstacles=some)  # compiled
+    initial_state(HALL, obstacles=some)  # compiled
     before = time.process_time()
     with pytest.raises(ConfigError, match=r"obstacles.random.number: at most \d+ of 500 obstacles found a place in 32"):
-        begin(HALL, obstacles=ObstaclesConfig(random=RandomObstacles((500, 500))))
+        initial_state(HALL, obstacles=ObstaclesConfig(random=RandomObstacles((500, 500))))
     assert time.process_time() - before < 5.0
 
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.pseudoslam.dynamics_config import Trajectory
-from houseexpo.pseudoslam.kernels.bodies import (
+from houseexpo.pseudoslam.config.dynamics import Trajectory
+from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Polygon, Rectangle, Shape
+from houseexpo.pseudoslam.kernels.motion.bodies import (
     MOVING,
     Disc,
     cell_meets_disc,
@@ -22,8 +23,7 @@ from houseexpo.pseudoslam.kernels.bodies import (
     stamp_track,
     way_past_people,
 )
-from houseexpo.pseudoslam.shapes import Circle, Ellipse, Polygon, Rectangle, Shape
-from houseexpo.pseudoslam.trajectories import make_tracks, swept_cells
+from houseexpo.pseudoslam.worlds.trajectories import make_tracks, swept_cells
 from tests.builders.moving import frame_of, room
 
 PPM = 10.0
@@ -49,11 +49,13 @@ def outline(shape: Shape, x: float, y: float, heading_deg: float) -> shapely.Geo
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: type(shape).__name__)
 def test_a_body_covers_what_its_outline_holds(shape: Shape) -> None:
-    solid = room(60, 60)
+    occupied = room(60, 60)
     for x, y, heading in ((3.0, 3.0, 0.0), (2.53, 3.31, 37.0), (3.4, 2.2, -120.0)):
-        tracks = make_tracks([Trajectory(shape, (0, 1), [(x, y, heading)] * 2)], solid, frame_of(solid, PPM), "box")
+        tracks = make_tracks(
+            [Trajectory(shape, (0, 1), [(x, y, heading)] * 2)], occupied, frame_of(occupied, PPM), "box"
+        )
         expected = outline(shape, x, y, heading)
-        drawn = np.zeros_like(solid)
+        drawn = np.zeros_like(occupied)
         stamp_track(drawn, tracks, 0, 0.5)
         slack = 0.06 if isinstance(shape, Ellipse) else 1e-6  # pixels; 32 corners stand for an ellipse
         for row, col in itertools.product(range(18, 50), range(10, 50)):
@@ -65,9 +67,9 @@ def test_a_body_covers_what_its_outline_holds(shape: Shape) -> None:
 
 
 def test_between_poses_it_goes_straight_and_turns_the_short_way() -> None:
-    solid = room(60, 60)
+    occupied = room(60, 60)
     poses = [(1.0, 1.0, 170.0), (3.0, 2.0, -170.0), (3.0, 4.0, 100.0)]
-    tracks = make_tracks([Trajectory(Circle(0.2), (1.0, 3.0, 4.0), poses)], solid, frame_of(solid, PPM), "box")
+    tracks = make_tracks([Trajectory(Circle(0.2), (1.0, 3.0, 4.0), poses)], occupied, frame_of(occupied, PPM), "box")
     for clock in np.linspace(-1, 6, 57):
         x, y, heading = pose_at(tracks, 0, float(clock))
         assert x == pytest.approx(10 * np.interp(clock, [1, 3, 4], [1, 3, 3]))
@@ -77,10 +79,10 @@ def test_between_poses_it_goes_straight_and_turns_the_short_way() -> None:
 
 @pytest.mark.parametrize("thickness", [0.001, 0.05, 0.12])
 def test_a_hair_covers_cells_that_hang_together(thickness: float) -> None:
-    solid = room(60, 60)
+    occupied = room(60, 60)
     for heading in (0.0, 20.0, 45.0, 77.0):
         track = Trajectory(Rectangle(2.0, thickness), (0, 1), [(3.01, 2.97, heading)] * 2)
-        drawn = swept_cells(make_tracks([track], solid, frame_of(solid, PPM), "box"), solid.shape)
+        drawn = swept_cells(make_tracks([track], occupied, frame_of(occupied, PPM), "box"), occupied.shape)
         assert drawn[int(60 - 29.7), 30]
         rows, cols = np.nonzero(drawn)
         assert math.hypot(np.ptp(rows) + 1, np.ptp(cols) + 1) >= 19.0

@@ -10,24 +10,24 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
-from houseexpo.pseudoslam.carmen import Drift, Pose, Reading, Scanner, laser_line, readings, write_log
-from houseexpo.pseudoslam.world import World, world_of
+from houseexpo.pseudoslam.io.carmen import Drift, Pose, Reading, Scanner, laser_line, readings, write_log
+from houseexpo.pseudoslam.worlds.world import World, world_of
 
 ROOM = GridFrame((-1.0, -2.0), 10.0, (42, 62), y_up=True)  # 6 x 4 m inside, a wall of one cell round it
 
 
 @pytest.fixture(scope="module")
 def world() -> World:
-    solid = np.zeros(ROOM.shape, np.uint8)
-    solid[[0, -1]] = solid[:, [0, -1]] = 1
-    return world_of(solid, ROOM, 0.2, 5.0, "room")
+    occupied = np.zeros(ROOM.shape, np.uint8)
+    occupied[[0, -1]] = occupied[:, [0, -1]] = 1
+    return world_of(occupied, ROOM, 0.2, 5.0, "room")
 
 
 def test_a_beam_is_as_long_as_the_way_to_the_wall(world: World) -> None:
     pose = (1.1, -0.4, math.pi / 2)  # the walls' inner sides: x -0.9 to 5.1, y -1.9 to 2.1
-    right, ahead, left = Scanner(180.0, 3).look(world.solid, ROOM, pose)
+    right, ahead, left = Scanner(180.0, 3).look(world.occupied, ROOM, pose)
     np.testing.assert_allclose([right, ahead, left], [4.0, 2.5, 2.0])
-    assert Scanner(180.0, 3, 2.2).look(world.solid, ROOM, pose).tolist() == pytest.approx([2.2, 2.2, 2.0])
+    assert Scanner(180.0, 3, 2.2).look(world.occupied, ROOM, pose).tolist() == pytest.approx([2.2, 2.2, 2.0])
 
 
 def test_beams_lie_from_edge_to_edge() -> None:
@@ -57,14 +57,14 @@ def test_a_log_has_a_line_a_reading_and_its_times(world: World, tmp_path: Path) 
     for line, pose in zip(lines[1:], poses, strict=True):
         words = line.split()
         np.testing.assert_allclose(
-            [float(word) for word in words[9:18]], scanner.look(world.solid, ROOM, pose), atol=1e-4
+            [float(word) for word in words[9:18]], scanner.look(world.occupied, ROOM, pose), atol=1e-4
         )
         assert tuple(float(word) for word in words[22:25]) == pose
 
 
 def test_noise_moves_what_is_met_and_only_that(world: World) -> None:
     scanner, poses = Scanner(360.0, 360, 3.0), [(1.0, 0.0, 0.0)] * 50
-    clean = scanner.look(world.solid, ROOM, poses[0])
+    clean = scanner.look(world.occupied, ROOM, poses[0])
     noisy = np.array([one.ranges_m for one in readings(world, scanner, poses, np.random.default_rng(1), laser_m=0.02)])
     met = clean < 2.9
     assert met.any()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels import cells
+from houseexpo.pseudoslam.kernels.placement import cells
 
 
 @pytest.mark.parametrize("cols", [5, 700])

@@ -11,7 +11,7 @@ from numba import njit
 from numba.core.errors import TypingError
 from numba.core.event import Event, Listener, install_listener
 
-from houseexpo.pseudoslam.kernels.collector import rest_while_compiling
+from houseexpo.pseudoslam.kernels.runtime.compiler_gc import pause_gc_while_compiling
 
 PACKAGE = "tests.somewhere"
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothi
 
 @pytest.fixture(autouse=True, scope="module")
 def _listens() -> None:
-    rest_while_compiling(PACKAGE)
+    pause_gc_while_compiling(PACKAGE)
 
 
 class _Note(Listener):

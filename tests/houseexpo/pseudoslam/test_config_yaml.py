@@ -21,10 +21,10 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
-from houseexpo.pseudoslam.config_yaml import read
-from houseexpo.pseudoslam.dynamics_config import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
+from houseexpo.pseudoslam.config.dynamics import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
+from houseexpo.pseudoslam.config.yaml_files import read
 from houseexpo.pseudoslam.simulator import Simulator
 
 PUBLISHED: dict[str, Any] = {

@@ -24,10 +24,10 @@ from houseexpo.pseudoslam.config import (
     RobotConfig,
     SimulatorConfig,
 )
-from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.shapes import Circle, Obstacle
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.config.shapes import Circle, Obstacle
 from houseexpo.pseudoslam.simulator import Simulator
-from houseexpo.pseudoslam.world import make_world
+from houseexpo.pseudoslam.worlds.world import make_world
 from tests.builders.scans import slow_rays
 from tests.builders.simulations import PLAIN, at, corner, hall, hall_with_cell, started, wander
 
@@ -124,7 +124,7 @@ def test_6_a_search_without_end_is_an_error_and_sizes_are_what_they_say() -> Non
         started(crowd)
     assert asdict(crowd) == before
     _, state, _ = started(at(1, 1, 0, replace(PLAIN, obstacles=ObstaclesConfig(placed=(Obstacle(Circle(0.6), 5, 2),)))))
-    assert state.solid[1:-1, 1:-1].sum() / 25**2 == pytest.approx(math.pi * 0.6**2, rel=0.03)
+    assert state.occupied[1:-1, 1:-1].sum() / 25**2 == pytest.approx(math.pi * 0.6**2, rel=0.03)
 
 
 def test_7_it_never_starts_in_a_pocket_and_all_that_counts_can_be_seen() -> None:
@@ -134,10 +134,10 @@ def test_7_it_never_starts_in_a_pocket_and_all_that_counts_can_be_seen() -> None
     assert all(simulator.pose(simulator.start(rng))[0] < 5 for _ in range(100))
     with pytest.raises(ConfigError, match=r"cannot leave the place at \(5.5, 0.5\) m for the biggest part"):
         started(at(5.5, 0.5, 0), hall_with_cell())
-    behind = simulator.world.countable[:, 129:]
-    assert 0 < behind.sum() < (simulator.world.solid[:, 129:] == 0).sum()
+    behind = simulator.world.observable[:, 129:]
+    assert 0 < behind.sum() < (simulator.world.occupied[:, 129:] == 0).sum()
     state = simulator.start(rng)
-    for row, col in np.argwhere(simulator.world.stand).tolist():
+    for row, col in np.argwhere(simulator.world.traversable).tolist():
         state.episode.pose[:] = np.tile((col + 0.5, row + 0.5, 0.0), 2)
         simulator.move(state, 0.0, 0.0)
     assert simulator.coverage(state) == 1.0
@@ -199,13 +199,13 @@ def test_10_every_cell_of_an_open_sector_is_decided_and_diagonal_walls_hold() ->
     assert (states[0].known[sector] == 127).all()
     assert (states[1].known[sector] == 127).mean() < 0.9
     world = make_world(open_floor, 25.0, 0.2, 5.0)
-    solid = world.solid.copy()
-    solid[np.arange(352), np.arange(352)] = 1
-    simulator = Simulator(replace(world, solid=solid), at(9.0, 9.0, -135.0))
+    occupied = world.occupied.copy()
+    occupied[np.arange(352), np.arange(352)] = 1
+    simulator = Simulator(replace(world, occupied=occupied), at(9.0, 9.0, -135.0))
     state = simulator.start(np.random.default_rng(0))
     assert (state.known[cols < rows] == 0).all()
     assert (state.known[cols > rows] == 127).sum() > 5000
-    leaks, _ = slow_rays(solid, *state.pose_px, math.pi, math.radians(0.7), 125.0)
+    leaks, _ = slow_rays(occupied, *state.pose_px, math.pi, math.radians(0.7), 125.0)
     assert any(col < row for row, col in leaks)
 
 
@@ -213,7 +213,7 @@ def test_10_inside_an_obstacle_nothing_is_seen() -> None:
     """There: it sees through everything."""
     simulator, state, _ = started(at(4.0, 2.0, 0.0))
     state.known[:] = 0
-    state.solid[45:55, 95:105] = 1
+    state.occupied[45:55, 95:105] = 1
     simulator.move(state, 0.0, 0.0)
     assert not state.known.any()
 
@@ -237,8 +237,8 @@ def test_12_thin_walls_survive_at_a_coarse_grid() -> None:
     for x in np.arange(2.0, 2.1, 0.01).round(2).tolist():
         verts = [(0, 0), (0, 3), (x, 3), (x, 0.9), (x + 0.1, 0.9), (x + 0.1, 3), (4, 3), (4, 0)]
         world = make_world(FloorPlan("wall", verts, 1, {}), 16.0, 0.2, 5.0)
-        assert world.solid[1:34, 30:38].any(axis=1).all()
-        assert world.solid[1:34, 30:38].sum(axis=1).max() <= 2
+        assert world.occupied[1:34, 30:38].any(axis=1).all()
+        assert world.occupied[1:34, 30:38].sum(axis=1).max() <= 2
 
 
 @pytest.mark.skipif(not hasattr(mmap, "MADV_NOHUGEPAGE"), reason="counts pages, as Linux has them")
@@ -253,8 +253,8 @@ def test_13_a_step_touches_what_is_near_and_not_the_map(rule) -> None:
     side = 6000
     touched = []
     for _ in range(2):
-        solid, countable, known = (fresh_grid(side) for _ in range(3))
-        episode = state.copy().episode._replace(solid=solid, countable=countable, known=known)
+        occupied, observable, known = (fresh_grid(side) for _ in range(3))
+        episode = state.copy().episode._replace(occupied=occupied, observable=observable, known=known)
         episode.pose[:] = np.tile((side / 2, side / 2, 0.5), 2)
         far = replace(state, episode=episode)
         before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt

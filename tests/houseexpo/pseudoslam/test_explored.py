@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from houseexpo.floorplan import decode
+from houseexpo.pseudoslam.agents.frontier import frontier_walk
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.frontier import frontier_walk
 from houseexpo.pseudoslam.simulator import Simulator
 
 STEPS, STEPS_PER_M2 = 600, 5  # the paper's, of 0.3 m or 10 degrees; half of the houses need 306 or less
@@ -22,7 +22,7 @@ def steps_to_cover(line: bytes, seed: int) -> tuple[int, float]:
     config = SimulatorConfig(pixels_per_metre=16.0)
     simulator = Simulator.of(decode(line), config)
     state = simulator.start(np.random.default_rng(seed))
-    area = simulator.world.countable_cells / config.pixels_per_metre**2
+    area = simulator.world.observable_cells / config.pixels_per_metre**2
     for steps, action in enumerate(frontier_walk(simulator, state), start=1):
         simulator.step(state, action)
         assert simulator.coverage(state) <= 1.0

@@ -40,7 +40,7 @@ def follow(line: bytes, pixels_per_metre: float, seed: int, steps: int) -> None:
     )
     simulator, rng = Simulator.of(decode(line), config), np.random.default_rng(seed)
     state = simulator.start(rng)
-    published = PublishedMap(simulator.world.solid, config)
+    published = PublishedMap(simulator.world.occupied, config)
     published.look(pose(state))
     for _ in range(steps):
         assert np.array_equal(in_its_values(state.known), published.known)
@@ -72,7 +72,7 @@ def test_a_turn_through_half_a_circle_is_seen_all_the_way(published_lines: Seque
     config = SimulatorConfig(16.0, RobotConfig(turn_deg=170.0), LaserConfig(rule="rays", fov_deg=30.0))
     simulator = Simulator.of(decode(published_lines[1]), config)
     state = simulator.start(np.random.default_rng(0))
-    published = PublishedMap(simulator.world.solid, config)
+    published = PublishedMap(simulator.world.occupied, config)
     published.look(pose(state))
     for _ in range(3):
         before = pose(state)

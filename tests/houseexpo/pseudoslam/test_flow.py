@@ -9,8 +9,7 @@ import shapely
 
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.flow import make_flow
-from houseexpo.pseudoslam.kernels.flow import (
+from houseexpo.pseudoslam.kernels.planning.flow import (
     FAR,
     NOWHERE,
     STEPS,
@@ -22,27 +21,28 @@ from houseexpo.pseudoslam.kernels.flow import (
     find_toward,
     flow_of,
 )
-from houseexpo.pseudoslam.world import make_world, standing_cells
+from houseexpo.pseudoslam.worlds.flow import make_flow
+from houseexpo.pseudoslam.worlds.world import make_world, traversable_cells
 from tests.builders.moving import frame_of, plan_of, room
 
 
 def cluttered(seed: int) -> np.ndarray:
-    solid = room(60, 80)
+    occupied = room(60, 80)
     rng = np.random.default_rng(seed)
     for _ in range(12):
         row, col = rng.integers(0, (55, 75)).tolist()
         high, wide = rng.integers(1, 15, 2).tolist()
-        solid[row : row + high, col : col + wide] = 1
-    return solid
+        occupied[row : row + high, col : col + wide] = 1
+    return occupied
 
 
-def blocks_of(solid: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    stand = standing_cells(solid, 2.0)
-    shape = -(-solid.shape[0] // side), -(-solid.shape[1] // side)
+def blocks_of(occupied: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    traversable = traversable_cells(occupied, 2.0)
+    shape = -(-occupied.shape[0] // side), -(-occupied.shape[1] // side)
     spots, links = np.empty((*shape, 2), np.int32), np.empty(shape, np.uint8)
-    find_spots(stand, side, spots)
-    find_links(stand, spots, links)
-    return stand, spots, links
+    find_spots(traversable, side, spots)
+    find_links(traversable, spots, links)
+    return traversable, spots, links
 
 
 def follow(flow: Flow, goal: int, block: int) -> list[int]:
@@ -84,13 +84,13 @@ def test_ways_are_the_shortest(seed: int, side: int) -> None:
 
 
 def test_links_do_not_lead_through_walls() -> None:
-    solid = room(40, 41)
-    solid[:, 20] = 1
-    stand, spots, links = blocks_of(solid, 2)
-    stand[solid == 0] = 1  # both sides, even cells next to the wall
-    stand[:, 19:22] = 0
-    find_spots(stand, 2, spots)
-    find_links(stand, spots, links)
+    occupied = room(40, 41)
+    occupied[:, 20] = 1
+    traversable, spots, links = blocks_of(occupied, 2)
+    traversable[occupied == 0] = 1  # both sides, even cells next to the wall
+    traversable[:, 19:22] = 0
+    find_spots(traversable, 2, spots)
+    find_links(traversable, spots, links)
     distances = np.empty(links.shape, np.int32)
     find_distances(links, 25, distances, np.empty(links.size, np.int32), np.empty(links.size, np.uint8))
     assert (distances[1:-1, 1:9] < FAR).all()
@@ -103,29 +103,29 @@ def test_a_door_a_little_wider_than_a_person_is_a_way(ppm: float) -> None:
     right = [(4.1, 1.83), (4.1, 3), (8, 3), (8, 0), (4.1, 0), (4.1, 1.27), (4, 1.27)]
     plan = FloorPlan("two", left + right, 2, {})
     world = make_world(plan.divided, ppm, 0.2, 2.0)
-    flow = make_flow(world.solid, world.frame, 0.2, plan.divided)
+    flow = make_flow(world.occupied, world.frame, 0.2, plan.divided)
     rows, cols, _, goals = flow.sizes.tolist()
     assert goals == 2
     here, there = flow.goals.tolist()
     assert follow(flow, 0, there)[-1] == here
     assert follow(flow, 1, here)[-1] == there
     reached = flow.toward.reshape(2, rows, cols) != NOWHERE
-    stand = standing_cells(world.solid, 0.2 * ppm)
-    cells = np.argwhere(stand) // flow.sizes[2]
+    traversable = traversable_cells(world.occupied, 0.2 * ppm)
+    cells = np.argwhere(traversable) // flow.sizes[2]
     assert reached[:, cells[:, 0], cells[:, 1]].all()
 
 
 def test_each_room_has_a_goal_where_it_is_widest(two_rooms: FloorPlan) -> None:
     world = make_world(two_rooms, 25.0, 0.2, 2.0)
-    flow = make_flow(world.solid, world.frame, 0.2, two_rooms)
+    flow = make_flow(world.occupied, world.frame, 0.2, two_rooms)
     places = [world.frame.points_from_cells(flow.spots[block]) for block in flow.goals]
     assert len(places) == 2
     assert two_rooms.rooms[1].shape.centroid.distance(shapely.Point(places[1])) < 0.3
 
 
 def test_without_rooms_goals_are_far_apart() -> None:
-    solid = room(100, 100)
-    flow = make_flow(solid, frame_of(solid, 10), 0.2, plan_of(solid, 10, room_num=4))
+    occupied = room(100, 100)
+    flow = make_flow(occupied, frame_of(occupied, 10), 0.2, plan_of(occupied, 10, room_num=4))
     places = flow.spots[flow.goals] / 10.0
     assert len(places) == 4
     apart = [np.hypot(*(a - b)) for i, a in enumerate(places) for b in places[:i]]
@@ -133,9 +133,9 @@ def test_without_rooms_goals_are_far_apart() -> None:
 
 
 def test_who_fits_nowhere_is_refused() -> None:
-    solid = room(30, 30)
+    occupied = room(30, 30)
     with pytest.raises(ConfigError, match=r"people.radius_m: people of radius 2 m fit nowhere in plan 'box'"):
-        make_flow(solid, frame_of(solid, 10), 2.0, plan_of(solid, 10))
+        make_flow(occupied, frame_of(occupied, 10), 2.0, plan_of(occupied, 10))
 
 
 def test_in_a_pool_the_arrays_may_be_longer() -> None:

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.pseudoslam.agents.frontier import frontier_walk
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.dynamics_config import Trajectory
-from houseexpo.pseudoslam.frontier import frontier_walk
+from houseexpo.pseudoslam.config.dynamics import Trajectory
+from houseexpo.pseudoslam.config.shapes import Circle
 from houseexpo.pseudoslam.kernels.step import STEPS
-from houseexpo.pseudoslam.shapes import Circle
 from houseexpo.pseudoslam.simulator import Simulator
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.goal import Field, field_at, find_open, march
+from houseexpo.pseudoslam.kernels.planning.distance_field import Field, field_at, find_open, march
 
 
 def marched(is_open: np.ndarray, row: int, col: int, side: int = 1) -> np.ndarray:
@@ -84,10 +84,10 @@ def test_diagonal_neighbours_are_no_way() -> None:
 
 
 def test_a_block_is_open_where_the_robot_can_stand_in_some_cell() -> None:
-    stand = np.zeros((7, 8), np.uint8)
-    stand[2, 5] = stand[6, 7] = stand[0, 0] = 1
+    traversable = np.zeros((7, 8), np.uint8)
+    traversable[2, 5] = traversable[6, 7] = traversable[0, 0] = 1
     is_open = np.zeros((3, 3), np.uint8)
-    find_open(stand, 3, is_open)
+    find_open(traversable, 3, is_open)
     assert is_open.tolist() == [[1, 1, 0], [0, 0, 0], [0, 0, 1]]
 
 

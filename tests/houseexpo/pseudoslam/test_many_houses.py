@@ -11,11 +11,11 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode
-from houseexpo.pseudoslam import worlds
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.dynamics_config import PeopleConfig
-from houseexpo.pseudoslam.world import World
-from houseexpo.pseudoslam.worlds import Worlds, _Packed, world_for
+from houseexpo.pseudoslam.config.dynamics import PeopleConfig
+from houseexpo.pseudoslam.worlds import cache as worlds
+from houseexpo.pseudoslam.worlds.cache import WorldCache, _Packed, world_for
+from houseexpo.pseudoslam.worlds.world import World
 from tests.builders.shared import DATA, needs_shared
 from tests.builders.vectors import HUTS, assert_same_step, native
 
@@ -24,12 +24,12 @@ NUMBER = 10_000
 
 
 def rasters(world: World) -> list[np.ndarray]:
-    return [world.solid, world.stand, world.countable, world.flow.toward, world.flow.spots]
+    return [world.occupied, world.traversable, world.observable, world.flow.toward, world.flow.spots]
 
 
 def test_what_is_kept_is_what_was_made() -> None:
     config = SimulatorConfig(pixels_per_metre=16.0, people=PeopleConfig(2))
-    kept = Worlds(HUTS, config)
+    kept = WorldCache(HUTS, config)
     for _ in range(2):
         for i, plan in enumerate(HUTS):
             found, fresh = kept[i], world_for(plan, config)
@@ -37,14 +37,14 @@ def test_what_is_kept_is_what_was_made() -> None:
             for one, other in zip(rasters(found), rasters(fresh), strict=True):
                 np.testing.assert_array_equal(one, other)
                 assert one.dtype == other.dtype
-            assert not found.solid.flags.writeable
+            assert not found.occupied.flags.writeable
 
 
 def test_beyond_the_limit_houses_are_paged_and_stay_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     many = native("Exploration", 4, dataset=HUTS, config=COARSE)
-    monkeypatch.setattr(worlds, "MOST_KEPT", 1500)  # bytes: less than two of them
-    monkeypatch.setattr(worlds, "MOST_OPEN", 1)
-    paged = Worlds(HUTS, COARSE)
+    monkeypatch.setattr(worlds, "MAX_KEPT", 1500)  # bytes: less than two of them
+    monkeypatch.setattr(worlds, "MAX_OPEN", 1)
+    paged = WorldCache(HUTS, COARSE)
     for i in (0, 1, 2, 1, 0, 2):
         for one, other in zip(rasters(paged[i]), rasters(world_for(HUTS[i], COARSE)), strict=True):
             np.testing.assert_array_equal(one, other)
@@ -61,18 +61,18 @@ def test_beyond_the_limit_houses_are_paged_and_stay_the_same(monkeypatch: pytest
 def test_what_was_used_last_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     sizes = []
     for i in range(3):
-        one = Worlds(HUTS, COARSE)
+        one = WorldCache(HUTS, COARSE)
         one[i]
         sizes.append(one._kept.bytes)
-    monkeypatch.setattr(worlds, "MOST_KEPT", sum(sizes) - 1)
-    kept = Worlds(HUTS, COARSE)
+    monkeypatch.setattr(worlds, "MAX_KEPT", sum(sizes) - 1)
+    kept = WorldCache(HUTS, COARSE)
     for i in (0, 1, 0, 2):
         kept[i]
     assert list(kept._kept) == [0, 2]
 
 
 def test_a_house_used_again_is_not_unpacked_again() -> None:
-    kept = Worlds(HUTS, COARSE)
+    kept = WorldCache(HUTS, COARSE)
     first, other = kept[0], kept[1]
     assert kept[0] is first
     assert kept[1] is other
@@ -81,7 +81,7 @@ def test_a_house_used_again_is_not_unpacked_again() -> None:
 
 
 def test_a_house_that_cannot_be_used_leaves_nothing_behind() -> None:
-    kept = Worlds(HUTS, SimulatorConfig(pixels_per_metre=16.0, people=PeopleConfig(2, radius_m=2.5)))
+    kept = WorldCache(HUTS, SimulatorConfig(pixels_per_metre=16.0, people=PeopleConfig(2, radius_m=2.5)))
     with pytest.raises(ConfigError, match=r"people\.radius_m"):
         kept[0]
     assert (len(kept._kept), kept._kept.bytes, len(kept._open)) == (0, 0, 0)
@@ -94,7 +94,7 @@ def test_ten_thousand_houses_fit_in_memory(record_property) -> None:
     """At 16 px/m, with all that Python needs to hold them."""
     with gzip.open(DATA / "houseexpo" / "plans_33717.jsonl.gz") as stream:
         plans = [decode(line) for line in itertools.islice(stream, NUMBER)]
-    kept = Worlds(plans, COARSE)
+    kept = WorldCache(plans, COARSE)
     kept[0]
     before, began = resident_bytes(), time.process_time()
     for i in range(len(plans)):
@@ -104,8 +104,8 @@ def test_ten_thousand_houses_fit_in_memory(record_property) -> None:
     record_property("resident bytes a house", grown / NUMBER)
     record_property("milliseconds a house", seconds / NUMBER * 1e3)
     assert len(kept._kept) == NUMBER  # none was dropped
-    assert kept._kept.bytes < worlds.MOST_KEPT / 2
-    assert grown < worlds.MOST_KEPT
+    assert kept._kept.bytes < worlds.MAX_KEPT / 2
+    assert grown < worlds.MAX_KEPT
 
 
 def resident_bytes() -> int:

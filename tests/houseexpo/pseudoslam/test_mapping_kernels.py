@@ -7,18 +7,18 @@ import math
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.crop import crop
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, merge_cells, merge_runs, shrink
+from houseexpo.pseudoslam.kernels.mapping.crop import crop
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN, merge_cells, merge_runs, shrink
 from tests.builders.scans import crop_ties, slow_crop
 
 VALUES = np.array([UNKNOWN, FREE, OBSTACLE], np.uint8)
 
 
 def test_merging_counts_what_was_unknown() -> None:
-    known, countable = np.zeros((3, 4), np.uint8), np.zeros((3, 4), np.uint8)
-    countable[0] = 1
-    assert merge_cells(known, countable, np.array([0, 1, 1, 5, 9], np.int32), 4, FREE) == (3, 2)
-    assert merge_cells(known, countable, np.array([1, 2], np.int32), 2, OBSTACLE) == (1, 1)
+    known, observable = np.zeros((3, 4), np.uint8), np.zeros((3, 4), np.uint8)
+    observable[0] = 1
+    assert merge_cells(known, observable, np.array([0, 1, 1, 5, 9], np.int32), 4, FREE) == (3, 2)
+    assert merge_cells(known, observable, np.array([1, 2], np.int32), 2, OBSTACLE) == (1, 1)
     assert known.tolist() == [[FREE, OBSTACLE, OBSTACLE, 0], [0, FREE, 0, 0], [0, 0, 0, 0]]
 
 
@@ -32,13 +32,13 @@ def test_more_than_a_byte_can_count_counts() -> None:
 def test_runs_are_cells_side_by_side() -> None:
     rng = np.random.default_rng(0)
     for value in (FREE, OBSTACLE):
-        known, countable = rng.choice(VALUES, (9, 17)), rng.integers(0, 2, (9, 17)).astype(np.uint8)
+        known, observable = rng.choice(VALUES, (9, 17)), rng.integers(0, 2, (9, 17)).astype(np.uint8)
         starts = rng.integers(0, 150, 40)
         runs = np.stack([starts, np.minimum(starts + rng.integers(0, 9, 40), 152)], axis=1).astype(np.int32)
         cells = np.concatenate([np.arange(first, last + 1) for first, last in runs[:30]]).astype(np.int32)
         expected = known.copy()
-        counted = merge_cells(expected, countable, cells, len(cells), value)
-        assert merge_runs(known, countable, runs, 30, value) == counted
+        counted = merge_cells(expected, observable, cells, len(cells), value)
+        assert merge_runs(known, observable, runs, 30, value) == counted
         assert np.array_equal(known, expected)
 
 

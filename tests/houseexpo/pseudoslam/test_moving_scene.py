@@ -18,11 +18,11 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
-from houseexpo.pseudoslam.dynamics_config import PeopleConfig, Pose, Trajectory
-from houseexpo.pseudoslam.kernels.bodies import MOVING
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.motion import disc_is_free
-from houseexpo.pseudoslam.shapes import Circle, Rectangle, Shape
+from houseexpo.pseudoslam.config.dynamics import PeopleConfig, Pose, Trajectory
+from houseexpo.pseudoslam.config.shapes import Circle, Rectangle, Shape
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.motion.bodies import MOVING
+from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from tests.builders.vectors import HUTS, assert_same_step, native, singles
@@ -147,7 +147,7 @@ def test_it_waits_where_the_robot_stands_and_the_robot_where_it_stands() -> None
     simulator, state = scene(across)
     for step in range(40):
         simulator.step(state, ("forward", "left", "forward", "right")[step % 4])
-        assert disc_is_free(state.solid, *state.pose_px[:2], 0.2 * PPM)
+        assert disc_is_free(state.occupied, *state.pose_px[:2], 0.2 * PPM)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -160,7 +160,7 @@ def test_the_robot_never_overlaps_people(seed: int) -> None:
     for _ in range(150):
         simulator.step(state, "forward" if rng.random() < 0.8 else "left")
         x, y = state.pose_px[:2].tolist()
-        assert disc_is_free(state.solid, x, y, 0.2 * PPM)
+        assert disc_is_free(state.occupied, x, y, 0.2 * PPM)
         for other_x, other_y in state.episode.bodies.people[:, :2].tolist():
             assert math.hypot(x - other_x, y - other_y) >= 0.4 * PPM - 1e-6
         blocked += state.blocked
@@ -171,7 +171,7 @@ def test_people_are_no_part_of_what_is_known_of_a_known_house() -> None:
     config = SimulatorConfig(pixels_per_metre=PPM, people=PeopleConfig(5), known_map=True)
     simulator = Simulator.of(ROOM, config)
     state = simulator.start(np.random.default_rng(2))
-    unseen = (state.solid & MOVING != 0) & (state.known == FREE)
+    unseen = (state.occupied & MOVING != 0) & (state.known == FREE)
     assert unseen.any()  # those behind the robot: the house is known as it is without them
 
 
@@ -189,4 +189,4 @@ def test_people_walk_in_a_vector_environment_as_in_single_ones() -> None:
         for i, env in enumerate(each.envs):
             ours, its = many.unwrapped.state(i), env.unwrapped.state
             assert np.array_equal(ours.episode.bodies.people, its.episode.bodies.people)
-            assert np.array_equal(ours.solid, its.solid)
+            assert np.array_equal(ours.occupied, its.occupied)

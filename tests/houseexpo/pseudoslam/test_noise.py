@@ -10,8 +10,8 @@ import pytest
 
 from houseexpo import FloorPlan
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, RobotConfig, SimulatorConfig
-from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig
-from houseexpo.pseudoslam.shapes import Obstacle, Rectangle
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig
+from houseexpo.pseudoslam.config.shapes import Obstacle, Rectangle
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from tests.builders.simulations import PLAIN, at, corner, hall, started, wander

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from houseexpo.pseudoslam.kernels.hashing import normal, uniform
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.noise import (
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.sensing.noise import (
     FURTHEST,
     HIT,
     LOST,
@@ -76,8 +76,8 @@ def test_a_patch_is_turned_about_the_robot_then_shifted_and_empties() -> None:
     patch = np.zeros((21, 21), np.uint8)
     patch[10, 10:16] = FREE
     patch[10, 16] = OBSTACLE
-    known, countable = np.zeros((40, 40), np.uint8), np.ones((40, 40), np.uint8)
-    new, covered = merge_patch(known, countable, patch, 20.5, 20.5, 0.0, -2.0, math.pi / 2)
+    known, observable = np.zeros((40, 40), np.uint8), np.ones((40, 40), np.uint8)
+    new, covered = merge_patch(known, observable, patch, 20.5, 20.5, 0.0, -2.0, math.pi / 2)
     assert (new, covered) == (7, 7)
     assert known[12, 20] == OBSTACLE  # six ahead, turned left to look up, shifted two up
     assert (known[13:19, 20] == FREE).all()
@@ -87,8 +87,8 @@ def test_a_patch_is_turned_about_the_robot_then_shifted_and_empties() -> None:
 @pytest.mark.parametrize("turn", [0.02, -0.1])
 def test_turning_leaves_no_holes(turn: float) -> None:
     patch = np.full((61, 61), FREE, np.uint8)
-    known, countable = np.zeros((101, 101), np.uint8), np.zeros((101, 101), np.uint8)
-    new, covered = merge_patch(known, countable, patch, 50.3, 50.6, 0.4, 0.2, turn)
+    known, observable = np.zeros((101, 101), np.uint8), np.zeros((101, 101), np.uint8)
+    new, covered = merge_patch(known, observable, patch, 50.3, 50.6, 0.4, 0.2, turn)
     assert (known[26:76, 26:76] == FREE).all()
     assert new == pytest.approx(61 * 61, rel=0.01)
     assert covered == 0
@@ -96,8 +96,8 @@ def test_turning_leaves_no_holes(turn: float) -> None:
 
 def test_what_a_shift_takes_off_the_map_is_lost() -> None:
     """The published simulator fails where a cell leaves the map."""
-    known, countable = np.zeros((30, 30), np.uint8), np.zeros((30, 30), np.uint8)
-    new, _ = merge_patch(known, countable, np.full((21, 21), FREE, np.uint8), 5.5, 25.5, -3.0, 4.0, 0.0)
+    known, observable = np.zeros((30, 30), np.uint8), np.zeros((30, 30), np.uint8)
+    new, _ = merge_patch(known, observable, np.full((21, 21), FREE, np.uint8), 5.5, 25.5, -3.0, 4.0, 0.0)
     assert new == int((known == FREE).sum()) == 13 * 11
 
 

@@ -15,11 +15,11 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import free_mask
-from houseexpo.pseudoslam.kernels.obstacles import CLOSES_OFF, FITS, OVERLAPS, set_down
-from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.obstacles import Placement, _disc, place
-from houseexpo.pseudoslam.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
-from houseexpo.pseudoslam.world import standing_cells
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
+from houseexpo.pseudoslam.kernels.placement.obstacles import CLOSES_OFF, FITS, OVERLAPS, set_down
+from houseexpo.pseudoslam.worlds.obstacles import Placement, _disc, place
+from houseexpo.pseudoslam.worlds.world import traversable_cells
 
 PPM, RADIUS_M = 20.0, 0.2
 RADIUS_PX = PPM * RADIUS_M
@@ -29,11 +29,11 @@ House = tuple[np.ndarray, np.ndarray, GridFrame]
 def house(*boxes: tuple[float, float, float, float], side: float = 4.0) -> House:
     """A square room without the boxes (x1, y1, x2, y2), metres: solid, standing cells, frame."""
     frame = GridFrame.around((0, 0, side, side), PPM, y_up=True)
-    solid = np.ones(frame.shape, np.uint8)
-    solid[1:-1, 1:-1] = 0
+    occupied = np.ones(frame.shape, np.uint8)
+    occupied[1:-1, 1:-1] = 0
     for x1, y1, x2, y2 in boxes:
-        solid |= Obstacle(Rectangle(x2 - x1, y2 - y1), (x1 + x2) / 2, (y1 + y2) / 2).mask(frame).view(np.uint8)
-    return solid, standing_cells(solid, RADIUS_PX), frame
+        occupied |= Obstacle(Rectangle(x2 - x1, y2 - y1), (x1 + x2) / 2, (y1 + y2) / 2).mask(frame).view(np.uint8)
+    return occupied, traversable_cells(occupied, RADIUS_PX), frame
 
 
 def two_rooms(door_m: float) -> House:
@@ -48,20 +48,20 @@ def put(found: House, *obstacles: Obstacle, random: RandomObstacles | None = Non
 
 def check(found: House, placement: Placement) -> None:
     """Nothing overlaps, and the robot stands where it would be said to."""
-    solid, stand, frame = found
+    occupied, traversable, frame = found
     masks = [obstacle.mask(frame) for obstacle in placement.obstacles]
-    np.testing.assert_array_equal(sum((mask.astype(int) for mask in masks), solid.astype(int)), placement.solid)
-    np.testing.assert_array_equal(standing_cells(placement.solid, RADIUS_PX), placement.stand)
-    assert (placement.stand <= stand).all()
+    np.testing.assert_array_equal(sum((mask.astype(int) for mask in masks), occupied.astype(int)), placement.occupied)
+    np.testing.assert_array_equal(traversable_cells(placement.occupied, RADIUS_PX), placement.traversable)
+    assert (placement.traversable <= traversable).all()
 
 
 def test_none_by_default() -> None:
     found = house()
     rng = np.random.default_rng(0)
     placement = place(*found, radius_px=RADIUS_PX, config=ObstaclesConfig(), rng=rng)
-    np.testing.assert_array_equal(placement.solid, found[0])
+    np.testing.assert_array_equal(placement.occupied, found[0])
     assert placement.obstacles == ()
-    assert placement.solid is not found[0]
+    assert placement.occupied is not found[0]
     assert rng.random() == np.random.default_rng(0).random()
 
 
@@ -72,7 +72,7 @@ def test_obstacles_stand_where_they_are_told_to() -> None:
     placement = put(found, table, stool)
     check(found, placement)
     assert placement.obstacles == (table, stool)
-    assert (placement.solid - found[0]).sum() == pytest.approx((0.5 + math.pi * 0.25**2) * PPM**2, abs=4)
+    assert (placement.occupied - found[0]).sum() == pytest.approx((0.5 + math.pi * 0.25**2) * PPM**2, abs=4)
 
 
 @pytest.mark.parametrize(
@@ -120,7 +120,7 @@ def test_a_nook_smaller_than_the_robot_is_no_part_of_the_house() -> None:
     bar = Obstacle(Rectangle(1.3, 0.1), 0.55, 0.55, -45.0)
     placement = put(found, bar)
     check(found, placement)
-    assert placement.stand[-1 - 5, 5] == 0
+    assert placement.traversable[-1 - 5, 5] == 0
     assert found[1][-1 - 5, 5] == 1
     with pytest.raises(ConfigError, match="no way to a part of the house"):
         put(found, Obstacle(Rectangle(2.3, 0.1), 0.9, 0.9, -45.0))
@@ -137,15 +137,15 @@ def test_random_obstacles_in_real_houses(shape: str, published_lines: list[bytes
     config = ObstaclesConfig(random=RandomObstacles((20, 20), (0.2, 0.6), (shape,), gap_m=0.1))
     for line in published_lines[:3]:
         free, frame = free_mask(decode(line), PPM, y_up=True)
-        solid = (~free).view(np.uint8)
-        found = solid, standing_cells(solid, RADIUS_PX), frame
+        occupied = (~free).view(np.uint8)
+        found = occupied, traversable_cells(occupied, RADIUS_PX), frame
         placement = place(*found, radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(3))
         check(found, placement)
         assert [type(obstacle.shape).__name__.lower() for obstacle in placement.obstacles] == [shape] * 20
         for obstacle in placement.obstacles:
             corners = [math.hypot(x, y) for x, y in obstacle.shape.outline_m]
             assert max(corners) <= 0.3 * math.sqrt(2) + 1e-9
-            mask, rest = obstacle.mask(frame), placement.solid.astype(bool)
+            mask, rest = obstacle.mask(frame), placement.occupied.astype(bool)
             assert gap_px(mask, rest & ~mask) >= 0.1 * PPM - 1e-9
 
 
@@ -159,7 +159,7 @@ def test_a_seed_gives_the_same_obstacles_and_another_one_others() -> None:
     found = house()
     one, same, other = (put(found, random=RandomObstacles((3, 3)), seed=seed) for seed in (1, 1, 2))
     assert one.obstacles == same.obstacles != other.obstacles
-    assert one.solid.tobytes() == same.solid.tobytes() != other.solid.tobytes()
+    assert one.occupied.tobytes() == same.occupied.tobytes() != other.occupied.tobytes()
 
 
 def test_numbers_and_shapes_are_drawn_evenly() -> None:
@@ -206,8 +206,8 @@ def test_arrays_are_used_again() -> None:
     first = put(found, random=RandomObstacles((4, 4)))
     config = ObstaclesConfig(random=RandomObstacles((4, 4)))
     again = place(*found, radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(7), into=first)
-    assert again.solid is first.solid
-    np.testing.assert_array_equal(again.solid, put(found, random=RandomObstacles((4, 4)), seed=7).solid)
+    assert again.occupied is first.occupied
+    np.testing.assert_array_equal(again.occupied, put(found, random=RandomObstacles((4, 4)), seed=7).occupied)
     check(found, again)
 
 
@@ -215,44 +215,46 @@ def test_one_obstacle_as_its_slow_twin_would() -> None:
     """Dilate all, label all, count all."""
     rng, verdicts = np.random.default_rng(5), Counter[int]()
     for _ in range(80):
-        solid = (rng.random((14, 18)) < 0.05).astype(np.uint8)
-        solid[[0, -1]] = solid[:, [0, -1]] = 1
+        occupied = (rng.random((14, 18)) < 0.05).astype(np.uint8)
+        occupied[[0, -1]] = occupied[:, [0, -1]] = 1
         radius, gap, least = rng.choice([0.5, 1.2]), rng.choice([0.0, 0.5, 1.5]), int(rng.integers(1, 9))
-        stand = standing_cells(solid, radius)
-        if not stand.any():
+        traversable = traversable_cells(occupied, radius)
+        if not traversable.any():
             continue
         row, col, high, wide = rng.integers((1, 1, 1, 1), (12, 10, 5, 17)).tolist()
         spans = np.array([(r, col, min(col + wide, 18)) for r in range(row, min(row + high, 14))], np.int32)
-        expected = twin(solid, stand, spans, gap, radius, least)
-        scratch = np.empty((3, solid.size), np.int32)
-        verdict = set_down(solid, stand, spans, len(spans), _disc(gap, 1.0), _disc(radius, 0.5), least, scratch)
+        expected = twin(occupied, traversable, spans, gap, radius, least)
+        scratch = np.empty((3, occupied.size), np.int32)
+        verdict = set_down(
+            occupied, traversable, spans, len(spans), _disc(gap, 1.0), _disc(radius, 0.5), least, scratch
+        )
         assert verdict == expected[0]
-        np.testing.assert_array_equal(solid, expected[1])
-        np.testing.assert_array_equal(stand, expected[2])
+        np.testing.assert_array_equal(occupied, expected[1])
+        np.testing.assert_array_equal(traversable, expected[2])
         verdicts[verdict] += 1
     assert min(verdicts[verdict] for verdict in (FITS, OVERLAPS, CLOSES_OFF)) >= 5
 
 
 def twin(
-    solid: np.ndarray, stand: np.ndarray, spans: np.ndarray, gap: float, radius: float, least: int
+    occupied: np.ndarray, traversable: np.ndarray, spans: np.ndarray, gap: float, radius: float, least: int
 ) -> tuple[int, np.ndarray, np.ndarray]:
     """What ``set_down`` does, one cell at a time."""
     cells = [(row, col) for row, first, last in spans.tolist() for col in range(first, last)]
-    for (row, col), (r, c) in itertools.product(cells, np.argwhere(solid).tolist()):
+    for (row, col), (r, c) in itertools.product(cells, np.argwhere(occupied).tolist()):
         apart = math.hypot(max(abs(row - r) - 1, 0), max(abs(col - c) - 1, 0))
         if (row, col) == (r, c) or apart < gap:
-            return OVERLAPS, solid, stand
-    left = stand.copy()
-    for (row, col), (r, c) in itertools.product(cells, np.argwhere(stand).tolist()):
+            return OVERLAPS, occupied, traversable
+    left = traversable.copy()
+    for (row, col), (r, c) in itertools.product(cells, np.argwhere(traversable).tolist()):
         if math.hypot(max(abs(row - r) - 0.5, 0), max(abs(col - c) - 0.5, 0)) < radius:
             left[r, c] = 0
-    if (left != stand).any():
+    if (left != traversable).any():
         large = [piece for piece in pieces(left) if len(piece) >= least]
         if len(large) != 1:
-            return CLOSES_OFF, solid, stand
+            return CLOSES_OFF, occupied, traversable
         left[:] = 0
         left[tuple(zip(*large[0], strict=True))] = 1
-    more = solid.copy()
+    more = occupied.copy()
     more[tuple(zip(*cells, strict=True))] = 1
     return FITS, more, left
 

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.dynamics_config import PeopleConfig
-from houseexpo.pseudoslam.kernels.bodies import GOAL, MOVING, SPEED, VISIT, VX, VY, Disc, X, Y
-from houseexpo.pseudoslam.kernels.motion import disc_is_free
-from houseexpo.pseudoslam.kernels.social import push
-from houseexpo.pseudoslam.people import walk_of
-from houseexpo.pseudoslam.world import make_world, standing_cells
+from houseexpo.pseudoslam.config.dynamics import PeopleConfig
+from houseexpo.pseudoslam.kernels.motion.bodies import GOAL, MOVING, SPEED, VISIT, VX, VY, Disc, X, Y
+from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
+from houseexpo.pseudoslam.kernels.people.social_force import push
+from houseexpo.pseudoslam.worlds.people import walk_of
+from houseexpo.pseudoslam.worlds.world import make_world, traversable_cells
 from tests.builders.moving import NOBODY, Scene, room, scene
 
 PPM = 10.0
@@ -40,7 +40,7 @@ def house() -> FloorPlan:
 
 def scene_of(plan: FloorPlan, people: PeopleConfig, robot: Disc = NOBODY, key: int = 1) -> Scene:
     world = make_world(plan, PPM, 0.2, 2.0)
-    return scene(world.solid.copy(), people, robot=robot, key=key, plan=plan)
+    return scene(world.occupied.copy(), people, robot=robot, key=key, plan=plan)
 
 
 def potential(x: float, y: float, other: tuple[float, float, float, float]) -> float:
@@ -70,11 +70,11 @@ def test_others_push_as_the_slope_of_the_potential(velocity: tuple[float, float]
 
 
 def test_walls_push_away_the_more_the_nearer() -> None:
-    walk, solid, sizes = walk_of(PeopleConfig(), PPM), room(100, 100), []
+    walk, occupied, sizes = walk_of(PeopleConfig(), PPM), room(100, 100), []
     for x in (3.1, 4.1, 5.3, 9.0):
         people = np.zeros((1, 8))
         people[0, :2] = x, 50.0
-        push_x, push_y = push(solid, people, walk, 0, 0.0, 1.0, NOBODY)
+        push_x, push_y = push(occupied, people, walk, 0, 0.0, 1.0, NOBODY)
         assert push_y == pytest.approx(0.0, abs=1e-9)
         sizes.append(push_x)
     assert sizes[0] > sizes[1] >= sizes[2] >= sizes[3] == 0.0
@@ -123,11 +123,11 @@ def test_everybody_gets_to_several_rooms_and_nobody_is_stuck() -> None:
 
 
 def test_nobody_passes_a_robot_in_a_doorway() -> None:
-    solid = room(40, 81)
-    solid[:, 40] = 1
-    solid[16:24, 40] = 0
+    occupied = room(40, 81)
+    occupied[:, 40] = 1
+    occupied[16:24, 40] = 0
     robot = Disc(40.5, 20.0, 2.5)
-    world = scene(solid, PeopleConfig(number=4), robot=robot, key=3)
+    world = scene(occupied, PeopleConfig(number=4), robot=robot, key=3)
     sides = world.places[:, 0] < 40
     for _ in range(200):
         world.step(robot)
@@ -145,23 +145,23 @@ def test_nobody_passes_a_robot_in_a_doorway() -> None:
 def test_nothing_ever_overlaps(seed: int, number: int, radius_m: float, ppm: float) -> None:
     """Random rooms; a robot that jumps to any place that is free, also right beside people."""
     rng = np.random.default_rng(seed)
-    solid = room(*rng.integers(30, 70, 2).tolist())
+    occupied = room(*rng.integers(30, 70, 2).tolist())
     for _ in range(int(rng.integers(0, 8))):
-        row, col = rng.integers(0, np.array(solid.shape)).tolist()
-        solid[row : row + int(rng.integers(1, 12)), col : col + int(rng.integers(1, 12))] = 1
+        row, col = rng.integers(0, np.array(occupied.shape)).tolist()
+        occupied[row : row + int(rng.integers(1, 12)), col : col + int(rng.integers(1, 12))] = 1
     try:
-        world = scene(solid, PeopleConfig(number, radius_m), ppm=ppm, key=seed)
+        world = scene(occupied, PeopleConfig(number, radius_m), ppm=ppm, key=seed)
     except ConfigError:
         return
     robot = NOBODY
     for _ in range(12):
         for _ in range(60):
-            x, y = rng.uniform(0, solid.shape[::-1]).tolist()
+            x, y = rng.uniform(0, occupied.shape[::-1]).tolist()
             if rng.random() < 0.5:  # beside somebody
                 angle, off = rng.uniform(0, 2 * math.pi), world.walk.radius_px + 2.0 + rng.exponential(0.2)
                 x, y = world.places[0] + off * np.array([math.cos(angle), math.sin(angle)])
             apart = np.hypot(*(world.places - (x, y)).T).min() >= world.walk.radius_px + 2.0
-            if apart and disc_is_free(world.solid, x, y, 2.0):
+            if apart and disc_is_free(world.occupied, x, y, 2.0):
                 robot = Disc(float(x), float(y), 2.0)
                 break
         if robot is not NOBODY and np.hypot(*(world.places - robot[:2]).T).min() < world.walk.radius_px + 2.0:
@@ -179,7 +179,7 @@ def test_the_robot_that_came_nearer_by_a_part_of_a_cell_is_left_alone() -> None:
         for _ in range(40):
             angle, off = rng.uniform(0, 2 * math.pi), rng.uniform(3.3, 4.0)
             x, y = world.places[0] + off * np.array([math.cos(angle), math.sin(angle)])
-            if disc_is_free(world.solid, x, y, 2.0):
+            if disc_is_free(world.occupied, x, y, 2.0):
                 break
         else:
             continue
@@ -188,7 +188,7 @@ def test_the_robot_that_came_nearer_by_a_part_of_a_cell_is_left_alone() -> None:
         for _ in range(10):
             before = np.hypot(*(world.places[0] - robot[:2]))
             world.step(robot, 0.1)
-            assert disc_is_free(world.solid, *robot)
+            assert disc_is_free(world.occupied, *robot)
             after = np.hypot(*(world.places[0] - robot[:2]))
             assert after >= min(before, 4.0)
     assert pressed > 10
@@ -201,7 +201,7 @@ def test_the_same_key_gives_the_same_bytes_and_another_another_walk() -> None:
             world.step()
     for left, right in zip(one.bodies, same.bodies, strict=True):
         assert left.tobytes() == right.tobytes()
-    assert one.solid.tobytes() == same.solid.tobytes()
+    assert one.occupied.tobytes() == same.occupied.tobytes()
     assert one.bodies.people.tobytes() != other.bodies.people.tobytes()
     assert set(one.bodies.errands[:, GOAL].tolist()) <= set(range(int(one.flow.sizes[3])))
 
@@ -239,5 +239,5 @@ def test_bad_people_are_refused(values: dict[str, float], problem: str) -> None:
 
 def test_standing_people_are_drawn_whatever_their_size() -> None:
     world = scene(room(40, 40), PeopleConfig(number=1, radius_m=0.01))
-    assert (world.solid & MOVING).any()
-    assert standing_cells(world.static, 0.1).any()
+    assert (world.occupied & MOVING).any()
+    assert traversable_cells(world.static, 0.1).any()

@@ -8,7 +8,7 @@ import pytest
 from houseexpo import FloorPlan
 from houseexpo.pseudoslam import Simulator, SimulatorConfig
 from houseexpo.pseudoslam.kernels.step import Episode
-from houseexpo.pseudoslam.pools import RASTERS, leaves, like, one_of, pool_of_one
+from houseexpo.pseudoslam.pools import RASTERS, flatten, one_of, pool_of_one, unflatten
 
 
 @pytest.fixture
@@ -18,26 +18,26 @@ def episode() -> Episode:
 
 
 def test_all_arrays_in_their_order(episode: Episode) -> None:
-    found = leaves(episode)
+    found = flatten(episode)
     assert all(isinstance(leaf, np.ndarray) for leaf in found)
     assert len(found) == 9 + 3 + 5 + 4 + 2
-    assert found[0] is episode.solid
+    assert found[0] is episode.occupied
     assert found[9] is episode.bodies.clocks
     assert found[-1] is episode.field.distances
 
 
 def test_the_same_tuples_of_other_arrays(episode: Episode) -> None:
-    numbered = like(episode, (np.array(k) for k, _ in enumerate(leaves(episode))))
-    assert [int(leaf) for leaf in leaves(numbered)] == list(range(23))
+    numbered = unflatten(episode, (np.array(k) for k, _ in enumerate(flatten(episode))))
+    assert [int(leaf) for leaf in flatten(numbered)] == list(range(23))
     assert list(map(type, numbered)) == list(map(type, episode))
     assert int(numbered.flow.sizes) == 9 + 3 + 5
 
 
 def test_there_and_back_are_views(episode: Episode) -> None:
     pool = pool_of_one(episode)
-    back = one_of(pool, 0, episode.solid.shape)
+    back = one_of(pool, 0, episode.occupied.shape)
     assert list(map(type, pool)) == list(map(type, back)) == list(map(type, episode))
-    for k, (leaf, pooled, again) in enumerate(zip(*map(leaves, (episode, pool, back)), strict=True)):
+    for k, (leaf, pooled, again) in enumerate(zip(*map(flatten, (episode, pool, back)), strict=True)):
         assert pooled.shape == ((1, leaf.size) if k < RASTERS else (1, *leaf.shape))
         assert again.shape == leaf.shape
         assert leaf.size == 0 or (np.shares_memory(leaf, pooled) and np.shares_memory(leaf, again))

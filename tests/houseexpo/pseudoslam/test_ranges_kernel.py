@@ -11,26 +11,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.ranges import cast
+from houseexpo.pseudoslam.kernels.sensing.ranges import cast
 
 UNCOMPILED = "NUMBA_DISABLE_JIT" in os.environ
 FAN = np.arange(-math.pi, math.pi, math.radians(3.0))
 
 
-def ranges(solid: np.ndarray, x: float, y: float, heading: float, range_px: float, fan: np.ndarray = FAN) -> np.ndarray:
+def ranges(
+    occupied: np.ndarray, x: float, y: float, heading: float, range_px: float, fan: np.ndarray = FAN
+) -> np.ndarray:
     out = np.full(len(fan), np.nan)
-    cast(solid, x, y, heading, np.cos(fan), np.sin(fan), range_px, out)
+    cast(occupied, x, y, heading, np.cos(fan), np.sin(fan), range_px, out)
     return out
 
 
-def slow_range(solid: np.ndarray, x: float, y: float, angle: float, range_px: float) -> float:
+def slow_range(occupied: np.ndarray, x: float, y: float, angle: float, range_px: float) -> float:
     right, down = math.cos(angle), -math.sin(angle)
     nearest = range_px
-    for row, col in np.argwhere(solid).tolist():
+    for row, col in np.argwhere(occupied).tolist():
         across = sorted([(col - x) / right, (col + 1 - x) / right])
         along = sorted([(row - y) / down, (row + 1 - y) / down])
-        enters, leaves = max(across[0], along[0], 0.0), min(across[1], along[1])
-        if enters < leaves:
+        enters, flatten = max(across[0], along[0], 0.0), min(across[1], along[1])
+        if enters < flatten:
             nearest = min(nearest, enters)
     return nearest
 
@@ -43,11 +45,11 @@ def grid(*lines: str) -> np.ndarray:
 def test_ranges_are_what_their_twin_says(share: float) -> None:
     rng = np.random.default_rng(3)
     for _ in range(4 if UNCOMPILED else 12):
-        solid = (rng.random((17, 23)) < share).astype(np.uint8)
-        solid[[0, -1]] = solid[:, [0, -1]] = 1
+        occupied = (rng.random((17, 23)) < share).astype(np.uint8)
+        occupied[[0, -1]] = occupied[:, [0, -1]] = 1
         x, y, heading, range_px = rng.uniform((1, 1, -4, 2), (22, 16, 4, 25))
-        wanted = [slow_range(solid, x, y, heading + angle, range_px) for angle in FAN]
-        np.testing.assert_allclose(ranges(solid, x, y, heading, range_px), wanted, atol=1e-9)
+        wanted = [slow_range(occupied, x, y, heading + angle, range_px) for angle in FAN]
+        np.testing.assert_allclose(ranges(occupied, x, y, heading, range_px), wanted, atol=1e-9)
 
 
 def test_a_room_has_its_own_size_in_every_direction() -> None:
@@ -86,10 +88,10 @@ def test_a_beam_is_stopped_between_corners_that_touch_and_passes_one_alone() -> 
 
 
 def test_a_wall_of_corners_lets_nothing_through() -> None:
-    solid = np.eye(21, dtype=np.uint8)
+    occupied = np.eye(21, dtype=np.uint8)
     on_it = np.linspace(0.25, 20.75, 83)  # each fourth of them is a corner
     for x, y in ((12.5, 3.25), (15.0, 9.0), (11.7, 10.1)):
-        found = ranges(solid, x, y, 0.0, 99.0, np.arctan2(y - on_it, on_it - x))
+        found = ranges(occupied, x, y, 0.0, 99.0, np.arctan2(y - on_it, on_it - x))
         assert (found <= np.hypot(on_it - x, on_it - y) + 1e-9).all()
 
 

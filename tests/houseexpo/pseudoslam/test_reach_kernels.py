@@ -9,46 +9,46 @@ import numpy as np
 import pytest
 
 from houseexpo.grids.frame import GridFrame
-from houseexpo.pseudoslam.kernels.reach import NOWHERE, find_standing, mark_in_sight, mark_visible
-from houseexpo.pseudoslam.kernels.sector import sector_scan
-from houseexpo.pseudoslam.world import scan_buffers, standing_cells, visible_cells, world_of
+from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
+from houseexpo.pseudoslam.kernels.sensing.visibility import NOWHERE, find_standing, mark_in_sight, mark_visible
+from houseexpo.pseudoslam.worlds.world import scan_buffers, traversable_cells, visible_cells, world_of
 
 UNCOMPILED = "NUMBA_DISABLE_JIT" in os.environ  # a look from everywhere takes its time then
 
 UNKNOWN = np.empty((0, 2), np.int16)
 
 
-def slow_visible(solid: np.ndarray, stand: np.ndarray, range_px: float) -> np.ndarray:
+def slow_visible(occupied: np.ndarray, traversable: np.ndarray, range_px: float) -> np.ndarray:
     """A look all round from the middle of every standing cell."""
-    seen = np.zeros(solid.size, np.uint8)
+    seen = np.zeros(occupied.size, np.uint8)
     runs, hit, slopes = scan_buffers(range_px)
-    for row, col in np.argwhere(stand).tolist():
-        n_runs, _ = sector_scan(solid, col + 0.5, row + 0.5, 0.0, math.pi, range_px, runs, hit, slopes)
+    for row, col in np.argwhere(traversable).tolist():
+        n_runs, _ = sector_scan(occupied, col + 0.5, row + 0.5, 0.0, math.pi, range_px, runs, hit, slopes)
         for first, last in runs[:n_runs].tolist():
             seen[first : last + 1] = 1
-    return seen.reshape(solid.shape)
+    return seen.reshape(occupied.shape)
 
 
 def house(seed: int) -> np.ndarray:
     """Rooms of walls and clutter, 24 x 32 cells."""
     rng = np.random.default_rng(seed)
-    solid = (rng.random((24, 32)) < 0.03).astype(np.uint8)
-    solid[12, : rng.integers(8, 30)] = 1
-    solid[: rng.integers(8, 22), 18] = 1
-    solid[[0, -1]] = solid[:, [0, -1]] = 1
-    return solid
+    occupied = (rng.random((24, 32)) < 0.03).astype(np.uint8)
+    occupied[12, : rng.integers(8, 30)] = 1
+    occupied[: rng.integers(8, 22), 18] = 1
+    occupied[[0, -1]] = occupied[:, [0, -1]] = 1
+    return occupied
 
 
 @pytest.mark.parametrize(("radius_px", "range_px"), [(1.5, 6.0), (2.2, 40.0), (3.0, 2.0)])
 def test_all_that_is_seen_from_somewhere_counts_and_nothing_else(radius_px: float, range_px: float) -> None:
     shares = []
     for seed in range(1 if UNCOMPILED else 4):
-        solid = house(seed)
-        stand = standing_cells(solid, radius_px)
-        assert stand.any()
-        expected = slow_visible(solid, stand, range_px)
-        assert np.array_equal(visible_cells(solid, stand, radius_px, range_px), expected)
-        shares.append(expected.sum() / (solid == 0).sum())
+        occupied = house(seed)
+        traversable = traversable_cells(occupied, radius_px)
+        assert traversable.any()
+        expected = slow_visible(occupied, traversable, range_px)
+        assert np.array_equal(visible_cells(occupied, traversable, radius_px, range_px), expected)
+        shares.append(expected.sum() / (occupied == 0).sum())
     assert 0.0 < min(shares) < 1.0
 
 
@@ -57,29 +57,29 @@ def test_no_sight_is_a_matter_of_rounding() -> None:
     tried = 0
     for seed in range(2 if UNCOMPILED else 300):
         rng = np.random.default_rng(seed)
-        solid, radius_px, range_px = house(seed), rng.uniform(1.2, 3.2), rng.uniform(3.0, 40.0)
-        stand = standing_cells(solid, radius_px)
-        tried += int(stand.any())
-        expected = slow_visible(solid, stand, range_px)
-        assert np.array_equal(visible_cells(solid, stand, radius_px, range_px), expected), seed
+        occupied, radius_px, range_px = house(seed), rng.uniform(1.2, 3.2), rng.uniform(3.0, 40.0)
+        traversable = traversable_cells(occupied, radius_px)
+        tried += int(traversable.any())
+        expected = slow_visible(occupied, traversable, range_px)
+        assert np.array_equal(visible_cells(occupied, traversable, radius_px, range_px), expected), seed
     assert tried > 0
 
 
 @pytest.mark.parametrize("near_px", [0.5, 4.0, 50.0])
 def test_how_far_it_looks_first_changes_nothing(near_px: float) -> None:
-    solid = house(9)
-    stand = standing_cells(solid, 2.0)
-    visible = np.zeros_like(solid)
-    asked = np.flatnonzero(solid == 0).astype(np.int32)
-    mark_visible(solid, stand, asked, len(asked), near_px, 15.0, visible, *scan_buffers(15.0))
-    assert np.array_equal(visible, slow_visible(solid, stand, 15.0))
+    occupied = house(9)
+    traversable = traversable_cells(occupied, 2.0)
+    visible = np.zeros_like(occupied)
+    asked = np.flatnonzero(occupied == 0).astype(np.int32)
+    mark_visible(occupied, traversable, asked, len(asked), near_px, 15.0, visible, *scan_buffers(15.0))
+    assert np.array_equal(visible, slow_visible(occupied, traversable, 15.0))
 
 
 def test_only_what_is_asked_is_looked_for() -> None:
-    solid = house(1)
-    stand, visible = standing_cells(solid, 2.0), np.zeros_like(solid)
-    asked = np.flatnonzero(solid == 0).astype(np.int32)
-    mark_visible(solid, stand, asked, 0, 4.0, 15.0, visible, *scan_buffers(15.0))
+    occupied = house(1)
+    traversable, visible = traversable_cells(occupied, 2.0), np.zeros_like(occupied)
+    asked = np.flatnonzero(occupied == 0).astype(np.int32)
+    mark_visible(occupied, traversable, asked, 0, 4.0, 15.0, visible, *scan_buffers(15.0))
     assert not visible.any()
 
 
@@ -89,14 +89,16 @@ def test_of_what_was_seen_before_obstacles_came_the_rest_is_found(radius_px: flo
     shares = []
     for seed in range(1 if UNCOMPILED else 30):
         rng, walls = np.random.default_rng(1000 + seed), house(seed)
-        if not standing_cells(walls, radius_px).any():
+        if not traversable_cells(walls, radius_px).any():
             continue
         empty = world_of(walls, GridFrame((0.0, 0.0), 1.0, walls.shape), radius_px, range_px, "house")
-        solid = walls | (rng.random(walls.shape) < 0.02).astype(np.uint8)
-        stand = standing_cells(solid, radius_px) & empty.stand  # as after obstacles: what is lost stays lost
-        expected = slow_visible(solid, stand, range_px)
-        assert np.array_equal(visible_cells(solid, stand, radius_px, range_px, empty=empty), expected), seed
-        shares.append(expected.sum() / empty.countable.sum())
+        occupied = walls | (rng.random(walls.shape) < 0.02).astype(np.uint8)
+        traversable = (
+            traversable_cells(occupied, radius_px) & empty.traversable
+        )  # as after obstacles: what is lost stays lost
+        expected = slow_visible(occupied, traversable, range_px)
+        assert np.array_equal(visible_cells(occupied, traversable, radius_px, range_px, empty=empty), expected), seed
+        shares.append(expected.sum() / empty.observable.sum())
     assert min(shares) < 1.0
     assert max(shares) > 0.5
 
@@ -104,40 +106,44 @@ def test_of_what_was_seen_before_obstacles_came_the_rest_is_found(radius_px: flo
 @pytest.mark.parametrize("walls", [False, True])
 def test_where_it_stands_near_a_cell(walls: bool) -> None:
     """Between walls some standing cell or none, in an empty room the nearest."""
-    solid = house(0)
+    occupied = house(0)
     if not walls:
-        solid[1:-1, 1:-1] = 0
-    stand, wanted = standing_cells(solid, 2.0), 1 - solid
-    asked, away, visible = np.empty(solid.size, np.int32), np.empty((solid.size, 2), np.int16), np.zeros_like(solid)
-    n_asked = find_standing(stand, wanted, UNKNOWN, 9.0, asked, away, visible)
+        occupied[1:-1, 1:-1] = 0
+    traversable, wanted = traversable_cells(occupied, 2.0), 1 - occupied
+    asked, away, visible = (
+        np.empty(occupied.size, np.int32),
+        np.empty((occupied.size, 2), np.int16),
+        np.zeros_like(occupied),
+    )
+    n_asked = find_standing(traversable, wanted, UNKNOWN, 9.0, asked, away, visible)
     assert not visible.any()
-    np.testing.assert_array_equal(asked[:n_asked], np.flatnonzero(wanted > stand))
-    at, cells = np.argwhere(stand), np.argwhere(wanted)
-    away = away.reshape(*solid.shape, 2)
+    np.testing.assert_array_equal(asked[:n_asked], np.flatnonzero(wanted > traversable))
+    at, cells = np.argwhere(traversable), np.argwhere(wanted)
+    away = away.reshape(*occupied.shape, 2)
     found = away[tuple(cells.T)].astype(int)
     near = np.abs(found).max(axis=1) < NOWHERE // 2
-    assert stand[tuple((cells + found)[near].T)].all()
+    assert traversable[tuple((cells + found)[near].T)].all()
     assert near.mean() > 0.9
     if not walls:
         nearest = np.hypot(*(at[:, None] - cells).T).min(axis=1)
         np.testing.assert_array_equal(np.hypot(*found.T), nearest)
-    assert (away[stand != 0] == 0).all()
-    assert (away[(wanted == 0) & (stand == 0)] == NOWHERE).all()
+    assert (away[traversable != 0] == 0).all()
+    assert (away[(wanted == 0) & (traversable == 0)] == NOWHERE).all()
 
 
 def test_who_has_kept_a_standing_cell_close_by_is_not_asked_again() -> None:
     """Seven cells in a row between walls; the robot could stand in the last three, and now in the last one."""
     wanted = np.zeros((3, 9), np.uint8)
     wanted[1, 1:8] = 1
-    stand = np.zeros_like(wanted)
-    stand[1, 5:8] = 1
+    traversable = np.zeros_like(wanted)
+    traversable[1, 5:8] = 1
     asked, before, visible = np.empty(27, np.int32), np.empty((27, 2), np.int16), np.zeros_like(wanted)
-    assert find_standing(stand, wanted, UNKNOWN, 9.0, asked, before, visible) == 4
+    assert find_standing(traversable, wanted, UNKNOWN, 9.0, asked, before, visible) == 4
     assert before[10:17].tolist() == [[0, 4], [0, 3], [0, 2], [0, 1], [0, 0], [0, 0], [0, 0]]
-    stand[1, 5] = 0
+    traversable[1, 5] = 0
     before[13, 1] = 2  # as if another one had been found
     away = np.empty_like(before)
-    n_asked = find_standing(stand, wanted, before, 2.0, asked, away, visible)
+    n_asked = find_standing(traversable, wanted, before, 2.0, asked, away, visible)
     assert np.flatnonzero(visible[1]).tolist() == [4]
     assert (asked[:n_asked] - 9).tolist() == [1, 2, 3, 5]
     assert away[10:17].tolist() == [[0, 5], [0, 4], [0, 3], [0, 2], [0, 1], [0, 0], [0, 0]]
@@ -145,13 +151,13 @@ def test_who_has_kept_a_standing_cell_close_by_is_not_asked_again() -> None:
 
 def test_a_standing_cell_counts_where_nothing_lies_between() -> None:
     """Five cells in a row: a wall stands between the second and the standing one, but for a radius nobody looks."""
-    solid = np.ones((3, 9), np.uint8)
-    solid[1, 1:8] = 0
-    solid[1, 4] = 1
-    cells, away = np.flatnonzero(solid == 0).astype(np.int32), np.zeros((27, 2), np.int16)
+    occupied = np.ones((3, 9), np.uint8)
+    occupied[1, 1:8] = 0
+    occupied[1, 4] = 1
+    cells, away = np.flatnonzero(occupied == 0).astype(np.int32), np.zeros((27, 2), np.int16)
     away[10:17, 1] = 7 - np.arange(1, 8)
     for sure_px, range_px, seen in ((1.0, 9.0, [5, 6, 7]), (1.0, 1.5, [6, 7]), (5.0, 9.0, [2, 3, 5, 6, 7])):
-        visible, asked = np.zeros_like(solid), cells.copy()
-        n_left = mark_in_sight(solid, asked, len(asked), away, sure_px, range_px, visible)
+        visible, asked = np.zeros_like(occupied), cells.copy()
+        n_left = mark_in_sight(occupied, asked, len(asked), away, sure_px, range_px, visible)
         assert np.flatnonzero(visible[1]).tolist() == seen
         assert sorted([*asked[:n_left] - 9, *seen]) == [1, 2, 3, 5, 6, 7]

@@ -13,13 +13,13 @@ from gymnasium.utils.env_checker import check_env
 import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError, MissingDependencyError
-from houseexpo.pseudoslam import render
 from houseexpo.pseudoslam.config import GoalConfig, NoiseConfig, ObservationConfig, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.dynamics_config import Trajectory
-from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig
-from houseexpo.pseudoslam.painting import scaled
-from houseexpo.pseudoslam.render import beside, picture
-from houseexpo.pseudoslam.shapes import Circle, Obstacle, Rectangle
+from houseexpo.pseudoslam.config.dynamics import Trajectory
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig
+from houseexpo.pseudoslam.config.shapes import Circle, Obstacle, Rectangle
+from houseexpo.pseudoslam.render import picture as render
+from houseexpo.pseudoslam.render.canvas import scaled
+from houseexpo.pseudoslam.render.picture import beside, picture
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 
@@ -104,7 +104,7 @@ def test_a_moving_shape_is_drawn_as_it_lies() -> None:
         assert colour_at(simulator, image, 5.0, y) == render.BODY_COLOUR
     assert colour_at(simulator, image, 5.2, 2.0) == render.UNKNOWN_COLOUR  # behind it
     mask = (picture(simulator, state, shows="truth")[2::5, 2::5] == render.BODY_COLOUR).all(axis=2)
-    covered = (state.solid & 2) != 0
+    covered = (state.occupied & 2) != 0
     assert (mask & covered).sum() >= 0.95 * covered.sum()
     assert not (mask & ~covered).any()
 

@@ -45,14 +45,14 @@ def test_areas_add_up_and_coverage_never_falls_nor_passes_1(published_lines: lis
         assert (known[known > 0] == state.known[known > 0]).all()
         known = state.known.copy()
     assert before == (state.known > 0).sum() / 16**2
-    assert ((state.known == 255) <= (simulator.world.solid == 1)).all()
-    assert ((state.known == 127) <= (simulator.world.solid == 0)).all()
+    assert ((state.known == 255) <= (simulator.world.occupied == 1)).all()
+    assert ((state.known == 127) <= (simulator.world.occupied == 0)).all()
     assert state.counts[0] == 300
 
 
 def test_a_known_map_is_known_from_the_start() -> None:
     simulator, state, _ = started(replace(PLAIN, known_map=True))
-    assert np.array_equal(state.known == 255, simulator.world.solid == 1)
+    assert np.array_equal(state.known == 255, simulator.world.occupied == 1)
     assert simulator.coverage(state) == 1
 
 

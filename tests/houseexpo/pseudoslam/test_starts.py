@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam import starts
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.interface import Interface, interface_of
-from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.pools import leaves
-from houseexpo.pseudoslam.starts import Start, Starts
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.envs import prefetch as starts
+from houseexpo.pseudoslam.envs.prefetch import EpisodePrefetcher, InitialEpisode
+from houseexpo.pseudoslam.envs.spec import EnvSpec, make_env_spec
+from houseexpo.pseudoslam.pools import flatten
 from houseexpo.pseudoslam.tasks import Exploration
 from tests.builders.vectors import HUTS, assert_same_step, native, singles
 
@@ -28,24 +28,24 @@ SMALL = SimulatorConfig(
 
 
 @pytest.fixture(scope="module")
-def face() -> Interface:
-    return interface_of(Exploration(success_coverage=None), HUTS, SMALL, "discrete", "map")
+def env_spec() -> EnvSpec:
+    return make_env_spec(Exploration(success_coverage=None), HUTS, SMALL, "discrete", "map")
 
 
-def starts_of(face: Interface, *, ahead: bool) -> Starts:
-    found = Starts(face, face.rules(), face.scratch(), ahead=ahead)
+def starts_of(env_spec: EnvSpec, *, ahead: bool) -> EpisodePrefetcher:
+    found = EpisodePrefetcher(env_spec, env_spec.params(), env_spec.scratch(), ahead=ahead)
     for i in range(2):
         found.seed(i, 5 + i)
     return found
 
 
-def bytes_of(start: Start) -> tuple[Any, ...]:
-    arrays = tuple(leaf.tobytes() for leaf in leaves(start.state.episode))
-    return start.world.plan_id, repr(start.facts), start.state.obstacles, arrays
+def bytes_of(start: InitialEpisode) -> tuple[Any, ...]:
+    arrays = tuple(leaf.tobytes() for leaf in flatten(start.state.episode))
+    return start.world.plan_id, repr(start.constants), start.state.obstacles, arrays
 
 
-def test_what_is_made_ready_is_what_would_be_drawn(face: Interface) -> None:
-    plain, early = starts_of(face, ahead=False), starts_of(face, ahead=True)
+def test_what_is_made_ready_is_what_would_be_drawn(env_spec: EnvSpec) -> None:
+    plain, early = starts_of(env_spec, ahead=False), starts_of(env_spec, ahead=True)
     what: list[tuple[int, str | None]] = [(0, None), (1, None), (0, None), (0, "large"), (1, None), (0, None)]
     for k, (i, plan_id) in enumerate(what):
         assert bytes_of(early.next(i, plan_id)) == bytes_of(plain.next(i, plan_id)), k
@@ -61,19 +61,21 @@ def test_what_is_made_ready_is_what_would_be_drawn(face: Interface) -> None:
 
 @pytest.mark.parametrize("error", [ConfigError("no place"), KeyboardInterrupt(), SystemError("interrupted")])
 def test_what_fails_ahead_fails_when_it_is_asked_for(
-    face: Interface, error: BaseException, monkeypatch: pytest.MonkeyPatch
+    env_spec: EnvSpec, error: BaseException, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    draw: Callable[..., Start] = Starts._drawn
+    draw: Callable[..., InitialEpisode] = EpisodePrefetcher._drawn
 
-    def fails_half_of_the_time(self: Starts, rng: np.random.Generator, plan_id: str | None) -> Start:
+    def fails_half_of_the_time(
+        self: EpisodePrefetcher, rng: np.random.Generator, plan_id: str | None
+    ) -> InitialEpisode:
         if rng.random() < 0.5:
             raise error
         return draw(self, rng, plan_id)
 
-    monkeypatch.setattr(Starts, "_drawn", fails_half_of_the_time)
+    monkeypatch.setattr(EpisodePrefetcher, "_drawn", fails_half_of_the_time)
     outcomes, raised = [], 0
     for ahead in (False, True):
-        found, outcome = starts_of(face, ahead=ahead), []
+        found, outcome = starts_of(env_spec, ahead=ahead), []
         for k in range(40):
             try:
                 outcome.append(bytes_of(found.next(k % 2, None)))
@@ -90,20 +92,20 @@ def test_what_fails_ahead_fails_when_it_is_asked_for(
     assert 5 < outcomes[0].count(()) < 35
 
 
-def test_no_more_are_made_ready_than_there_is_room_for(face: Interface, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = starts_of(face, ahead=True)
+def test_no_more_are_made_ready_than_there_is_room_for(env_spec: EnvSpec, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = starts_of(env_spec, ahead=True)
     for i in (0, 1):
         found.next(i, None)
-    monkeypatch.setattr(starts, "_MOST_READY", 1)
+    monkeypatch.setattr(starts, "_MAX_READY_BYTES", 1)
     assert found.lack
     assert not found.prepare()
     found.next(0, None)  # the one that was ready
     assert found.lack
 
 
-def test_nothing_starts_without_a_generator(face: Interface) -> None:
+def test_nothing_starts_without_a_generator(env_spec: EnvSpec) -> None:
     with pytest.raises(gymnasium.error.ResetNeeded, match="environment 1: call reset"):
-        Starts(face, face.rules(), face.scratch(), ahead=True).next(1, None)
+        EpisodePrefetcher(env_spec, env_spec.params(), env_spec.scratch(), ahead=True).next(1, None)
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
@@ -123,7 +125,7 @@ def test_a_reset_gets_what_it_would_without_anything_ready(mode: str) -> None:
         for step in range(23):
             actions = moves.integers(3, size=4)
             assert_same_step(many.step(actions), each.step(actions), (reset, step))
-            ready = max(ready, len(many.unwrapped._starts._ready))
+            ready = max(ready, len(many.unwrapped._prefetcher._ready))
     assert ready > 0
     many.close()
 
@@ -133,5 +135,5 @@ def test_who_resets_by_himself_gets_nothing_made_ready() -> None:
     env.reset(seed=0)
     for _ in range(5):
         env.step(np.zeros(4, np.int64))
-    assert not env.unwrapped._starts._ready
+    assert not env.unwrapped._prefetcher._ready
     env.close()

@@ -15,9 +15,9 @@ import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.kernels.motion import disc_is_free
-from houseexpo.pseudoslam.obstacle_config import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.world import standing_cells
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
+from houseexpo.pseudoslam.worlds.world import traversable_cells
 from tests.builders.vectors import HUTS
 
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})
@@ -76,7 +76,7 @@ def test_a_collision_leaves_the_robot_where_it_touches_and_counts() -> None:
         assert (reward, terminated, info["collided"], info["collisions"]) == (-1.0, False, True, hits)
         assert info["pose"] == pytest.approx([0.2, 2.0, math.pi], abs=1e-6)
         assert info["clearance_m"] == pytest.approx(0.0, abs=1e-6)
-        assert disc_is_free(env.state.solid, *env.state.pose_px[:2], radius_px)
+        assert disc_is_free(env.state.occupied, *env.state.pose_px[:2], radius_px)
     _, reward, _, _, info = env.step(LEFT)
     assert not info["collided"]
     assert info["collisions"] == 3
@@ -118,7 +118,7 @@ def test_nothing_is_ever_overlapped_and_rewards_stay_in_their_bounds() -> None:
             _, reward, _, _, info = env.step(moves.choice(3, p=[0.8, 0.1, 0.1]))
             collided += info["collided"]
             assert reward == -1.0 if info["collided"] else 0.0 <= reward <= 1.0
-            assert disc_is_free(env.state.solid, *env.state.pose_px[:2], 0.2 * 33)
+            assert disc_is_free(env.state.occupied, *env.state.pose_px[:2], 0.2 * 33)
     assert collided > 20
 
 
@@ -191,7 +191,7 @@ def test_random_goals_can_be_reached() -> None:
         _, info = env.reset(seed=seed)
         frame = env.simulator.world.frame
         x, y = frame.pixels_from_points(info["goal"]).tolist()
-        assert standing_cells(env.state.solid, 0.2 * 20)[math.floor(y), math.floor(x)]
+        assert traversable_cells(env.state.occupied, 0.2 * 20)[math.floor(y), math.floor(x)]
         pose_x, pose_y, _ = info["pose"]
         straight = math.hypot(info["goal"][0] - pose_x, info["goal"][1] - pose_y)
         assert straight - 0.15 <= info["to_goal_m"] < 20.0  # blocks of 0.1 m

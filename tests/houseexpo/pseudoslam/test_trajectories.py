@@ -8,31 +8,31 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.dynamics_config import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.kernels.bodies import MOVING, Disc, pose_at
-from houseexpo.pseudoslam.kernels.sector import sector_scan
-from houseexpo.pseudoslam.shapes import Circle, Rectangle
-from houseexpo.pseudoslam.trajectories import make_tracks, swept_cells
-from houseexpo.pseudoslam.world import scan_buffers
+from houseexpo.pseudoslam.config.dynamics import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.config.shapes import Circle, Rectangle
+from houseexpo.pseudoslam.kernels.motion.bodies import MOVING, Disc, pose_at
+from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
+from houseexpo.pseudoslam.worlds.trajectories import make_tracks, swept_cells
+from houseexpo.pseudoslam.worlds.world import scan_buffers
 from tests.builders.moving import NOBODY, frame_of, room, scene
 
 ACROSS = Trajectory(Circle(0.3), (0, 4), ((1, 3, 0), (5, 3, 0)))
 
 
-def seen(solid: np.ndarray, x: float, y: float, heading: float) -> tuple[np.ndarray, np.ndarray]:
+def seen(occupied: np.ndarray, x: float, y: float, heading: float) -> tuple[np.ndarray, np.ndarray]:
     free, hit, slopes = scan_buffers(60.0)
-    n_free, n_hit = sector_scan(solid, x, y, heading, math.pi / 2, 60.0, free, hit, slopes)
-    masks = np.zeros((2, solid.size), bool)
+    n_free, n_hit = sector_scan(occupied, x, y, heading, math.pi / 2, 60.0, free, hit, slopes)
+    masks = np.zeros((2, occupied.size), bool)
     masks[0][free[:n_free]], masks[1][hit[:n_hit]] = True, True
-    return masks[0].reshape(solid.shape), masks[1].reshape(solid.shape)
+    return masks[0].reshape(occupied.shape), masks[1].reshape(occupied.shape)
 
 
 def test_one_goes_across_and_its_old_cells_are_free_again() -> None:
     world = scene(room(60, 60), trajectories=[ACROSS])
-    before = world.solid & MOVING != 0
+    before = world.occupied & MOVING != 0
     world.step(seconds=2.0)
     world.check(NOBODY)
-    assert not (world.solid[before] & MOVING).any()
+    assert not (world.occupied[before] & MOVING).any()
     assert pose_at(world.tracks, 0, world.bodies.clocks[0])[:2] == pytest.approx((30.0, 30.0))
     world.step(seconds=9.0)
     assert pose_at(world.tracks, 0, world.bodies.clocks[0])[:2] == (50.0, 30.0)  # there it rests
@@ -43,12 +43,12 @@ def test_it_hides_what_is_behind_it_and_is_hidden() -> None:
     front = Trajectory(Rectangle(1.0, 0.2), (0, 2), ((3, 4, 0), (1, 4, 0)))
     world = scene(room(60, 60), trajectories=[behind, front])
     cells = swept_cells(make_tracks([behind], room(60, 60), world.frame, "box"), (60, 60))
-    assert not seen(world.solid, 30.0, 50.0, math.pi / 2)[1][cells].any()
-    old = world.solid & MOVING != 0
+    assert not seen(world.occupied, 30.0, 50.0, math.pi / 2)[1][cells].any()
+    old = world.occupied & MOVING != 0
     world.step(seconds=2.0)
-    free, hit = seen(world.solid, 30.0, 50.0, math.pi / 2)
+    free, hit = seen(world.occupied, 30.0, 50.0, math.pi / 2)
     assert hit[cells].any()  # the one in front has gone
-    assert free[old & ~cells & (world.solid == 0)].any()
+    assert free[old & ~cells & (world.occupied == 0)].any()
 
 
 def test_a_loop_starts_anew() -> None:
@@ -118,27 +118,27 @@ def test_bad_trajectories_are_refused(values: dict[str, object], problem: str) -
 
 
 def test_through_a_wall_names_which_when_and_where() -> None:
-    solid = room(60, 60)
-    solid[:, 40] = 1
+    occupied = room(60, 60)
+    occupied[:, 40] = 1
     with pytest.raises(ConfigError, match=r"trajectories\[1\]: at 2\.80 s, at \(3\.80, 3\.00\) m.* \(4\.05, ") as info:
         make_tracks(
-            [Trajectory(Circle(0.2), (0, 4), ((1, 1, 0), (3, 1, 0))), ACROSS], solid, frame_of(solid, 10), "two"
+            [Trajectory(Circle(0.2), (0, 4), ((1, 1, 0), (3, 1, 0))), ACROSS], occupied, frame_of(occupied, 10), "two"
         )
     assert "plan 'two'" in str(info.value)
 
 
 def test_off_the_grid_is_refused_too() -> None:
-    solid = room(60, 60)
+    occupied = room(60, 60)
     with pytest.raises(ConfigError, match=r"trajectories\[0\]: at 0.00 s, at \(9.00, 9.00\) m"):
-        make_tracks([Trajectory(Circle(0.2), (0, 4), ((9, 9, 0), (3, 1, 0)))], solid, frame_of(solid, 10), "two")
+        make_tracks([Trajectory(Circle(0.2), (0, 4), ((9, 9, 0), (3, 1, 0)))], occupied, frame_of(occupied, 10), "two")
 
 
 def test_what_is_swept_is_all_that_it_covers_on_its_way() -> None:
     world = scene(room(60, 60), trajectories=[Trajectory(Rectangle(1.0, 0.3), (0, 4), ((1, 1, 0), (4, 4, 180)))])
     swept = swept_cells(world.tracks, (60, 60))
-    covered = world.solid & MOVING != 0
+    covered = world.occupied & MOVING != 0
     for _ in range(40):
         world.step(seconds=0.1)
-        covered |= world.solid & MOVING != 0
+        covered |= world.occupied & MOVING != 0
     assert (swept >= covered).all()
     assert swept.sum() < 1.2 * covered.sum()

@@ -13,14 +13,15 @@ import gymnasium
 import numba
 import numpy as np
 import pytest
+from gymnasium.utils import seeding
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.crew import Crew
-from houseexpo.pseudoslam.kernels.crew import FINISHING, LEADER, REJOINING
-from houseexpo.pseudoslam.vector_env import PseudoSlamVectorEnv
+from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig, StartConfig
+from houseexpo.pseudoslam.envs.thread_pool import ThreadPool
+from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
+from houseexpo.pseudoslam.kernels.runtime.thread_pool import FINISHING, LEADER, REJOINING
 from tests.builders.vectors import HUTS, assert_same, native
 
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=32), max_steps=60)
@@ -121,7 +122,7 @@ def calls_in_a_step(env: Any, actions: np.ndarray) -> list[str]:
 
 def compiled_calls_in_a_step(env: Any, actions: np.ndarray) -> list[int]:
     """How the caller's thread calls what is compiled."""
-    shared, found = env.unwrapped._batch._crew._shared, []
+    shared, found = env.unwrapped._batch._threads._shared, []
     compiled, *rest = shared.work
     assert not hasattr(compiled, "__code__") or numba.config.DISABLE_JIT
 
@@ -313,23 +314,18 @@ def test_nothing_steps_before_it_is_reset() -> None:
         env.step(np.zeros(2, np.int64))
 
 
-def test_a_reset_that_fails_leaves_nothing_half_begun(monkeypatch: pytest.MonkeyPatch) -> None:
-    env, begun = explorers(3), []
-    env.reset(seed=0)
-    begin = env.unwrapped._begin
-
-    def fails_at_the_second(i: int, plan_id: str | None) -> None:
-        begun.append(i)
-        if len(begun) == 2:
-            raise ConfigError("obstacles: no place")
-        begin(i, plan_id)
-
-    monkeypatch.setattr(env.unwrapped, "_begin", fails_at_the_second)
-    with pytest.raises(ConfigError, match="no place"):
-        env.reset(options={"reset_mask": np.array([True, True, False])})
+def test_a_reset_that_fails_leaves_nothing_half_begun() -> None:
+    """The start lies outside the smallest hut."""
+    drawn = {seed: int(seeding.np_random(seed)[0].integers(len(HUTS))) for seed in range(30)}
+    outside, *_ = [seed for seed, hut in drawn.items() if hut == 0]
+    first, second, third, fourth, *_ = [seed for seed, hut in drawn.items() if hut > 0]
+    env = explorers(3, config=replace(SMALL, start=StartConfig(random=False, x_m=3.0, y_m=3.5)))
+    env.reset(seed=[first, second, third])
+    with pytest.raises(ConfigError, match="does not fit"):
+        env.reset(seed=[fourth, outside, None], options={"reset_mask": np.array([True, True, False])})
     with pytest.raises(gymnasium.error.ResetNeeded, match=r"environments \[0, 1\]"):
         env.step(np.zeros(3, np.int64))
-    env.reset(seed=0)
+    env.reset(seed=[first, second, third])
     env.step(np.zeros(3, np.int64))
     env.close()
 
@@ -338,7 +334,7 @@ def test_an_interrupted_reset_can_be_made_again(monkeypatch: pytest.MonkeyPatch)
     """As by Ctrl-C while kernels are compiled for the first time."""
     env = explorers(2)
     with monkeypatch.context() as patched:
-        patched.setattr(Crew, "take_on", interrupted)
+        patched.setattr(ThreadPool, "take_on", interrupted)
         with pytest.raises(KeyboardInterrupt):
             env.reset(seed=0)
     found, _ = env.reset(seed=0)

@@ -1,0 +1,38 @@
+"""How commands print: tables for people, JSON for programs; a reader who has seen enough is no error."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def console() -> Console:
+    """Return a console on standard output; where nobody reads it any more (``| head -1``), the command ends well."""
+    from rich.console import Console
+
+    class Patient(Console):
+        def on_broken_pipe(self) -> None:
+            drop_output()
+            raise SystemExit(0)
+
+    return Patient()
+
+
+def drop_output() -> None:
+    """Send what is still to be written on standard output nowhere: its reader has gone."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def print_json(value: Any) -> None:  # what json takes
+    """Print a value as JSON, for other programs."""
+    sys.stdout.write(json.dumps(value, indent=2, ensure_ascii=False) + "\n")
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number of things: "1 piece", "2 pieces"."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

@@ -1,0 +1,1 @@
+"""Robots that act: by policies, towards frontiers, or driven by hand."""

@@ -1,0 +1,139 @@
+"""Driving by hand: what keys do, what is shown, and what is kept of it."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import Any, Final, NamedTuple, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.export.files import image as as_file
+from houseexpo.export.ros import FREE, UNKNOWN, WALL, map_files
+from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
+from houseexpo.pseudoslam.kernels.mapping import merge as mapping
+from houseexpo.pseudoslam.render.canvas import Image
+from houseexpo.pseudoslam.render.picture import Shows, picture
+from houseexpo.pseudoslam.simulator import ACTIONS, Action
+
+KEYS: Final[dict[str, Action]] = {
+    "up": "forward", "w": "forward", "left": "left", "a": "left", "right": "right", "d": "right",
+}  # fmt: skip
+HELP: Final = "arrows or w a d: drive   r: again   t: truth   q: quit"
+_WAIT_S = 0.5
+
+
+class Screen(Protocol):
+    """What a drive is shown on: ``terminal.Terminal``, ``window.Window``."""
+
+    @property
+    def most_px(self) -> tuple[int, int]:
+        """How wide and high a picture can be."""
+
+    def show(self, image: Image, caption: str = "") -> None:
+        """Show a picture and words."""
+
+    def keys(self, wait_s: float) -> list[str]:
+        """Return the keys pressed, waiting so long for one."""
+
+
+class Row(NamedTuple):
+    """A line of the trajectory; the first of an episode has no action."""
+
+    step: int
+    action: str
+    x_m: float
+    y_m: float
+    heading_rad: float
+    reward: float
+    explored_m2: float
+
+
+class Drive:
+    """An episode that somebody drives; ``rows`` is its trajectory.
+
+    Parameters
+    ----------
+    env
+        With discrete actions.
+    seed, options
+        Of the first ``reset``; later ones go on from there.
+    """
+
+    def __init__(self, env: PseudoSlamEnv, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
+        self._env, self._options = env, options
+        self._shows: Shows = "map"
+        self._start_episode(seed)
+
+    def _start_episode(self, seed: int | None = None) -> None:
+        _, self._info = self._env.reset(seed=seed, options=self._options)
+        self.rows: list[Row] = []
+        self._trail: list[npt.NDArray[np.float64]] = []
+        self._ended = ""
+        self._note("", 0.0)
+
+    def _note(self, action: str, reward: float) -> None:
+        x, y, heading = self._info["pose"].tolist()
+        self.rows.append(Row(len(self.rows), action, x, y, heading, reward, self._info["explored_m2"]))
+        self._trail.append(self._env.state.episode.pose.copy())
+
+    def press(self, key: str) -> None:
+        """Do what a key says; nothing where it says nothing, or the episode has ended."""
+        if key == "r":
+            self._start_episode()
+        elif key == "t":
+            self._shows = "both" if self._shows == "map" else "map"
+        elif key in KEYS and not self._ended:
+            action = KEYS[key]
+            _, reward, terminated, truncated, self._info = self._env.step(ACTIONS.index(action))
+            self._note(action, reward)
+            if terminated or truncated:
+                self._ended = "done: " if self._info["is_success"] else "over: "
+
+    def picture(self, most_px: tuple[int, int]) -> Image:
+        """Return a picture of the episode now."""
+        return picture(self._env.simulator, self._env.state, self._trail, most_px=most_px, shows=self._shows)
+
+    @property
+    def caption(self) -> str:
+        """How it stands, in a line, and the keys, in another."""
+        info, rewards = self._info, [row.reward for row in self.rows]
+        hit = ", bump!" if info["collided"] else ""
+        return (
+            f"{self._ended}step {len(rewards) - 1}: {info['coverage']:.0%} seen, {info['explored_m2']:.1f} m2, "
+            f"{info['collisions']} collisions, reward {rewards[-1]:+.2f} of {sum(rewards):+.2f}{hit}\n{HELP}"
+        )
+
+    def save(self, folder: Path) -> list[Path]:
+        """Write trajectory.csv, the map for ROS (map.pgm, map.yaml) and a picture of it (map.png); return the files."""
+        state, frame = self._env.state, self._env.simulator.world.frame
+        shades = np.full(256, UNKNOWN, np.uint8)
+        shades[[mapping.FREE, mapping.OBSTACLE]] = FREE, WALL
+        files = map_files("map", shades[state.known], frame.cell_m, frame.origin_m)
+        files["map.png"] = as_file(self.picture((1600, 1200)), "PNG")
+        stream = io.StringIO(newline="")
+        csv.writer(stream, lineterminator="\n").writerows([Row._fields, *self.rows])
+        files["trajectory.csv"] = stream.getvalue().encode()
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, data in files.items():
+            (folder / name).write_bytes(data)
+        return [folder / name for name in sorted(files)]
+
+
+def drive(session: Drive, screen: Screen) -> None:
+    """Show a drive and do what keys say until one is "q", or the keyboard interrupts."""
+    size, keys = (0, 0), [""]
+    try:
+        while "q" not in keys:
+            for key in keys:
+                session.press(key)
+            if keys or screen.most_px != size:
+                size = screen.most_px
+                screen.show(session.picture(size), session.caption)
+            keys = screen.keys(_WAIT_S)
+        for key in keys[: keys.index("q")]:
+            session.press(key)
+    except KeyboardInterrupt:
+        return

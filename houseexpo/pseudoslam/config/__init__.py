@@ -1,0 +1,29 @@
+"""What a simulation can be told, with the paper's defaults; and reading it from mappings and YAML."""
+
+from houseexpo.pseudoslam.config.robot import (
+    FURTHEST_M,
+    MAX_BEAMS,
+    MAX_SIDE_PX,
+    GoalConfig,
+    LaserConfig,
+    NoiseConfig,
+    ObservationConfig,
+    RobotConfig,
+    ScanRule,
+    StartConfig,
+)
+from houseexpo.pseudoslam.config.simulator import SimulatorConfig
+
+__all__ = [
+    "FURTHEST_M",
+    "MAX_BEAMS",
+    "MAX_SIDE_PX",
+    "GoalConfig",
+    "LaserConfig",
+    "NoiseConfig",
+    "ObservationConfig",
+    "RobotConfig",
+    "ScanRule",
+    "SimulatorConfig",
+    "StartConfig",
+]

@@ -1,0 +1,148 @@
+"""What moves by itself: people, and shapes on trajectories."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TypeAlias, get_args
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.config.checks import above_zero, number
+from houseexpo.pseudoslam.config.shapes import Shape
+from houseexpo.pseudoslam.kernels.people.walking import PEOPLE_MOST
+
+Pose: TypeAlias = tuple[float, float, float]
+
+FASTEST_M_S = 20.0
+FASTEST_DEG_S = 3600.0
+"""What is faster is a slip of the pen, and would need very many substeps."""
+
+
+@dataclass(frozen=True)
+class PeopleConfig:
+    """People who walk from room to room by themselves; none by default.
+
+    Parameters
+    ----------
+    number
+        How many there are in each house.
+    radius_m
+        Each is a disc.
+    speed_m_s, speed_sd
+        The speed each wishes for is drawn at the start from a normal distribution, cut at two standard deviations.
+    relaxation_s
+        How soon they take up the speed they wish for.
+    away_m
+        They start at least so far from the robot's centre, where there is such a place.
+    """
+
+    number: int = 0
+    radius_m: float = 0.2
+    speed_m_s: float = 1.2
+    speed_sd: float = 0.2
+    relaxation_s: float = 0.5
+    away_m: float = 1.0
+
+    def __post_init__(self) -> None:
+        if isinstance(self.number, bool) or not isinstance(self.number, int) or not 0 <= self.number <= PEOPLE_MOST:
+            raise ConfigError(f"people.number: expected a whole number from 0 to {PEOPLE_MOST}, found {self.number!r}")
+        above_zero(self, "people", "radius_m", at_most=10.0)
+        above_zero(self, "people", "speed_m_s")
+        number(self.relaxation_s, "people.relaxation_s", at_least=0.1)
+        for name in ("speed_sd", "away_m"):
+            number(getattr(self, name), f"people.{name}", at_least=0.0)
+        if self.speed_m_s + 2 * self.speed_sd > FASTEST_M_S:
+            raise ConfigError(
+                f"people.speed_m_s: expected at most {FASTEST_M_S:g} with two standard deviations, "
+                f"found {self.speed_m_s:g} and {self.speed_sd:g}"
+            )
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A shape that goes straight from pose to pose, turning the short way round; it rests before the first time.
+
+    Parameters
+    ----------
+    times_s
+        Growing, from 0 on: seconds since the start of the episode.
+    poses
+        (x_m, y_m, heading_deg) for each time, in the plan's frame, counter-clockwise from x.
+    loop
+        Whether it starts anew after the last pose, at time 0; without a last pose like the first, it jumps there.
+        Otherwise it rests at the last pose.
+
+    Its clock stands still while the robot or a person is in its way.
+
+    Examples
+    --------
+    >>> from houseexpo.pseudoslam.config.shapes import Circle
+    >>> Trajectory(Circle(0.2), times_s=(0, 4, 8), poses=((1, 1, 0), (3, 1, 0), (1, 1, 0)), loop=True).duration_s
+    8.0
+    """
+
+    shape: Shape
+    times_s: tuple[float, ...]
+    poses: tuple[Pose, ...]
+    loop: bool = False
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.shape, get_args(Shape)):
+            raise ConfigError(
+                f"trajectory.shape: expected a Rectangle, Ellipse, Circle or Polygon, found {self.shape!r}"
+            )
+        if not isinstance(self.loop, bool):
+            raise ConfigError(f"trajectory.loop: expected True or False, found {self.loop!r}")
+        object.__setattr__(self, "times_s", _times(self.times_s))
+        object.__setattr__(self, "poses", _poses(self.poses))
+        if len(self.times_s) != len(self.poses):
+            raise ConfigError(
+                f"trajectory: expected as many times_s as poses, found {len(self.times_s)} and {len(self.poses)}"
+            )
+        pairs = zip(itertools.pairwise(self.times_s), itertools.pairwise(self.poses), strict=True)
+        for i, ((start, end), (one, other)) in enumerate(pairs):
+            speed = math.dist(one[:2], other[:2]) / (end - start)
+            if speed > FASTEST_M_S:
+                raise ConfigError(
+                    f"trajectory.poses[{i + 1}]: from {start:g} s to {end:g} s it goes at {speed:.4g} m/s, "
+                    f"at most {FASTEST_M_S:g} can be simulated; give it more time"
+                )
+            turning = abs(math.remainder(other[2] - one[2], 360.0)) / (end - start)
+            if turning > FASTEST_DEG_S:
+                raise ConfigError(
+                    f"trajectory.poses[{i + 1}]: from {start:g} s to {end:g} s it turns at {turning:.4g} degrees/s, "
+                    f"at most {FASTEST_DEG_S:g} can be simulated; give it more time"
+                )
+
+    @property
+    def duration_s(self) -> float:
+        """The last time."""
+        return self.times_s[-1]
+
+
+def _times(value: object) -> tuple[float, ...]:
+    key = "trajectory.times_s"
+    times = tuple(value) if isinstance(value, Iterable) else ()
+    if len(times) < 2:
+        raise ConfigError(f"{key}: expected at least 2 times in seconds, found {value!r}")
+    for i, time in enumerate(times):
+        number(time, f"{key}[{i}]", at_least=0.0)
+        if i > 0 and time <= times[i - 1]:
+            raise ConfigError(f"{key}[{i}]: expected a time after {times[i - 1]:g} s, found {time:g} s")
+    return tuple(map(float, times))
+
+
+def _poses(value: object) -> tuple[Pose, ...]:
+    key = "trajectory.poses"
+    try:
+        poses = [(x, y, heading) for x, y, heading in value] if isinstance(value, Iterable) else []
+    except (TypeError, ValueError):
+        poses = []
+    if len(poses) < 2:
+        raise ConfigError(f"{key}: expected at least 2 poses (x_m, y_m, heading_deg), found {value!r}")
+    for i, pose in enumerate(poses):
+        for part in pose:
+            number(part, f"{key}[{i}]")
+    return tuple((float(x), float(y), float(heading)) for x, y, heading in poses)

@@ -1,0 +1,194 @@
+"""What can stand in a house: shapes, and where they stand."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import ClassVar, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import ConfigError
+from houseexpo.grids.frame import FloatArray, GridFrame
+from houseexpo.pseudoslam.config.checks import above_zero, number
+from houseexpo.pseudoslam.kernels.placement.shapes import shape_spans
+from houseexpo.pseudoslam.kernels.types import Cells
+
+Point: TypeAlias = tuple[float, float]
+
+LARGEST_M = 1000.0
+"""What is larger fits into no house."""
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """``width_m`` along the heading, ``height_m`` across it, round the obstacle's place."""
+
+    width_m: float
+    height_m: float
+    is_round: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        above_zero(self, "rectangle", "width_m", "height_m", at_most=LARGEST_M)
+
+    @property
+    def thickness_m(self) -> float:
+        """The shorter side."""
+        return min(self.width_m, self.height_m)
+
+    @property
+    def outline_m(self) -> tuple[Point, ...]:
+        """The corners."""
+        x, y = self.width_m / 2, self.height_m / 2
+        return (-x, -y), (x, -y), (x, y), (-x, y)
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """``width_m`` along the heading, ``height_m`` across it (whole axes), round the obstacle's place."""
+
+    width_m: float
+    height_m: float
+    is_round: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        above_zero(self, "ellipse", "width_m", "height_m", at_most=LARGEST_M)
+
+    @property
+    def thickness_m(self) -> float:
+        """The shorter axis."""
+        return min(self.width_m, self.height_m)
+
+    @property
+    def outline_m(self) -> tuple[Point, ...]:
+        """The centre, and an end of each axis."""
+        return (0.0, 0.0), (self.width_m / 2, 0.0), (0.0, self.height_m / 2)
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A disc round the obstacle's place. The published simulator halves what it calls a radius; this is one."""
+
+    radius_m: float
+    is_round: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        above_zero(self, "circle", "radius_m", at_most=LARGEST_M)
+
+    @property
+    def thickness_m(self) -> float:
+        """The diameter."""
+        return 2 * self.radius_m
+
+    @property
+    def outline_m(self) -> tuple[Point, ...]:
+        """The centre, and an end of each of two axes."""
+        return (0.0, 0.0), (self.radius_m, 0.0), (0.0, self.radius_m)
+
+
+@dataclass(frozen=True)
+class Polygon:
+    """Corners (x, y) from the obstacle's place, x along the heading; the ring is not closed.
+
+    Where it crosses itself, the even-odd rule says what is inside.
+    """
+
+    points_m: tuple[Point, ...]
+    is_round: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points_m", _points(self.points_m))
+        (x, y), *others = self.points_m
+        arms = [(px - x, py - y) for px, py in others]
+        if all(ax * by == ay * bx for (ax, ay), (bx, by) in itertools.pairwise(arms)):
+            raise ConfigError(f"polygon.points_m: expected an area, found corners on one line: {list(self.points_m)}")
+
+    @property
+    def thickness_m(self) -> float:
+        """Twice the area by the length of the outline: the width of what is long and thin."""
+        area = length = 0.0
+        before = self.points_m[-1]
+        for point in self.points_m:
+            area += before[0] * point[1] - before[1] * point[0]
+            length += math.dist(before, point)
+            before = point
+        return abs(area) / length
+
+    @property
+    def outline_m(self) -> tuple[Point, ...]:
+        """The corners."""
+        return self.points_m
+
+
+Shape: TypeAlias = Rectangle | Ellipse | Circle | Polygon
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """A shape at a place in the plan's metres, turned counter-clockwise from x.
+
+    Examples
+    --------
+    >>> cupboard = Obstacle(Rectangle(1.2, 0.4), x_m=2.0, y_m=1.0, heading_deg=90.0)
+    >>> int(cupboard.mask(GridFrame((0.0, 0.0), 10.0, (20, 30))).sum())
+    48
+    """
+
+    shape: Shape
+    x_m: float
+    y_m: float
+    heading_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.shape, Shape):
+            raise ConfigError(f"obstacle.shape: expected a Rectangle, Ellipse, Circle or Polygon, found {self.shape!r}")
+        for name in ("x_m", "y_m", "heading_deg"):
+            number(getattr(self, name), f"obstacle.{name}")
+
+    def outline_px(self, frame: GridFrame) -> FloatArray:
+        """Return the shape's ``outline_m`` in its place, pixels (n, 2) as (across, down)."""
+        cos, sin = math.cos(math.radians(self.heading_deg)), math.sin(math.radians(self.heading_deg))
+        x, y = self.x_m, self.y_m
+        points = ((x + px * cos - py * sin, y + px * sin + py * cos) for px, py in self.shape.outline_m)
+        return np.array([frame.pixel_from_point(*point) for point in points])
+
+    def spans(self, frame: GridFrame) -> tuple[Cells, int, bool]:
+        """Return what ``shape_spans`` does: the cells as spans of rows, how many, and whether all lie on the grid."""
+        thickness_px = self.shape.thickness_m * frame.pixels_per_metre
+        rows, cols = frame.shape
+        found: tuple[Cells, int, bool] = shape_spans(
+            self.outline_px(frame), self.shape.is_round, thickness_px, rows, cols
+        )
+        return found
+
+    def mask(self, frame: GridFrame) -> npt.NDArray[np.bool_]:
+        """Return (rows, cols), True where the obstacle is: where a cell's centre lies in it.
+
+        What is thinner than a cell, or holds no centre, is where its outline is.
+        """
+        mask = np.zeros(frame.shape, dtype=bool)
+        spans, count, _ = self.spans(frame)
+        for row, first, last in spans[:count].tolist():
+            mask[row, first:last] = True
+        return mask
+
+
+def _points(value: object) -> tuple[Point, ...]:
+    """Return corners as pairs of floats; refuse what is none, too few, or a closed ring."""
+    key = "polygon.points_m"
+    try:
+        points = [(x, y) for x, y in value] if isinstance(value, Iterable) else []
+    except (TypeError, ValueError):
+        points = []
+    if len(points) < 3:
+        raise ConfigError(f"{key}: expected at least 3 corners (x, y) in metres, found {value!r}")
+    for i, (x, y) in enumerate(points):
+        if not (type(x) is type(y) is float and max(abs(x), abs(y)) <= LARGEST_M):  # the common case, quickly
+            number(x, f"{key}[{i}]", at_least=-LARGEST_M, at_most=LARGEST_M)
+            number(y, f"{key}[{i}]", at_least=-LARGEST_M, at_most=LARGEST_M)
+    if points[0] == points[-1]:
+        raise ConfigError(f"{key}: expected an unclosed ring, found the first corner repeated at the end; leave it out")
+    return tuple((float(x), float(y)) for x, y in points)

@@ -1,0 +1,115 @@
+"""Vector environments for Stable-Baselines3, which has an interface of its own.
+
+>>> from houseexpo.pseudoslam.envs.sb3 import SB3VecEnv  # doctest: +SKIP
+>>> env = gymnasium.make_vec("PseudoSLAM/Exploration-v0", 16, autoreset_mode="SameStep", dataset="datasets/demo")
+... # doctest: +SKIP
+>>> PPO("CnnPolicy", VecMonitor(SB3VecEnv(env))).learn(100_000)  # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import AutoresetMode
+
+from houseexpo.errors import ConfigError, MissingDependencyError
+from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
+
+try:
+    from stable_baselines3.common.vec_env import VecEnv
+except ImportError as error:
+    raise MissingDependencyError(
+        "houseexpo.pseudoslam.envs.sb3 needs Stable-Baselines3, which is not installed: pip install stable-baselines3"
+    ) from error
+
+Indices = int | Iterable[int] | None
+
+
+class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where it is not installed
+    """A PseudoSLAM vector environment as Stable-Baselines3 takes it.
+
+    An info is a dictionary for each environment; at an episode's end it is the end's, with ``terminal_observation`` and
+    ``TimeLimit.truncated``, while the observation is the next episode's first.
+
+    Parameters
+    ----------
+    env
+        Made with ``autoreset_mode="SameStep"``, as Stable-Baselines3 resets; ConfigError otherwise.
+    """
+
+    def __init__(self, env: PseudoSlamVectorEnv) -> None:
+        inner = env.unwrapped
+        if not isinstance(inner, PseudoSlamVectorEnv) or inner.metadata["autoreset_mode"] != AutoresetMode.SAME_STEP:
+            raise ConfigError(
+                'env: expected a PseudoSLAM vector environment with autoreset_mode="SameStep", '
+                f"found {env!r} with {env.metadata.get('autoreset_mode')}"
+            )
+        self.env = inner
+        self._actions: npt.NDArray[Any]
+        super().__init__(inner.num_envs, inner.single_observation_space, inner.single_action_space)
+
+    def reset(self) -> Any:
+        """Start episodes everywhere, with the seeds of ``seed()`` and the options of ``set_options()``, if any."""
+        options = dict(self._options[0]) or None
+        if any(given != self._options[0] for given in self._options):
+            raise ConfigError("options: expected the same for all environments")
+        observation, infos = self.env.reset(seed=list(self._seeds), options=options)
+        self.reset_infos = _apart(infos, self.num_envs)
+        self._reset_seeds()
+        self._reset_options()
+        return observation
+
+    def step_async(self, actions: npt.NDArray[Any]) -> None:
+        """Keep the actions for ``step_wait``: nothing runs beside."""
+        self._actions = actions
+
+    def step_wait(self) -> tuple[Any, npt.NDArray[np.float32], npt.NDArray[np.bool_], list[dict[str, Any]]]:
+        """Take a step; return observations, rewards, which episodes ended, and infos."""
+        observation, rewards, terminated, truncated, infos = self.env.step(self._actions)
+        ended = terminated | truncated
+        last, finals = infos.pop("final_obs", None), infos.pop("final_info", {})
+        each, final = _apart(infos, self.num_envs), _apart(finals, self.num_envs)
+        for i in np.flatnonzero(ended).tolist():
+            limited = bool(truncated[i] and not terminated[i])
+            each[i] = {**final[i], "terminal_observation": last[i], "TimeLimit.truncated": limited}
+        return observation, rewards.astype(np.float32), ended, each
+
+    def close(self) -> None:
+        """End the threads."""
+        self.env.close()
+
+    def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
+        """Return an attribute, which all environments share."""
+        return [getattr(self.env, attr_name)] * len(self._indices(indices))
+
+    def set_attr(self, attr_name: str, value: Any, indices: Indices = None) -> None:  # noqa: ARG002  # SB3's signature
+        """Refuse: the environments share what could be set."""
+        raise ConfigError(f"{attr_name}: the environments are one, and made with what they are; make new ones")
+
+    def env_method(self, method_name: str, *args: Any, indices: Indices = None, **kwargs: Any) -> list[Any]:
+        """Call a method of the vector environment that takes an environment's number first, such as ``state``."""
+        method = getattr(self.env, method_name)
+        return [method(i, *args, **kwargs) for i in self._indices(indices)]
+
+    def env_is_wrapped(self, wrapper_class: type, indices: Indices = None) -> list[bool]:  # noqa: ARG002  # SB3's
+        """Return False: there are no wrappers inside."""
+        return [False] * len(self._indices(indices))
+
+    def get_images(self) -> Sequence[npt.NDArray[np.uint8] | None]:
+        """Return a picture of each environment."""
+        return self.env.render() or [None] * self.num_envs
+
+    def _indices(self, indices: Indices) -> list[int]:
+        if indices is None:
+            return list(range(self.num_envs))
+        return [indices] if isinstance(indices, int) else list(indices)
+
+
+def _apart(infos: dict[str, Any], number: int) -> list[dict[str, Any]]:
+    """Return a dictionary for each environment of those for all."""
+    keys = [key for key in infos if not key.startswith("_")]
+    columns = [infos[key] if infos[key].ndim > 1 else infos[key].tolist() for key in keys]
+    return [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)] or [{} for _ in range(number)]

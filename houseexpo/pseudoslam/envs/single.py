@@ -1,0 +1,194 @@
+"""gymnasium environments over the simulator, one robot each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.envs.spec import (
+    MAPS,
+    Actions,
+    EnvSpec,
+    Kind,
+    Observation,
+    constants_of,
+    make_env_spec,
+    new_constants,
+)
+from houseexpo.pseudoslam.envs.task_mixins import ExplorationMixin, NavigationMixin, ObstacleAvoidanceMixin
+from houseexpo.pseudoslam.metrics import Bools, Metrics
+from houseexpo.pseudoslam.simulator import Simulator
+from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.step_params import look_round, step_one
+from houseexpo.pseudoslam.tasks import Task
+from houseexpo.pseudoslam.worlds.cache import Plans
+
+if TYPE_CHECKING:
+    from houseexpo.pseudoslam.render.window import Window
+
+
+class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
+    """A robot with a task in a house.
+
+    - *Action* and *observation*: as ``interface.EnvSpec`` says, for ``actions`` and ``observation``.
+    - *Reward* and *terminated*: the task's; *truncated* after ``config.max_steps``.
+    - *Info*: ``explored_m2``, ``coverage`` (0 to 1), ``collisions`` so far, ``collided`` in this step, ``pose`` (x, y
+      in the plan's metres, heading in radians), ``is_success``, ``plan_id``, and what the task adds.
+
+    ``reset(seed=...)`` alone decides plan, start, obstacles, people and noise; ``options={"plan_id": ...}`` names the
+    plan. ConfigError for actions, options and arguments that there are not.
+
+    Parameters
+    ----------
+    dataset
+        Path of a data set, a data set, a plan or a list of plans; each episode takes one at random.
+    config
+        What is simulated; the task's values where it is left out.
+    actions
+        "discrete" or "continuous".
+    observation
+        "map" or "dict".
+    render_mode
+        "rgb_array", "human", or None.
+    """
+
+    metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 10}  # noqa: RUF012  # as gymnasium declares it
+
+    def __init__(
+        self,
+        task: Task,
+        dataset: Plans,
+        config: SimulatorConfig | None = None,
+        *,
+        actions: Actions = "discrete",
+        observation: Kind = "map",
+        render_mode: str | None = None,
+    ) -> None:
+        if render_mode not in {None, *self.metadata["render_modes"]}:
+            raise ConfigError(f"render_mode: expected one of {self.metadata['render_modes']}, found {render_mode!r}")
+        self._env_spec: EnvSpec = make_env_spec(task, dataset, config, actions, observation)
+        self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
+        self.action_space, self.observation_space = self._env_spec.action_space(), self._env_spec.observation_space()
+        self._params, self._scratch = self._env_spec.params(), self._env_spec.scratch()
+        self._simulator: Simulator | None = None
+        self._state: State | None = None
+        self._constants = new_constants(1)
+        self._after: Metrics
+        self._trail: list[npt.NDArray[np.float64]] = []
+        self._window: Window | None = None
+
+    @property
+    def simulator(self) -> Simulator:
+        """The simulator of this episode; ResetNeeded before the first."""
+        if self._simulator is None:
+            raise gymnasium.error.ResetNeeded("call reset() before anything else")
+        return self._simulator
+
+    @property
+    def state(self) -> State:
+        """The state of this episode, which the next step changes; ResetNeeded before the first."""
+        if self._state is None:
+            raise gymnasium.error.ResetNeeded("call reset() before anything else")
+        return self._state
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start an episode."""
+        super().reset(seed=seed)
+        world = self._env_spec.draw(self.np_random, plan_of(options))
+        self._simulator = Simulator(world, self.config, self._params, self._scratch)
+        self._state = self._env_spec.initial_state(world, self._params, self._scratch, self.np_random)
+        look_round(self._state, self._params, self._scratch)
+        self._constants.rows[0] = constants_of(self._state, world)
+        after = self._after = self._measures()
+        self._trail = []
+        self._show()
+        return self._observation(after), self._info(after, self.task.success(after))
+
+    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Take one action."""
+        state = self.state
+        moves, ahead = self._env_spec.motions(action)
+        before = self._after
+        step_one(state, moves, self._params, self._scratch)
+        after = self._after = self._measures()
+        success = self.task.success(after)
+        reward = float(self.task.rewards(before, after, ahead, success)[0])
+        ends = bool(self.task.terminated(after, success)[0]), bool(after.truncated()[0])
+        self._show()
+        return self._observation(after), reward, *ends, self._info(after, success)
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """Return the map with the robot on it, (rows, cols, 3) uint8, row 0 at the highest y; or show it in a window.
+
+        See ``render.picture``. MissingDependencyError where ``render_mode`` is "human" and there is no pygame.
+        """
+        if self.render_mode is None:
+            gymnasium.logger.warn(
+                "nothing is drawn without a render_mode: make the environment with 'rgb_array' or 'human'"
+            )
+            return None
+        from houseexpo.pseudoslam.render.picture import picture
+
+        image = picture(self.simulator, self.state, self._trail)
+        if self.render_mode == "rgb_array":
+            return image
+        from houseexpo.pseudoslam.render.window import Window
+
+        self._window = self._window or Window("PseudoSLAM")
+        self._window.show(image, fps=self.metadata["render_fps"])
+        return None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+    def _show(self) -> None:
+        """Keep the trail where there are pictures, and show one where they are for people."""
+        if self.render_mode is not None:
+            self._trail.append(self.state.episode.pose.copy())
+        if self.render_mode == "human":
+            self.render()
+
+    def _measures(self) -> Metrics:
+        return Metrics.of(self._constants, self.state.pool, self.config)
+
+    def _observation(self, after: Metrics) -> Observation:
+        found = self._env_spec.observe(self.state.pool, after)
+        if isinstance(found, dict):
+            return {key: part[0].copy() if key in MAPS else part[0] for key, part in found.items()}
+        one: npt.NDArray[Any] = found[0].copy()
+        return one
+
+    def _info(self, after: Metrics, success: Bools) -> dict[str, Any]:
+        report = self.task.report(after, success)
+        info = {key: value[0] if value.ndim > 1 else value.item() for key, value in report.items()}
+        return {**info, "plan_id": self.simulator.world.plan_id}
+
+
+def plan_of(options: dict[str, Any] | None) -> str | None:
+    """Return the plan that options name; ConfigError for other options."""
+    unknown = set(options or {}) - {"plan_id"}
+    if unknown:
+        raise ConfigError(f"options: unknown key {min(unknown)!r}; known: 'plan_id'")
+    return (options or {}).get("plan_id")
+
+
+class ExplorationEnv(ExplorationMixin, PseudoSlamEnv):
+    """``PseudoSLAM/Exploration-v0``: see ``tasks.Exploration`` and ``PseudoSlamEnv``."""
+
+
+class ObstacleAvoidanceEnv(ObstacleAvoidanceMixin, PseudoSlamEnv):
+    """``PseudoSLAM/ObstacleAvoidance-v0``: see ``tasks.ObstacleAvoidance`` and ``PseudoSlamEnv``."""
+
+
+class NavigationEnv(NavigationMixin, PseudoSlamEnv):
+    """``PseudoSLAM/Navigation-v0``: see ``tasks.Navigation`` and ``PseudoSlamEnv``."""

@@ -1,0 +1,186 @@
+"""What single and vector environments share: spaces, the meaning of actions, what is observed, and the houses."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal, TypeAlias, get_args
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.kernels.motion.actions import look_up
+from houseexpo.pseudoslam.kernels.step import Episode, StepParams
+from houseexpo.pseudoslam.kernels.types import Scratch
+from houseexpo.pseudoslam.metrics import EpisodeConstants, Metrics
+from houseexpo.pseudoslam.simulator import ACTIONS, motions
+from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.step_params import prepare, scratch_of, step_params_of
+from houseexpo.pseudoslam.tasks import Task
+from houseexpo.pseudoslam.worlds.cache import Plans, WorldCache
+from houseexpo.pseudoslam.worlds.reset import initial_state
+from houseexpo.pseudoslam.worlds.world import World
+
+Actions = Literal["discrete", "continuous"]
+Kind = Literal["map", "dict"]
+MAPS = ("map", "global_map")
+"""What ``EnvSpec.observe`` returns as views."""
+_FAR_M = 10_000.0  # nothing is further away: a grid has at most 1e8 cells
+Observation: TypeAlias = npt.NDArray[Any] | dict[str, npt.NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class EnvSpec:
+    """An environment's face: how a task is seen and acted on.
+
+    Parameters
+    ----------
+    actions
+        "discrete": 0 forward, 1 left, 2 right. "continuous": (linear, angular) in [-1, 1], as shares of a step's way
+        (backward where negative) and turn (left where positive); the turn comes first.
+    kind
+        "map": the map round the robot, (1, side, side) uint8, heading up: 0 unknown, 127 free, 255 obstacle. "dict":
+        that as "map", "global_map" (1, cells, cells) uint8, the whole map round the start, "pose" (3,) float32, where
+        odometry has the robot since then (m, m, rad), and "ranges" (beams,) float32, metres, from the fan's right.
+        Where there is a goal, either is a dict that has "goal", (2,) float32, metres ahead and to the left.
+    """
+
+    task: Task
+    config: SimulatorConfig
+    worlds: WorldCache
+    actions: Actions
+    kind: Kind
+
+    @property
+    def complete(self) -> bool:
+        """Whether the overview and the ranges are wanted."""
+        return self.kind == "dict"
+
+    def params(self) -> StepParams:
+        """Return what is the same in all steps."""
+        return step_params_of(self.config, self.task.clearance_m)
+
+    def scratch(self) -> Scratch:
+        """Return memory for the scans of one thread."""
+        return scratch_of(self.config)
+
+    def action_space(self) -> spaces.Space[Any]:
+        """Return the space of one environment's actions."""
+        if self.actions == "discrete":
+            return spaces.Discrete(len(ACTIONS))
+        return spaces.Box(-1.0, 1.0, (2,), np.float32)
+
+    def observation_space(self) -> spaces.Space[Any]:
+        """Return the space of one environment's observations."""
+        side, config = self.config.side_px, self.config
+        parts: dict[str, spaces.Space[Any]] = {"map": spaces.Box(0, 255, (1, side, side), np.uint8)}
+        if self.complete:
+            cells, reach = config.observation.global_cells, np.float32(config.laser.range_m)
+            beams = len(self.params().sensor.fan_cos)
+            parts["global_map"] = spaces.Box(0, 255, (1, cells, cells), np.uint8)
+            parts["pose"] = spaces.Box(-_FAR_M, _FAR_M, (3,), np.float32)
+            parts["ranges"] = spaces.Box(0.0, float(reach), (beams,), np.float32)
+        if config.goal:
+            parts["goal"] = spaces.Box(-_FAR_M, _FAR_M, (2,), np.float32)
+        return spaces.Dict(parts) if len(parts) > 1 else parts["map"]
+
+    def motions(self, actions: object, *number: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+        """Return the turns and ways (N, 2), radians and pixels, that actions mean, and which go ahead.
+
+        ``actions`` are so many, (N,) or (N, 2); without a number they are one, () or (2,). ConfigError where there is
+        no such action.
+        """
+        discrete = self.actions == "discrete"
+        shape = number if discrete else (*number, 2)
+        try:
+            values = np.asarray(actions)
+        except ValueError as error:
+            raise ConfigError(f"action: expected an array of shape {shape}, found {actions!r}") from error
+        if values.shape != shape:
+            raise ConfigError(f"action: expected an array of shape {shape}, found {values.shape}")
+        return self._looked_up(values) if discrete else self._scaled(values)
+
+    def _looked_up(self, values: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+        """Return what ``motions`` does for numbered actions."""
+        is_whole = values.dtype.kind in "iu"
+        flat = values.ravel().astype(np.int64, copy=False) if is_whole else np.full(values.size, -1)
+        found, ahead = np.empty((len(flat), 2)), np.empty(len(flat), bool)
+        strange = look_up(flat, self._table, found, ahead)
+        if strange >= 0:
+            raise ConfigError(f"action: expected 0 (forward), 1 (left) or 2 (right), found {values.flat[strange]!r}")
+        return found, ahead
+
+    def _scaled(self, values: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+        """Return what ``motions`` does for continuous actions."""
+        strange = ~((values >= -1) & (values <= 1)) if values.dtype.kind in "iuf" else np.ones(values.shape, bool)
+        if np.count_nonzero(strange):  # a fraction of what strange.any() takes
+            wanted = "(linear, angular), numbers from -1 to 1"
+            raise ConfigError(f"action: expected {wanted}, found {values[strange].flat[0]!r}")
+        shares = values.reshape(-1, 2).astype(np.float64)
+        return np.ascontiguousarray(shares[:, ::-1] * self._full), shares[:, 0] > 0
+
+    @cached_property
+    def _table(self) -> npt.NDArray[np.float64]:
+        """What the discrete actions mean, as ``motions`` returns it."""
+        return np.array([motions(self.config)[action] for action in ACTIONS]) * (1.0, self.config.pixels_per_metre)
+
+    @cached_property
+    def _full(self) -> npt.NDArray[np.float64]:
+        """A step's whole turn and whole way, as ``motions`` returns them."""
+        robot = self.config.robot
+        return np.array([math.radians(robot.turn_deg), robot.step_m * self.config.pixels_per_metre])
+
+    def observe(self, episode: Episode, measures: Metrics) -> Observation:
+        """Return the observations of a pool of episodes; ``MAPS`` are views."""
+        parts: dict[str, npt.NDArray[Any]] = {"map": episode.shown[:, None]}
+        if self.complete:
+            parts["global_map"] = episode.overview[:, None]
+            parts["pose"] = measures.since_start().astype(np.float32)
+            parts["ranges"] = (episode.ranges * measures.cell_m).astype(np.float32)
+        if self.config.goal:
+            parts["goal"] = measures.goal_ahead().astype(np.float32)
+        return parts if len(parts) > 1 else parts["map"]
+
+    def draw(self, rng: np.random.Generator, plan_id: str | None) -> World:
+        """Return the world of a plan, a random one where none is named."""
+        if plan_id is not None:
+            return self.worlds[self.worlds.number_of(plan_id)]
+        return self.worlds[int(rng.integers(len(self.worlds)))]
+
+    def initial_state(
+        self, world: World, params: StepParams, scratch: Scratch, rng: np.random.Generator, *, own: bool = True
+    ) -> State:
+        """Return the start of an episode, see ``worlds.reset``; its first look round is the next step's to take."""
+        return initial_state(world, self.config, params, scratch, rng, complete=self.complete, own=own)
+
+
+def make_env_spec(
+    task: Task, dataset: Plans, config: SimulatorConfig | None, actions: Actions, observation: Kind
+) -> EnvSpec:
+    """Return an environment's face; ConfigError where an argument is not one of those that there are."""
+    for name, value, kinds in (("actions", actions, Actions), ("observation", observation, Kind)):
+        if value not in get_args(kinds):
+            raise ConfigError(f"{name}: expected one of {', '.join(get_args(kinds))}; found {value!r}")
+    if config is not None and not isinstance(config, SimulatorConfig):
+        raise ConfigError(f"config: expected a SimulatorConfig or None, found {config!r}")
+    config = task.configured(config)
+    env_spec = EnvSpec(task, config, WorldCache(dataset, config), actions, observation)
+    prepare(config, env_spec.params(), complete=env_spec.complete)
+    return env_spec
+
+
+def new_constants(number: int) -> EpisodeConstants:
+    """Return the facts of so many episodes that have not begun."""
+    rows = np.full((number, 10), np.nan)
+    rows[:, 6], rows[:, 7] = 1.0, 0.0
+    return EpisodeConstants(rows, rows[:, :6], rows[:, 6], rows[:, 7], rows[:, 8:])
+
+
+def constants_of(state: State, world: World) -> tuple[float, ...]:
+    """Return the facts of an episode that begins: a row of ``EpisodeConstants.rows``."""
+    corner, goal = (*world.corner_m, 0.0), state.goal_m or (math.nan, math.nan)
+    return *corner, *corner, max(state.observable_cells, 1), state.shortest_path_m, *goal

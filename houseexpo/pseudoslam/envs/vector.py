@@ -1,0 +1,254 @@
+"""Many robots at once: gymnasium's vector interface over one compiled call, without worker processes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
+from typing import Any
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.config.checks import whole
+from houseexpo.pseudoslam.envs.batch import Batch
+from houseexpo.pseudoslam.envs.prefetch import EpisodePrefetcher
+from houseexpo.pseudoslam.envs.single import PseudoSlamEnv, plan_of
+from houseexpo.pseudoslam.envs.spec import MAPS, Actions, Kind, Observation, make_env_spec, new_constants
+from houseexpo.pseudoslam.envs.task_mixins import ExplorationMixin, NavigationMixin, ObstacleAvoidanceMixin
+from houseexpo.pseudoslam.kernels.runtime.thread_pool import MAX_ENVS
+from houseexpo.pseudoslam.kernels.step import REDRAW, SKIP, STEP
+from houseexpo.pseudoslam.metrics import Metrics
+from houseexpo.pseudoslam.simulator import Simulator
+from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.tasks import Task
+from houseexpo.pseudoslam.worlds.cache import Plans
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+Seeds = int | Sequence[int | None] | None
+
+
+class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
+    """N environments as ``env.PseudoSlamEnv``, each in a house of its own, stepped together on all cores.
+
+    They agree with N single environments bit by bit: ``reset(seed=s)`` is theirs with the seeds s to s + N - 1, and a
+    list gives each its own. ``options`` may hold ``plan_id``, and ``reset_mask`` (N,) of those to reset.
+
+    What happens at an episode's end is ``autoreset_mode``'s to say:
+
+    - NEXT_STEP (the default): the next step ignores the action, resets, and returns reward 0.
+    - SAME_STEP: the environment is reset at once; ``info["final_obs"]`` and ``info["final_info"]`` hold the end.
+    - DISABLED: ``reset(options={"reset_mask": ...})`` is the caller's; a step without it raises ResetNeeded.
+
+    ``info`` holds an array for each key and, as ``_key``, which environments it speaks of.
+
+    Parameters
+    ----------
+    num_envs
+        N.
+    copy
+        Return copies of the observations; False: views of the maps, which the next step overwrites.
+    threads
+        How many share the work; None: as many as there are cores. The outcome is the same.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        dataset: Plans,
+        config: SimulatorConfig | None = None,
+        *,
+        num_envs: int = 1,
+        actions: Actions = "discrete",
+        observation: Kind = "map",
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        copy: bool = True,
+        threads: int | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        whole(num_envs, "num_envs", at_least=1, at_most=MAX_ENVS)
+        whole(1 if threads is None else threads, "threads", at_least=1)
+        if autoreset_mode not in set(AutoresetMode) | {mode.value for mode in AutoresetMode}:
+            modes = ", ".join(mode.value for mode in AutoresetMode)
+            raise ConfigError(f"autoreset_mode: expected one of {modes}; found {autoreset_mode!r}")
+        if render_mode not in {None, "rgb_array"}:
+            raise ConfigError(f"render_mode: expected 'rgb_array' or None, found {render_mode!r}")
+        self._mode = AutoresetMode(autoreset_mode)
+        self.metadata = {**PseudoSlamEnv.metadata, "autoreset_mode": self._mode}
+        self._env_spec = make_env_spec(task, dataset, config, actions, observation)
+        self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
+        self.num_envs, self._copy = num_envs, copy
+        self.single_action_space = self._env_spec.action_space()
+        self.single_observation_space = self._env_spec.observation_space()
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self._params, self._scratch = self._env_spec.params(), self._env_spec.scratch()
+        self._batch = Batch(num_envs, self.config, self._params, threads)
+        ahead = self._mode != AutoresetMode.DISABLED and self._batch.threads > 1
+        self._prefetcher = EpisodePrefetcher(self._env_spec, self._params, self._scratch, ahead=ahead)
+        self._plan_ids = np.full(num_envs, None, object)
+        self._simulators: dict[int, Simulator] = {}
+        self._ended = np.ones(num_envs, bool)
+        self._begun = np.zeros(num_envs, bool)
+        self._are_begun = False
+        self._everywhere, self._all = np.ones(num_envs, bool), np.full(num_envs, STEP, np.uint8)
+        self._constants = new_constants(num_envs)
+        self._after: Metrics
+
+    def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
+        """Start episodes in all environments, or in those of ``options["reset_mask"]``."""
+        seeds = self._seeds(seed)
+        rest = dict(options or {})
+        which = self._mask(rest.pop("reset_mask", None))
+        plan_id = plan_of(rest)
+        self._are_begun, self._begun = False, self._begun & ~which  # where a start fails, none of them is half begun
+        for i in np.flatnonzero(which).tolist():
+            self._prefetcher.seed(i, seeds[i])
+            self._start_episode(i, plan_id)
+        self._look_round(which, REDRAW)
+        self._begun |= which
+        infos = self._infos(self._after, self.task.success(self._after), which)
+        return self._observations(self._after), infos
+
+    def step(self, actions: npt.NDArray[Any]) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
+        """Take one action in each environment; actions (N,) or (N, 2)."""
+        if not self._are_begun or (self._mode == AutoresetMode.DISABLED and np.count_nonzero(self._ended)):
+            ready = self._begun & ~self._ended if self._mode == AutoresetMode.DISABLED else self._begun
+            if not ready.all():
+                which = np.flatnonzero(~ready).tolist()
+                raise gymnasium.error.ResetNeeded(f"environments {which}: call reset() before the next step")
+            self._are_begun = True
+        motions, ahead = self._env_spec.motions(actions, self.num_envs)
+        starting = self._ended.nonzero()[0].tolist()  # in NEXT_STEP, or where a start has failed
+        for i in starting:
+            self._start_episode(i, None)
+            motions[i] = 0.0
+        before, prepare = self._after, self._prefetcher.prepare if self._prefetcher.lack else None
+        self._batch.step(motions, self._all, fresh=self._copy, meanwhile=prepare)
+        after = self._after = self._measures()
+        success = self.task.success(after)
+        rewards = self.task.rewards(before, after, ahead, success)
+        terminated, truncated = self.task.terminated(after, success), after.truncated()
+        if starting:
+            rewards[starting], terminated[starting], truncated[starting] = 0.0, False, False
+        self._ended = terminated | truncated
+        final: dict[str, Any] = {}
+        if self._mode == AutoresetMode.SAME_STEP and np.count_nonzero(self._ended):
+            final, ended = self._finals(after, success), self._ended
+            for i in ended.nonzero()[0].tolist():
+                self._start_episode(i, None)
+            self._look_round(ended, SKIP)
+            success = self.task.success(self._after)
+        infos = self._infos(self._after, success, self._everywhere) | final
+        return self._observations(self._after), rewards, terminated, truncated, infos
+
+    def state(self, i: int) -> State:
+        """Return environment ``i``'s episode: its arrays are views, which the next step changes.
+
+        Its ``view`` is the observation of the last step: the same memory, also where that is the caller's own.
+        """
+        if not self._begun[i]:
+            raise gymnasium.error.ResetNeeded(f"environment {i}: call reset() before anything else")
+        return self._batch.state(i)
+
+    def render(self) -> list[npt.NDArray[np.uint8] | None] | None:  # type: ignore[override]  # a picture or none
+        """Return a picture of each environment, as ``PseudoSlamEnv.render`` does; None without a render mode."""
+        if self.render_mode is None:
+            return None
+        from houseexpo.pseudoslam.render.picture import picture
+
+        return [picture(self._simulators[i], self.state(i)) for i in range(self.num_envs)]
+
+    def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002  # gymnasium's signature
+        """End the threads."""
+        self._batch.close()
+
+    def _start_episode(self, i: int, plan_id: str | None) -> None:
+        """Put the start of an episode in place ``i``; it has not looked round yet."""
+        world, state, self._constants.rows[i] = self._prefetcher.next(i, plan_id)
+        self._batch.put(i, state)
+        self._plan_ids[i] = world.plan_id
+        if self.render_mode is not None:  # a simulator keeps its world's rasters
+            self._simulators[i] = Simulator(world, self.config, self._params, self._scratch)
+
+    def _look_round(self, which: Bools, others: int) -> None:
+        """Take the first looks of the episodes that have just begun, together; the views are new if all are shown."""
+        wanted = np.where(which, STEP, others)
+        self._batch.step(np.zeros((self.num_envs, 2)), wanted, fresh=self._copy and others == REDRAW)
+        self._after = self._measures()
+        self._ended = self._ended & ~which
+
+    def _measures(self) -> Metrics:
+        return Metrics.of(self._constants, self._batch.arrays, self.config)
+
+    def _observations(self, after: Metrics) -> Observation:
+        """Return what is observed, the caller's own where he wants copies."""
+        found = self._env_spec.observe(self._batch.arrays, after)
+        views = self._batch.views()
+        if not self._copy:
+            return found
+        if not isinstance(found, dict):
+            return found.copy() if views is None else views[:, None]
+        own = {} if views is None else {"map": views[:, None]}
+        copied = {key: found[key].copy() for key in MAPS if key in found and key not in own}
+        return {**found, **copied, **own}
+
+    def _infos(self, after: Metrics, success: Bools, which: Bools) -> dict[str, Any]:
+        infos: dict[str, Any] = {**self.task.report(after, success), "plan_id": self._plan_ids.copy()}
+        masks = np.empty((len(infos), self.num_envs), bool)
+        masks[:] = which
+        infos.update(zip(_names(*infos), masks, strict=True))
+        return infos
+
+    def _finals(self, after: Metrics, success: Bools) -> dict[str, Any]:
+        self._batch.views()  # they are drawn now
+        found = self._env_spec.observe(self._batch.arrays, after)
+        last = np.full(self.num_envs, None, object)
+        for i in np.flatnonzero(self._ended).tolist():
+            one = {key: part[i].copy() for key, part in found.items()} if isinstance(found, dict) else found[i].copy()
+            last[i] = one
+        masks = {"_final_obs": self._ended.copy(), "_final_info": self._ended.copy()}
+        return {"final_obs": last, "final_info": self._infos(after, success, self._ended), **masks}
+
+    def _seeds(self, seed: Seeds) -> list[int | None]:
+        if seed is None or isinstance(seed, (int, np.integer)):
+            return [None if seed is None else int(seed) + i for i in range(self.num_envs)]
+        seeds = list(seed) if isinstance(seed, Iterable) else []
+        if len(seeds) != self.num_envs or not all(isinstance(one, (int, np.integer, type(None))) for one in seeds):
+            raise ConfigError(
+                f"seed: expected a whole number, a list of {self.num_envs} of them or None, found {seed!r}"
+            )
+        return [None if one is None else int(one) for one in seeds]
+
+    def _mask(self, mask: object) -> Bools:
+        if mask is None:
+            return np.ones(self.num_envs, bool)
+        if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (self.num_envs,) or not mask.any():
+            raise ConfigError(
+                f"options['reset_mask']: expected a boolean array of shape ({self.num_envs},), not all False, "
+                f"found {mask!r}"
+            )
+        return mask
+
+
+@lru_cache(maxsize=8)
+def _names(*keys: str) -> list[str]:
+    """Return the names of the masks that say of which environments an info speaks."""
+    return [f"_{key}" for key in keys]
+
+
+class ExplorationVectorEnv(ExplorationMixin, PseudoSlamVectorEnv):
+    """``PseudoSLAM/Exploration-v0``, vectorised: see ``tasks.Exploration`` and ``PseudoSlamVectorEnv``."""
+
+
+class ObstacleAvoidanceVectorEnv(ObstacleAvoidanceMixin, PseudoSlamVectorEnv):
+    """``PseudoSLAM/ObstacleAvoidance-v0``, vectorised: see ``tasks.ObstacleAvoidance`` and ``PseudoSlamVectorEnv``."""
+
+
+class NavigationVectorEnv(NavigationMixin, PseudoSlamVectorEnv):
+    """``PseudoSLAM/Navigation-v0``, vectorised: see ``tasks.Navigation`` and ``PseudoSlamVectorEnv``."""

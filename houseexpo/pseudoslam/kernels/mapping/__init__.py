@@ -1,0 +1,1 @@
+"""The map that the robot draws: merging scans, and cutting out the view."""

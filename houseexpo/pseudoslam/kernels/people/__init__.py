@@ -1,0 +1,1 @@
+"""How people walk: the social force model, their starts, one step of all of them."""

@@ -1,0 +1,83 @@
+"""Where people start."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.hashing import normal, uniform
+from houseexpo.pseudoslam.kernels.motion.bodies import GOAL, HALF_DIAGONAL, SPEED, Bodies, Disc, Tracks, X, Y
+from houseexpo.pseudoslam.kernels.people.social_force import Walk
+from houseexpo.pseudoslam.kernels.people.walking import draw, fits, fits_bodies, take_goal
+from houseexpo.pseudoslam.kernels.planning.flow import COLS, GOALS, ROWS, Flow
+from houseexpo.pseudoslam.kernels.types import Grid
+
+_TRIES = 64
+_SPEEDS = 1 << 40  # counters beyond all others
+
+
+@njit(cache=True, nogil=True)
+def place_people(
+    occupied: Grid,
+    bodies: Bodies,
+    tracks: Tracks,
+    flow: Flow,
+    walk: Walk,
+    key: int,
+    robot: Disc,
+    away_px: float,
+    speed: float,
+    speed_sd: float,
+) -> int:
+    """Put people at random places where they fit, with a speed (pixels/s) and a first goal each.
+
+    A place is drawn until one fits that lies ``away_px`` from the robot's centre, at most 64 times; then any that fits
+    is taken. ``occupied`` holds what stands still only; nothing is drawn in it.
+
+    Returns
+    -------
+    How many found a place; all of them, unless there is no more room.
+    """
+    people = bodies.people
+    people[:], bodies.errands[:] = 0.0, 0
+    for p in range(len(people)):
+        if not _find_place(occupied, bodies, tracks, flow, walk, key, p, robot, away_px):
+            return p
+        people[p, SPEED] = max(speed + speed_sd * min(max(normal(key, _SPEEDS + p), -2.0), 2.0), 0.1 * speed)
+        bodies.errands[p, GOAL] = int(uniform(key, draw(p, 0, 4)) * flow.sizes[GOALS])
+        take_goal(bodies, flow, key, p)
+    return len(people)
+
+
+@njit(cache=True, nogil=True)
+def _find_place(
+    occupied: Grid,
+    bodies: Bodies,
+    tracks: Tracks,
+    flow: Flow,
+    walk: Walk,
+    key: int,
+    p: int,
+    robot: Disc,
+    away_px: float,
+) -> bool:
+    """Draw a place for person ``p``; after so many draws, look at all spots from the last one drawn on."""
+    me, blocks = bodies.people[p], flow.sizes[ROWS] * flow.sizes[COLS]
+    least = robot.radius + walk.radius_px + HALF_DIAGONAL
+    block = 0
+    for i in range(_TRIES + blocks):
+        drawn = i < _TRIES
+        block = int(uniform(key, draw(p, i, 5)) * blocks) if drawn else (block + 1) % blocks
+        if flow.spots[block, 0] < 0:
+            continue
+        me[X] = flow.spots[block, 1] + (uniform(key, draw(p, i, 6)) if drawn else 0.5)
+        me[Y] = flow.spots[block, 0] + (uniform(key, draw(p, i, 7)) if drawn else 0.5)
+        far = max(away_px, least) if drawn else least
+        if math.hypot(robot.x - me[X], robot.y - me[Y]) < far:
+            continue
+        if fits(occupied, bodies.people, p, p, me[X], me[Y], walk.radius_px, robot) and (
+            fits_bodies(bodies, tracks, p, me[X], me[Y], walk.radius_px)
+        ):
+            return True
+    return False

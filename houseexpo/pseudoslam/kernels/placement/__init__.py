@@ -1,0 +1,1 @@
+"""Where things are set down: shapes as cells, obstacles, cells drawn at random."""

@@ -1,0 +1,130 @@
+"""How far it is to a goal for the robot: fast marching (Sethian, 1996) over blocks of cells where it can stand."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid
+
+
+class Field(NamedTuple):
+    """Ways to a goal. In a pool the arrays are as long as the longest, behind one axis."""
+
+    sizes: Counts
+    """(3,) rows and columns of blocks, cells along a block's side."""
+    distances: npt.NDArray[np.float32]
+    """(rows * cols,) pixels from each block's middle; infinite where there is no way."""
+
+
+def no_field() -> Field:
+    """Return the ways where there is no goal."""
+    return Field(np.zeros(3, np.int64), np.zeros(0, np.float32))
+
+
+@njit(cache=True, nogil=True)
+def field_of(pool: Field, i: int) -> Field:
+    """Return environment ``i``'s part of a pool, a view."""
+    return Field(pool.sizes[i], pool.distances[i])
+
+
+@njit(cache=True, nogil=True)
+def field_at(field: Field, x: float, y: float) -> float:
+    """Return the way to the goal from a place, pixels: between blocks' middles linearly, by those that have a way."""
+    rows, cols, side = field.sizes
+    across, down = x / side - 0.5, y / side - 0.5
+    col, row = math.floor(across), math.floor(down)
+    total, weights = 0.0, 0.0
+    for i in range(2):
+        for j in range(2):
+            r, c = min(max(row + i, 0), rows - 1), min(max(col + j, 0), cols - 1)
+            distance = field.distances[r * cols + c]
+            weight = (1.0 - abs(down - row - i)) * (1.0 - abs(across - col - j)) + 1e-9
+            if distance < math.inf:
+                total += weight * distance
+                weights += weight
+    return total / weights if weights > 0.0 else math.inf
+
+
+@njit(cache=True, nogil=True)
+def find_open(traversable: Grid, side: int, is_open: Grid) -> None:
+    """Set ``is_open`` (rows, cols of blocks) to 1 where the robot can stand in some cell of a block."""
+    rows, cols = traversable.shape
+    for row in range(rows):
+        for col in range(cols):
+            if traversable[row, col] != 0:
+                is_open[row // side, col // side] = 1
+
+
+@njit(cache=True, nogil=True)
+def march(is_open: Grid, row: int, col: int, side: int, distances: npt.NDArray[np.float32]) -> None:
+    """Write the way from each open block to the block (row, col), pixels, into ``distances`` (rows, cols)."""
+    rows, cols = is_open.shape
+    distances[:] = math.inf
+    heap_at, heap_by = np.empty(4 * rows * cols + 1, np.int32), np.empty(4 * rows * cols + 1)
+    done = np.zeros((rows, cols), np.uint8)
+    distances[row, col] = 0.0
+    heap_at[0], heap_by[0], size = row * cols + col, 0.0, 1
+    while size > 0:
+        cell, size = heap_at[0], _pop(heap_at, heap_by, size + 0)
+        r, c = cell // cols, cell % cols
+        if done[r, c] != 0:
+            continue
+        done[r, c] = 1
+        for down, across in ((0, 1), (0, -1), (1, 0), (-1, 0)):
+            i, j = r + down, c + across
+            if 0 <= i < rows and 0 <= j < cols and is_open[i, j] != 0 and done[i, j] == 0:
+                found = _arrival(distances, i, j, float(side))
+                if found < distances[i, j]:
+                    distances[i, j] = found
+                    size = _push(heap_at, heap_by, size, i * cols + j, found)
+
+
+@njit(cache=True, nogil=True)
+def _arrival(distances: npt.NDArray[np.float32], row: int, col: int, side: float) -> float:
+    """Return when a front that has passed the neighbours arrives: a plane wave through the nearer one of each axis."""
+    rows, cols = distances.shape
+    one = min(
+        float(distances[row, col - 1]) if col > 0 else math.inf,
+        float(distances[row, col + 1]) if col < cols - 1 else math.inf,
+    )
+    other = min(
+        float(distances[row - 1, col]) if row > 0 else math.inf,
+        float(distances[row + 1, col]) if row < rows - 1 else math.inf,
+    )
+    if abs(one - other) >= side:  # also where one is infinite
+        return min(one, other) + side
+    return (one + other + math.sqrt(2.0 * side * side - (one - other) ** 2)) / 2.0
+
+
+@njit(cache=True, nogil=True)
+def _push(at: npt.NDArray[np.int32], by: Floats, size: int, cell: int, key: float) -> int:
+    """Put a cell into a binary heap; return its new size."""
+    i = size
+    while i > 0 and by[(i - 1) // 2] > key:
+        at[i], by[i] = at[(i - 1) // 2], by[(i - 1) // 2]
+        i = (i - 1) // 2
+    at[i], by[i] = cell, key
+    return size + 1
+
+
+@njit(cache=True, nogil=True)
+def _pop(at: npt.NDArray[np.int32], by: Floats, size: int) -> int:
+    """Take the least off a binary heap; return its new size."""
+    size -= 1
+    cell, key = at[size], by[size]
+    i = 0
+    while 2 * i + 1 < size:
+        child = 2 * i + 1
+        if child + 1 < size and by[child + 1] < by[child]:
+            child += 1
+        if by[child] >= key:
+            break
+        at[i], by[i] = at[child], by[child]
+        i = child
+    at[i], by[i] = cell, key
+    return size

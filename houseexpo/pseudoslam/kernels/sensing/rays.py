@@ -1,0 +1,209 @@
+"""The scan of the published simulator: unit steps along each ray of a fan, to the first obstacle.
+
+Sample k of a ray is the cell whose centre is nearest to the point k pixels along it, k = 0 to the range rounded; the
+first that is solid ends the ray and is seen, too.
+
+Where nothing moves and the map has no errors, samples in what the map knows to be free need no look: in each quadrant
+round the robot a rectangle of free cells is found first, and its rays begin where they leave it. Houses have
+rectangular rooms: three samples of four are never taken.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE, UNKNOWN
+from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
+
+_EVEN = 6755399441055744.0  # 1.5 * 2**52: adding and taking it away rounds, halves to even, as np.rint does
+_BLOCK, _FEW = 32, 12  # samples whose cells are found at once: the processor does four together; near their end, few
+_MIN = 1e-300  # for a ray along the grid: it leaves the other way nowhere
+
+
+@njit(cache=True, nogil=True)
+def ray_scan(
+    occupied: Grid, x: float, y: float, heading: float, fan_cos: Floats, fan_sin: Floats, range_px: float,
+    runs: Runs, hit: Cells,
+) -> tuple[int, int]:  # fmt: skip
+    """List the cells on the rays, those near the robot many times.
+
+    Parameters
+    ----------
+    fan_cos, fan_sin
+        (n,) the rays' directions from the heading.
+    runs, hit
+        Filled with flat indices; room for all samples of all rays, and for one a ray. A run is one cell.
+
+    Returns
+    -------
+    How many entries there are in ``runs`` and in ``hit``.
+    """
+    flat, (rows, cols) = occupied.ravel(), occupied.shape
+    n = len(fan_cos)
+    rights, ups, starts, stops = np.empty(n), np.empty(n), np.empty(n, np.int32), np.empty(n, np.int32)
+    samples = _lay(occupied, x, y, heading, fan_cos, fan_sin, range_px, False, rights, ups, starts, stops)
+    places, offsets = np.empty(_BLOCK), np.arange(_BLOCK).astype(np.float64)
+    cells = places.view(np.uint32)
+    n_runs, n_hit = 0, 0
+    for i in range(n):
+        k, safe, right, up = 0, stops[i], rights[i], ups[i]
+        while k < samples:
+            found = _find(places, offsets, x, y, right, up, k, safe, rows, cols, _BLOCK)
+            if found == 0:
+                break
+            for t in range(found):
+                cell = np.uint64(cells[np.uint64(2 * t)])
+                if flat[cell] == 0:
+                    runs[n_runs, 0], runs[n_runs, 1] = cell, cell
+                    n_runs += 1
+                    continue
+                if k + t > 0:  # inside an obstacle nothing is seen
+                    hit[n_hit] = cell
+                    n_hit += 1
+                k = samples
+                break
+            k += found
+    return n_runs, n_hit
+
+
+@njit(cache=True, nogil=True)
+def ray_merge(
+    occupied: Grid, observable: Grid, known: Grid, x: float, y: float, heading: float, fan_cos: Floats, fan_sin: Floats,
+    range_px: float, hit: Cells, settled: bool,
+) -> tuple[int, int, int]:  # fmt: skip
+    """Scan as ``ray_scan`` does and set the free cells of the map at once: noting them first takes twice as long.
+
+    Where ``settled``, what the map says is taken for true unseen: nothing moves, and the map has no errors. Obstacles
+    that it has are not listed in ``hit``.
+
+    Returns
+    -------
+    How many cells were unknown before, how many of those count, and how many entries there are in ``hit``.
+    """
+    flat, counts, drawn, (rows, cols) = occupied.ravel(), observable.ravel(), known.ravel(), occupied.shape
+    n = len(fan_cos)
+    rights, ups, starts, stops = np.empty(n), np.empty(n), np.empty(n, np.int32), np.empty(n, np.int32)
+    samples = _lay(known, x, y, heading, fan_cos, fan_sin, range_px, settled, rights, ups, starts, stops)
+    places, offsets = np.empty(_BLOCK), np.arange(_BLOCK).astype(np.float64)
+    cells = places.view(np.uint32)
+    most = _FEW if settled else _BLOCK  # settled, rays begin near the wall
+    new, covered, n_hit = 0, 0, 0
+    for i in range(n):
+        k, safe, right, up = starts[i], stops[i], rights[i], ups[i]
+        while k < samples:
+            found = _find(places, offsets, x, y, right, up, k, safe, rows, cols, most)
+            if found == 0:
+                break
+            for t in range(found):
+                cell = np.uint64(cells[np.uint64(2 * t)])
+                state = drawn[cell]
+                if settled and state != UNKNOWN:
+                    if state == FREE:
+                        continue
+                    k = samples
+                    break
+                if flat[cell] == 0:
+                    if state == UNKNOWN:
+                        new += 1
+                        covered += int(counts[cell])
+                    drawn[cell] = FREE
+                    continue
+                if k + t > 0:
+                    hit[n_hit] = cell
+                    n_hit += 1
+                k = samples
+                break
+            k += found
+    return new, covered, n_hit
+
+
+@njit(cache=True, nogil=True)
+def _lay(
+    known: Grid, x: float, y: float, heading: float, fan_cos: Floats, fan_sin: Floats, range_px: float, settled: bool,
+    rights: Floats, ups: Floats, starts: Cells, stops: Cells,
+) -> int:  # fmt: skip
+    """Write each ray's direction, right and up, and the samples from which and up to which it needs no care.
+
+    All four are (n,). Samples before the first of the two lie in cells known to be free; those before the second, on
+    the grid. Return how many there are within range. All rays at once: the processor does four at a time.
+    """
+    rows, cols = known.shape
+    cos, sin = math.cos(heading), math.sin(heading)
+    x0, y0 = x - 0.5, y - 0.5  # cells' centres at whole numbers
+    col, row = int(x0 + _EVEN - _EVEN), int(y0 + _EVEN - _EVEN)
+    inside = 0 <= col < cols and 0 <= row < rows
+    samples = range_px + _EVEN - _EVEN + 1.0 if inside else 0.0
+    room = np.full((4, 2), -1.0)  # for each quadrant, to the last free cell's centre across and along
+    if settled and inside:
+        for q in range(4):
+            across, along = 1 - 2 * (q & 1), 1 - (q & 2)
+            free_cols, free_rows = free_corner(known, col, row, across, along, int(range_px))
+            room[q, 0], room[q, 1] = free_cols + (col - x0) * across, free_rows + (row - y0) * along
+    (wide_se, high_se), (wide_sw, high_sw), (wide_ne, high_ne), (wide_nw, high_nw) = room
+    east, south = cols - 1.0 - x0, rows - 1.0 - y0
+    for k in range(len(fan_cos)):
+        i = np.uint64(k)
+        right, up = fan_cos[i] * cos - fan_sin[i] * sin, fan_sin[i] * cos + fan_cos[i] * sin
+        is_west, is_north = right < 0.0, up > 0.0
+        per_col, per_row = 1.0 / max(abs(right), _MIN), 1.0 / max(abs(up), _MIN)
+        wide = (wide_nw if is_west else wide_ne) if is_north else (wide_sw if is_west else wide_se)
+        high = (high_nw if is_west else high_ne) if is_north else (high_sw if is_west else high_se)
+        stop = min((x0 if is_west else east) * per_col, (y0 if is_north else south) * per_row)
+        rights[i], ups[i] = right, up
+        starts[i] = np.int32(min(max(min(wide * per_col, high * per_row), 0.0), samples))
+        stops[i] = np.int32(min(max(stop, 0.0), samples))
+    return int(samples)
+
+
+@njit(cache=True, nogil=True)
+def free_corner(known: Grid, col: int, row: int, across: int, along: int, far: int) -> tuple[int, int]:
+    """Return how many columns and rows beyond a cell a rectangle of free cells goes, the biggest; -1 where none does.
+
+    ``across`` and ``along`` are 1 or -1: right or left, down or up; at most ``far`` cells.
+    """
+    rows, cols = known.shape
+    flat = known.ravel()
+    wide = min(far, cols - 1 - col if across > 0 else col)
+    last = min(far, rows - 1 - row if along > 0 else row)
+    best_wide, best_high, best = -1, -1, 0
+    for high in range(last + 1):
+        line = (row + high * along) * cols + col
+        first = line if across > 0 else line - wide
+        free = True
+        for cell in range(first, first + wide + 1):
+            free &= flat[np.uint64(cell)] == FREE
+        if not free:
+            wide = -1
+            while flat[np.uint64(line + (wide + 1) * across)] == FREE:  # something is not
+                wide += 1
+        if (wide + 1) * (high + 1) > best:
+            best_wide, best_high, best = wide, high, (wide + 1) * (high + 1)
+        elif (wide + 1) * (last + 1) <= best:  # nor can be
+            break
+    return best_wide, best_high
+
+
+@njit(inline="always")
+def _find(
+    places: Floats, offsets: Floats, x: float, y: float, right: float, up: float, k: int, safe: int,
+    rows: int, cols: int, most: int,
+) -> int:  # fmt: skip
+    """Write the flat indices of up to ``most`` samples, k and on, into the lower halves of ``places``; return how many.
+
+    Before ``safe`` they lie on the grid; from there on they are found one by one, none where the grid ends.
+    """
+    x0, y0 = x - 0.5, y - 0.5
+    first, width = float(k), float(cols)
+    if k < safe:
+        found = min(safe - k, most)
+        for t in range(found):
+            at = first + offsets[np.uint64(t)]
+            col, row = x0 + at * right + _EVEN - _EVEN, y0 - at * up + _EVEN - _EVEN
+            places[np.uint64(t)] = row * width + col + _EVEN
+        return found
+    col, row = x0 + first * right + _EVEN - _EVEN, y0 - first * up + _EVEN - _EVEN
+    places[0] = row * width + col + _EVEN
+    return 1 if 0.0 <= col < cols and 0.0 <= row < rows else 0

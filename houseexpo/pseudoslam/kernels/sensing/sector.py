@@ -1,0 +1,197 @@
+"""What a sensor sees of a sector: every cell is decided, none between two rays is left out.
+
+The plane round the robot is cut into four quadrants along the rows and columns of the grid. In a quadrant, rows are
+visited outwards (``k`` along the axis ``u``, ``j`` across it along ``v``), and a list of slopes ``v / u`` says what is
+still open::
+
+        u ^      . '       the robot stands at u = v = 0, anywhere in its cell;
+          |   ###'         an obstacle takes from the open slopes what its square covers,
+          |   ###          so that all behind it is hidden;
+          | . '
+          o---------> v    the robot's own row is row 0: its slopes end at infinity
+
+Rows lie in memory as they are read, so that free cells are found and noted as runs. Two squares that share a corner
+leave a gap of no width between them: a diagonal wall does not leak.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.runtime.wide_copy import load_eight
+from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
+
+EDGE = 1e-9
+"""Radians by which the fan is wider than asked for, so that cells on its edge are in it in spite of rounding."""
+GAP = 1e-8
+"""Radians: directions nearer to each other than this have nothing between them."""
+_GRAZE = 1e-9  # cells by which a line to a centre may graze an obstacle's corner
+_QUARTER = math.pi / 2
+
+
+@njit(cache=True, nogil=True)
+def sector_scan(
+    occupied: Grid,
+    x: float,
+    y: float,
+    heading: float,
+    half_fov: float,
+    range_px: float,
+    runs: Runs,
+    hit: Cells,
+    slopes: Floats,
+) -> tuple[int, int]:
+    """List the cells that are seen from a pose, some of them twice.
+
+    A free cell is seen where the line to its centre lies in the fan and crosses no obstacle's square; an obstacle where
+    some line in the fan meets it first. The centre of either lies within range.
+
+    Parameters
+    ----------
+    occupied
+        (rows, cols), not 0 where an obstacle is; its border should be solid, for nothing ends the sight there.
+    half_fov
+        Half the angle of the fan, radians, at most pi.
+    runs
+        (n, 2) filled with flat indices, the first and the last free cell of a run; room for half the cells of the
+        square around the sensor.
+    hit
+        Filled with flat indices; as long as that square has cells.
+    slopes
+        (4, n) scratch, n >= 2 * range_px + 8.
+
+    Returns
+    -------
+    How many entries there are in ``runs`` and in ``hit``.
+    """
+    rows, cols = occupied.shape
+    flat = occupied.ravel()
+    col, row = math.floor(x), math.floor(y)
+    if not (0 <= row < rows and 0 <= col < cols) or flat[row * cols + col] != 0:
+        return 0, 0  # inside an obstacle nothing is seen
+    here = row * cols + col
+    runs[0, 0], runs[0, 1] = here, here
+    n_runs, n_hit = 1, 0
+    right, down = x - col - 0.5, y - row - 0.5  # from the middle of the robot's cell
+    east, south = cols - 1 - col, rows - 1 - row  # cells up to the border
+    for quadrant in range(4):
+        up, rightwards = quadrant < 2, quadrant % 2 == 0
+        from_axis = heading - _QUARTER if up else -heading - _QUARTER
+        open_now = _open_slopes(-from_axis if rightwards else from_axis, half_fov + EDGE, slopes)
+        if open_now > 0:
+            n_runs, n_hit = _quadrant(
+                flat, here, -down if up else down, right if rightwards else -right,
+                -cols if up else cols, 1 if rightwards else -1, row if up else south, east if rightwards else col,
+                range_px, slopes, open_now, runs, n_runs, hit, n_hit,
+            )  # fmt: skip
+    return n_runs, n_hit
+
+
+@njit(inline="always")
+def _quadrant(
+    flat: Grid,
+    here: int,
+    off_u: float,
+    off_v: float,
+    along: int,
+    across: int,
+    ahead: int,
+    aside: int,
+    range_px: float,
+    slopes: Floats,
+    open_now: int,
+    runs: Runs,
+    n_runs: int,
+    hit: Cells,
+    n_hit: int,
+) -> tuple[int, int]:
+    """Go out row by row in one quadrant; steps ``along`` and ``across`` are flat, the borders so many cells off."""
+    lo, hi, new_lo, new_hi = slopes
+    back = 0 if across > 0 else 7  # from a cell to the first of eight in memory
+    for k in range(min(ahead, math.floor(range_px + off_u)) + 1):
+        u = k - off_u
+        near, far = u - 0.5, u + 0.5
+        if far <= 0.0:
+            continue
+        reach_squared = range_px * range_px - u * u
+        reach = math.sqrt(max(reach_squared, 0.0))
+        first, last = math.ceil(off_v - reach), min(math.floor(off_v + reach), aside)  # within range
+        furthest = min(last + 1, aside)  # one beyond the range may hide
+        line = here + k * along
+        still_open = 0
+        for i in range(open_now):
+            cut, end = lo[i], hi[i]
+            # R1: all cells of the row that the open slopes touch are looked at
+            j = max(int(cut * max(near, 0.0) + off_v + 0.5), 0)
+            high = end * far + off_v - 0.5
+            j_end = furthest if high >= furthest else math.ceil(high)
+            # R2: a free cell is seen where its centre is
+            high = end * u + off_v + _GRAZE if end < math.inf else end
+            j_free_end = -1 if u < 0.0 else math.floor(high) if high < last else last
+            while j <= j_end:
+                start = j
+                while j + 7 <= j_end and load_eight(flat, line + j * across - back) == 0:
+                    j += 8
+                while j <= j_end and flat[np.uint64(line + j * across)] == 0:
+                    j += 1
+                one = max(start, first, math.ceil(cut * u + off_v - _GRAZE))
+                other = min(j - 1, j_free_end)
+                if one <= other:
+                    one, other = line + one * across, line + other * across
+                    runs[n_runs, 0], runs[n_runs, 1] = min(one, other), max(one, other)
+                    n_runs += 1
+                if j > j_end:
+                    break
+                v = j - off_v
+                bottom, top = (v - 0.5) / far, (v + 0.5) / near if near > 0.0 else math.inf
+                # R3: an obstacle is seen where some of its square is
+                if v * v <= reach_squared and _apart(max(bottom, cut), min(top, end)):
+                    hit[n_hit] = line + j * across
+                    n_hit += 1
+                # R4: what its square covers is open no more
+                if _apart(cut, min(bottom, end)):
+                    new_lo[still_open], new_hi[still_open] = cut, min(bottom, end)
+                    still_open += 1
+                cut = max(cut, top)
+                if not _apart(cut, end):
+                    break
+                j += 1
+            if _apart(cut, end):
+                new_lo[still_open], new_hi[still_open] = cut, end
+                still_open += 1
+        if still_open == 0:
+            break
+        lo, hi, new_lo, new_hi = new_lo, new_hi, lo, hi
+        open_now = still_open
+    return n_runs, n_hit
+
+
+@njit(inline="always")
+def _apart(low: float, high: float) -> bool:
+    """Whether there is something between two slopes, by their angle: so it is the same seen along rows or columns."""
+    return high > low + GAP * (1.0 + low * low)
+
+
+@njit(inline="always")
+def _open_slopes(middle: float, half_fov: float, slopes: Floats) -> int:
+    """Write the part of a fan that lies within a quarter turn of an axis, none, one or two intervals; return how many.
+
+    ``middle`` is the fan's, counted from the axis ``u`` towards ``v``.
+    """
+    lo, hi = slopes[0], slopes[1]
+    if half_fov >= math.pi:
+        lo[0], hi[0] = -_GRAZE, math.inf
+        return 1
+    middle = math.atan2(math.sin(middle), math.cos(middle))
+    found = 0
+    for turns in range(-1, 2):
+        start = max(middle - half_fov + turns * 2 * math.pi, 0.0)
+        stop = min(middle + half_fov + turns * 2 * math.pi, _QUARTER)
+        if stop - start > GAP:
+            lo[found] = -_GRAZE if start == 0.0 else math.tan(start)
+            hi[found] = math.inf if stop == _QUARTER else math.tan(stop)
+            found += 1
+    return found

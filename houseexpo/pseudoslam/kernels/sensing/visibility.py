@@ -1,0 +1,181 @@
+"""Which free cells can be seen from where the robot can stand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.runtime.wide_copy import load_eight
+from houseexpo.pseudoslam.kernels.sensing.ranges import distance
+from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
+from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Offsets, Runs
+
+_STRIP = 1e-4  # cells to either side of a line
+NOWHERE = 1 << 14
+"""Cells down and to the right where no standing cell was found, or nearly so many."""
+
+
+@njit(cache=True, nogil=True)
+def find_standing(
+    traversable: Grid, wanted: Grid, before: Offsets, sure_px: float, asked: Cells, away: Offsets, visible: Grid
+) -> int:
+    """List the wanted cells where the robot cannot stand, and say where the nearest cell is where it can, or nearly.
+
+    Neighbours tell each other which one is near them, once from the upper left on and once back: what lies behind
+    corners finds none, or not the nearest.
+
+    Parameters
+    ----------
+    stand, wanted
+        (rows, cols), 1 where the robot can stand, and in the cells that are asked for: none of them on the border.
+    before
+        (rows * cols, 2), what ``away`` came to before some of the standing cells were lost; (0, 2) where that is not
+        known. What has kept a standing cell within ``sure_px``, so near that nothing can lie between, is not listed but
+        set to 1 in ``visible``.
+    asked
+        (rows * cols,) is filled with flat indices.
+    away
+        (rows * cols, 2) is filled: rows down and columns to the right. 0 in standing cells, ``NOWHERE`` in others that
+        are not wanted.
+
+    Returns
+    -------
+    How many cells are listed.
+    """
+    cols = traversable.shape[1]
+    standing, wants, seen = traversable.ravel(), wanted.ravel(), visible.ravel()
+    both, far = away.ravel().view(np.int32), np.int32(NOWHERE << 16 | NOWHERE)
+    for cell in range(len(standing)):
+        both[cell] = np.int32(0) if standing[cell] != 0 else far
+    n_asked = 0
+    for first in range(0, len(standing), 8):
+        if first + 8 <= len(standing) and load_eight(wants, first) & ~load_eight(standing, first) == 0:
+            continue  # most of a house
+        for at in range(first, min(first + 8, len(standing))):
+            here = np.uint64(at)
+            if wants[here] <= standing[here]:
+                continue
+            if len(before) > 0 and _still_stands(standing, before, at, cols, sure_px):
+                away[here, 0], away[here, 1], seen[here] = before[here, 0], before[here, 1], 1
+            else:
+                asked[np.uint64(n_asked)] = at
+                n_asked += 1
+    for k in range(n_asked):
+        _ask(away, asked[k], -cols, -1)
+    for k in range(n_asked - 1, -1, -1):
+        _ask(away, asked[k], cols, 1)
+    return n_asked
+
+
+@njit(inline="always")
+def _still_stands(standing: Grid, before: Offsets, at: int, cols: int, sure_px: float) -> bool:
+    """Whether the standing cell that was near a cell is within a distance, and still is one."""
+    cell = np.uint64(at)
+    down, right = np.int64(before[cell, 0]), np.int64(before[cell, 1])
+    near = down * down + right * right <= sure_px * sure_px
+    return bool(near and standing[np.uint64(at + down * cols + right)] != 0)
+
+
+@njit(inline="always")
+def _ask(away: Offsets, cell: int, row_step: int, col_step: int) -> None:
+    """Take over the standing cell of the neighbour in the next row, or column, where it is nearer than the own."""
+    here = np.uint64(cell)
+    down, right = np.int64(away[here, 0]), np.int64(away[here, 1])
+    step = 1 if col_step > 0 else -1
+    above, beside = np.uint64(cell + row_step), np.uint64(cell + col_step)
+    far_down, far_right = np.int64(away[above, 0]) + step, np.int64(away[above, 1])
+    if far_down * far_down + far_right * far_right < down * down + right * right:
+        down, right = far_down, far_right
+    far_down, far_right = np.int64(away[beside, 0]), np.int64(away[beside, 1]) + step
+    if far_down * far_down + far_right * far_right < down * down + right * right:
+        down, right = far_down, far_right
+    away[here, 0], away[here, 1] = down, right
+
+
+@njit(cache=True, nogil=True)
+def mark_in_sight(
+    occupied: Grid, asked: Cells, n_asked: int, away: Offsets, sure_px: float, range_px: float, visible: Grid
+) -> int:
+    """Set ``visible`` to 1 where what is asked sees the middle of the standing cell that lies ``away``.
+
+    Within ``sure_px`` nothing can be between them: the robot's radius, for it has room there, and half a cell, for what
+    is asked is free. The others, and those whose sight is a matter of rounding, are left in ``asked``; return how many.
+    """
+    cols, flat = occupied.shape[1], visible.ravel()
+    n_left = 0
+    for k in range(n_asked):
+        cell = np.int64(asked[k])
+        down, right = np.int64(away[np.uint64(cell), 0]), np.int64(away[np.uint64(cell), 1])
+        squared = float(down * down + right * right)
+        seen = squared <= sure_px * sure_px
+        if not seen and squared <= range_px * range_px:
+            way = math.sqrt(squared)
+            seen = _is_clear(occupied, cell % cols + 0.5, cell // cols + 0.5, right / way, down / way, way)
+        if seen:
+            flat[cell] = 1
+        else:
+            asked[n_left] = cell
+            n_left += 1
+    return n_left
+
+
+@njit(inline="always")
+def _is_clear(occupied: Grid, x: float, y: float, right: float, down: float, way: float) -> bool:
+    """Whether a narrow strip is free: a line that grazes a corner may be no sight to a sector scan."""
+    clear = True
+    for aside in (-_STRIP, _STRIP):
+        clear = clear and distance(occupied, x - down * aside, y + right * aside, right, down, way) >= way
+    return clear
+
+
+@njit(cache=True, nogil=True)
+def mark_visible(
+    occupied: Grid,
+    traversable: Grid,
+    asked: Cells,
+    n_asked: int,
+    near_px: float,
+    range_px: float,
+    visible: Grid,
+    runs: Runs,
+    hit: Cells,
+    slopes: Floats,
+) -> None:
+    """Set ``visible`` to 1 where the middle of a free cell that is asked is seen from the middle of a standing cell.
+
+    What is asked and not visible yet looks round itself, for sight goes both ways: as far as ``near_px`` first, which
+    is quick and mostly enough. A standing cell that was seen from afar looks back, for it sees the neighbours, too.
+    ``runs``, ``hit`` and ``slopes`` are ``sector_scan``'s.
+    """
+    cols = occupied.shape[1]
+    flat, standing = visible.ravel(), traversable.ravel()
+    for k in range(n_asked):
+        cell = asked[k]
+        if flat[cell] != 0:
+            continue
+        x, y = cell % cols + 0.5, cell // cols + 0.5
+        n_runs, _ = sector_scan(occupied, x, y, 0.0, math.pi, min(near_px, range_px), runs, hit, slopes)
+        if _first_of(standing, runs, n_runs) >= 0:
+            flat[cell] = 1
+            continue
+        n_runs, _ = sector_scan(occupied, x, y, 0.0, math.pi, range_px, runs, hit, slopes)
+        seen = _first_of(standing, runs, n_runs)
+        if seen >= 0:
+            flat[cell] = 1
+            x, y = seen % cols + 0.5, seen // cols + 0.5
+            n_runs, _ = sector_scan(occupied, x, y, 0.0, math.pi, range_px, runs, hit, slopes)
+            for i in range(n_runs):
+                for other in range(runs[i, 0], runs[i, 1] + 1):
+                    flat[other] = 1
+
+
+@njit(inline="always")
+def _first_of(standing: Grid, runs: Runs, n_runs: int) -> int:
+    """Return the first standing cell in runs, flat; -1 where there is none."""
+    for i in range(n_runs):
+        for cell in range(runs[i, 0], runs[i, 1] + 1):
+            if standing[cell] != 0:
+                return cell
+    return -1

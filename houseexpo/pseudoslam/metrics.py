@@ -1,0 +1,105 @@
+"""What episodes have come to, for many of them at once: from arrays to metres and shares."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.kernels.step import BLOCKED, COVERED, KNOWN, START_X, STEPS, Episode
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+
+class EpisodeConstants(NamedTuple):
+    """What does not change in an episode; arrays of N, parts of one."""
+
+    rows: Floats
+    """(N, 10): all that follows, side by side."""
+    corner_m: Floats
+    """(N, 6) the plan's (x, y) of the upper left corner of the first cell, and 0: twice, as ``pose`` holds poses."""
+    observable: Floats
+    """Cells that coverage counts; 1 where there are none."""
+    shortest_path_m: Floats
+    """The way from the start to the goal."""
+    goal_m: Floats
+    """(N, 2), not a number where there is none."""
+
+
+class Metrics(NamedTuple):
+    """What episodes have come to; arrays of N."""
+
+    constants: EpisodeConstants
+    counts: Ints
+    """(N, 7), see ``kernels.step``."""
+    readings: Floats
+    """(N, 5), see ``kernels.step``."""
+    pose_px: Floats
+    """(N, 6), see ``kernels.step``."""
+    config: SimulatorConfig
+    cell_m: float
+    """Side of a cell."""
+    explored_m2: Floats
+    """The area that is known."""
+    coverage: Floats
+    """The share of what can be seen that is known, 0 to 1."""
+    poses: Floats
+    """(N, 6): the pose and the believed one."""
+
+    @classmethod
+    def of(cls, constants: EpisodeConstants, pool: Episode, config: SimulatorConfig) -> Metrics:
+        """Return what the episodes of a pool have come to; later steps do not change it, but for ``constants``."""
+        counts, pose_px, cell_m = pool.counts.copy(), pool.pose.copy(), 1.0 / config.pixels_per_metre
+        poses = pose_px * _scale(config.pixels_per_metre, len(pose_px))
+        poses += constants.corner_m
+        explored, coverage = (
+            np.multiply(counts[:, KNOWN], cell_m**2),
+            np.divide(counts[:, COVERED], constants.observable),
+        )
+        return cls(constants, counts, pool.readings.copy(), pose_px, config, cell_m, explored, coverage, poses)
+
+    @property
+    def pose(self) -> Floats:
+        """(N, 3): x, y in the plan's metres, heading in radians."""
+        return self.poses[:, :3]
+
+    @property
+    def believed_pose(self) -> Floats:
+        """(N, 3): where odometry has the robot, as ``pose`` does."""
+        return self.poses[:, 3:]
+
+    @property
+    def collided(self) -> Bools:
+        """Where something was in the way of the last step."""
+        found: Bools = self.counts[:, BLOCKED] != 0
+        return found
+
+    def truncated(self) -> Bools:
+        """Return where time is up."""
+        return self.counts[:, STEPS] >= self.config.max_steps
+
+    def since_start(self) -> Floats:
+        """Return (N, 3) the believed pose: x, y in metres from where the episode started, heading in radians."""
+        scale = _scale(self.config.pixels_per_metre, 1)[0, 3:]
+        found: Floats = self.pose_px[:, 3:] * scale
+        found[:, :2] -= self.readings[:, START_X:] * scale[:2]
+        return found
+
+    def goal_ahead(self) -> Floats:
+        """Return (N, 2) the goal as the robot sees it from where it believes to be: metres ahead and to the left."""
+        x, y, heading = self.believed_pose.T
+        right, up = self.constants.goal_m[:, 0] - x, self.constants.goal_m[:, 1] - y
+        cos, sin = np.cos(heading), np.sin(heading)
+        return np.stack([right * cos + up * sin, up * cos - right * sin], axis=1)
+
+
+@lru_cache(maxsize=16)
+def _scale(pixels_per_metre: float, number: int) -> Floats:
+    """Return (number, 6) what poses in pixels, y down, are multiplied by: as many rows as there are, for speed."""
+    cell_m = 1.0 / pixels_per_metre
+    return np.tile(np.array([cell_m, -cell_m, 1.0]), (number, 2))

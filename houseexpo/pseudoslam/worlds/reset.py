@@ -1,0 +1,217 @@
+"""How an episode begins: obstacles, the robot, people and a goal."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE
+from houseexpo.pseudoslam.kernels.motion.bodies import Disc
+from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
+from houseexpo.pseudoslam.kernels.people.advance import stamp_bodies
+from houseexpo.pseudoslam.kernels.placement.cells import count_before, nth_cell
+from houseexpo.pseudoslam.kernels.planning.distance_field import Field, field_at, find_open, march, no_field
+from houseexpo.pseudoslam.kernels.step import COVERED, KEY, KNOWN, STEPS, Episode, StepParams
+from houseexpo.pseudoslam.kernels.types import Grid, Scratch
+from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.worlds.obstacles import Placement, place
+from houseexpo.pseudoslam.worlds.people import new_bodies, start_people
+from houseexpo.pseudoslam.worlds.trajectories import swept_cells
+from houseexpo.pseudoslam.worlds.world import World, visible_cells
+
+_TRIES = 200
+_BLOCK_M = 0.1  # side of the blocks that ways to a goal are found on; less than what parts the two sides of a wall
+
+Floats = npt.NDArray[np.float64]
+
+
+def initial_state(
+    world: World,
+    config: SimulatorConfig,
+    params: StepParams,
+    scratch: Scratch,
+    rng: np.random.Generator,
+    *,
+    complete: bool = False,
+    own: bool = True,
+) -> State:
+    """Return the state at the start of an episode in a world, before its first look (``params.look_round``).
+
+    ConfigError where the world cannot give what is asked.
+
+    Parameters
+    ----------
+    complete
+        Have the overview and the ranges drawn, too.
+    own
+        Give the state rasters of its own; otherwise they may be the world's, not to be written to.
+    """
+    key = int(rng.integers(2**62))
+    placed = _furnished(world, config, rng)
+    bodies = new_bodies(len(world.tracks.times_s), config.people.number)
+    occupied = placed.occupied.copy() if config.trajectories or config.people.number else placed.occupied
+    if config.trajectories:
+        stamp_bodies(occupied, new_bodies(len(config.trajectories), 0), world.tracks, params.walk)
+    pose = _random_pose(placed.traversable, occupied, world, config, rng)
+    if not config.start.random:
+        pose = _given_pose(config.start, placed.traversable, occupied, world, config)
+    goal, field, best = _goal(config, placed.traversable, world, pose, rng)
+    robot = Disc(float(pose[0]), float(pose[1]), params.robot.radius_px)
+    if config.people.number:
+        start_people(
+            config.people, placed.occupied, bodies, world.tracks, world.flow, params.walk, key, robot, world.plan_id
+        )
+        stamp_bodies(occupied, bodies, world.tracks, params.walk)
+    observable, observable_cells = _observable(world, placed, config, scratch)
+    known = np.zeros(occupied.shape, np.uint8) if own or config.known_map else world.unknown
+    if own and occupied is world.occupied:
+        occupied = occupied.copy()
+    if own and observable is world.observable:
+        observable = observable.copy()
+    poses = np.concatenate((pose, pose))  # where it is, and where it believes to be
+    side, cells = config.side_px, config.observation.global_cells if complete else 0
+    episode = Episode(
+        occupied, observable, known, np.zeros((side, side), np.uint8),
+        np.zeros((cells, cells), np.uint8), np.zeros(len(params.sensor.fan_cos) if complete else 0), poses,
+        np.zeros(7, np.int64), np.array([0.0, 0.0, best, pose[0], pose[1]]), bodies, world.tracks, world.flow, field,
+    )  # fmt: skip
+    episode.counts[STEPS], episode.counts[KEY] = -1, key
+    state = State(episode, observable_cells, placed.obstacles, goal, best / config.pixels_per_metre)
+    if config.known_map:
+        episode.known[:] = np.where(placed.occupied != 0, OBSTACLE, FREE)
+        episode.counts[[KNOWN, COVERED]] = occupied.size, observable_cells
+    return state
+
+
+def _furnished(world: World, config: SimulatorConfig, rng: np.random.Generator) -> Placement:
+    """Set obstacles down, off the ways of what moves on trajectories."""
+    if not (config.obstacles.placed or config.obstacles.random):
+        return Placement(world.occupied, world.traversable, ())
+    radius_px = config.robot.radius_m * config.pixels_per_metre
+    if not len(world.tracks.times_s):
+        return place(
+            world.occupied, world.traversable, world.frame,
+            radius_px=radius_px, config=config.obstacles, rng=rng, free_before=world.free_before,
+        )  # fmt: skip
+    kept = swept_cells(world.tracks, world.occupied.shape) & (world.occupied == 0)
+    occupied = world.occupied | kept.view(np.uint8)
+    placed = place(occupied, world.traversable, world.frame, radius_px=radius_px, config=config.obstacles, rng=rng)
+    placed.occupied[kept] = 0
+    return placed
+
+
+def _observable(world: World, placed: Placement, config: SimulatorConfig, scratch: Scratch) -> tuple[Grid, int]:
+    """Return what coverage counts, of what could be seen of the empty house what still can, and how many cells."""
+    if not placed.obstacles:
+        return world.observable, world.observable_cells
+    radius_px, range_px = (size_m * config.pixels_per_metre for size_m in (config.robot.radius_m, config.laser.range_m))
+    found = visible_cells(placed.occupied, placed.traversable, radius_px, range_px, buffers=scratch[:3], empty=world)
+    return found, int(np.count_nonzero(found.view(bool)))
+
+
+def _random_pose(
+    traversable: npt.NDArray[np.uint8],
+    occupied: npt.NDArray[np.uint8],
+    world: World,
+    config: SimulatorConfig,
+    rng: np.random.Generator,
+) -> Floats:
+    """Anywhere in a standing cell where nothing touches; in the middle of one where chance finds no such place."""
+    radius_px = config.robot.radius_m * config.pixels_per_metre
+    before = world.traversable_before if traversable is world.traversable else count_before(traversable, 1)
+    for _ in range(_TRIES):
+        number = int(rng.integers(before[-1]))
+        right, down, heading = rng.random(3).tolist()
+        row, col = nth_cell(traversable, 1, before, number)
+        for x, y in ((col + right, row + down), (col + 0.5, row + 0.5)):
+            if disc_is_free(occupied, x, y, radius_px):
+                return np.array([x, y, (2.0 * heading - 1.0) * math.pi])
+    raise ConfigError(
+        f"start: no place for a robot of radius {config.robot.radius_m:g} m was found in {_TRIES} tries between what "
+        f"moves in plan {world.plan_id!r}; let less move there at time 0"
+    )
+
+
+def _given_pose(
+    start: StartConfig,
+    traversable: npt.NDArray[np.uint8],
+    occupied: npt.NDArray[np.uint8],
+    world: World,
+    config: SimulatorConfig,
+) -> Floats:
+    frame, radius_m = world.frame, config.robot.radius_m
+    x_m, y_m = start.x_m, start.y_m
+    if start.origin == "centre":
+        centre = frame.points_from_pixels([frame.shape[1] / 2, frame.shape[0] / 2])
+        x_m, y_m = x_m + float(centre[0]), y_m + float(centre[1])
+    x, y = frame.pixels_from_points([x_m, y_m]).tolist()
+    row, col = math.floor(y), math.floor(x)
+    if not bool(frame.contains([row, col])) or not disc_is_free(occupied, x, y, radius_m * config.pixels_per_metre):
+        raise ConfigError(
+            f"start: a robot of radius {radius_m:g} m does not fit at ({x_m:g}, {y_m:g}) m "
+            f"in plan {world.plan_id!r}; start at random, or at another pose"
+        )
+    if not traversable[max(row - 1, 0) : row + 2, max(col - 1, 0) : col + 2].any():
+        raise ConfigError(
+            f"start: a robot of radius {radius_m:g} m cannot leave the place at "
+            f"({x_m:g}, {y_m:g}) m for the biggest part of plan {world.plan_id!r}; start at random, or there"
+        )
+    return np.array([x, y, math.radians(start.heading_deg)])
+
+
+def _goal(
+    config: SimulatorConfig,
+    traversable: npt.NDArray[np.uint8],
+    world: World,
+    pose: Floats,
+    rng: np.random.Generator,
+) -> tuple[tuple[float, float] | None, Field, float]:
+    """Return the goal (x, y) in metres, the ways to it, and the way from the start, pixels; nothing without a goal.
+
+    A random goal is a standing cell at least so far from the start along the way, or the furthest where none is.
+    """
+    if config.goal is None:
+        return None, no_field(), 0.0
+    x, y = pose[0], pose[1]
+    if config.goal.random:
+        away = _ways(traversable, y, x, config.pixels_per_metre)
+        side, cols = int(away.sizes[2]), int(away.sizes[1])
+        reached = np.where(np.isfinite(away.distances), away.distances, -1.0)
+        far = np.flatnonzero(reached >= min(config.goal.least_way_m * config.pixels_per_metre, reached.max()))
+        block = int(far[rng.integers(len(far))])
+        row, col = block // cols * side, block % cols * side
+        cells = np.argwhere(traversable[row : row + side, col : col + side])
+        down, right = cells[rng.integers(len(cells))]
+        goal_x, goal_y = col + right + 0.5, row + down + 0.5
+    else:
+        goal_x, goal_y = _given_goal(config.goal, traversable, world)
+    field = _ways(traversable, goal_y, goal_x, config.pixels_per_metre)
+    goal = tuple(world.frame.points_from_pixels([goal_x, goal_y]).tolist())
+    way, straight = float(field_at(field, x, y)), math.hypot(goal_x - x, goal_y - y)
+    best = max(way, straight) if math.isfinite(way) else straight
+    return (goal[0], goal[1]), field, best
+
+
+def _given_goal(goal: GoalConfig, traversable: npt.NDArray[np.uint8], world: World) -> tuple[float, float]:
+    x, y = world.frame.pixels_from_points([goal.x_m, goal.y_m]).tolist()
+    row, col = math.floor(y), math.floor(x)
+    if not bool(world.frame.contains([row, col])) or not traversable[row, col]:
+        raise ConfigError(
+            f"goal: the robot cannot stand at ({goal.x_m:g}, {goal.y_m:g}) m in plan {world.plan_id!r}, or not get "
+            "there; set another goal, or a random one"
+        )
+    return x, y
+
+
+def _ways(traversable: npt.NDArray[np.uint8], y: float, x: float, ppm: float) -> Field:
+    """Return the ways to a place."""
+    side = max(round(_BLOCK_M * ppm), 1)
+    shape = math.ceil(traversable.shape[0] / side), math.ceil(traversable.shape[1] / side)
+    is_open, distances = np.zeros(shape, np.uint8), np.empty(shape, np.float32)
+    find_open(traversable, side, is_open)
+    march(is_open, int(y) // side, int(x) // side, side, distances)
+    return Field(np.array([*shape, side], np.int64), distances.ravel())

@@ -1,0 +1,211 @@
+"""The ground truth: a plan as cells, where the robot can stand, and what it can hope to see."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import ConfigError, PlanError
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import GridFrame
+from houseexpo.grids.raster import free_mask
+from houseexpo.pseudoslam.kernels.motion.bodies import Tracks, no_tracks
+from houseexpo.pseudoslam.kernels.placement.cells import count_before
+from houseexpo.pseudoslam.kernels.planning.flow import Flow, no_flow
+from houseexpo.pseudoslam.kernels.sensing.visibility import find_standing, mark_in_sight, mark_visible
+from houseexpo.pseudoslam.kernels.types import Offsets
+from houseexpo.pseudoslam.renamed import renamed
+
+MAX_CELLS = 100_000_000
+"""Of a grid: making a world takes some 30 bytes a cell."""
+_OWN = 0.5 - 1e-6  # cells from the middle of one that lie in it, in all directions
+_NO_OFFSETS = np.empty((0, 2), np.int16)
+_NEAR = 3.0  # robot radii within which a corner mostly sees where the robot can stand
+
+Cells = npt.NDArray[np.uint8]
+Buffers: TypeAlias = tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.float64]]
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """One house for one robot; arrays are (rows, cols) uint8, row 0 at the highest y, and are not to be written to.
+
+    Parameters
+    ----------
+    frame
+        Where the grid stands in the plan.
+    occupied
+        1 in walls, obstacles and outside; the border is.
+    traversable
+        1 where the robot can stand in the middle of the cell and walk to all other such cells.
+    observable
+        1 for free cells whose middle is seen from the middle of a traversable cell: what coverage counts.
+    tracks
+        The trajectories of what moves, if any.
+    flow
+        The ways of people to the rooms, if there are any.
+    """
+
+    plan_id: str
+    frame: GridFrame
+    occupied: Cells
+    traversable: Cells
+    observable: Cells
+    tracks: Tracks = field(default_factory=no_tracks)
+    flow: Flow = field(default_factory=no_flow)
+
+    solid = renamed("solid", "occupied")
+    stand = renamed("stand", "traversable")
+    countable = renamed("countable", "observable")
+
+    @cached_property
+    def observable_cells(self) -> int:
+        """How many cells coverage counts."""
+        return int(np.count_nonzero(self.observable))
+
+    @cached_property
+    def unknown(self) -> Cells:
+        """(rows, cols) of 0: the map of who has seen nothing yet; not to be written to."""
+        unknown = np.zeros_like(self.occupied)
+        unknown.flags.writeable = False
+        return unknown
+
+    @cached_property
+    def corner_m(self) -> tuple[float, float]:
+        """The plan's (x, y) of the upper left corner of the first cell."""
+        x, y = self.frame.points_from_pixels([0.0, 0.0]).tolist()
+        return x, y
+
+    @cached_property
+    def nearest(self) -> Offsets:
+        """(cells, 2): where the nearest standing cell is, or nearly, from each countable one, see ``find_standing``."""
+        nearest = np.empty((self.occupied.size, 2), np.int16)
+        asked, visible = np.empty(self.occupied.size, np.int32), np.empty_like(self.occupied)
+        traversable, observable = (
+            self.traversable.copy(),
+            self.observable.copy(),
+        )  # or it is compiled again, for arrays to be read
+        find_standing(traversable, observable, _NO_OFFSETS, 0.0, asked, nearest, visible)
+        return nearest
+
+    @cached_property
+    def free_before(self) -> npt.NDArray[np.int64]:
+        """``count_before`` of the free cells."""
+        return count_before(self.occupied, 0)
+
+    @cached_property
+    def traversable_before(self) -> npt.NDArray[np.int64]:
+        """``count_before`` of the standing cells."""
+        return count_before(self.traversable, 1)
+
+
+def make_world(plan: FloorPlan, pixels_per_metre: float, robot_radius_m: float, range_m: float) -> World:
+    """Rasterise a plan (by cells' centres) and find where a robot of this size can go and what it can see from there.
+
+    Raises
+    ------
+    ConfigError
+        Where the grid would have more than ``MAX_CELLS``, or the robot fits nowhere.
+    PlanError
+        Where the plan has no free cell.
+    """
+    x1, y1, x2, y2 = plan.bbox
+    cells = (x2 - x1) * (y2 - y1) * pixels_per_metre**2
+    if cells > MAX_CELLS:
+        raise ConfigError(
+            f"pixels_per_metre: {pixels_per_metre:g} makes {cells:.2g} cells of plan {plan.id!r} "
+            f"({x2 - x1:.0f} x {y2 - y1:.0f} m), at most {MAX_CELLS:.0e} are possible; use a coarser grid"
+        )
+    free, frame = free_mask(plan, pixels_per_metre, y_up=True)
+    if not free.any():
+        found = f"found no free cell at {pixels_per_metre:g} px/m"
+        raise PlanError(f"expected free space, {found}; use a finer grid or another plan", "verts", plan.id)
+    return world_of((~free).view(np.uint8), frame, robot_radius_m, range_m, plan.id)
+
+
+def world_of(occupied: Cells, frame: GridFrame, robot_radius_m: float, range_m: float, plan_id: str) -> World:
+    """Return the world of a raster whose border is solid; ConfigError where the robot fits nowhere."""
+    ppm = frame.pixels_per_metre
+    traversable = traversable_cells(occupied, robot_radius_m * ppm)
+    if not traversable.any():
+        raise ConfigError(
+            f"robot.radius_m: a robot of radius {robot_radius_m:g} m fits nowhere in plan {plan_id!r} "
+            f"at {ppm:g} px/m; use a smaller robot or another plan"
+        )
+    world = World(
+        plan_id, frame, occupied, traversable, visible_cells(occupied, traversable, robot_radius_m * ppm, range_m * ppm)
+    )
+    for array in (world.occupied, world.traversable, world.observable):
+        array.flags.writeable = False
+    return world
+
+
+def traversable_cells(occupied: Cells, radius_px: float) -> Cells:
+    """Return 1 where a disc in the middle of the cell is free, in the biggest piece of such cells (4-connected)."""
+    import cv2
+
+    if 2 * radius_px > min(occupied.shape):
+        return np.zeros_like(occupied)
+    reach = math.ceil(radius_px)
+    offsets = np.maximum(np.abs(np.arange(-reach, reach + 1)) - 0.5, 0.0)  # to the near side of a cell
+    disc = np.hypot(offsets[:, None], offsets) < radius_px - 1e-9
+    taken = cv2.dilate(occupied, disc.astype(np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=1)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(1 - taken, connectivity=4)
+    if count < 2:
+        return np.zeros_like(occupied)
+    biggest = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
+    return np.ascontiguousarray(labels == biggest).view(np.uint8)
+
+
+def visible_cells(
+    occupied: Cells,
+    traversable: Cells,
+    radius_px: float,
+    range_px: float,
+    *,
+    buffers: Buffers | None = None,
+    empty: World | None = None,
+) -> Cells:
+    """Return 1 for free cells whose middle is seen within range from the middle of a standing cell.
+
+    Most see a standing cell near them; only the rest, in corners and behind gaps, has to be looked for.
+
+    Parameters
+    ----------
+    buffers
+        ``scan_buffers``', if there are some already.
+    empty
+        The house before obstacles came, if there is one: what was not seen then is not now, and who stood near most
+        cells still does.
+    """
+    wanted = (empty.observable > occupied).view(np.uint8) if empty else _pieces_with(traversable, occupied)
+    before, sure_px = empty.nearest if empty else _NO_OFFSETS, min(radius_px + _OWN, range_px)
+    asked, away = np.empty(occupied.size, np.int32), np.empty((occupied.size, 2), np.int16)
+    visible = traversable.copy()
+    n_asked = find_standing(traversable, wanted, before, sure_px, asked, away, visible)
+    n_asked = mark_in_sight(occupied, asked, n_asked, away, sure_px, range_px, visible)
+    runs, hit, slopes = buffers or scan_buffers(range_px)
+    mark_visible(occupied, traversable, asked, n_asked, _NEAR * radius_px, range_px, visible, runs, hit, slopes)
+    return visible
+
+
+def _pieces_with(traversable: Cells, occupied: Cells) -> Cells:
+    """Return 1 in the pieces of free space (4-connected) where the robot can stand: no sight leads to another one."""
+    import cv2
+
+    _, pieces = cv2.connectedComponents((occupied == 0).view(np.uint8), connectivity=4)
+    has_stand = np.zeros(int(pieces.max()) + 1, np.uint8)
+    has_stand[pieces[traversable != 0]] = 1
+    found: Cells = has_stand[pieces]
+    return found
+
+
+def scan_buffers(range_px: float) -> Buffers:
+    """Return room for the runs of free cells, the obstacles and the slopes of a sector scan."""
+    side = 2 * math.ceil(range_px) + 5
+    return np.empty((side * side // 2 + side, 2), np.int32), np.empty(side * side, np.int32), np.empty((4, side + 8))

@@ -1,0 +1,48 @@
+"""Pages for people who contribute: they are there, whole, and of one version."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import yaml
+
+import houseexpo
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_the_citation_is_whole_and_of_this_version() -> None:
+    said = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert {"cff-version", "message", "title", "authors", "version", "license"} <= said.keys()
+    assert said["version"] == houseexpo.__version__
+
+
+def test_the_changelog_keeps_its_form() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text()
+    versions = re.findall(r"^## (.*)$", text, re.MULTILINE)
+    assert versions[0] == "[Unreleased]"
+    assert all(re.fullmatch(r"\[(Unreleased|\d+\.\d+\.\d+)\]( - \d{4}-\d\d-\d\d)?", line) for line in versions)
+    kinds = set(re.findall(r"^### (.*)$", text, re.MULTILINE))
+    assert kinds <= {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}
+
+
+def test_forms_for_issues_ask_for_something() -> None:
+    forms = sorted((ROOT / ".github" / "ISSUE_TEMPLATE").glob("*.yml"))
+    assert len(forms) == 3
+    for form in forms:
+        said = yaml.safe_load(form.read_text())
+        assert {"name", "description", "body"} <= said.keys()
+        assert any(part.get("validations", {}).get("required") for part in said["body"]), form.name
+
+
+def test_links_of_the_pages_lead_somewhere() -> None:
+    for name in ("CONTRIBUTING.md", "SECURITY.md"):
+        for place in re.findall(r"\]\(([^)#:]+)", (ROOT / name).read_text()):
+            assert (ROOT / place).is_file(), (name, place)
+
+
+def test_a_term_stands_in_the_glossary_once() -> None:
+    terms = re.findall(r"^\| \*\*(.+?)\*\*", (ROOT / "docs" / "glossary.md").read_text(), re.MULTILINE)
+    assert len(terms) > 40
+    assert len(terms) == len(set(terms))
