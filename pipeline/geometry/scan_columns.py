@@ -71,8 +71,8 @@ class Raster:
 class Columns:
     """``stands`` (planes, rows, columns) at ``heights`` (planes,) metres above the floor.
 
-    ``ground`` (rows, columns) is where floor or the top of something low is seen, ``ceiling_m`` where the walls end, if a
-    ceiling was seen.
+    ``ground`` (rows, columns) is where floor or the top of something low is seen, ``ceiling_m`` where the walls end, if
+    a ceiling was seen.
     """
 
     raster: Raster

@@ -2,8 +2,8 @@
 
 R1  What reaches the top of the walls, above doors, furniture and open leaves, is wall or hangs over a doorway.
 R2  A part of every scan is missing: a hole in it is closed where a straight wall ends and another stands before
-    its end, if there are traces of a wall in it (a passage has none, from floor to ceiling), and where two would meet
-    in a corner and something stands below.
+    its end, and where two would meet in a corner and something stands below. Under a ceiling that was seen there are
+    traces of a wall in a hole; a passage has none.
 R3  Two faces with no more than a wall between them are the two sides of one.
 R4  Around all that is inside stands an outer wall, also where none was seen.
 R5  A region between walls in which no ground was seen is no room, and filled, if the scan has ground elsewhere.
@@ -93,7 +93,7 @@ def wall_masks(columns: Columns) -> WallMasks:
     if lowest > ABOVE_DOORS_M:
         high |= columns.share(max(top - TALL_BAND_M, ABOVE_DOORS_M), top) >= FULL
     reaching = _without_specks(high, raster)  # R1
-    traces = (body >= PASSED) | (columns.share(HEAD_M, top) >= PASSED)
+    traces = np.ones_like(high) if columns.ceiling_m is None else (body >= PASSED) | (columns.share(lowest, top) > 0)
     for _ in range(PASSES):
         reaching = _without_holes(reaching, body >= STANDS, traces, raster)  # R2
     thick = _closed(reaching, raster.size(WALL_M))  # R3

@@ -40,7 +40,7 @@ def columns_of_points(points: Floats, low_m: float, high_m: float, cell_m: float
     standing = drawn_in(points[inside])
     raster = _raster(standing[:, :2], cell_m)
     cells = raster.cells(standing[:, :2])
-    step = _step(cells, raster, float(np.ptp(standing[:, 2])) if len(standing) else 0.0)
+    step = _step(cells, float(np.ptp(standing[:, 2])) if len(standing) else 0.0)
     count = max(1, int((high_m - low_m) / step))
     layer = np.minimum(((standing[:, 2] - low_m) / step).astype(np.int64), count - 1)
     stands = np.zeros((count, *raster.shape), bool)
@@ -49,7 +49,8 @@ def columns_of_points(points: Floats, low_m: float, high_m: float, cell_m: float
     for each in stands:
         each[:] = cv2.dilate(each.view(np.uint8), square).view(bool)
     floor = points[np.abs(points[:, 2]) < GROUND_M, :2]
-    return Columns(raster, low_m + (np.arange(count) + 0.5) * step, stands, _ground(floor, raster), high_m)
+    heights = np.asarray(low_m + (np.arange(count) + 0.5) * step, np.float64)
+    return Columns(raster, heights, stands, _ground(floor, raster), high_m)
 
 
 def _raster(plan: Floats, cell_m: float) -> Raster:
@@ -59,7 +60,7 @@ def _raster(plan: Floats, cell_m: float) -> Raster:
     return raster_over(plan, sharpest(plan + off, along), cell_m)
 
 
-def _step(cells: npt.NDArray[np.int64], raster: Raster, height_m: float) -> float:
+def _step(cells: npt.NDArray[np.int64], height_m: float) -> float:
     """R2."""
     mass = np.bincount(cells)
     if not len(cells):

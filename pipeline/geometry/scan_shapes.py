@@ -17,6 +17,7 @@ SMOOTH = 5
 EDGE = 0.25
 """Cells by which a contour, drawn through the middles of cells, lies inside: a face is in the middle of its cell."""
 AXIS = np.tan(np.deg2rad(12.0))
+CUT_M = 0.15
 SLACK_M = 0.07
 """An edge is put along the raster if none of its ends moves more than that."""
 
@@ -45,7 +46,29 @@ def _ring(points: Floats, raster: Raster) -> Floats:
     """The corners of a contour (n, 2), its edges along the raster where they nearly are."""
     loose = ROUGH_M / raster.cell_m
     corners = cv2.approxPolyDP(points.astype(np.int32)[:, None], loose, closed=True)[:, 0].astype(float)
-    return _squared(corners, SLACK_M / raster.cell_m) if len(corners) >= 3 else corners
+    return (
+        _squared(_sharpened(corners, CUT_M / raster.cell_m), SLACK_M / raster.cell_m) if len(corners) >= 3 else corners
+    )
+
+
+def _sharpened(corners: Floats, longest: float) -> Floats:
+    """A short edge between a level and an upright one is their corner, which noise has cut off."""
+    d = np.roll(corners, -1, axis=0) - corners
+    length = np.hypot(*d.T)
+    level, upright = np.abs(d[:, 1]) <= AXIS * np.abs(d[:, 0]), np.abs(d[:, 0]) <= AXIS * np.abs(d[:, 1])
+    found: list[Floats] = []
+    last_cut = False
+    for k in range(-1, len(corners)):
+        came, goes = k - 1, (k + 1) % len(corners)
+        turns = (level[came] and upright[goes]) or (upright[came] and level[goes])
+        is_cut = bool(turns and length[k] < min(longest, length[came], length[goes]) and not (level[k] or upright[k]))
+        if is_cut and k >= 0:
+            p, q = corners[k], corners[goes]
+            found.append(np.array([q[0], p[1]] if level[came] else [p[0], q[1]]))
+        elif k >= 0 and not last_cut:
+            found.append(corners[k])
+        last_cut = is_cut
+    return np.array(found)
 
 
 def _squared(corners: Floats, slack: float) -> Floats:

@@ -27,7 +27,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.around import deepened, one_each, walls_around
 from pipeline.sources.drawn import Hole, floor_of, openings, prism, standing
 from pipeline.sources.front3d_scene import Chamber, Placed, parse_scene
-from pipeline.sources.naming import base_id, check_file, level_id
+from pipeline.sources.naming import check_file, level_id, single_input
 from pipeline.sources.recognise import LONGEST_JSON
 from pipeline.sources.room_names import labels_for
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
@@ -48,9 +48,7 @@ NAMES = {
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List one scene."""
-    file = Path(path)
-    name = options.get("file", f"{file.absolute().parent.name}/{file.name}")
-    yield Input(base_id(name), "front3d", str(file), options=(("file", name),))
+    yield single_input(path, "front3d", options)
 
 
 def read(item: Input) -> Iterator[Level]:

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.rejection import Reason, Rejection
+from pipeline.sources.json_house import check_lengths, decoded
 from pipeline.values import Mesh
 
-LARGEST_M = 1000.0
 _ADVICE = "copy it again from the data set"
 _Numbers = list[float]
 
@@ -91,12 +91,7 @@ def parse_scene(data: bytes, name: str) -> tuple[Chamber, ...]:
 
     Surfaces that no room refers to come in a last room without a name.
     """
-    if not data.strip():
-        raise Rejection("source", Reason.EMPTY, f"{name} is empty", _ADVICE)
-    try:
-        scene = _DECODER.decode(data)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise Rejection("source", Reason.UNREADABLE, f"{name}: {error}", _ADVICE) from None
+    scene = decoded(_DECODER, data, name, _ADVICE)
     surfaces = {mesh.uid: Surface(mesh.type, _triangles(mesh, name)) for mesh in scene.mesh if mesh.xyz}
     models = {model.uid: model for model in scene.furniture}
     rooms, used = [], set()
@@ -114,11 +109,7 @@ def _triangles(mesh: _Mesh, name: str) -> Mesh:
     if len(mesh.xyz) % 3 or len(mesh.faces) % 3:
         raise Rejection("source", Reason.UNREADABLE, f"{what}: expected triples in xyz and faces", _ADVICE)
     vertices = np.array(mesh.xyz, np.float64).reshape(-1, 3)
-    if not np.isfinite(vertices).all():
-        raise Rejection("source", Reason.NOT_FINITE, f"{what} has a vertex that is not finite", _ADVICE)
-    if np.abs(vertices).max() > LARGEST_M:
-        detail = f"{what} has a vertex at {np.abs(vertices).max():.4g} m, expected {LARGEST_M:.0f} m at most"
-        raise Rejection("source", Reason.BAD_UNITS, detail, "3D-FRONT is in metres")
+    check_lengths(vertices, what, _ADVICE)
     return Mesh(vertices, _faces(mesh, len(vertices), what))
 
 
@@ -137,9 +128,7 @@ def _placed(model: _Model | None, child: _Child, name: str) -> Placed | None:
     scale = child.scale if len(child.scale) == 3 else [1.0, 1.0, 1.0]
     x, y, z, w = child.rot if len(child.rot) == 4 else (0.0, 0.0, 0.0, 1.0)
     numbers: list[Any] = [*size, *child.pos, *scale, x, y, z, w]
-    if not all(math.isfinite(number) and abs(number) < LARGEST_M for number in numbers):
-        detail = f"{name}: furniture {model.uid[:60]} has a place or size beyond {LARGEST_M:.0f} m"
-        raise Rejection("source", Reason.NOT_FINITE, detail, _ADVICE)
+    check_lengths(numbers, f"{name}: furniture {model.uid[:60]}", _ADVICE)
     turn = math.atan2(2 * (w * y + x * z), 1 - 2 * (y * y + x * x))
     sizes = [abs(a * b) for a, b in zip(size, scale, strict=True)]
     words = model.category or model.title or ""

@@ -25,7 +25,7 @@ from pipeline.sources.drawn import united
 from pipeline.sources.gazebo_scene import Body, Scene
 from pipeline.sources.levels import FoundLevel, find_levels
 from pipeline.sources.name_tables import Role
-from pipeline.sources.naming import base_id, check_file, level_id
+from pipeline.sources.naming import check_file, level_id, single_input
 from pipeline.sources.placing import Shift, near_shift
 from pipeline.sources.roles import role_of
 from pipeline.sources.uris import Places, search_path
@@ -37,14 +37,9 @@ LOWER_M = 0.3
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List one world or model; ``model_path`` are further folders to look for models in, ``root`` is the source's."""
-    file = Path(path)
-    name = options.get("file", f"{file.absolute().parent.name}/{file.name}")
-    chosen = {
-        "file": name,
-        "root": options.get("root", str(file.absolute().parent)),
-        "model_path": search_path(options.get("model_path", ""), os.environ),
-    }
-    yield Input(base_id(name), "gazebo", str(file), options=tuple(sorted(chosen.items())))
+    root = options.get("root", str(Path(path).absolute().parent))
+    model_path = search_path(options.get("model_path", ""), os.environ)
+    yield single_input(path, "gazebo", {**options, "root": root, "model_path": model_path})
 
 
 def read(item: Input) -> Iterator[Level]:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import hashlib
 import re
 import unicodedata
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from pipeline.rejection import Reason, Rejection
+from pipeline.values import Input
 
 LONGEST_ID = 180
 """Ids name files, together with a level and a suffix; file systems take 255 bytes."""
@@ -18,6 +19,13 @@ def slug(text: str) -> str:
     """Lower-case ASCII letters, digits and single underscores: what an id may hold."""
     plain = unicodedata.normalize("NFKD", text.replace("ß", "ss")).encode("ascii", "ignore").decode()
     return re.sub(r"[^a-z0-9]+", "_", plain.lower()).strip("_") or "house"
+
+
+def single_input(path: str, reader: str, options: Mapping[str, str]) -> Input:
+    """Return the one input of a file; option ``file`` is its name in the source, else its folder's name goes before."""
+    file = Path(path)
+    name = options.get("file", f"{file.absolute().parent.name}/{file.name}")
+    return Input(base_id(name), reader, str(file), options=tuple(sorted({**options, "file": name}.items())))
 
 
 def level_id(base: str, level: int, n_levels: int) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.naming import base_id, level_id, sha256
+from pipeline.sources.naming import level_id, sha256, single_input
 from pipeline.sources.points_file import blocks
 from pipeline.sources.points_storeys import Storey, find_storeys
 from pipeline.sources.points_voxels import Voxels, fill
@@ -29,9 +29,7 @@ NOISE_M = 0.1
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List one cloud; options ``up`` (auto, y, z) and ``units`` (auto: metres)."""
-    file = Path(path)
-    name = options.get("file", f"{file.absolute().parent.name}/{file.name}")
-    yield Input(base_id(name), "points", str(file), options=tuple(sorted({**options, "file": name}.items())))
+    yield single_input(path, "points", options)
 
 
 def read(item: Input) -> Iterator[Level]:

@@ -1,6 +1,6 @@
 """Point clouds as blocks of points: a file of any size is never in memory as a whole (an E57 file: scan by scan).
 
-PLY without faces, PCD (ascii and binary), XYZ text, LAS and LAZ (laspy), E57 (pye57); the content says which it is.
+PLY without faces, PCD, XYZ text, LAS and LAZ (laspy), E57 (pye57); the content says which it is.
 """
 
 from __future__ import annotations
@@ -19,10 +19,12 @@ import numpy.typing as npt
 
 from houseexpo.errors import MissingDependencyError
 from pipeline.rejection import Reason, Rejection
+from pipeline.sources.lzf import unpacked
 from pipeline.sources.naming import check_file
 
 Points = npt.NDArray[np.float64]
 BLOCK = 1_000_000
+LARGEST_PACKED = 1 << 29
 HEAD_BYTES = 1 << 16
 LINE_BYTES = 1 << 25
 _PLY = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
@@ -101,15 +103,32 @@ def _pcd(path: Path, head: bytes) -> Iterator[Points]:
         if said["DATA"] == ["ascii"]:
             columns = np.cumsum([0, *map(int, counts)])
             yield from _text(stream, tuple(int(columns[names.index(axis)]) for axis in "xyz"), total)
-        elif said["DATA"] == ["binary"]:
-            letters = {"F": "f", "I": "i", "U": "u"}
-            kind = [
+            return
+        letters = {"F": "f", "I": "i", "U": "u"}
+        kind = np.dtype(
+            [
                 (f"{name}{k}" if name == "_" else name, f"<{letters[t]}{int(size)}", (int(n),))
                 for k, (name, t, size, n) in enumerate(zip(names, kinds, sizes, counts, strict=True))
             ]
-            yield from _binary(stream, np.dtype(kind), total)
+        )
+        if said["DATA"] == ["binary"]:
+            yield from _binary(stream, kind, total)
         else:
-            raise ValueError("its points are compressed; save it as binary or ascii")
+            yield _compressed(stream, kind, total)
+
+
+def _compressed(stream: BinaryIO, kind: np.dtype[Any], count: int) -> Points:
+    """A PCD's points field by field, packed as one piece."""
+    packed, size = (int(number) for number in np.frombuffer(stream.read(8), "<u4"))
+    if size > LARGEST_PACKED or size != count * kind.itemsize:
+        most = f"expected {count * kind.itemsize:,}, and {LARGEST_PACKED >> 20} MB at most"
+        raise ValueError(f"its compressed points take {size:,} bytes, {most}; save it as binary")
+    data = unpacked(stream.read(packed), size)
+    axes = []
+    for axis in "xyz":
+        field, start = (kind.fields or {})[axis][:2]
+        axes.append(np.frombuffer(data, field.base, count, start * count).astype(np.float64))
+    return np.column_stack(axes)
 
 
 def _binary(stream: BinaryIO, kind: np.dtype[Any], count: int) -> Iterator[Points]:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 
 import msgspec
 
-from pipeline.rejection import Reason, Rejection
+from pipeline.sources.json_house import check_lengths, decoded
 
-LARGEST_M = 1000.0
 _ADVICE = "copy it again from the data set"
 
 
@@ -75,19 +73,9 @@ _HOUSE = msgspec.json.Decoder(House)
 
 def parse_house(data: bytes, name: str) -> House:
     """Read one house; raises Rejection (EMPTY, UNREADABLE, NOT_FINITE, BAD_UNITS)."""
-    if not data.strip():
-        raise Rejection("source", Reason.EMPTY, f"{name} is empty", _ADVICE)
-    try:
-        house = _HOUSE.decode(data)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise Rejection("source", Reason.UNREADABLE, f"{name}: {error}", _ADVICE) from None
-    corners = [corner for shape in _shapes(house) for corner in shape]
-    largest = max((abs(value) for corner in corners for value in (corner.x, corner.y, corner.z)), default=0.0)
-    if not math.isfinite(largest):
-        raise Rejection("source", Reason.NOT_FINITE, f"{name} has a corner that is not finite", _ADVICE)
-    if largest > LARGEST_M:
-        detail = f"{name} has a corner at {largest:.4g} m, expected {LARGEST_M:.0f} m at most"
-        raise Rejection("source", Reason.BAD_UNITS, detail, "ProcTHOR houses are in metres")
+    house = decoded(_HOUSE, data, name, _ADVICE)
+    corners = (corner for shape in _shapes(house) for corner in shape)
+    check_lengths([(corner.x, corner.y, corner.z) for corner in corners], name, _ADVICE)
     return house
 
 

@@ -25,7 +25,7 @@ from pipeline.geometry.regions import enclosed, opened
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.around import deepened, one_each, walls_around
 from pipeline.sources.drawn import Hole, Wall, floor_of, openings, prism, standing
-from pipeline.sources.naming import base_id, check_file, level_id, sha256
+from pipeline.sources.naming import check_file, level_id, sha256, single_input
 from pipeline.sources.recognise import LONGEST_JSON
 from pipeline.sources.room_names import labels_for
 from pipeline.sources.roomplan_scan import THIN_M, Floor, Scan, Section, Thing, parse_scan
@@ -41,9 +41,7 @@ UNKNOWN = frozenset({"", "unidentified", "other"})
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List one scan."""
-    file = Path(path)
-    name = options.get("file", f"{file.absolute().parent.name}/{file.name}")
-    yield Input(base_id(name), "roomplan", str(file), options=(("file", name),))
+    yield single_input(path, "roomplan", options)
 
 
 def read(item: Input) -> Iterator[Level]:

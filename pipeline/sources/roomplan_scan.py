@@ -18,8 +18,8 @@ from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn import clean
+from pipeline.sources.json_house import check_lengths, decoded
 
-LARGEST_M = 1000.0
 THIN_M = 0.02
 _ADVICE = "export the scan again"
 
@@ -94,12 +94,7 @@ _DECODER = msgspec.json.Decoder(_Structure)
 
 def parse_scan(data: bytes, name: str) -> Scan:
     """Read the exported JSON; raises Rejection (EMPTY, UNREADABLE, NOT_FINITE, BAD_UNITS)."""
-    if not data.strip():
-        raise Rejection("source", Reason.EMPTY, f"{name} is empty", _ADVICE)
-    try:
-        structure = _DECODER.decode(data)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise Rejection("source", Reason.UNREADABLE, f"{name}: {error}", _ADVICE) from None
+    structure = decoded(_DECODER, data, name, _ADVICE)
     rooms: list[_Room] = [*structure.rooms] or [structure]  # R2
     return Scan(
         walls=tuple(_things((each for room in rooms for each in room.walls), name)),
@@ -145,7 +140,7 @@ def _floor(surface: _Surface, name: str) -> Floor | None:
     if len(corners) < 3:
         corners = [[x * size[0], y * size[1], 0.0] for x, y in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))]
     points = _in_plan(np.array(corners, np.float64), matrix)
-    _check(points, name)
+    check_lengths(points, name, _ADVICE)
     shape = clean(points[:, :2])
     return None if shape is None else Floor(shape, float(np.median(points[:, 2])))
 
@@ -154,7 +149,7 @@ def _section(section: _Section, name: str) -> Section:
     if len(section.center) != 3:
         raise Rejection("source", Reason.UNREADABLE, f"{name}: a section's center has not three numbers", _ADVICE)
     x, height, z = section.center
-    _check(np.array([x, height, z]), name)
+    check_lengths([x, height, z], name, _ADVICE)
     return Section(section.label, (x, -z), height)
 
 
@@ -164,17 +159,8 @@ def _placed(surface: _Surface, name: str) -> tuple[np.ndarray, np.ndarray]:
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE)
     matrix = np.array(surface.transform, np.float64).reshape(4, 4).T
     size = np.array(surface.dimensions, np.float64)
-    _check(matrix, name)
-    _check(size, name)
+    check_lengths([*surface.transform, *surface.dimensions], name, _ADVICE)
     return matrix, size
-
-
-def _check(numbers: np.ndarray, name: str) -> None:
-    if not np.isfinite(numbers).all():
-        raise Rejection("source", Reason.NOT_FINITE, f"{name} has a number that is not finite", _ADVICE)
-    if np.abs(numbers).max() > LARGEST_M:
-        detail = f"{name} has a length of {np.abs(numbers).max():.4g} m, expected {LARGEST_M:.0f} m at most"
-        raise Rejection("source", Reason.BAD_UNITS, detail, "RoomPlan measures in metres")
 
 
 def _in_plan(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:

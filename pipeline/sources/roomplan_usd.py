@@ -20,7 +20,8 @@ from houseexpo.errors import MissingDependencyError
 from pipeline.geometry.overlay import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.archives import members
-from pipeline.sources.roomplan_scan import LARGEST_M, Floor, Scan, Thing, box_thing
+from pipeline.sources.json_house import check_lengths
+from pipeline.sources.roomplan_scan import Floor, Scan, Thing, box_thing
 
 LARGEST_BYTES = 1 << 28
 MOST_MESHES = 20_000
@@ -101,9 +102,7 @@ def _read(stage: Any, geometry: Any, name: str) -> Scan:
         points = np.column_stack([x, y, z] if z_up else [x, -z, y])
         if len(points) < 3:
             continue
-        if not np.isfinite(points).all() or np.abs(points).max() > LARGEST_M:
-            detail = f"{name}: {prim.GetName()} has a point beyond {LARGEST_M:.0f} m"
-            raise Rejection("source", Reason.NOT_FINITE, detail, _ADVICE)
+        check_lengths(points, f"{name}: {prim.GetName()}", _ADVICE)
         kind, word = _kind(str(prim.GetPath()))
         if kind == "floor":
             floors += _floors(mesh, points)

@@ -21,7 +21,7 @@ from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.archives import read_member
 from pipeline.sources.drawn import Wall, beside, between, clean, floor_of, indoors, openings, prism, standing
-from pipeline.sources.naming import base_id, check_file, level_id, sha256
+from pipeline.sources.naming import check_file, level_id, sha256, single_input
 from pipeline.sources.room_names import labels_for
 from pipeline.sources.sweethome_home import DrawnRoom, Home, Piece, Storey, home_of
 from pipeline.sources.sweethome_shapes import bodies, footprint, hole_of, strips
@@ -31,9 +31,7 @@ from pipeline.values import Input, Level, SourceObject, SourceRoom
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List one home."""
-    file = Path(path)
-    name = options.get("file", f"{file.absolute().parent.name}/{file.name}")
-    yield Input(base_id(name), "sweethome", str(file), options=(("file", name),))
+    yield single_input(path, "sweethome", options)
 
 
 def read(item: Input) -> Iterator[Level]:

@@ -102,6 +102,22 @@ def write_pcd(path: Path, points: Points, ascii_: bool = False) -> Path:
     return path
 
 
+def write_packed_pcd(path: Path, points: Points) -> Path:
+    """Write a compressed PCD: LZF of literal runs, and of one copy for each colour after the first."""
+    count, grey = len(points), b"\x07\x08\x09\x0a"
+    head = (
+        "VERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\n"
+        f"WIDTH {count}\nHEIGHT 1\nPOINTS {count}\nDATA binary_compressed\n"
+    ).encode()
+    plain = points.T.astype("<f4").tobytes() + grey
+    packed = b"".join(bytes([len(plain[k : k + 32]) - 1]) + plain[k : k + 32] for k in range(0, len(plain), 32))
+    left = 4 * (count - 1)  # copies of the colour, 4 bytes back, of 264 bytes at most
+    for length in [264] * (left // 264) + [left % 264]:
+        packed += bytes([0xE0, length - 9, 3]) if length > 8 else bytes([(length - 2) << 5, 3])
+    path.write_bytes(head + np.array([len(packed), 16 * count], "<u4").tobytes() + packed)
+    return path
+
+
 def write_xyz(path: Path, points: Points, divider: str = " ") -> Path:
     """Write lines of numbers, with a comment and a colour."""
     rows = [divider.join([f"{x:.4f}", f"{y:.4f}", f"{z:.4f}", "255"]) for x, y, z in points]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import shapely
@@ -30,7 +32,7 @@ def floor(x1, y1, x2, y2, density=1500.0):
 
 def room(x1, y1, x2, y2, **options):
     corners = [(x1, y1), (x2, y1), (x2, y2), (x1, y2), (x1, y1)]
-    sides = [sheet(a, b, 0.0, HEIGHT_M, seed=k, **options) for k, (a, b) in enumerate(zip(corners, corners[1:]))]
+    sides = [sheet(a, b, 0.0, HEIGHT_M, seed=k, **options) for k, (a, b) in enumerate(pairwise(corners))]
     return np.concatenate([*sides, floor(x1, y1, x2, y2, **options)])
 
 
