@@ -30,6 +30,8 @@ STAND_M = 0.03
 TOUCH_M = 0.5
 NEAR_M = 1.0
 PARALLEL = np.cos(np.deg2rad(20.0))
+DEEPER = 2.0
+"""What is so many times deeper than a wider strip beside it hangs before the wall: a step, a cabinet."""
 Vector = npt.NDArray[np.float64]
 
 
@@ -164,7 +166,8 @@ def _across(first: _Stretch, second: _Stretch, piece: Polygon, door_plane: BaseG
 def joined(found: list[Bridge], door_plane: BaseGeometry) -> list[Bridge]:
     """One bridge for neighbours in a row between the same spaces: a beam with posts is one passage, not ten.
 
-    Two are neighbours if they are parallel, each lies in the other's depth, and nothing stands between their ends.
+    Two are neighbours if they are parallel, each lies in the other's depth, and nothing stands between their ends. The
+    whole is as deep as the deepest of them, but for what is ``DEEPER`` than the widest.
     """
     rest = sorted(found, key=lambda b: -b.width)
     result: list[Bridge] = []
@@ -207,8 +210,9 @@ def distance_in_row(whole: Bridge, other: Bridge) -> float | None:
 
 def _hull(whole: Bridge, other: Bridge) -> Bridge:
     start, end, aside = _offsets(whole, other)
-    near = min(-whole.depth / 2, aside - other.depth / 2)
-    far = max(whole.depth / 2, aside + other.depth / 2)
+    near, far = -whole.depth / 2, whole.depth / 2
+    if other.depth < DEEPER * whole.depth:
+        near, far = min(near, aside - other.depth / 2), max(far, aside + other.depth / 2)
     wider = whole.narrowed(min(start, -whole.width / 2), max(end, whole.width / 2))
     return replace(wider, centre=wider.centre + wider.across * (near + far) / 2, depth=far - near)
 

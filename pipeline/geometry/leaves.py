@@ -78,7 +78,10 @@ def _touching(boxes: list[Box]) -> list[list[int]]:
 
 
 def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
-    """A group parted by the directions of its parts; a post belongs to what stands square to it, or to none."""
+    """A group parted by the directions of its parts; a post belongs to the nearest that stands square to it, or to none.
+
+    Frames of two doors touch in a corner, and posts stand square to both.
+    """
     wide = sorted((k for k in group if parts[k].width >= WIDTH_M[0]), key=lambda k: -parts[k].width)
     parted: list[list[int]] = []
     for k in wide:
@@ -90,8 +93,13 @@ def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
     for k in sorted(set(group) - set(wide)):
         square = [each for each in parted if _is_square(parts[each[0]], parts[k])]
         if square:
-            square[0].append(k)
+            min(square, key=lambda each: _apart(parts[each[0]], parts[k])).append(k)
     return [sorted(each) for each in parted] or [group]
+
+
+def _apart(box: Box, post: Box) -> float:
+    """How far a post stands from a plate in plan, metres."""
+    return float(rectangle(box).distance(shapely.points(post.centre)))
 
 
 def _is_square(box: Box, post: Box) -> bool:

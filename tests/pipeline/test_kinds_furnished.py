@@ -50,6 +50,15 @@ def test_leaves_that_touch_at_an_angle_are_leaves_of_their_own() -> None:
     assert len(find_leaves(Bodies.of(joined(double)))) == 1
 
 
+def test_frames_of_two_doors_that_touch_in_a_corner_belong_to_a_door_each() -> None:
+    """One door from x 0.02 to 0.92 in a wall along x, the other from y 0.02 to 0.92 in a wall along y."""
+    one = [box((x, -0.04, x + 0.03, 0.05), 0.0, 2.03) for x in (0.02, 0.89)]
+    other = [box((-0.04, y, 0.05, y + 0.03), 0.0, 2.03) for y in (0.06, 0.93)]
+    closed = [leaf((0.05, 0.0), 0.0, 0.84), leaf((0.0, 0.09), 90.0, 0.84)]
+    found = find_leaves(Bodies.of(joined([*one, *other, *closed])))
+    assert [len(each.bodies) for each in found] == [3, 3]
+
+
 @pytest.mark.parametrize(("high", "found"), [(2.0, 1), (CEILING, 0)])
 def test_what_reaches_the_ceiling_is_no_leaf(high: float, found: int) -> None:
     plate = joined([leaf((0.0, 0.0), 0.0, high=high)])

@@ -39,6 +39,17 @@ def test_a_lintel_in_an_outer_wall_leads_outside() -> None:
     assert OUTSIDE in bridge.sides
 
 
+@pytest.mark.parametrize("step", [(4.2, 1.0, 5.0, 1.2), (4.2, 1.3, 5.0, 1.5), (4.2, 1.7, 5.0, 1.9)])
+def test_a_step_that_hangs_before_a_lintel_is_no_part_of_the_wall(step: tuple[float, float, float, float]) -> None:
+    (bridge,) = found(LINTEL.union(shapely.box(*step)))
+    assert bridge.strip().symmetric_difference(LINTEL).area < 1e-3
+
+
+def test_a_lintel_thicker_for_a_part_of_it_is_as_deep_as_that() -> None:
+    (bridge,) = found(LINTEL.union(shapely.box(4.2, 1.6, 4.3, 1.9)))
+    assert (bridge.width, bridge.depth) == (pytest.approx(0.9), pytest.approx(0.3))
+
+
 def test_a_shelf_in_a_room_is_none() -> None:
     assert found(shapely.box(0, 0, 0.3, 2)) == []
 
