@@ -6,7 +6,8 @@ R1  Walls stand: along enough of the outline the same wall is met at chest and h
 R2  A facade is one sheet, wound to be seen from outside, closed all round, with no wall inside it: nobody modelled an
     inside. A wall with two faces, a sheet that looks inwards (a room's scan), a gap to enter by or an inner wall
     speaks for rooms.
-R3  Several such blocks that stand apart are a city, not a house.
+R3  Several such blocks that stand apart are a city, not a house; many are one whatever their walls, with nothing inside
+    any and no gap to enter by.
 """
 
 from __future__ import annotations
@@ -42,6 +43,7 @@ INNER_SHARE = 0.05  # of the outline's length
 INNER_AREA = 0.08  # metres of inner wall in a square metre; dwellings have 0.2 and more
 ENCLOSED = 0.5  # of what the outline's hull covers
 ADVICE = "take a model with rooms inside, or cut the part that has them out"
+MANY_BLOCKS = 5
 MOST_CELLS = 40_000_000
 
 
@@ -69,11 +71,12 @@ class Look:
             )
         if self.is_cabin:
             return f"leaning walls around {self.area_m2:.0f} m2, of which a small part is floor: a car or the like"
-        closed = self.enclosed >= ENCLOSED and self.two_faced < TWO_FACED and self.outward >= OUTWARD
+        is_city = self.blocks >= MANY_BLOCKS
+        closed = self.enclosed >= ENCLOSED and self.outward >= OUTWARD and (is_city or self.two_faced < TWO_FACED)
         if not closed or self.inner_m >= max(INNER_M, INNER_SHARE * self.outline_m, INNER_AREA * self.area_m2):
             return ""
         if self.blocks > 2:
-            return f"{self.blocks} separate closed blocks of outer faces only, with no wall inside any: a city"
+            return f"{self.blocks} separate closed blocks with no wall inside any: a city"
         return (
             f"one closed sheet of {self.outline_m:.0f} m that is seen from outside, with no second face and "
             f"{self.inner_m:.1f} m of wall inside, too little for rooms: a facade"

@@ -9,7 +9,8 @@ R2  Walls without a floor are a house of one level that begins at the foot of th
     Ground that lies under the foot of all walls gives the floor's area, not its height.
     A lowest floor that lies over the foot of the walls and is a small part of the house is the tops of furniture.
 R3  Walls may be looked at up to the underside of what closes the level: the next floor's slab, a roof slab, else the
-    top of the walls. A hung ceiling does not close it: nearly all walls run on through it, as through no slab.
+    top of the walls. A hung ceiling does not close it: nearly all walls run on through it, as through no slab. What
+    hardly any wall runs on through closes it, whatever stands on it: a slab under the foot of a roof.
 R4  What the source calls floor is the floor's area where it is most of it; what it calls ceiling or roof is no floor.
 """
 
@@ -35,6 +36,7 @@ MARGIN_M = 0.05  # the last height stays this far under what closes the level
 SLAB_M = 0.65  # the thickest slab between two storeys
 ATTIC_M = 1.0  # walls that go on so far over a slab are an attic's; over less, it may be a hung ceiling
 THROUGH = 0.9  # of the wall length that reaches a layer; where more runs on through it, it hangs between the walls
+ENDED = 0.2  # where no more runs on through it, the walls end there
 SHORTEST_WALLS_M = 2.0
 FURNITURE_M = 0.25
 HOVER_M = 0.15
@@ -100,9 +102,9 @@ def find_levels(
         around = _profile_around(surfaces, walls, floor, grid) if len(heights) > 1 else profile
         region = floor.region if floor else enclosed
         near = walls & grid.at(grid.grown(region, 0.5), (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2)
-        hangs = partial(_hangs, surfaces, near)
+        through = partial(_through, surfaces, near)
         above = _next_floor(floor, height, floors)
-        ceiling = _ceiling(around, layers, region, height, above=above, hangs=hangs)
+        ceiling = _ceiling(around, layers, region, height, above=above, through=through)
         part = mesh if len(heights) == 1 else _slice(surfaces, height - BELOW_M, height + ceiling)
         area = _area(surfaces, floor, names[0], grid) if floor else None
         below = open_below(surfaces, height, floors, grid)
@@ -190,7 +192,7 @@ def _ceiling(
     height: float,
     *,
     above: float | None,
-    hangs: Callable[[Layer], bool],
+    through: Callable[[Layer], float],
 ) -> float:
     """R3: height above the floor up to which this level's walls may be looked at."""
     end = above if above is not None else profile.end_above(height + CLEAR_M, height + 0.3)
@@ -202,7 +204,7 @@ def _ceiling(
     ]
     closing = [cover for cover in covers if end - cover.top < 0.1]
     if not closing and above is None:  # a slab under an attic or a parapet, on which walls go on
-        closing = [cover for cover in covers if end - cover.top > ATTIC_M and not hangs(cover)]
+        closing = [c for c in covers if through(c) <= (THROUGH if end - c.top > ATTIC_M else ENDED)]
     if not closing:  # sheets, or walls open above; a hung ceiling closes nothing
         return float(end - height - (MARGIN_M if above is not None else 0.0))
     slab = closing[-1]
@@ -212,13 +214,13 @@ def _ceiling(
     return float(max(underside - MARGIN_M, height + CLEAR_M) - height)
 
 
-def _hangs(surfaces: Surfaces, walls: Bools, layer: Layer) -> bool:
-    """R3: whether the walls run on through a layer, face by face."""
+def _through(surfaces: Surfaces, walls: Bools, layer: Layer) -> float:
+    """R3: which share of the walls that reach a layer runs on through it, face by face."""
     below = layer.bottom - MARGIN_M
     reach = walls & (surfaces.low[:, 2] < below) & (surfaces.high[:, 2] > below)
     length = surfaces.area[reach] / (surfaces.high[reach, 2] - surfaces.low[reach, 2])
     through = surfaces.high[reach, 2] > layer.top + MARGIN_M
-    return float(length[through].sum()) > THROUGH * float(length.sum())
+    return float(length[through].sum()) / max(float(length.sum()), 1e-9)
 
 
 def _slice(surfaces: Surfaces, low: float, high: float) -> Mesh:

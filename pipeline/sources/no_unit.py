@@ -1,4 +1,4 @@
-"""A mesh that is no house in any unit: is it the outside of one, whatever its size?
+"""Tell the outside of a house of unknown size from rooms, where no unit makes a house of a mesh.
 
 R1  It is looked at with storeys of the usual height. Where it has no inside then, that is why it gives no plan: a unit
     or a scale would not help.

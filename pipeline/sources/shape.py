@@ -19,7 +19,7 @@ HEAD = 0.03  # of the walls' usual length: what a door or two of a house add ove
 LEVEL = 0.002  # of the plan: the undersides of a lintel or two
 MOST_HEADS = 2
 PLINTH = 0.04  # of the upright area: what the side of the base adds on which a model stands
-AS_STRONG = 0.65
+AS_STRONG = 0.75
 UPPER, LOWER = (0.5, 0.96), (0.15, 0.5)  # of a storey
 
 
@@ -94,14 +94,16 @@ def _storey(
     widest = int(np.diff(stops).argmax())
     foot, storey = float(stops[widest]), float(stops[widest + 1] - stops[widest])
     growth, usual = _growth(profile), float(np.median(profile.length))
-    grown = _heads(profile.edges[:-1], growth, foot, storey, HEAD * usual)
+    heights = (profile.edges[:-1] - foot) / storey
+    grown = _heads(heights, growth, UPPER, HEAD * usual)
     level = np.histogram(
         (surfaces.low[flats, axis] + surfaces.high[flats, axis]) / 2, profile.edges, weights=surfaces.area[flats]
     )[0]
-    undersides = _heads(profile.edges[:-1], level, foot, storey, LEVEL * footprint)
-    strongest = max((float(growth[profile.edges[:-1] - foot == head].max()) for head in grown), default=0.0)
-    lower = _heads(profile.edges[:-1], growth, foot, storey, max(AS_STRONG * strongest, HEAD * usual), LOWER)
-    return storey, tuple(sorted({*grown, *undersides})), tuple(sorted(lower))
+    undersides = _heads(heights, level, UPPER, LEVEL * footprint)
+    strongest = max((float(growth[heights == head].max()) for head in grown), default=0.0)
+    lower = _heads(heights, growth, LOWER, max(AS_STRONG * strongest, HEAD * usual))
+    upper = sorted({head * storey for head in (*grown, *undersides)})
+    return storey, tuple(upper), tuple(sorted(head * storey for head in lower))
 
 
 def _growth(profile: WallProfile) -> Floats:
@@ -111,15 +113,13 @@ def _growth(profile: WallProfile) -> Floats:
     return grown
 
 
-def _heads(
-    heights: Floats, evidence: Floats, foot: float, storey: float, least: float, part: tuple[float, float] = UPPER
-) -> tuple[float, ...]:
-    """Heights over ``foot``, in one part of a storey, at which the evidence peaks, the strongest few."""
-    left = np.where((heights > foot + part[0] * storey) & (heights < foot + part[1] * storey), evidence, 0.0)
+def _heads(heights: Floats, evidence: Floats, part: tuple[float, float], least: float) -> tuple[float, ...]:
+    """Heights in one part of a storey at which the evidence peaks, the strongest few; both are shares of a storey."""
+    left = np.where((heights > part[0]) & (heights < part[1]), evidence, 0.0)
     found: list[float] = []
     while len(found) < MOST_HEADS and left.max() > least:
         best = int(left.argmax())
-        found.append(float(heights[best] - foot))
+        found.append(float(heights[best]))
         left[max(best - 4, 0) : best + 5] = 0.0
     return tuple(found)
 

@@ -31,6 +31,20 @@ def test_many_of_them_are_a_city():
     assert "4 separate closed blocks" in fault(*(block(20.0 * i) for i in range(4)))
 
 
+def hollow(x: float, *doors: float) -> list[trimesh.Trimesh]:
+    """A block whose walls have two faces; it stands open at these places of its front."""
+    ends = [x, *(x + door + side for door in doors for side in (0.0, GAP)), x + 12.0]
+    front = [(a, 0.0, b, 0.3) for a, b in zip(ends[::2], ends[1::2], strict=True)]
+    sides = [(x, 8.7, x + 12.0, 9.0), (x, 0.3, x + 0.3, 8.7), (x + 11.7, 0.3, x + 12.0, 8.7)]
+    return storey(0.0, 6.0, [*front, *sides])
+
+
+def test_many_hollow_blocks_are_a_city_too_but_not_two_or_three_or_open_ones():
+    assert "6 separate closed blocks" in fault(*(hollow(20.0 * i) for i in range(6)))
+    assert not fault(*(hollow(20.0 * i) for i in range(3)))
+    assert not fault(*(hollow(20.0 * i, 5.0) for i in range(6)))
+
+
 def test_a_hill_is_neither():
     x, y = np.meshgrid(np.arange(-20.0, 21.0), np.arange(-20.0, 21.0))
     points = np.column_stack([x.ravel(), y.ravel(), 6.0 * np.exp(-(x**2 + y**2).ravel() / 40.0)])

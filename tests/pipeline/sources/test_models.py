@@ -50,8 +50,8 @@ def test_a_house_in_metres_stays_what_its_format_says(tmp_path: Path, parts: Par
 
 def test_a_hall_with_doors_of_the_usual_height_is_no_model(tmp_path: Path) -> None:
     hall = [*shell((0.0, 0.0, 20.0, 9.0), front=[Hole(1.0 + 3 * k, 2.0 + 3 * k) for k in range(4)])]
-    raised = [box((x1, y1, x2, y2), 2.5, 7.0) for x1, y1, x2, y2 in
-              ((-0.2, -0.2, 20.2, 0.0), (-0.2, 9.0, 20.2, 9.2), (-0.2, 0.0, 0.0, 9.0), (20.0, 0.0, 20.2, 9.0))]  # fmt: skip
+    sides = ((-0.2, -0.2, 20.2, 0.0), (-0.2, 9.0, 20.2, 9.2), (-0.2, 0.0, 0.0, 9.0), (20.0, 0.0, 20.2, 9.0))
+    raised = [box(side, 2.5, 7.0) for side in sides]
     level = level_of([*hall, *raised], tmp_path / "hall.glb", 1.0)
     assert level.walls.vertices[:, 0].max() == pytest.approx(20.2, abs=0.01)
 
