@@ -36,7 +36,7 @@ test: setup ## run the tests (under 5 minutes on two cores)
 	@$(BIN)/python -m pytest -q -m 'not slow' -n auto --maxprocesses 8 --dist loadfile
 
 test-all: setup ## run the slow tests too
-	@$(BIN)/python -m pytest -q
+	@$(BIN)/python -m pytest -q -n auto --maxprocesses 8 --dist loadfile
 
 check: setup ## lint, formatting, types and the arrows between packages
 	@$(BIN)/ruff check .

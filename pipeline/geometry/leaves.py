@@ -78,7 +78,7 @@ def _touching(boxes: list[Box]) -> list[list[int]]:
 
 
 def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
-    """A group parted by the directions of its parts; a post belongs to the nearest that stands square to it, or to none.
+    """A group parted by the directions of its parts; a post belongs to the nearest one square to it, or to none.
 
     Frames of two doors touch in a corner, and posts stand square to both.
     """

@@ -124,9 +124,9 @@ def _compressed(stream: BinaryIO, kind: np.dtype[Any], count: int) -> Points:
         most = f"expected {count * kind.itemsize:,}, and {LARGEST_PACKED >> 20} MB at most"
         raise ValueError(f"its compressed points take {size:,} bytes, {most}; save it as binary")
     data = unpacked(stream.read(packed), size)
-    axes = []
+    axes, fields = [], dict(kind.fields or {})
     for axis in "xyz":
-        field, start = (kind.fields or {})[axis][:2]
+        field, start = fields[axis][:2]
         axes.append(np.frombuffer(data, field.base, count, start * count).astype(np.float64))
     return np.column_stack(axes)
 

@@ -1,4 +1,4 @@
-"""Point clouds of made homes, measured as Structured3D's evaluators do, beside what two networks reach on that data set.
+"""Point clouds of made homes, measured as Structured3D's evaluators do, beside what two networks reach there.
 
 The data differ: Structured3D's clouds are of other, mostly furnished flats, and the networks were trained on 3,000 of
 them. The figures say what the measure means, not which method is better.
