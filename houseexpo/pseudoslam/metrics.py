@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -29,6 +30,15 @@ class EpisodeConstants(NamedTuple):
     """The way from the start to the goal."""
     goal_m: Floats
     """(N, 2), not a number where there is none."""
+
+    @classmethod
+    def of(cls, rows: Floats) -> EpisodeConstants:
+        """Return the parts of rows (N, 10), as views of them."""
+        return cls(rows, rows[:, :6], rows[:, 6], rows[:, 7], rows[:, 8:])
+
+    def __reduce__(self) -> tuple[Callable[[Floats], EpisodeConstants], tuple[Floats]]:
+        """Pickle and copy the rows: the parts of the copy are views of its own."""
+        return EpisodeConstants.of, (self.rows,)
 
 
 class Metrics(NamedTuple):

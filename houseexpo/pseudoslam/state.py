@@ -89,6 +89,10 @@ class State:
     countable_cells = renamed("countable_cells", "observable_cells")
     best_way_m = renamed("best_way_m", "shortest_path_m")
 
+    def __getstate__(self) -> dict[str, object]:
+        """Pickle and copy without ``pool`` and ``place``, which are views: the copy makes its own."""
+        return {name: value for name, value in self.__dict__.items() if name not in {"pool", "place"}}
+
     def copy(self) -> State:
         """Return a state that shares nothing with this one."""
         return State(

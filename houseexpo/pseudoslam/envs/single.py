@@ -151,6 +151,10 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
             self._window.close()
             self._window = None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickle and copy all but the window: the copy goes on from the same step, and opens its own."""
+        return {**self.__dict__, "_window": None}
+
     def _show(self) -> None:
         """Keep the trail where there are pictures, and show one where they are for people."""
         if self.render_mode is not None:

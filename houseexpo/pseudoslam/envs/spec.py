@@ -177,7 +177,7 @@ def new_constants(number: int) -> EpisodeConstants:
     """Return the facts of so many episodes that have not begun."""
     rows = np.full((number, 10), np.nan)
     rows[:, 6], rows[:, 7] = 1.0, 0.0
-    return EpisodeConstants(rows, rows[:, :6], rows[:, 6], rows[:, 7], rows[:, 8:])
+    return EpisodeConstants.of(rows)
 
 
 def constants_of(state: State, world: World) -> tuple[float, ...]:

@@ -69,6 +69,14 @@ class WorldCache:
         self._open: _Recent[World] = _Recent(MAX_OPEN)
         self._lock = Lock()
 
+    def __reduce__(self) -> tuple[type[WorldCache], tuple[Sequence[FloorPlan], SimulatorConfig]]:
+        """Pickle the plans and the configuration; worlds are made again where they are used."""
+        return WorldCache, (self._plans, self._config)
+
+    def __deepcopy__(self, memo: dict[int, object]) -> WorldCache:
+        """Return the cache itself: worlds do not change, and threads may share it."""
+        return self
+
     def __len__(self) -> int:
         return len(self._plans)
 
