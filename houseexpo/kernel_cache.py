@@ -1,0 +1,80 @@
+"""numba's cache on disk where it can fail: nowhere to write, and files that were cut off.
+
+R1  Where neither the package's folder nor the user's cache can be written, kernels are compiled in each process anew,
+    with one warning: numba alone refuses to import them.
+R2  A file of the cache that cannot be read counts as empty, and is written over: numba alone ends with pickle's error.
+"""
+
+from __future__ import annotations
+
+import atexit
+import shutil
+import tempfile
+import warnings
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from numba.core import caching as numba_caching
+
+caching: Any = numba_caching  # some of it is typed, some is not
+
+
+def cache_safely(package: Path) -> None:
+    """Let what is compiled from files below ``package`` hold to R1 and R2; to be called before a kernel is made."""
+    if not issubclass(caching.IndexDataCacheFile, _Healing):
+        caching.IndexDataCacheFile = _Healing
+    places: list[Any] = caching.CacheImpl._locator_classes  # noqa: SLF001  # numba offers no other way in code
+    if not any(getattr(place, "package", None) == package for place in places):
+        places.append(_last_resort(package))
+
+
+class _Healing(caching.IndexDataCacheFile):  # type: ignore[misc]
+    """An index of compiled kernels that counts as empty where it cannot be read (R2)."""
+
+    def load(self, key: Any) -> Any:
+        try:
+            return super().load(key)
+        except OSError:
+            raise
+        except Exception:  # noqa: BLE001  # pickle raises anything on damaged bytes
+            self.flush()
+            return None
+
+    def save(self, key: Any, data: Any) -> None:
+        try:
+            super().save(key, data)
+        except OSError:
+            raise
+        except Exception:  # noqa: BLE001
+            self.flush()
+            super().save(key, data)
+
+
+def _last_resort(folder: Path) -> Any:
+    """Return a place for kernels that numba takes where no other will do: a folder of this process (R1)."""
+
+    class LastResort(caching.UserWideCacheLocator):  # type: ignore[misc]
+        package = folder
+
+        def __init__(self, py_func: Any, py_file: str) -> None:
+            super().__init__(py_func, py_file)
+            self._cache_path = _folder_of_this_process()
+
+        @classmethod
+        def from_function(cls, py_func: Any, py_file: str) -> Any:
+            return super().from_function(py_func, py_file) if folder in Path(py_file).parents else None
+
+    return LastResort
+
+
+@cache
+def _folder_of_this_process() -> str:
+    folder = tempfile.mkdtemp(prefix="houseexpo-kernels-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    warnings.warn(
+        "compiled kernels cannot be kept: neither the package's folder nor the user's cache can be written. "
+        "Each process compiles them anew, which takes seconds; NUMBA_CACHE_DIR names a folder for them",
+        stacklevel=2,
+    )
+    return folder
