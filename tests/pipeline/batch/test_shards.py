@@ -7,9 +7,9 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from houseexpo.commands.app import make_app
 from typer.testing import CliRunner
 
+from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
 from pipeline.batch.shard_build import begin, begun_at, left_of
 from pipeline.batch.shards import Shard, ShardJournal, number_of, read_begun
