@@ -4,40 +4,80 @@ from __future__ import annotations
 
 import io
 import math
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from houseexpo.commands.given import IDS_HELP
 from houseexpo.errors import ConfigError
+
+if TYPE_CHECKING:
+    from houseexpo.floorplan import FloorPlan
+
+_MAX_PICTURES = 1000  # a sheet of more is larger than viewers open
 
 
 def show(
-    what: Annotated[list[str], typer.Argument(help="Ids of plans, or their files.", show_default=False)],
+    what: Annotated[list[str], typer.Argument(help="A data set, plans' files, or ids.", show_default=False)],
     out: Annotated[Path, typer.Option(help="Picture to write: .png or .svg.", show_default=False)],
     data: Annotated[Path | None, typer.Option(help="The data set of the ids; the fetched one by default.")] = None,
+    ids: Annotated[list[str] | None, typer.Option(help=IDS_HELP, show_default="all")] = None,
+    limit: Annotated[int | None, typer.Option(min=1, help="At most so many plans, the first ones.")] = None,
+    sample: Annotated[int | None, typer.Option(min=1, help="So many plans, drawn at random.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Decides which plans are drawn.")] = 0,
     size: Annotated[int, typer.Option(min=64, max=8000, help="Longer side of a plan, pixels.")] = 800,
     columns: Annotated[int | None, typer.Option(min=1, help="Pictures in a row, where there are several.")] = None,
     find_rooms: Annotated[bool, typer.Option(help="Find rooms and doors where the plan records none.")] = True,
 ) -> None:
     """Draw plans: rooms coloured by label, doors by kind, scale bar, legend. Several make a contact sheet."""
-    from houseexpo.commands.given import plans
     from houseexpo.drawing import contact_sheet, draw_plan, svg, svg_sheet
     from houseexpo.files import write_whole
+    from houseexpo.progress import watched
 
     if out.suffix not in (".png", ".svg"):
         raise ConfigError(f"--out: expected a file that ends in .png or .svg, found {out.name!r}")
-    found = [plan.divided if find_rooms else plan for plan in plans(what, data)]
+    found = _chosen(_named(what, data, ids), limit, sample, seed)
     across = columns or math.ceil(math.sqrt(len(found)))
     names = [plan.id for plan in found]
-    out.parent.mkdir(parents=True, exist_ok=True)
+    shown = watched((plan.divided if find_rooms else plan for plan in found), "drawing", len(found))
     if out.suffix == ".svg":
-        pictures = [svg(plan, size=size) for plan in found]
+        pictures = [svg(plan, size=size) for plan in shown]
+        out.parent.mkdir(parents=True, exist_ok=True)
         write_whole(out, (pictures[0] if len(found) == 1 else svg_sheet(pictures, across, names)).encode())
         return
     from PIL import Image
 
-    images = [draw_plan(plan, size=size) for plan in found]
+    images = [draw_plan(plan, size=size) for plan in shown]
+    out.parent.mkdir(parents=True, exist_ok=True)
     stream = io.BytesIO()
     Image.fromarray(images[0] if len(found) == 1 else contact_sheet(images, across, names)).save(stream, "PNG")
     write_whole(out, stream.getvalue())
+
+
+def _named(what: Sequence[str], data: Path | None, ids: Sequence[str] | None) -> Sequence[FloorPlan]:
+    """Return the plans that the command line names: a data set's, all or by ``--ids``, or those of files and ids."""
+    from houseexpo.commands.given import is_data_set, plan_ids, plans
+    from houseexpo.dataset import open_dataset
+
+    if len(what) == 1 and is_data_set(what[0]):
+        opened = open_dataset(what[0])
+        return [opened[name] for name in plan_ids(ids)] if ids else opened
+    return plans([*what, *(ids or ())], data)
+
+
+def _chosen(found: Sequence[FloorPlan], limit: int | None, sample: int | None, seed: int) -> Sequence[FloorPlan]:
+    """Return the plans to draw; ConfigError where there are none, or more than a sheet can show."""
+    import numpy as np
+
+    if not found:
+        raise ConfigError("expected plans to draw, found none")
+    if sample is not None:
+        numbers = np.random.default_rng(seed).permutation(len(found))[:sample]
+        found = [found[int(i)] for i in numbers]
+    if limit is not None:
+        found = found[:limit]
+    if len(found) > _MAX_PICTURES:
+        raise ConfigError(f"expected at most {_MAX_PICTURES} plans, found {len(found)}; use --limit or --sample")
+    return found

@@ -19,7 +19,7 @@ Prints = npt.NDArray[np.int32]
 
 BINS, BIN_PX = 64, 8
 SYMMETRIES = 8
-_TIE = 1e-7  # as houseexpo.raster has it
+_TIE = 1e-7  # as houseexpo.grids.raster has it
 
 
 @njit(cache=True, nogil=True)
