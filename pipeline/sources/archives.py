@@ -5,7 +5,7 @@ from __future__ import annotations
 import zipfile
 import zlib
 from collections.abc import Iterable
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.naming import check_file
@@ -15,13 +15,18 @@ _FAULTS = (OSError, zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, Valu
 
 
 def members(path: Path) -> tuple[str, ...]:
-    """Return the names in an archive; raises Rejection where it is none."""
+    """Return the names in an archive; raises Rejection where it is none, or where one leads out of it."""
     check_file(path)
     try:
         with zipfile.ZipFile(path) as archive:
-            return tuple(archive.namelist())
+            names = tuple(archive.namelist())
     except _FAULTS as error:
         raise _broken(path, error) from None
+    outside = next((name for name in names if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts), None)
+    if outside is not None:
+        detail = f"{path.name} holds {outside[:80]!r}, which leads out of it"
+        raise Rejection("source", Reason.UNREADABLE, detail, "pack it again; check where the file is from")
+    return names
 
 
 def read_member(path: Path, names: Iterable[str], most_bytes: int) -> bytes | None:

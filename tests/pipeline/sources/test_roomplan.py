@@ -1,5 +1,7 @@
 import json
+import struct
 import sys
+import zipfile
 
 import pytest
 import shapely
@@ -7,6 +9,7 @@ import shapely
 from houseexpo.errors import MissingDependencyError
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, roomplan
+from pipeline.sources.roomplan_usd import LARGEST_BYTES
 from tests.builders.houses import kinds, plan_of
 from tests.builders.mutations import mutated, outcome
 from tests.builders.roomplan import FLOOR, HEIGHT, home, pack, room, usda, whole, write
@@ -92,6 +95,23 @@ def test_a_usdz_may_refer_to_its_own_layers_only(tmp_path):
         assert "not in the archive" in found.detail
     layers = {"scan.usda": usda({"rooms": []}, "(\n    prepend references = @in/a.usda@\n)"), "in/a.usda": usda(home())}
     assert len(levels(pack(tmp_path / "scan.usdz", layers))[0].rooms) == 2
+
+
+def test_hostile_archives(tmp_path):
+    pytest.importorskip("pxr")
+    path, layer = tmp_path / "scan.usdz", usda(home())
+    outside = outcome(pack(path, {"../scan.usda": layer}))
+    assert isinstance(outside, Rejection)
+    assert not (tmp_path.parent / "scan.usda").exists()
+    data = bytearray(pack(path, {"scan.usda": layer}).read_bytes())
+    place = data.rindex(b"PK\x01\x02")
+    path.write_bytes(data[: place + 42] + struct.pack("<I", 12345678) + data[place + 46 :])  # where a member begins
+    assert outcome(path).reason is Reason.UNREADABLE
+    path.write_bytes(data[: place + 24] + struct.pack("<I", 1 << 31) + data[place + 28 :])  # how long it is
+    assert outcome(path).reason in {Reason.TOO_LARGE, Reason.UNREADABLE}
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("scan.usda", layer + " " * (LARGEST_BYTES + 1))
+    assert outcome(path).reason is Reason.TOO_LARGE
 
 
 def test_a_missing_library_is_named(tmp_path, monkeypatch):
