@@ -71,10 +71,23 @@ class Hole:
     along: tuple[float, float] | None = None
     width_m: float | None = None
 
+    @property
+    def bottom(self) -> float:
+        """Height of its lowest point."""
+        return float(self.mesh.vertices[:, 2].min())
+
+    @property
+    def top(self) -> float:
+        """Height of its highest point."""
+        return float(self.mesh.vertices[:, 2].max())
+
 
 @dataclass(frozen=True, eq=False)
 class Building:
-    """What the levels are made from; ``named_openings``: the file has holes in its walls as elements."""
+    """What the levels are made from; ``windows`` are the holes in walls that windows fill, ``holes`` all others.
+
+    ``named_openings``: the file has holes in its walls as elements.
+    """
 
     schema: str
     storeys: tuple[Storey, ...]
@@ -84,6 +97,7 @@ class Building:
     slabs: tuple[Part, ...]
     spaces: tuple[Part, ...]
     holes: tuple[Hole, ...]
+    windows: tuple[Hole, ...]
     leaves: tuple[Part, ...]
     furniture: tuple[Part, ...]
     named_openings: bool
@@ -126,6 +140,7 @@ def _building(model: Any, schema: str, path: Path) -> Building:
         slabs=_parts(elements.slabs, meshes),
         spaces=_parts(elements.spaces, meshes),
         holes=tuple(_holes(elements, meshes, metres)),
+        windows=tuple(_windows(elements, meshes, metres)),
         leaves=_parts(elements.doors, meshes),
         furniture=_parts(elements.furniture, meshes),
         named_openings=bool(elements.openings),
@@ -175,9 +190,9 @@ def _holes(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iterat
     done: set[int] = set()
     for opening in elements.openings:
         doors = [each for each in filled_by(opening) if each.is_a("IfcDoor")]
-        if opening.id() not in meshes or (not doors and any(each.is_a("IfcWindow") for each in filled_by(opening))):
+        if opening.id() not in meshes or _is_window(opening):
             continue
-        host = next((meshes[each.id()] for each in hosts_of(opening) if each.id() in meshes), None)
+        host = _host(opening, meshes)
         along, width = _door_frame(doors[0], metres) if doors else (None, None)
         done.update(door.id() for door in doors)
         yield Hole(meshes[opening.id()], host, bool(doors), along, width)
@@ -187,6 +202,23 @@ def _holes(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iterat
             body = meshes.get(door.id()) or _box(door, metres)
             if body is not None:
                 yield Hole(body, None, True, along, width)
+
+
+def _windows(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iterator[Hole]:
+    for opening in elements.openings:
+        if opening.id() in meshes and _is_window(opening):
+            yield Hole(meshes[opening.id()], _host(opening, meshes), False, *_door_frame(filled_by(opening)[0], metres))
+
+
+def _is_window(opening: Any) -> bool:
+    """Whether windows fill an opening, and no door."""
+    filled = filled_by(opening)
+    return any(each.is_a("IfcWindow") for each in filled) and not any(each.is_a("IfcDoor") for each in filled)
+
+
+def _host(opening: Any, meshes: dict[int, Mesh]) -> Mesh | None:
+    """The wall that an opening is a hole in, where it has a body."""
+    return next((meshes[each.id()] for each in hosts_of(opening) if each.id() in meshes), None)
 
 
 def _placement(element: Any, metres: float) -> npt.NDArray[np.float64] | None:
@@ -200,7 +232,7 @@ def _placement(element: Any, metres: float) -> npt.NDArray[np.float64] | None:
 
 
 def _door_frame(door: Any, metres: float) -> tuple[tuple[float, float] | None, float | None]:
-    """The direction of a door's width in plan (the x axis of its placement) and its width in metres, where known."""
+    """The direction of a door's or window's width in plan (the x axis of its placement), and the width, where known."""
     matrix = _placement(door, metres)
     width = door.OverallWidth * metres if door.OverallWidth else None
     if matrix is None or abs(matrix[2, 0]) > 0.1:  # an x axis that is not level is no width in plan

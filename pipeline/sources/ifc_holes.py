@@ -7,6 +7,7 @@ R2  A hole without a door that does not reach through its wall is a niche; one t
 R3  A door belongs to the highest level that it can be reached from, a step or half a storey up, whichever storey holds
     it; one that lies (a hatch in a floor) to none.
 R4  Holes that overlap (one in each leaf of a wall) are one opening, with a door if one of them has it.
+R5  A hole that a window fills, or that starts above the knee and is no niche, is closed in a plan: it is wall.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.sources.ifc_directions import Axis, along_wall
 from pipeline.sources.ifc_file import Hole
-from pipeline.sources.ifc_shapes import shadow
+from pipeline.sources.ifc_shapes import block, shadow
 from pipeline.values import Mesh, SourceOpening
 
 Span = tuple[float, float]
@@ -75,7 +76,19 @@ def openings_of(
 ) -> tuple[SourceOpening, ...]:
     """Return the openings of the level at ``floor`` (one of ``floors``), in project axes."""
     here = [hole for hole in holes if _is_of(hole, floor, floors)]
-    return tuple(_merged([found for hole in here if (found := _opening(hole, walls)) is not None]))
+    return tuple(_merged([found for hole in here if (found := _opening(hole, walls, NARROW_M)) is not None]))
+
+
+def closed_holes(
+    windows: Sequence[Hole], holes: Sequence[Hole], walls: StandingWalls, low: float, high: float
+) -> Iterator[Mesh]:
+    """R5: for each such hole of a storey, from its floor at ``low`` up to ``high``, a body as deep as the wall."""
+    unfilled = [hole for hole in holes if not hole.has_door and hole.bottom >= low + KNEE_M]
+    for hole in (*windows, *unfilled):
+        if hole.bottom < high and hole.top > low + KNEE_M:
+            found = _opening(hole, walls, LEAST_DEPTH_M, skin_m=0.0)
+            if found is not None:
+                yield block(found.polygon, hole.bottom, hole.top)
 
 
 def level_of_door(sill: float, floors: Sequence[float]) -> float | None:
@@ -86,14 +99,13 @@ def level_of_door(sill: float, floors: Sequence[float]) -> float | None:
 
 def _is_of(hole: Hole, floor: float, floors: Sequence[float]) -> bool:
     """R2, R3."""
-    sill, head = float(hole.mesh.vertices[:, 2].min()), float(hole.mesh.vertices[:, 2].max())
     if hole.has_door:
-        return head - sill >= DOOR_M and level_of_door(sill, floors) == floor
-    return sill < floor + KNEE_M and head > floor + HEAD_M
+        return hole.top - hole.bottom >= DOOR_M and level_of_door(hole.bottom, floors) == floor
+    return hole.bottom < floor + KNEE_M and hole.top > floor + HEAD_M
 
 
-def _opening(hole: Hole, walls: StandingWalls) -> SourceOpening | None:
-    """R1; None for a niche (R2)."""
+def _opening(hole: Hole, walls: StandingWalls, least_m: float, skin_m: float = SKIN_M) -> SourceOpening | None:
+    """R1; None for a niche, and for what is narrower than ``least_m`` and no door (R2)."""
     standing = walls.near(hole.mesh)
     axis = along_wall(hole, standing)
     points = hole.mesh.vertices[:, :2]
@@ -101,14 +113,14 @@ def _opening(hole: Hole, walls: StandingWalls) -> SourceOpening | None:
     if hole.host is None and hole.width_m and along[1] - along[0] > hole.width_m + SWUNG_M:
         middle = (along[0] + along[1]) / 2
         along = middle - hole.width_m / 2, middle + hole.width_m / 2
-    if along[1] - along[0] < (LEAST_DEPTH_M if hole.has_door else NARROW_M):
+    if along[1] - along[0] < (LEAST_DEPTH_M if hole.has_door else least_m):
         return None
     place = _Place(axis, along, across)
     host = standing if hole.host is None else shadow(hole.host)
     if not hole.has_door and _is_niche(place, host):
         return None
     depth = _over(place, standing) or _beside(place, host) or across
-    thin = max((LEAST_DEPTH_M - (depth[1] - depth[0])) / 2, SKIN_M)
+    thin = max((LEAST_DEPTH_M - (depth[1] - depth[0])) / 2, skin_m)
     return SourceOpening(axis.box(along, (depth[0] - thin, depth[1] + thin)), hole.has_door)
 
 

@@ -6,7 +6,8 @@ R3  A loose part (IfcBuildingElementProxy, a plate or member by itself) is wall 
     the floor to head height, thin.
 R4  A door's leaf belongs to the level that its door is entered from; a thing to the level whose storey holds it, else
     to the one on whose floor it stands.
-R5  One looks down onto a lower level where one of its slabs lies and no slab is within reach under this level's floor.
+R5  A hole in a wall that is no way through it is wall too (``ifc_holes``).
+R6  One looks down onto a lower level where one of its slabs lies and no slab is within reach under this level's floor.
 """
 
 from __future__ import annotations
@@ -19,11 +20,12 @@ import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from pipeline.geometry.cutting import merged
 from pipeline.sources.ifc_file import Building, Part
 from pipeline.sources.ifc_height import OFF_M, TALL_M
-from pipeline.sources.ifc_holes import StandingWalls, level_of_door, openings_of
+from pipeline.sources.ifc_holes import StandingWalls, closed_holes, level_of_door, openings_of
 from pipeline.sources.ifc_rooms import rooms_of
-from pipeline.sources.ifc_shapes import footprint, shadow, united
+from pipeline.sources.ifc_shapes import footprint, shadow
 from pipeline.sources.ifc_storeys import MARGIN_M, Standing, standing_storeys
 from pipeline.sources.surfaces import Surfaces, WallProfile
 from pipeline.values import Mesh, SourceOpening, SourceRoom
@@ -67,7 +69,10 @@ def _level(
     parts = [*building.walls, *(part for part in building.loose if _is_wall(part, floor))]
     here = [part for part in parts if _runs_through(part, floor + 0.1, standing.above - 0.1)]  # R1
     here = [part for part in here if part.storey is None or of_building.get(part.storey) in standing.buildings]
-    walls = united([*here, *(part for part in building.beams if _is_lintel(part, floor))])
+    standing_walls = StandingWalls([part.mesh for part in here])
+    panes = closed_holes(building.windows, building.holes, standing_walls, floor, standing.above)  # R5
+    beams = [part.mesh for part in building.beams if _is_lintel(part, floor)]
+    walls = merged(*(part.mesh for part in here), *beams, *panes)
     surfaces = Surfaces.of(walls)
     top = WallProfile.of(surfaces, surfaces.walls()).end_above(floor + TALL_M, floor + 0.3)
     return IfcLevel(
@@ -78,7 +83,7 @@ def _level(
         floor=_floor(building, standing),
         below=_below(building, floor, floors),
         rooms=rooms_of([space for space in building.spaces if _is_on(space, standing, floors)]),
-        openings=openings_of(building.holes, StandingWalls([part.mesh for part in here]), floor, floors),
+        openings=openings_of(building.holes, standing_walls, floor, floors),
         leaves=tuple(leaf for leaf in building.leaves if level_of_door(leaf.bottom, floors) == floor),
         furniture=tuple(thing for thing in building.furniture if _is_on(thing, standing, floors)),
         named_openings=building.named_openings,
@@ -121,7 +126,7 @@ def _floor(building: Building, standing: Standing) -> Polygon | MultiPolygon | N
 
 
 def _below(building: Building, floor: float, floors: Sequence[float]) -> Polygon | MultiPolygon | None:
-    """R5."""
+    """R6."""
     lower = [each for each in floors if each < floor - TALL_M]
     tops = [part for part in building.slabs if any(abs(part.top - each) < OFF_M for each in lower)]
     near = [part for part in building.slabs if part.top > floor - UNDER_M and part.bottom < floor + OVER_M]

@@ -30,6 +30,14 @@ def united(parts: Iterable[Part]) -> Mesh:
     return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), faces)
 
 
+def block(rectangle: Polygon, low: float, high: float) -> Mesh:
+    """A plan rectangle from one height to another as a closed body."""
+    ring = shapely.get_coordinates(shapely.orient_polygons(rectangle))[:4]
+    points = np.concatenate([np.column_stack([ring, np.full(4, z)]) for z in (low, high)])
+    sides = [face for k in range(4) for face in ((k, (k + 1) % 4, k + 4), ((k + 1) % 4, (k + 1) % 4 + 4, k + 4))]
+    return Mesh(points, np.array([(0, 2, 1), (0, 3, 2), (4, 5, 6), (4, 6, 7), *sides], np.int64))
+
+
 def shadow(mesh: Mesh) -> BaseGeometry:
     """Plan shadow of a body, all pieces."""
     return _union(mesh.vertices[mesh.faces])

@@ -4,6 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
+
+from pipeline.geometry.cutting import Cutter
+from pipeline.geometry.walls import section
 
 pytest.importorskip("ifcopenshell")
 
@@ -145,3 +149,46 @@ def test_in_a_turned_building_openings_run_along_their_walls(flat, tmp_path):
     assert level.openings[0].polygon.centroid.coords[0] == pytest.approx(
         (4.5 + 1.45 * direction[0] - 0.1 * direction[1], 1.0 + 1.45 * direction[1] + 0.1 * direction[0]), abs=0.01
     )
+
+
+WINDOW = (1, 0.0, 0.9, 2, 0.2, 2.5)
+"""A window up to the top of the southern wall."""
+
+
+def standing(level: Level, plan: tuple[float, float, float, float], height: float) -> float:
+    """Which share of a rectangle stands at a height."""
+    walls = section(Cutter(level.walls).cut(height), sheet_m=0.05, solid_m=0.7).walls
+    return float(walls.intersection(shapely.box(*plan)).area / shapely.box(*plan).area)
+
+
+@pytest.mark.parametrize("deeper", [0.0, 0.3])
+@pytest.mark.parametrize("filling", ["IfcWindow", None])
+def test_a_window_up_to_the_ceiling_is_wall_as_deep_as_its_wall(flat, tmp_path, filling, deeper):
+    x1, y1, z1, x2, y2, z2 = WINDOW
+    flat.house.opening(flat.outer[0], (x1, y1 - deeper, z1, x2, y2 + deeper, z2), filling)
+    (level,) = flat.levels(tmp_path)
+    assert standing(level, (1, 0, 2, 0.2), 2.0) == pytest.approx(1.0, abs=0.01)
+    assert standing(level, (1, 0.21, 2, 0.7), 2.0) == 0.0
+    assert not level.openings
+
+
+def test_a_way_through_a_wall_is_not_closed(flat, tmp_path):
+    flat.house.opening(flat.inner, (4, 2, 0, 4.2, 2.9, 2.5), None)
+    (level,) = flat.levels(tmp_path)
+    assert standing(level, (4, 2.01, 4.2, 2.89), 2.0) == 0.0
+
+
+def test_a_niche_over_a_table_is_not_closed(flat, tmp_path):
+    flat.house.opening(flat.inner, (4, 2, 0.9, 4.1, 2.9, 2.5), None)
+    (level,) = flat.levels(tmp_path)
+    assert standing(level, (4, 2.01, 4.09, 2.89), 2.0) == 0.0
+
+
+def test_a_window_of_the_storey_below_closes_nothing_above(flat, tmp_path):
+    upper = flat.house.storey("OG", 2.8)
+    wall, *_ = flat.house.walls_around(upper, (0, 0, 2.8, 8, 6, 5.3))
+    flat.house.opening(wall, (1, 0, 2.8, 2, 0.2, 4.9), "IfcDoor")
+    flat.house.opening(flat.outer[0], WINDOW, "IfcWindow")
+    flat.house.opening(flat.inner, (4, 2, 0, 4.2, 2.9, 2.1), "IfcDoor")
+    _, above = flat.levels(tmp_path)
+    assert standing(above, (1.01, 0, 1.99, 0.2), 1.5) == 0.0
