@@ -1,7 +1,8 @@
 """Doors that are known before any gap is looked at: named by the source, or by the leaf that stands in them.
 
 R1  A leaf that stands proud of the wall on both sides (a frame) is a door.
-R2  A leaf with wall above it that is no thicker than itself is a piece of wall.
+R2  A leaf with wall above it that is no thicker than itself is a piece of wall, but for one in a frame of its own as
+    deep as that wall: a door in a thin partition.
 R3  A leaf between two ends of one wall stands closed in a doorway, but not one that ends beside a lintel of its own
     width: that hangs over the doorway, and the leaf stands ajar against another wall.
 R4  Any other leaf stands open, or is furniture where it is too thick for a leaf.
@@ -29,6 +30,8 @@ from pipeline.geometry.recesses import leaves_in_recesses
 from pipeline.values import Doorway, Level, Mesh
 
 PROUD_M = 0.04
+FRAME_M = 0.01
+CLOSE_M = 0.005
 SHEET_M = 0.05
 ABOVE = 0.5
 SAME = 0.3
@@ -63,7 +66,7 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
         if way is not None and leaf.box.thickness >= way.thickness + PROUD_M and leaf.plate_m < way.thickness:  # R1
             doorways.append(Doorway(rectangle(way), "leaf"))
             found.append(plan)
-        elif 0 < over <= 1.25 * max(leaf.plate_m, SHEET_M):  # R2
+        elif 0 < over <= 1.25 * max(leaf.plate_m, SHEET_M) and not _is_framed(leaf, over):  # R2
             pieces += leaf.bodies
         elif way is not None and (over > 0 or not _ends_beside_lintel(leaf.box, hanging)):  # R3
             doorways.append(Doorway(rectangle(way), "leaf"))
@@ -75,6 +78,11 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
         else:
             things.append(plan)
     return Judged(tuple(doorways), tuple(found), tuple(pieces), united(things))
+
+
+def _is_framed(leaf: Leaf, wall_m: float) -> bool:
+    """R2: whether a leaf stands in a frame that is deeper than itself and at least as deep as the wall above."""
+    return len(leaf.bodies) > 1 and leaf.box.thickness > max(leaf.plate_m + FRAME_M, wall_m - CLOSE_M)
 
 
 def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
