@@ -1,51 +1,69 @@
 """What speaks against a plan: named shares, each 0 where nothing does and 1 where all of it does.
 
-R1  ``cut_share``: inner doors that are cuts, of all inner doors.
-R2  ``cut_off_share``: rooms that only cuts lead into.
-R3  ``guessed_wall_share``: length of the closers without evidence (gaps, floor edges, wall ends) to that of all walls.
-R4  ``guesses``: things that the reader had to guess (levels, units, scale, axis), of ``MOST_GUESSES``.
-R5  ``floorless_share``: area of the rooms without the source's floor under it; 0 where the source has no floor.
-R6  ``odd_room_share``: rooms too small, too narrow, too large or too ragged for a room.
-R7  ``unlike_spaces``: how far the rooms are from those that the source draws, or from as many as it counts.
-R8  ``lone_room``: 1 where the plan is one room without an inner door: a shell looks like that.
-R9  ``furnished_share``: area of furniture told apart by its shape, of what the rooms and it cover.
+R1  ``cut_share``: inner doors that are cuts, of all inner doors. ``cut_off_share``: rooms that only cuts lead into.
+R2  ``patch_share``: closers that nobody passes, of all: guesses that mend walls with holes. ``given_edge``: 1 where
+    the house is open, so that its edge was taken from its floor or from the ends of its walls.
+R3  ``guesses``: things that the reader had to guess (levels, units, scale, axis), of ``MOST_GUESSES``.
+R4  ``floorless_room``: the largest share of a room without the source's floor under it; 0 where the source has no
+    floor, or no more than scraps of one.
+R5  ``roomless_floor_share``: floor between the rooms that is neither room nor wall. ``roomless_wall_share``: walls
+    that stand beside no room, of all. Either speaks of rooms that were lost.
+R6  ``idle_lintel_share``: lintels as wide as doors that the plan has no use for, of all such.
+R7  ``twin_door_share``: doors between two rooms that another door joins already, of all inner doors.
+    ``odd_doors``: how far the middle width of the doors is from that of doors.
+R8  ``odd_room_share``: rooms too small, too narrow, too large or too ragged for a room. ``loose_end_share``: rooms in
+    the middle of which a wall ends.
+R9  ``left_out``: parts, cells and pockets that were left out or filled, of ``MOST_LEFT_OUT``.
+R10 ``unlike_spaces``: how far the rooms are from those that the source draws, or from as many as it counts.
 """
 
 from __future__ import annotations
 
-import math
 from typing import Final
 
+import numpy as np
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.overlay import overlap, subtract, united
+from pipeline.geometry.doorways import box_of
+from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE
-from pipeline.values import Evidence, Layout, Level, Spaces
+from pipeline.geometry.room_shapes import odd, with_loose_ends
+from pipeline.values import Evidence, Layout, Level, Passage, Spaces
 
 MOST_GUESSES: Final = 2
-GUESSED: Final = frozenset({"gap", "floor_edge", "wall_ends"})
-SMALLEST_M2, LARGEST_M2 = 1.0, 200.0
-NARROWEST_M: Final = 0.7
-RAGGED: Final = 0.15  # 4 pi area / length of the edge squared; a square has 0.79, a corridor of 1 : 10 has 0.26
+MOST_LEFT_OUT: Final = 3
+LEFT_OUT: Final = ("erased_parts", "filled_cells", "filled_pockets", "left_out")
+FLOORED: Final = 0.5
+THICKEST_M: Final = 0.6
+DOOR_M: Final = (0.7, 1.15)
+MUCH_TOO_WIDE_M: Final = 0.35
+LINTEL_M: Final = 0.6
+IN_USE: Final = 0.3
+CRACK_M: Final = 0.02
+NEAR_M: Final = 0.1
 
 
 def weigh(level: Level, evidence: Evidence, layout: Layout, spaces: Spaces) -> dict[str, float]:
     """Return the grounds by name, each 0 to 1; ``spaces`` are the last, of which the plan is made."""
-    inner = [p for p in spaces.passages if not p.leads_outside]
-    cuts = [p for p in inner if p.kind == "cut"]
-    rooms = united(spaces.rooms)
+    rooms, inner = united(spaces.rooms), [p for p in spaces.passages if not p.leads_outside]
+    left_out = sum(int(spaces.notes.get(name, 0)) for name in LEFT_OUT)
     return {
-        "cut_share": _share(len(cuts), len(inner)),
+        "cut_share": _share(sum(p.kind == "cut" for p in inner), len(inner)),
         "cut_off_share": _cut_off(spaces),
-        "guessed_wall_share": _guessed(layout),
+        "patch_share": _share(sum(c.bridge is None for c in layout.closers), len(layout.closers)),
+        "given_edge": float("boundary" in spaces.notes),
         "guesses": _share(len(level.guesses), MOST_GUESSES),
-        "floorless_share": 0.0 if level.floor is None else _share(subtract(rooms, level.floor).area, rooms.area),
-        "odd_room_share": _share(sum(map(_is_odd, spaces.rooms)), len(spaces.rooms)),
+        **_floors(level.floor, rooms, layout.ground, spaces.rooms),
+        "roomless_wall_share": _roomless(evidence.walls, [rooms, *layout.rooms]),
+        "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
+        "twin_door_share": _share(len(inner) - len({frozenset(p.bridge.sides) for p in inner}), len(inner)),
+        "odd_doors": _odd_doors(spaces.passages),
+        "odd_room_share": float(odd(list(spaces.rooms)).mean()),
+        "loose_end_share": float(with_loose_ends(list(spaces.rooms)).mean()),
+        "left_out": _share(left_out, MOST_LEFT_OUT),
         "unlike_spaces": _unlike(level, spaces.rooms),
-        "lone_room": float(len(spaces.rooms) == 1 and not inner),
-        "furnished_share": _share(overlap(evidence.furniture, rooms).area, rooms.area),
     }
 
 
@@ -54,29 +72,54 @@ def _share(part: float, whole: float) -> float:
 
 
 def _cut_off(spaces: Spaces) -> float:
-    """R2."""
+    """R1."""
     by_evidence = {side for p in spaces.passages if p.kind != "cut" for side in p.bridge.sides}
     by_evidence |= {room for pair in spaces.joins for room in pair}
     by_cut = {side for p in spaces.passages if p.kind == "cut" for side in p.bridge.sides} - by_evidence - {OUTSIDE}
     return _share(len(by_cut), len(spaces.rooms))
 
 
-def _guessed(layout: Layout) -> float:
-    """R3: a closer is about as long as half of its edge."""
-    guessed = sum(closer.polygon.length / 2 for closer in layout.closers if closer.kind in GUESSED)
-    return _share(guessed, layout.ground.length / 2)
+def _floors(
+    floor: BaseGeometry | None, rooms: BaseGeometry, walls: BaseGeometry, each: tuple[Polygon, ...]
+) -> dict[str, float]:
+    """R4, R5."""
+    if floor is None:
+        return {"floorless_room": 0.0, "roomless_floor_share": 0.0}
+    missing = subtract(rooms, floor)
+    shares = shapely.area(shapely.intersection(np.array(each), missing)) / shapely.area(each)
+    between = subtract(overlap(floor, shapely.convex_hull(rooms)), united([mitred(rooms, CRACK_M), walls]))
+    return {
+        "floorless_room": float(shares.max()) if missing.area < (1 - FLOORED) * rooms.area else 0.0,
+        "roomless_floor_share": _share(between.area, rooms.area),
+    }
 
 
-def _is_odd(room: Polygon) -> bool:
+def _roomless(walls: BaseGeometry, rooms: list[BaseGeometry]) -> float:
+    """R5: a wall is at most ``THICKEST_M`` thick."""
+    return _share(subtract(walls, mitred(united(rooms), THICKEST_M)).area, walls.area)
+
+
+def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:
     """R6."""
-    if not SMALLEST_M2 <= room.area <= LARGEST_M2:
-        return True
-    ragged = 4 * math.pi * room.area / room.length**2 < RAGGED
-    return ragged or bool(room.buffer(-NARROWEST_M / 2).is_empty)
+    x1, y1, x2, y2 = rooms.bounds
+    here = shapely.box(x1 - NEAR_M, y1 - NEAR_M, x2 + NEAR_M, y2 + NEAR_M)
+    wide = [p for p in polygons_of(lintels) if p.length > 2 * LINTEL_M and box_of(p).width > LINTEL_M]
+    wide = [p for p in wide if p.intersects(here)]
+    used = united(closer.polygon for closer in layout.closers)
+    return _share(sum(overlap(p, used).area < IN_USE * p.area for p in wide), len(wide))
+
+
+def _odd_doors(passages: tuple[Passage, ...]) -> float:
+    """R7."""
+    widths = [p.bridge.width for p in passages if p.kind in {"door", "entrance"}]
+    if not widths:
+        return 0.0
+    middle = float(np.median(widths))
+    return _share(max(DOOR_M[0] - middle, middle - DOOR_M[1], 0.0), MUCH_TOO_WIDE_M)
 
 
 def _unlike(level: Level, rooms: tuple[Polygon, ...]) -> float:
-    """R7."""
+    """R10."""
     drawn = [room.polygon for room in level.rooms if room.polygon is not None]
     if drawn:
         return 1.0 - sum(_best(space, rooms) for space in drawn) / len(drawn)

@@ -19,7 +19,8 @@ Bools = npt.NDArray[np.bool_]
 NAMES = tuple(ground.name for ground in GROUNDS)
 PRECISION = 0.95
 """Of the plans with a score of at least ``SURE``, so many are to be right."""
-RIDGE = 0.02
+RIDGE = 0.3
+"""How strongly weights are kept small, in plans."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,9 @@ def fit(plans: Sequence[Judged], precision: float = PRECISION) -> Model:
 
     def loss(x: Floats) -> float:
         exponent = x[0] + table @ x[1:]
-        return float(np.logaddexp(0, np.where(met, -exponent, exponent)).mean() + RIDGE * (x[1:] ** 2).mean() / 2)
+        return float(
+            np.logaddexp(0, np.where(met, -exponent, exponent)).mean() + RIDGE * (x[1:] ** 2).sum() / 2 / len(met)
+        )
 
     bounds = [(None, None)] + [(None, 0.0)] * len(NAMES)
     found = minimize(loss, np.zeros(len(NAMES) + 1), method="L-BFGS-B", bounds=bounds)
@@ -66,14 +69,10 @@ def fit(plans: Sequence[Judged], precision: float = PRECISION) -> Model:
 
 
 def threshold(scores: Floats, met: Bools, precision: float) -> float:
-    """Return the lowest score from which on, and from every higher one on, enough plans are right; else the highest."""
-    values = np.unique(scores)[::-1]
-    good = values[0]
-    for value in values:
-        if met[scores >= value].mean() < precision:
-            break
-        good = value
-    return float(good)
+    """Return the lowest score of which, and of what is above it, enough plans are right; else the highest score."""
+    values = np.unique(scores)
+    good = [value for value in values if met[scores >= value].mean() >= precision]
+    return float(min(good, default=values[-1]))
 
 
 def precision_at(scores: Floats, met: Bools, least: float = SURE) -> float:

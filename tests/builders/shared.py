@@ -10,6 +10,8 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
+import shapely
+import shapely.affinity
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
@@ -29,6 +31,18 @@ needs_shared = pytest.mark.skipif(not DATA.is_dir(), reason="needs the developme
 def case(name: str) -> dict[str, Any]:
     """The truth of a case."""
     return dict(msgspec.json.decode((DATA / "cases" / f"{name}.json").read_bytes()))
+
+
+def of_building(truth: dict[str, Any], plan: dict[str, Any]) -> dict[str, Any]:
+    """The rooms and doors of a truth that lie in or on a plan (as JSON) of one of several buildings."""
+    (a, b, tx), (c, d, ty) = plan["frame"]["matrix"]
+    outline = shapely.Polygon(plan["verts"], plan.get("holes", []))
+    place = shapely.affinity.affine_transform(outline, [a, b, c, d, tx, ty]).buffer(0.5)
+    index = [k for k, room in enumerate(truth["rooms"]) if place.contains(shapely.Polygon(room["polygon"]).centroid)]
+    new = {old: k for k, old in enumerate(index)}
+    zones = truth.get("zones") and [[new[k] for k in zone] for zone in truth["zones"] if set(zone) <= set(index)]
+    doors = [door for door in truth["doors"] if place.contains(shapely.Point(door["centre"]))]
+    return {**truth, "rooms": [truth["rooms"][k] for k in index], "zones": zones, "doors": doors}
 
 
 def scorer() -> Callable[[dict[str, Any], dict[str, Any]], dict[str, Any]]:

@@ -8,7 +8,18 @@ import shapely
 from PIL import Image
 
 from pipeline.config import EvidenceConfig, PipelineConfig
-from tests.builders.shared import CASES, DATA, as_json, case, levels, needs_shared, planned, plans_nearest, scorer
+from tests.builders.shared import (
+    CASES,
+    DATA,
+    as_json,
+    case,
+    levels,
+    needs_shared,
+    of_building,
+    planned,
+    plans_nearest,
+    scorer,
+)
 
 pytestmark = needs_shared
 BUILDINGS = [name for name in CASES if "ifc" in case(name)]
@@ -35,19 +46,8 @@ def slowly(names):
 def scores(name, key, **changed):
     """The score of each plan of a case's storey, one a building, against what the truth has in its part of the plan."""
     truth = {**case(name), **changed}
-    plans = plans_nearest(DATA / truth[key], truth["floor_z"])
-    return [scorer()(as_json(plan), truth if len(plans) == 1 else of_building(truth, plan)) for plan in plans]
-
-
-def of_building(truth, plan):
-    """The rooms and doors of the truth that lie in or on a plan of one of several buildings."""
-    (a, b, tx), (c, d, ty) = plan.frame.matrix
-    place = shapely.affinity.affine_transform(plan.outline, [a, b, c, d, tx, ty]).buffer(0.5)
-    index = [k for k, room in enumerate(truth["rooms"]) if place.contains(shapely.Polygon(room["polygon"]).centroid)]
-    new = {old: k for k, old in enumerate(index)}
-    zones = truth.get("zones") and [[new[k] for k in zone] for zone in truth["zones"] if set(zone) <= set(index)]
-    doors = [door for door in truth["doors"] if place.contains(shapely.Point(door["centre"]))]
-    return {**truth, "rooms": [truth["rooms"][k] for k in index], "zones": zones, "doors": doors}
+    plans = [as_json(plan) for plan in plans_nearest(DATA / truth[key], truth["floor_z"])]
+    return [scorer()(plan, truth if len(plans) == 1 else of_building(truth, plan)) for plan in plans]
 
 
 @pytest.mark.parametrize("name", slowly(CASES))

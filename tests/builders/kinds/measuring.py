@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -84,8 +85,11 @@ def measure(kind: str, number: int, seed: int, folder: str, keep: str = "") -> O
     return outcome
 
 
-def plans_of(path: Path) -> tuple[list[dict[str, Any]], list[str]]:
-    """All plans of a file as a reader of their JSON sees them, and why others were not made."""
+def plans_of(path: Path, change: Callable[[Level], Level] | None = None) -> tuple[list[dict[str, Any]], list[str]]:
+    """All plans of a file as a reader of their JSON sees them, and why others were not made.
+
+    ``change`` is done to each level before it is planned.
+    """
     plans, errors = [], []
     try:
         for item in find(str(path)):
@@ -94,7 +98,7 @@ def plans_of(path: Path) -> tuple[list[dict[str, Any]], list[str]]:
                     errors.append(str(level.rejection))
                     continue
                 try:
-                    made = plan_level(level, PipelineConfig(), np.random.default_rng(0))
+                    made = plan_level(change(level) if change else level, PipelineConfig(), np.random.default_rng(0))
                     plans += [as_json(plan) for plan in made if isinstance(plan, FloorPlan)]
                 except Rejection as rejection:
                     errors.append(f"level at {level.frame.floor:.2f} m: {rejection}")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 import shapely
 from shapely import Polygon, box
 
@@ -62,12 +61,43 @@ def test_cuts_count_against_doors_and_against_the_rooms_that_they_alone_lead_int
     assert grounds(spaces=joined) == {"cut_share": 0.5}
 
 
-@pytest.mark.parametrize(("kind", "counts"), [("gap", True), ("wall_ends", True), ("lintel", False), ("sill", False)])
-def test_walls_closed_without_evidence(kind, counts: bool) -> None:
-    closers = (Closer(box(0, 0, 1, 0.2), kind),)
-    share = 1.2 / (WALLS.length / 2)
-    expected = {"guessed_wall_share": round(share, 3)} if counts else {}
-    assert grounds(layout=replace(LAYOUT, closers=closers)) == expected
+def test_pieces_that_nobody_passes_mend_walls_with_holes() -> None:
+    patch, way = (
+        Closer(box(4.0, 1, 4.2, 1.9), "gap"),
+        Closer(box(4.0, 1, 4.2, 1.9), "lintel", passage("door", 0, 1).bridge),
+    )
+    assert grounds(layout=replace(LAYOUT, closers=(patch, way))) == {"patch_share": 0.5}
+    assert grounds(layout=replace(LAYOUT, closers=(way,))) == {}
+
+
+def test_an_open_house_was_given_its_edge() -> None:
+    assert grounds(spaces=replace(SPACES, notes={"boundary": "floor_edge"})) == {"given_edge": 1.0}
+
+
+def test_a_lintel_that_the_plan_has_no_door_under() -> None:
+    lintels = shapely.union_all([box(4, 1, 4.2, 1.9), box(1, 4, 1.9, 4.2), box(2.5, 4, 2.8, 4.2)])  # the last is narrow
+    under = Closer(box(4.0, 1, 4.2, 1.9), "lintel", passage("door", 0, 1).bridge)
+    evidence = replace(EVIDENCE, lintels=lintels)
+    assert grounds(evidence=evidence, layout=replace(LAYOUT, closers=(under,))) == {"idle_lintel_share": 0.5}
+    elsewhere = replace(EVIDENCE, lintels=box(20, 0, 21, 0.2))
+    assert grounds(evidence=elsewhere) == {}
+
+
+def test_walls_that_stand_beside_no_room() -> None:
+    lost = replace(EVIDENCE, walls=shapely.union_all([WALLS, box(12, 0, 12.2, 8)]))
+    assert grounds(evidence=lost) == {"roomless_wall_share": round(1.6 / (WALLS.area + 1.6), 3)}
+
+
+def test_doors_beside_another_and_doors_of_odd_width() -> None:
+    twin = replace(SPACES, passages=(*SPACES.passages, passage("door", 1, 0)))
+    assert grounds(spaces=twin) == {"twin_door_share": round(1 / 3, 3)}
+    wide = tuple(replace(p, bridge=replace(p.bridge, width=1.29)) for p in SPACES.passages)
+    assert grounds(spaces=replace(SPACES, passages=wide)) == {"odd_doors": 0.4}
+
+
+def test_parts_that_were_left_out_or_filled() -> None:
+    assert grounds(spaces=replace(SPACES, notes={"filled_cells": 1, "cuts": 2})) == {"left_out": round(1 / 3, 3)}
+    assert grounds(spaces=replace(SPACES, notes={"left_out": 5})) == {"left_out": 1.0}
 
 
 def test_what_the_reader_guessed() -> None:
@@ -75,26 +105,24 @@ def test_what_the_reader_guessed() -> None:
     assert grounds(replace(LEVEL, guesses=("units", "up", "scale"))) == {"guesses": 1.0}
 
 
-def test_rooms_without_a_floor_unless_there_is_no_floor_at_all() -> None:
-    half = replace(LEVEL, floor=box(-0.2, 4.1, 8.4, 8.4))
-    assert grounds(half) == {"floorless_share": round(32 / 64.8, 3)}
+def test_a_room_without_a_floor_unless_there_is_hardly_any_floor_at_all() -> None:
+    two_rooms = replace(LEVEL, floor=box(-0.2, -0.2, 8.4, 8.4).difference(box(0, 0, 4.1, 4.1)))
+    assert grounds(two_rooms) == {"floorless_room": 1.0}
+    scraps = replace(LEVEL, floor=box(0, 0, 2, 2))
+    assert grounds(scraps) == {}
     assert grounds(replace(LEVEL, floor=None)) == {}
 
 
-@pytest.mark.parametrize(
-    ("room", "odd"),
-    [
-        (box(0, 0, 0.9, 1.0), True),  # too small
-        (box(0, 0, 0.6, 4.0), True),  # too narrow
-        (box(0, 0, 20, 11), True),  # too large
-        (box(0, 0, 1.0, 10.0), False),  # a corridor
-        (box(0, 0, 1.2, 1.0), False),  # a toilet
-    ],
-)
-def test_rooms_of_odd_shape_or_size(room: Polygon, odd: bool) -> None:
-    spaces = Spaces(WALLS, (room,), (passage("entrance", 0, OUTSIDE),))
-    found = weigh(replace(LEVEL, rooms=()), EVIDENCE, LAYOUT, spaces)
-    assert found["odd_room_share"] == odd
+def test_floor_between_the_rooms_that_is_in_none() -> None:
+    lost = replace(LAYOUT, ground=WALLS.difference(box(4.0, 1, 4.2, 3)))
+    assert grounds(layout=lost) == {"roomless_floor_share": round(0.16 * 2 / shapely.union_all(ROOMS).area, 3)}
+
+
+def test_rooms_of_odd_shape_and_rooms_in_which_a_wall_ends() -> None:
+    stub = Polygon(ROOMS[0].difference(box(2, 0, 2.1, 2)))
+    bare, two = replace(LEVEL, rooms=(), floor=None), (SPACES.passages[0],)
+    found = grounds(bare, layout=replace(LAYOUT, rooms=()), spaces=Spaces(WALLS, (stub, box(4.2, 0, 5, 4)), two))
+    assert found.pop("odd_room_share") == found.pop("loose_end_share") == 0.5
 
 
 def test_rooms_unlike_those_of_the_source() -> None:
@@ -102,13 +130,3 @@ def test_rooms_unlike_those_of_the_source() -> None:
     assert grounds(replace(LEVEL, rooms=two)) == {"unlike_spaces": round((1 - 16 / 32.8) / 2, 3)}
     assert grounds(replace(LEVEL, rooms=(), room_count=4)) == {"unlike_spaces": 0.25}
     assert grounds(replace(LEVEL, rooms=())) == {}
-
-
-def test_a_shell_looks_like_one_room_without_a_door_inside() -> None:
-    one = Spaces(WALLS, (box(0, 0, 8, 8),), (passage("entrance", 0, OUTSIDE),))
-    assert weigh(LEVEL, EVIDENCE, LAYOUT, one)["lone_room"] == 1.0
-
-
-def test_furniture_told_apart_by_its_shape() -> None:
-    bed = replace(EVIDENCE, furniture=box(0, 0, 2, 1.62))
-    assert grounds(evidence=bed) == {"furnished_share": round(3.24 / 64.8, 3)}
