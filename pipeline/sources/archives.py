@@ -22,7 +22,9 @@ def members(path: Path) -> tuple[str, ...]:
             names = tuple(archive.namelist())
     except _FAULTS as error:
         raise _broken(path, error) from None
-    outside = next((name for name in names if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts), None)
+    outside = next(
+        (name for name in names if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts), None
+    )
     if outside is not None:
         detail = f"{path.name} holds {outside[:80]!r}, which leads out of it"
         raise Rejection("source", Reason.UNREADABLE, detail, "pack it again; check where the file is from")
