@@ -72,7 +72,8 @@ def recognise(path: Path) -> str | None:
             head = stream.read(HEAD_BYTES)
     except OSError:
         return None
-    return _by_content(path, head) or _BY_SUFFIX.get(suffix)
+    found = _by_content(path, head) or _BY_SUFFIX.get(suffix)
+    return "procthor" if found is None and suffix == ".json" and not _is_json(path) else found
 
 
 def _by_content(path: Path, head: bytes) -> str | None:
@@ -101,6 +102,15 @@ def kind_of_json(data: bytes) -> str | None:
     if any(wall.transform != _ANY for wall in walls) or any(room.walls != _ANY for room in rooms):
         return "roomplan"
     return None
+
+
+def _is_json(path: Path) -> bool:
+    """Whether a file holds JSON at all; one that does not may be a damaged house, of which some reader has to say so."""
+    try:
+        msgspec.json.decode(first_document(path))
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        return False
+    return True
 
 
 def first_document(path: Path) -> bytes:

@@ -11,7 +11,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -19,12 +18,12 @@ import psutil
 import pytest
 from rich.console import Console
 
-from tests.builders.batch import contents, lines
-from tests.builders.damaged import damaged_houses
+from tests.builders.batch import contents
+from tests.builders.damaged import build_damaged
 
 HOUSES, GROUPS, WORKERS = 300, 50, 60
 DAMAGED, LIMIT_S = 2000, 10
-_OWN_FAULTS = {"internal", "out_of_memory"}
+OWN_FAULTS = {"internal", "out_of_memory"}
 
 
 def command(out: Path, houses: int = HOUSES) -> list[str]:
@@ -33,29 +32,18 @@ def command(out: Path, houses: int = HOUSES) -> list[str]:
 
 
 def test_damaged_inputs(tmp_path: Path) -> None:
-    sources = damaged_houses(tmp_path, DAMAGED, seed=2026)
-    manifest = tmp_path / "houses.toml"
-    listed = ", ".join(f'"{source}"' for source in sources)
-    manifest.write_text(f"[build]\nsources = [{listed}]\n\n[limits]\nseconds = {LIMIT_S}\n")
-    build = [sys.executable, "-m", "houseexpo", "build", "--config", str(manifest), "--out", str(tmp_path / "out")]
-    start = time.monotonic()
-    done = subprocess.run(build, capture_output=True, text=True, check=False)
-    seconds = time.monotonic() - start
-    assert done.returncode == 0, done.stderr
-    refused = lines(tmp_path / "out" / "rejected.jsonl")
-    reasons = Counter(each["reason"] for each in refused)
-    inputs = len(list(sources[0].iterdir())) + len(list((sources[1] / "house").iterdir()))
-    written = b"\n".join(contents(tmp_path / "out").values()).decode(errors="replace")
+    found = build_damaged(tmp_path, DAMAGED, seed=2026, limit_s=LIMIT_S)
     console = Console(width=150)
-    console.print(f"{inputs} damaged houses in {seconds:.0f} s: {dict(reasons.most_common())}", highlight=False)
-    for each in refused:
-        if each["reason"] in {*_OWN_FAULTS, "timeout"}:
+    reasons = dict(found.reasons.most_common())
+    console.print(f"{found.inputs} damaged houses in {found.seconds:.0f} s: {reasons}", highlight=False)
+    for each in found.refused:
+        if each["reason"] in {*OWN_FAULTS, "timeout"}:
             console.print(each["id"], each["detail"], style="dim", markup=False)
-    assert inputs == DAMAGED
-    assert "Traceback" not in done.stdout + done.stderr + written
-    assert str(tmp_path) not in written
-    assert not _OWN_FAULTS & reasons.keys()
-    assert reasons["timeout"] <= DAMAGED // 100
+    assert (found.code, found.inputs) == (0, DAMAGED)
+    assert "Traceback" not in found.said + found.written
+    assert str(tmp_path) not in found.written
+    assert not OWN_FAULTS & found.reasons.keys()
+    assert found.reasons["timeout"] <= DAMAGED // 100
 
 
 @pytest.fixture(scope="module")

@@ -8,13 +8,19 @@ from __future__ import annotations
 
 import re
 import shutil
+import subprocess
+import sys
+import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from pipeline.sources.procedural import write_house
+from tests.builders.batch import contents, lines
 from tests.builders.examples import FOLDER
 from tests.builders.kinds.registry import KINDS, RAW, make_member
 from tests.builders.mutations import DAMAGES
@@ -52,6 +58,38 @@ def damaged_houses(folder: Path, count: int, seed: int) -> tuple[Path, Path]:
         shutil.copytree(victim.folder, place)
         _damage(place / victim.files[int(rng.integers(len(victim.files)))], damage, rng)
     return plain, suncg
+
+
+@dataclass(frozen=True)
+class Attacked:
+    """What a build of damaged houses did: ``said`` on the console, ``written`` in its files, refused line by line."""
+
+    inputs: int
+    seconds: float
+    code: int
+    said: str
+    written: str
+    refused: list[dict[str, Any]]
+
+    @property
+    def reasons(self) -> Counter[str]:
+        """How many were refused for each reason."""
+        return Counter(each["reason"] for each in self.refused)
+
+
+def build_damaged(folder: Path, count: int, seed: int, limit_s: int = 10) -> Attacked:
+    """Build so many damaged houses in one go, as a person would."""
+    sources, out, manifest = damaged_houses(folder, count, seed), folder / "out", folder / "houses.toml"
+    listed = ", ".join(f'"{source}"' for source in sources)
+    manifest.write_text(f"[build]\nsources = [{listed}]\n\n[limits]\nseconds = {limit_s}\n")
+    command = [sys.executable, "-m", "houseexpo", "build", "--config", str(manifest), "--out", str(out)]
+    start = time.monotonic()
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    seconds = time.monotonic() - start
+    inputs = len(list(sources[0].iterdir())) + len(list((sources[1] / "house").iterdir()))
+    written = b"\n".join(contents(out).values()).decode(errors="replace")
+    refused = lines(out / "rejected.jsonl")
+    return Attacked(inputs, seconds, done.returncode, done.stdout + done.stderr, written, refused)
 
 
 def _victims(folder: Path, seed: int) -> list[Victim]:
