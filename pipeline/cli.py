@@ -141,8 +141,10 @@ class _Work:
         from functools import partial
 
         from houseexpo.workers import cores
-        from pipeline.executors import local
+        from pipeline.executors import local, ray
 
+        if self.executor == "ray":
+            return partial(ray.run, address=self.address)
         return partial(local.run, workers=self.workers or cores())
 
 
