@@ -118,8 +118,8 @@ class Scripts:
         """Return what the cluster has in its queue of the build; nothing where there is no cluster."""
         if shutil.which("squeue") is None:
             return Queue()
-        lines = [line.split() for line in _said("squeue", "--me", "-h", "-r", "-o", "%j %K %F").splitlines()]
-        own = [(name.rpartition("-"), task, job) for name, task, job in lines if name.startswith(f"{self.name}-")]
+        lines = [line.split(maxsplit=2) for line in _said("squeue", "--me", "-h", "-r", "-o", "%K %F %j").splitlines()]
+        own = [(name.rpartition("-"), task, job) for task, job, name in lines if name.startswith(f"{self.name}-")]
         tasks = [(int(start) + int(task), job) for (_, _, start), task, job in own if start.isdecimal()]
         return Queue(frozenset(shard for shard, _ in tasks), tuple(sorted({job for _, job in tasks})))
 

@@ -12,6 +12,7 @@ Rules:
 from __future__ import annotations
 
 import os
+import socket
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any
@@ -23,7 +24,7 @@ from pipeline.executors.outcome import Failure, Item, Limits, Result
 _ITEMS = 8
 _AHEAD = 2  # tasks that wait for each core
 _TRIES = 10
-_WAIT_S = 1.0
+_WAIT_S, _KNOCK_S = 1.0, 10.0
 
 
 def run(
@@ -96,7 +97,15 @@ def _connected(address: str | None) -> Any:
         raise MissingDependencyError("--executor ray needs Ray; pip install 'houseexpo[ray]'") from None
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # nothing is told to anybody
     try:
+        _knock(address or os.environ.get("RAY_ADDRESS", ""))
         ray.init(address=address, log_to_driver=False, include_dashboard=False if address is None else None)
-    except (ConnectionError, ValueError, RuntimeError, TimeoutError) as error:
+    except (OSError, ValueError, RuntimeError) as error:
         raise HouseExpoError(f"Ray cluster {address or ''}: cannot be reached ({error}); check --address") from None
     return ray
+
+
+def _knock(address: str) -> None:
+    """Raise OSError where nobody listens: Ray itself would try for minutes."""
+    host, _, port = address.removeprefix("ray://").rpartition(":")
+    if port.isdecimal():
+        socket.create_connection((host, int(port)), _KNOCK_S).close()

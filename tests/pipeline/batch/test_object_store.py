@@ -13,6 +13,7 @@ from houseexpo.errors import ConfigError
 from pipeline.batch.mirror import mirrored
 from pipeline.batch.shard_build import begun_at, left_of
 from tests.builders.batch import config_for, contents, one_room, run_assemble, run_build, run_shard
+from tests.builders.needs import need
 from tests.builders.object_store import BUCKET, puts, s3_server
 
 pytestmark = pytest.mark.slow
@@ -42,6 +43,7 @@ def serial(street: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A running server; its log lies in this folder."""
+    need(modules=["flask", "moto", "s3fs"], how="make cluster")
     folder = tmp_path_factory.mktemp("server")
     with s3_server(folder):
         yield folder

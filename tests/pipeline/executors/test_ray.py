@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -14,6 +13,7 @@ from houseexpo.errors import HouseExpoError
 from pipeline.executors import ray
 from pipeline.executors.outcome import Failure, Limits
 from tests.builders.batch import contents, one_room, run_build, slowly
+from tests.builders.needs import need
 from tests.pipeline.executors.test_local import behave
 
 pytestmark = [pytest.mark.slow, pytest.mark.ray]
@@ -22,16 +22,17 @@ ADDRESS = {"node_ip_address": "127.0.0.1"}
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
-    """A head of one core and two nodes of one core each; skipped where Ray is not installed and CI does not ask."""
-    if not os.environ.get("CI"):
-        pytest.importorskip("ray")
-    from ray.cluster_utils import Cluster
+    """A head of one core and two nodes of one core each."""
+    need(modules=["ray"], how="make cluster")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")  # Ray's word for: speak over the loopback interface only
+        from ray.cluster_utils import Cluster
 
-    found = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, **ADDRESS})
-    for _ in range(2):
-        found.add_node(num_cpus=1, **ADDRESS)
-    yield found
-    found.shutdown()
+        found = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, **ADDRESS})
+        for _ in range(2):
+            found.add_node(num_cpus=1, **ADDRESS)
+        yield found
+        found.shutdown()
 
 
 def test_an_item_that_fails_takes_no_other_with_it(cluster: Any) -> None:
@@ -61,5 +62,6 @@ def test_a_node_that_is_killed_in_the_middle_costs_nothing(cluster: Any, tmp_pat
 
 
 def test_a_cluster_that_is_not_there_is_said() -> None:
+    need(modules=["ray"], how="make cluster")
     with pytest.raises(HouseExpoError, match=r"Ray cluster 127\.0\.0\.1:9: cannot be reached"):
         next(ray.run(behave, ["a"], address="127.0.0.1:9", limits=Limits(1.0, 2**31)))
