@@ -191,7 +191,13 @@ def _build_shard(work: _Work, shard: str, check: Callable[[], None]) -> int:
     begun = begin(settings_of(work.config, work.given), work.out, asked.count, load_overrides(work.config))
     with Display(Console(stderr=True), check) as display:
         done = build_shard(
-            begun, work.out, asked, execute=work.execute(), progress=display.progress, rehash=work.rehash
+            begun,
+            work.out,
+            asked,
+            execute=work.execute(),
+            progress=display.progress,
+            rehash=work.rehash,
+            ended=display.ended,
         )
     typer.echo(f"shard {asked}: {done.inputs - len(done.not_done)} of {done.inputs} houses are done")
     for name, why in list(done.not_done.items())[:8]:

@@ -97,9 +97,9 @@ class Listing:
         return self._files[source]
 
     def _place(self, source: str) -> str:
-        """Return where a source lies on this machine."""
+        """Return where a source lies on this machine, whatever folder a worker is in."""
         if not is_url(source):
-            return source
+            return absolute(source)
         if source not in self._mirrors:
             self._mirrors[source] = mirrored(source)
         return str(self._mirrors[source][1])
@@ -128,6 +128,11 @@ def list_inputs(config: BuildConfig) -> Iterator[Input]:
     listing = Listing(config)
     listing.check()
     return (item for _, item in listing)
+
+
+def absolute(source: str) -> str:
+    """Return a source as it is named from any folder; one that is not there stays as it was given."""
+    return str(Path(source).absolute()) if is_path(source) and Path(source).exists() else source
 
 
 def full_name(source: str) -> str:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import shutil
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -51,12 +52,17 @@ class Mirror:
         known = {name: info for name, info in names.items() if _is_inside(name)}  # R4
         if not known:
             raise ConfigError(f"source {self.url!r} does not exist, or holds nothing; check the URL")
-        _own_folder(self.root)
+        _own_folder(self.root.parent)
+        if not self.root.is_dir():  # whole or not at all: another process may wait for it
+            scratch = Path(tempfile.mkdtemp(dir=self.root.parent, prefix=disk.PARTIAL))
+            _lay(scratch, known)
+            with suppress(OSError):
+                scratch.rename(self.root)
+            shutil.rmtree(scratch, ignore_errors=True)
         for file in [file for file in self.root.rglob("*") if file.is_file()]:
-            if file.relative_to(self.root).as_posix() not in known and not file.name.startswith(disk.PARTIAL):
+            if file.relative_to(self.root).as_posix() not in known:
                 file.unlink(missing_ok=True)
-        for name, info in known.items():
-            _lay(self.root / name, int(info["size"]), _time_ns(info))
+        _lay(self.root, known)
 
     def mount(self, *, whole: bool = True) -> None:
         """Have files be fetched by this process when it opens them: ``whole``, or only as far as listing needs them."""
@@ -71,7 +77,7 @@ class Mirror:
     def fetch(self, file: Path) -> None:
         """Fetch the whole of a file."""
         system, path = opened(self.url)
-        with _written(file, _WHOLE) as partial, faults(self.url):
+        with self._written(file, _WHOLE) as partial, faults(self.url):
             system.get_file(f"{path}/{file.relative_to(self.root).as_posix()}", str(partial))
 
     def fetch_heads(self, folder: Path) -> None:
@@ -88,8 +94,24 @@ class Mirror:
             heads = system.cat_ranges(places, [0] * len(files), [min(size, _HEAD_BYTES) for size in sizes])
         for file, head in zip(files, heads, strict=True):
             if isinstance(head, bytes):
-                with _written(file, _WHOLE if len(head) == file.stat().st_size else _BEGINNINGS) as partial:
+                with self._written(file, _WHOLE if len(head) == file.stat().st_size else _BEGINNINGS) as partial:
                     partial.write_bytes(head)
+                    os.truncate(partial, file.stat().st_size)
+
+    @contextmanager
+    def _written(self, file: Path, mode: int) -> Iterator[Path]:
+        """Yield a file to write to, outside of the folder; it then takes the other's place, with its size and time."""
+        before = file.stat()
+        descriptor, name = tempfile.mkstemp(dir=self.root.parent, prefix=disk.PARTIAL)
+        os.close(descriptor)
+        partial = Path(name)
+        try:
+            yield partial
+            partial.chmod(mode)
+            os.utime(partial, ns=(before.st_atime_ns, before.st_mtime_ns))
+            partial.replace(file)
+        finally:
+            partial.unlink(missing_ok=True)
 
 
 def mirrored(url: str) -> tuple[Mirror, Path]:
@@ -122,8 +144,6 @@ def _hear(event: str, arguments: tuple[object, ...]) -> None:
 
 
 def _bring(mirror: Mirror, file: Path, *, whole: bool) -> None:
-    if file.name.startswith(disk.PARTIAL):
-        return
     if not whole and _mode(file) == _NAMES_ONLY:
         mirror.fetch_heads(file.parent)
         with file.open("rb") as stream:
@@ -134,41 +154,22 @@ def _bring(mirror: Mirror, file: Path, *, whole: bool) -> None:
         mirror.fetch(file)
 
 
-@contextmanager
-def _written(file: Path, mode: int) -> Iterator[Path]:
-    """Yield a file to write to; it then takes the other's place, with its size and time."""
-    before = file.stat()
-    descriptor, name = tempfile.mkstemp(dir=file.parent, prefix=disk.PARTIAL)
-    os.close(descriptor)
-    partial = Path(name)
-    try:
-        yield partial
-        os.truncate(partial, before.st_size)
-        partial.chmod(mode)
-        os.utime(partial, ns=(before.st_atime_ns, before.st_mtime_ns))
-        partial.replace(file)
-    finally:
-        partial.unlink(missing_ok=True)
-
-
-def _lay(file: Path, size: int, time_ns: int) -> None:
-    """Make a file of that size and time that takes no room, unless one that looks so is there."""
-    with suppress(OSError):
-        found = file.stat()
-        if (found.st_size, found.st_mtime_ns) == (size, time_ns):
-            return
-        file.unlink()
-    file.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, partial = tempfile.mkstemp(dir=file.parent, prefix=disk.PARTIAL)
-    try:
-        os.ftruncate(descriptor, size)
-        os.fchmod(descriptor, _WHOLE if size == 0 else _NAMES_ONLY)
-        os.utime(descriptor, ns=(time_ns, time_ns))
+def _lay(folder: Path, known: Mapping[str, Any]) -> None:
+    """Give each object a file of its size and time that takes no room, unless one that looks so is there."""
+    for name, info in known.items():
+        file, size, time_ns = folder / name, int(info["size"]), _time_ns(info)
+        with suppress(OSError):
+            found = file.stat()
+            if (found.st_size, found.st_mtime_ns) == (size, time_ns):
+                continue
+            file.unlink()
+        file.parent.mkdir(parents=True, exist_ok=True)
         with suppress(FileExistsError):  # another build of this machine was quicker, and may have fetched it
-            os.link(partial, file)
-    finally:
-        os.close(descriptor)
-        Path(partial).unlink()
+            descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, _NAMES_ONLY)
+            os.ftruncate(descriptor, size)
+            os.fchmod(descriptor, _WHOLE if size == 0 else _NAMES_ONLY)
+            os.close(descriptor)
+            os.utime(file, ns=(time_ns, time_ns))
 
 
 def _mode(file: Path) -> int:
@@ -178,14 +179,13 @@ def _mode(file: Path) -> int:
         return _WHOLE  # not there: whoever opens it is told so
 
 
-def _own_folder(root: Path) -> None:
-    """Make the folder; ConfigError where somebody else's stands in its place."""
-    home = root.parent.parent
+def _own_folder(folder: Path) -> None:
+    """Make the folder that mirrors lie in; ConfigError where somebody else's stands above it."""
+    home = folder.parent
     home.mkdir(mode=0o700, exist_ok=True)
-    found = home.lstat()
-    if home.is_symlink() or (hasattr(os, "getuid") and found.st_uid != os.getuid()):
+    if home.is_symlink() or (hasattr(os, "getuid") and home.lstat().st_uid != os.getuid()):
         raise ConfigError(f"{home}: belongs to somebody else; set TMPDIR to another folder")
-    root.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(exist_ok=True)
 
 
 def _is_inside(name: str) -> bool:

@@ -147,7 +147,7 @@ def open_store(place: str) -> Store:
         Where the URL is none that can be opened.
     """
     if not is_url(place):
-        return FolderStore(Path(place))
+        return FolderStore(Path(place).absolute())
     from pipeline.batch.object_store import ObjectStore
 
     opened(place)
