@@ -141,8 +141,10 @@ class _Work:
         from functools import partial
 
         from houseexpo.workers import cores
-        from pipeline.executors import local
+        from pipeline.executors import local, ray
 
+        if self.executor == "ray":
+            return partial(ray.run, address=self.address)
         return partial(local.run, workers=self.workers or cores())
 
 
@@ -189,7 +191,13 @@ def _build_shard(work: _Work, shard: str, check: Callable[[], None]) -> int:
     begun = begin(settings_of(work.config, work.given), work.out, asked.count, load_overrides(work.config))
     with Display(Console(stderr=True), check) as display:
         done = build_shard(
-            begun, work.out, asked, execute=work.execute(), progress=display.progress, rehash=work.rehash
+            begun,
+            work.out,
+            asked,
+            execute=work.execute(),
+            progress=display.progress,
+            rehash=work.rehash,
+            ended=display.ended,
         )
     typer.echo(f"shard {asked}: {done.inputs - len(done.not_done)} of {done.inputs} houses are done")
     for name, why in list(done.not_done.items())[:8]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from pipeline.cli_parts import NOT_DONE, ended_cleanly, show_outcomes
+from pipeline.cli_parts import NOT_DONE, ended_cleanly, settings_of, show_outcomes
 
 _NAMED = 8
 """How many houses are named that a shard has not done."""
@@ -27,6 +28,45 @@ def assemble(
         not_done = assemble_all(dataset, check, partial=partial)
     if not_done:
         raise typer.Exit(NOT_DONE)
+
+
+def slurm(
+    manifest: Annotated[Path, typer.Argument(metavar="MANIFEST", help="What to build: a TOML file.")],
+    shards: Annotated[int, typer.Option(min=1, help="In how many parts.")],
+    out: Annotated[str, typer.Option(help="The data set folder; a path that all nodes share, s3://... or gs://...")],
+    partition: Annotated[str | None, typer.Option(help="Partition of the cluster.", show_default=False)] = None,
+    time: Annotated[str | None, typer.Option(help="Time of a task, as 04:00:00.", show_default=False)] = None,
+    memory: Annotated[str | None, typer.Option(help="Memory of a task, as 8G.", show_default=False)] = None,
+    cores: Annotated[int, typer.Option(min=1, help="Cores of a task.")] = 1,
+    limit: Annotated[
+        int | None,
+        typer.Option("--array-limit", min=1, help="Tasks of an array.", show_default="as the cluster has it"),
+    ] = None,
+    scripts: Annotated[
+        Path | None, typer.Option(help="Folder for scripts and logs.", show_default="OUT/.build/slurm")
+    ] = None,
+    submit: Annotated[bool, typer.Option("--submit", help="Submit them, too.")] = False,
+) -> None:
+    """Write the scripts that have a Slurm cluster build a data set in shards, and then assemble it.
+
+    Run again, it takes up only the shards that are not done and not in the queue.
+    """
+    from pipeline.batch.remote import is_url
+    from pipeline.batch.shard_build import begin, left_of
+    from pipeline.batch.slurm import Request, Scripts, array_limit, program
+    from pipeline.overrides import load_overrides
+
+    begun = begin(settings_of(manifest, {}), out, shards, load_overrides(manifest))
+    place = out if is_url(out) else str(Path(out).absolute())
+    command = [*program(), "build", "--config", str(manifest.absolute()), "--out", place, "--workers", str(cores)]
+    folder = scripts or Path("houseexpo-slurm" if is_url(out) else Path(out) / ".build" / "slurm")
+    written = Scripts(folder.absolute(), place, command, shards, Request(partition, time, memory, cores))
+    queue = written.queue()
+    count = written.write(left_of(begun, out), limit or array_limit(), queue)
+    waiting = f", {len(queue.shards)} are in the queue" if queue.shards else ""
+    typer.echo(f"{count} of {shards} shards to submit{waiting}: sh {written.folder / 'submit.sh'}")
+    if submit:
+        typer.echo(written.submit())
 
 
 def assemble_all(out: str, check: Callable[[], None], *, partial: bool) -> int:

@@ -60,7 +60,7 @@ def show_outcomes(data_set: DataSet, out: str) -> None:
         console.print(note, markup=False, highlight=False)
     if (line := plans_line(data_set.stats)) is not None:
         console.print(line, highlight=False)
-    for line in reasons_lines(data_set):
+    for line in reasons_lines(data_set, out):
         console.print(line, style="red", markup=False, highlight=False)
     if data_set.not_done:
         console.print(

@@ -158,4 +158,4 @@ def _checked(value: Any, hint: Any, path: Path, name: str) -> Any:
 
 
 def _from_here(source: str, folder: Path) -> str:
-    return source if source.startswith("procedural:") else str(folder / source)
+    return source if source.startswith("procedural:") or "://" in source else str(folder / source)

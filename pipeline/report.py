@@ -57,10 +57,10 @@ def plans_line(stats: Mapping[str, Any]) -> str | None:
     return f"{', '.join(found)} (means)"
 
 
-def reasons_lines(data_set: DataSet, most: int = 8) -> list[str]:
-    """Say why each input was rejected where they are few; where they are many, only where that is written."""
+def reasons_lines(data_set: DataSet, out: str, most: int = 8) -> list[str]:
+    """Say why each input was rejected where they are few; where they are many, where in ``out`` that is written."""
     if len(data_set.refused) > most:
-        return [f"why each of the {len(data_set.refused)} was rejected: {data_set.root / 'rejected.jsonl'}"]
+        return [f"why each of the {len(data_set.refused)} was rejected: {out}/rejected.jsonl"]
     return [
         f"{refused.id}{f' ({file})' if file not in {'', refused.id} else ''}: {refused.detail}"
         + (f" ({refused.advice})" if refused.advice else "")

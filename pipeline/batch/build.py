@@ -92,7 +92,7 @@ def build(
             for entry in known:
                 if journal.get(entry.input) != entry:
                     journal.put(entry)
-            planning = Planning(listing, journal, Plans(FolderStore(out)), overrides, rehash, ended=ended)
+            planning = Planning(listing, journal, Plans(FolderStore(out.absolute())), overrides, rehash, ended=ended)
             batch = _Batch(planning, journal, beside)
             data_set = batch.run(plan, folder, execute or partial(local.run, workers=workers), progress)
             return replace(data_set, ignored=listing.ignored())

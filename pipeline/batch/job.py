@@ -8,6 +8,7 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
@@ -30,12 +31,19 @@ from pipeline.timing import measured, timed
 from pipeline.top_view import top_view
 from pipeline.values import Input, Level, RejectedLevel
 
+if TYPE_CHECKING:  # how a source is fetched shows in no plan: it is no part of what a result depends on
+    from pipeline.batch.mirror import Mirror
+
 Plan = Callable[[Level, PipelineConfig, np.random.Generator], Sequence[FloorPlan | RejectedLevel]]
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What all jobs of a build share; ``stamp`` goes into every plan's provenance, ``plans`` is where they are kept."""
+    """What all jobs of a build share.
+
+    ``stamp`` goes into every plan's provenance, ``plans`` is where they are kept, ``mirrors`` stand for sources in
+    object stores.
+    """
 
     config: PipelineConfig
     seed: int
@@ -45,6 +53,7 @@ class Settings:
     plan: Plan
     plans: Plans
     min_quality: float = 0.0
+    mirrors: Sequence[Mirror] = ()
 
 
 @dataclass(frozen=True)
@@ -70,6 +79,11 @@ class Job:
 def work(settings: Settings, job: Job) -> Entry:
     """Return what came of an input; where its files only look changed, what came of it before."""
     start, began_ns = time.perf_counter(), time.time_ns()
+    try:
+        for mirror in settings.mirrors:
+            mirror.mount()
+    except OSError as error:
+        return job.refused(not_yet(error.strerror or str(error)), passing=True)
     if job.known is not None and (files := known_again(job.item, job.known.files, began_ns)) is not None:
         return msgspec.structs.replace(job.known, files=files, source=job.source, gone=False)
     with recorded(*folders_of(job.item)) as names, measured() as seconds:

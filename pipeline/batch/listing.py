@@ -5,13 +5,15 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
 
 from houseexpo.errors import ConfigError
 from pipeline.batch.disk import printable
 from pipeline.batch.entry import identity
+from pipeline.batch.mirror import Mirror, mirrored
+from pipeline.batch.remote import is_url
 from pipeline.config_file import BuildConfig
 from pipeline.sources import find, is_path, made_count
 from pipeline.values import Input
@@ -23,6 +25,7 @@ class Listing:
 
     config: BuildConfig
     _files: dict[str, list[Input]] = field(default_factory=dict)
+    _mirrors: dict[str, tuple[Mirror, Path]] = field(default_factory=dict)
 
     def __iter__(self) -> Iterator[tuple[str, Input]]:
         """Yield each input once, with its source: the path in full, or ``procedural:COUNT``."""
@@ -33,8 +36,18 @@ class Listing:
         """The sources by their full names."""
         return tuple(dict.fromkeys(map(full_name, self.config.build.sources)))
 
+    @property
+    def mirrors(self) -> tuple[Mirror, ...]:
+        """The folders of this machine that stand for sources in object stores, as far as they were listed."""
+        return tuple(mirror for mirror, _ in self._mirrors.values())
+
     def public(self, item: Input) -> Input:
-        """Return an input as every machine knows it."""
+        """Return an input as every machine knows it: where it lies in an object store, not in the folder for it."""
+        for mirror in self.mirrors:
+            folder = str(mirror.root)
+            if item.path.startswith(folder):
+                options = tuple((name, value.replace(folder, mirror.url)) for name, value in item.options)
+                return replace(item, path=item.path.replace(folder, mirror.url), options=options)
         return item
 
     def identity(self, item: Input) -> str:
@@ -80,8 +93,16 @@ class Listing:
         if not is_path(source):
             return find(source, **self._options())
         if source not in self._files:
-            self._files[source] = list(find(source, **self._options()))
+            self._files[source] = list(find(self._place(source), **self._options()))
         return self._files[source]
+
+    def _place(self, source: str) -> str:
+        """Return where a source lies on this machine, whatever folder a worker is in."""
+        if not is_url(source):
+            return absolute(source)
+        if source not in self._mirrors:
+            self._mirrors[source] = mirrored(source)
+        return str(self._mirrors[source][1])
 
     def _options(self) -> dict[str, str]:
         options = self.config.build
@@ -109,6 +130,13 @@ def list_inputs(config: BuildConfig) -> Iterator[Input]:
     return (item for _, item in listing)
 
 
+def absolute(source: str) -> str:
+    """Return a source as it is named from any folder; one that is not there stays as it was given."""
+    return str(Path(source).absolute()) if is_path(source) and Path(source).exists() else source
+
+
 def full_name(source: str) -> str:
     """Return a source's own name on this machine."""
+    if is_url(source):
+        return source.rstrip("/")
     return printable(str(Path(source).resolve())) if is_path(source) else source

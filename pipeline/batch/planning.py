@@ -131,6 +131,7 @@ class Planning:
             plan,
             self.plans,
             config.build.min_quality,
+            self.listing.mirrors,
         )
 
     def _done(self, entry: Entry) -> None:

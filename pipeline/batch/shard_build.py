@@ -10,9 +10,10 @@ from houseexpo.errors import ConfigError
 from pipeline.algorithm import plan_level
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.build import build
+from pipeline.batch.entry import Entry
 from pipeline.batch.job import Plan
-from pipeline.batch.listing import Listing
-from pipeline.batch.planning import Planning, Progress
+from pipeline.batch.listing import Listing, absolute
+from pipeline.batch.planning import Planning, Progress, unheard
 from pipeline.batch.plans import Plans, place_of
 from pipeline.batch.shards import Begun, Shard, ShardJournal, number_of, read_begun
 from pipeline.batch.store import open_store
@@ -43,7 +44,8 @@ def begin(config: BuildConfig, out: str, shards: int, overrides: Mapping[str, Ov
     listing.check()
     if overrides and config.build.limit is None:
         check_ids(overrides, (item for _, item in listing))
-    begun = Begun(shards, replace(config, build=replace(config.build, sources=listing.sources)), dict(overrides))
+    sources = tuple(map(absolute, config.build.sources))
+    begun = Begun(shards, replace(config, build=replace(config.build, sources=sources)), dict(overrides))
     begun.write(open_store(out))
     return begun
 
@@ -57,12 +59,16 @@ def build_shard(
     progress: Progress,
     plan: Plan = plan_level,
     rehash: bool = False,
+    ended: Callable[[Entry], None] = unheard,
 ) -> ShardDone:
-    """Do what is not done of one shard; its plans and its journal go to ``out``, and nothing else there is touched."""
+    """Do what is not done of one shard; its plans and its journal go to ``out``, and nothing else there is touched.
+
+    ``ended`` hears what came of each input that was at work.
+    """
     store = open_store(out)
     with store.shared():
         journal = ShardJournal(store, shard)
-        planning = Planning(Listing(begun.config), journal, Plans(store), begun.overrides, rehash, shard)
+        planning = Planning(Listing(begun.config), journal, Plans(store), begun.overrides, rehash, shard, ended)
         try:
             planning.run(plan, execute, progress)
         finally:

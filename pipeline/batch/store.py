@@ -16,6 +16,7 @@ from typing import Protocol
 from pipeline.batch import disk
 from pipeline.batch.folder import Folder, Others
 from pipeline.batch.lock import locked
+from pipeline.batch.remote import is_url, opened
 
 BUILD = ".build"
 
@@ -142,7 +143,12 @@ def open_store(place: str) -> Store:
 
     Raises
     ------
-    ConfigError
+    ConfigError, MissingDependencyError
         Where the URL is none that can be opened.
     """
-    return FolderStore(Path(place))
+    if not is_url(place):
+        return FolderStore(Path(place).absolute())
+    from pipeline.batch.object_store import ObjectStore
+
+    opened(place)
+    return ObjectStore(place.rstrip("/"))

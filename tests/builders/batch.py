@@ -16,7 +16,7 @@ import trimesh
 
 from houseexpo.floorplan import FloorPlan
 from pipeline.batch.assemble import DataSet
-from pipeline.batch.build import build
+from pipeline.batch.build import Progress, build
 from pipeline.batch.folder import Others
 from pipeline.batch.job import Plan
 from pipeline.batch.shard_build import ShardDone, assembled, begin, begun_at, build_shard
@@ -24,6 +24,7 @@ from pipeline.batch.shards import Shard
 from pipeline.config import PipelineConfig
 from pipeline.config_file import BuildConfig, BuildOptions, LimitsConfig
 from pipeline.executors import local
+from pipeline.executors.outcome import Executor
 from pipeline.overrides import Override
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Level
@@ -62,6 +63,12 @@ def boxed(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tup
     return (FloorPlan(level.id, ring, 1, {}, frame=level.frame, provenance={**level.provenance, **asked}),)
 
 
+def slowly(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan]:
+    """Plan as ``boxed``, but take a while."""
+    time.sleep(0.2)
+    return boxed(level, config, rng)
+
+
 def killed_once(mark: Path, level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan]:
     """Plan as ``boxed``, but the first worker that comes to house b is killed; the file ``mark`` remembers."""
     if level.id == "b" and not mark.exists():
@@ -80,6 +87,8 @@ def run_build(
     plan: Plan = boxed,
     others: Others = Others.REFUSE,
     rehash: bool = False,
+    execute: Executor | None = None,
+    progress: Progress | None = None,
     **options: Any,
 ) -> DataSet:
     """Build with the quick planner."""
@@ -88,10 +97,11 @@ def run_build(
         out,
         overrides=overrides or {},
         workers=workers,
-        progress=_quiet,
+        progress=progress or _quiet,
         plan=plan,
         others=others,
         rehash=rehash,
+        execute=execute,
     )
 
 

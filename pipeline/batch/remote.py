@@ -1,0 +1,54 @@
+"""Object stores by their URLs (``s3://bucket/plans``, ``gs://``, whatever fsspec knows), and their faults.
+
+Who may do what is the business of the store's own settings: environment, configuration files, the machine's role.
+"""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any
+
+from houseexpo.errors import ConfigError, MissingDependencyError
+
+
+def is_url(text: str) -> bool:
+    """Tell a URL from a path."""
+    return "://" in text
+
+
+@cache
+def opened(url: str) -> tuple[Any, str]:
+    """Return the file system of a URL and the path in it, without a slash at its end.
+
+    Raises
+    ------
+    ConfigError
+        Where no file system is known by that name.
+    MissingDependencyError
+        Where its library is not installed.
+    """
+    try:
+        from fsspec.core import url_to_fs
+    except ImportError:
+        raise MissingDependencyError(f"{url}: object stores need more; pip install 'houseexpo[cloud]'") from None
+    try:
+        system, path = url_to_fs(url, use_listings_cache=False)
+    except ImportError as error:
+        raise MissingDependencyError(f"{url}: {error}; pip install 'houseexpo[cloud]'") from None
+    except ValueError as error:
+        raise ConfigError(f"{url}: expected s3://..., gs://... or another URL that fsspec knows ({error})") from None
+    return system, str(path).rstrip("/")
+
+
+@contextmanager
+def faults(url: str) -> Iterator[None]:
+    """Have what goes wrong with the store be a fault of the moment (``passing``), whatever its library calls it."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise
+    except Exception as error:  # each library has errors of its own
+        raise OSError(errno.EIO, f"{url}: {type(error).__name__}: {error}") from error

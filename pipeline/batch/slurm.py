@@ -1,0 +1,155 @@
+"""Scripts that have a Slurm cluster do a build in shards: an array of tasks, one a shard, and a job that assembles.
+
+Rules:
+
+1. Only shards of which something is not done, and which are not in the queue already, are submitted.
+2. An array holds as many tasks as the cluster takes; more are split. Task ``i`` of an array that begins at ``OFFSET``
+   does shard ``OFFSET + i``.
+3. The job that assembles waits until every task has ended, however it ended: it says what is not done.
+4. A task gets an interrupt a minute before its time is over, and keeps what it has done.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import groupby
+from pathlib import Path
+
+from houseexpo.errors import HouseExpoError
+from pipeline.batch.disk import write
+
+_LIMIT = 1000
+"""Tasks of an array where the cluster cannot be asked; its own default is 1001."""
+
+_TASK = """#!/bin/sh
+{head}
+exec {command} --shard "$((OFFSET + SLURM_ARRAY_TASK_ID))/{shards}"
+"""
+
+_ASSEMBLE = """#!/bin/sh
+{head}
+exec {command}
+"""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a task asks of the cluster, in Slurm's own words; what is None is left to the cluster."""
+
+    partition: str | None = None
+    time: str | None = None
+    memory: str | None = None
+    cores: int = 1
+
+    def head(self, logs: Path, name: str) -> str:
+        """Return the head of a batch script."""
+        asked = {
+            "job-name": name,
+            "partition": self.partition,
+            "time": self.time,
+            "mem": self.memory,
+            "cpus-per-task": str(self.cores),
+            "output": str(logs),
+            "signal": "B:INT@60",  # R4
+        }
+        return "\n".join(f"#SBATCH --{key}={value}" for key, value in asked.items() if value is not None)
+
+
+@dataclass(frozen=True)
+class Queue:
+    """What a cluster has in its queue of a build: its shards, and the jobs they belong to."""
+
+    shards: frozenset[int] = frozenset()
+    jobs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Scripts:
+    """The scripts of a build: ``out`` is its data set, ``command`` the words that do a shard but for ``--shard``."""
+
+    folder: Path
+    out: str
+    command: Sequence[str]
+    shards: int
+    request: Request = field(default_factory=Request)
+
+    @property
+    def name(self) -> str:
+        """The name of its jobs in the queue."""
+        return f"houseexpo-{hashlib.sha256(self.out.encode()).hexdigest()[:8]}"
+
+    def write(self, shards: Iterable[int], limit: int, queue: Queue) -> int:
+        """Write the scripts for these shards but those in the queue, and ``submit.sh``; return how many they are."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        wanted = sorted(set(shards) - queue.shards)  # R1
+        logs = {name: self.folder / f"{name}.txt" for name in ("task-%A_%a", "assemble-%j")}
+        task = self.request.head(logs["task-%A_%a"], self.name)
+        last = self.request.head(logs["assemble-%j"], f"{self.name}-assemble")
+        assemble = shlex.join([*program(), "assemble", self.out])
+        scripts = {
+            "task.sbatch": _TASK.format(head=task, command=shlex.join(self.command), shards=self.shards),
+            "assemble.sbatch": _ASSEMBLE.format(head=last, command=assemble),
+            "submit.sh": "\n".join(self._submission(wanted, limit, queue)) + "\n",
+        }
+        for name, text in scripts.items():
+            write(self.folder / name, text.encode())
+        return len(wanted)
+
+    def _submission(self, shards: Sequence[int], limit: int, queue: Queue) -> Iterator[str]:
+        folder = shlex.quote(str(self.folder))
+        yield "#!/bin/sh"
+        yield "set -e"
+        yield f"scancel --me --state=PENDING --name={self.name}-assemble"
+        yield f"jobs={':'.join(queue.jobs)}"
+        for start, tasks in groupby(shards, lambda shard: shard // limit * limit):  # R2
+            spec = ranges([shard - start for shard in tasks])
+            options = f"--array={spec} --job-name={self.name}-{start} --export=ALL,OFFSET={start}"
+            yield f"jobs=$jobs:$(sbatch --parsable {options} {folder}/task.sbatch)"
+        yield 'test -z "$jobs" || after=--dependency=afterany:${jobs#:}'  # R3
+        yield f"sbatch $after {folder}/assemble.sbatch"
+
+    def queue(self) -> Queue:
+        """Return what the cluster has in its queue of the build; nothing where there is no cluster."""
+        if shutil.which("squeue") is None:
+            return Queue()
+        lines = [line.split(maxsplit=2) for line in _said("squeue", "--me", "-h", "-r", "-o", "%K %F %j").splitlines()]
+        own = [(name.rpartition("-"), task, job) for task, job, name in lines if name.startswith(f"{self.name}-")]
+        tasks = [(int(start) + int(task), job) for (_, _, start), task, job in own if start.isdecimal()]
+        return Queue(frozenset(shard for shard, _ in tasks), tuple(sorted({job for _, job in tasks})))
+
+    def submit(self) -> str:
+        """Submit what was written; return what Slurm says."""
+        return _said("sh", str(self.folder / "submit.sh"))
+
+
+def array_limit() -> int:
+    """Return how many tasks an array of the cluster may have."""
+    if shutil.which("scontrol") is None:
+        return _LIMIT
+    found = [line.split()[-1] for line in _said("scontrol", "show", "config").splitlines() if "MaxArraySize" in line]
+    return int(found[0]) - 1 if found else _LIMIT
+
+
+def ranges(numbers: Sequence[int]) -> str:
+    """Write ascending numbers as Slurm does: ``0-2,5``."""
+    runs = [[pair[1] for pair in run] for _, run in groupby(enumerate(numbers), lambda pair: pair[1] - pair[0])]
+    return ",".join(str(run[0]) if len(run) == 1 else f"{run[0]}-{run[-1]}" for run in runs)
+
+
+def program() -> list[str]:
+    """Return how this program is called on a node that shares its folders."""
+    return [sys.executable, "-m", "houseexpo"]
+
+
+def _said(*command: str) -> str:
+    """Return what a command of Slurm says; HouseExpoError where it fails."""
+    done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our words
+    if done.returncode:
+        raise HouseExpoError(f"{shlex.join(command)}: ended with {done.returncode}: {done.stderr.strip()}")
+    return done.stdout.strip()

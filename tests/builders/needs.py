@@ -1,0 +1,23 @@
+"""What some tests need beside the project's own dependencies: without it they are skipped, and in CI they fail."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Sequence
+from importlib.util import find_spec
+
+import pytest
+
+
+def need(*, modules: Sequence[str] = (), programs: Sequence[str] = (), root: bool = False, how: str) -> None:
+    """Skip where modules or programs are missing; ``how`` says how to install them."""
+    missing = [name for name in modules if find_spec(name) is None]
+    missing += [name for name in programs if shutil.which(name) is None]
+    if root and os.getuid() != 0:
+        missing.append("root's rights")
+    if missing:
+        reason = f"not there: {', '.join(missing)}; {how}"
+        if os.environ.get("CI"):
+            pytest.fail(reason)
+        pytest.skip(reason)

@@ -1,0 +1,80 @@
+"""A build on a Slurm cluster: real daemons on this machine run the scripts that are written."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pipeline.batch.slurm import Queue, Request, Scripts, ranges
+from tests.builders.batch import contents
+from tests.builders.slurm import MOST_TASKS, call, cluster, need_slurm, wait_for
+
+HOUSES, SHARDS = 12, 5
+
+
+def houseexpo(*words: str | Path) -> str:
+    return call(sys.executable, "-m", "houseexpo", *map(str, words))
+
+
+def queued(name: str = "") -> list[str]:
+    """Tasks and jobs that have not ended."""
+    return [line for line in call("squeue", "-h", "-r", "-o", "%j_%K %T").splitlines() if name in line]
+
+
+@pytest.mark.slow
+def test_the_scripts_run_and_what_was_cancelled_is_submitted_again(tmp_path: Path) -> None:
+    need_slurm()
+    manifest, out = tmp_path / "houses.toml", tmp_path / "plans"
+    manifest.write_text(f'[build]\nsources = ["procedural:{HOUSES}"]\nseed = 3\n')
+    houseexpo("build", "--config", manifest, "--out", tmp_path / "serial")
+    asked = ("slurm", manifest, "--shards", str(SHARDS), "--out", out, "--memory", "900M", "--time", "10", "--submit")
+    (tmp_path / "slurm").mkdir()
+    with cluster(tmp_path / "slurm"):
+        call("scontrol", "update", "NodeName=n2", "State=DRAIN", "Reason=test")  # one task at a time
+        assert f"{SHARDS} of {SHARDS} shards" in houseexpo(*asked)
+        tasks = {line.split()[0] for line in queued()}
+        assert len(tasks) == SHARDS + 1  # the last one assembles
+        assert len({task.rpartition("_")[0] for task in tasks}) == -(-SHARDS // MOST_TASKS) + 1
+        victim = call("squeue", "-h", "-r", "-t", "PENDING", "-o", "%i %j").splitlines()
+        [cancelled] = [line.split()[0] for line in victim if line.split()[0].endswith("_1") and line.endswith("-0")]
+        call("scancel", cancelled)
+        call("scontrol", "update", "NodeName=n2", "State=RESUME")
+        wait_for(lambda: not queued(), "the build", 300.0)
+        [said] = (out / ".build" / "slurm").glob("assemble-*.txt")
+        assert "shard 1/5: " in said.read_text()
+        assert not (out / "manifest.json").exists()
+        assert f"1 of {SHARDS} shards" in houseexpo(*asked)
+        wait_for(lambda: not queued(), "the second submission", 300.0)
+        assert contents(out) == contents(tmp_path / "serial")
+        assert f"0 of {SHARDS} shards" in houseexpo(*asked[:-1])
+
+
+def scripts(folder: Path, **asked: str) -> Scripts:
+    return Scripts(
+        folder, "/shared/my plans", ["houseexpo", "build", "--out", "/shared/my plans"], 2500, Request(**asked)
+    )
+
+
+def test_more_than_the_cluster_takes_is_split_and_what_is_queued_is_left_out(tmp_path: Path) -> None:
+    written = scripts(tmp_path / "with a space", partition="long", time="04:00:00", memory="8G")
+    count = written.write([0, 1, 2, 5, 999, 1000, 2400], 1000, Queue(frozenset({1, 2400}), ("77",)))
+    assert count == 5
+    text = (written.folder / "submit.sh").read_text()
+    assert "--array=0,2,5,999 " in text
+    assert f"--array=0 --job-name={written.name}-1000 --export=ALL,OFFSET=1000" in text
+    assert "OFFSET=2000" not in text
+    assert "jobs=77\n" in text
+    task = (written.folder / "task.sbatch").read_text()
+    for line in ("--partition=long", "--time=04:00:00", "--mem=8G", "--cpus-per-task=1"):
+        assert f"#SBATCH {line}\n" in task
+    assert task.endswith("""--out '/shared/my plans' --shard "$((OFFSET + SLURM_ARRAY_TASK_ID))/2500"\n""")
+    for name in ("submit.sh", "task.sbatch", "assemble.sbatch"):
+        subprocess.run(["sh", "-n", str(written.folder / name)], check=True)
+
+
+@pytest.mark.parametrize(("numbers", "text"), [([], ""), ([4], "4"), ([0, 1, 2, 5, 7, 8], "0-2,5,7-8")])
+def test_numbers_as_slurm_writes_them(numbers: list[int], text: str) -> None:
+    assert ranges(numbers) == text
