@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from houseexpo.analysis.navigability import standing_pieces
+from houseexpo.drawing.svg_paths import path_data
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import Space, rings_of
 
@@ -28,5 +29,5 @@ def reach_svg(plan: FloorPlan, radius_m: float) -> str:
 
 def _path(shapes: Iterable[Space], name: str) -> str:
     rings = [ring for shape in shapes for ring in rings_of(shape)]
-    steps = "".join("M" + " ".join(f"{x:.2f} {-y:.2f}" for x, y in ring.tolist()) + "Z" for ring in rings)
+    steps = path_data((ring * (1.0, -1.0) for ring in rings), "{:.2f}".format)
     return f'<path class="{name}" fill-rule="evenodd" d="{steps}"/>' if steps else ""

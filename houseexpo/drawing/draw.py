@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.drawing.scene import INK, PAPER, Area, Scene, font, scene
+from houseexpo.drawing.svg_paths import path_data
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import fill, rings_of
@@ -159,5 +160,5 @@ def _rgb(colour: str) -> tuple[int, int, int]:
 def _path(area: Area, frame: GridFrame) -> str:
     """One area as an SVG path; holes by the even-odd rule."""
     rings = [frame.pixels_from_points(ring).round(2) for ring in rings_of(area.shape)]
-    steps = " ".join("M" + " ".join(f"{x:g},{y:g}" for x, y in ring.tolist()) + "Z" for ring in rings)
+    steps = path_data(rings, "{:g}".format)
     return f'<path fill="{area.fill}" fill-rule="evenodd" d="{steps}"/>'

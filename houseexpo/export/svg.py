@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import shapely
 
 from houseexpo.drawing.scene import FURNITURE
+from houseexpo.drawing.svg_paths import path_data
 from houseexpo.export.files import Files, number
 from houseexpo.export.orientation import Orientation, oriented
 from houseexpo.export.solid import WALL_THICKNESS_M
@@ -58,5 +59,4 @@ def _layer(name: str, parts: Iterable[tuple[BaseGeometry, str, str]]) -> list[st
 
 def _path(shape: BaseGeometry) -> str:
     """Return the rings as closed subpaths; y runs down."""
-    rings = (" ".join(f"{number(x)},{number(-y)}" for x, y in ring.tolist()) for ring in rings_of(shape))
-    return " ".join(f"M{ring}Z" for ring in rings)
+    return path_data((ring * (1.0, -1.0) for ring in rings_of(shape)), number)

@@ -12,7 +12,7 @@ from typing import TypeVar
 from houseexpo.inference.division import Doorway, divide
 from houseexpo.inference.labels import labels_of
 from houseexpo.inference.necks import find_necks
-from houseexpo.inference.tiling import rings_of
+from houseexpo.inference.tiling import grid_rings
 from houseexpo.plan import Door, Room
 from houseexpo.plan.categories import UNLABELLED, canonical
 from houseexpo.plan.model import PlanData
@@ -65,7 +65,7 @@ def with_rooms(plan: _Plan) -> _Plan:
     names = labels_of([shapes[k] for k in order], plan.room_category)
     rooms = []
     for i, k in enumerate(order):
-        outline, holes = rings_of(shapes[k])
+        outline, holes = grid_rings(shapes[k])
         rooms.append(Room(i, _label(names[i]), outline, holes, names[i]))
     doorways.sort(key=lambda d: d.polygon.bounds)
     doors = tuple(_door(i, found, room_id) for i, found in enumerate(doorways))
@@ -84,6 +84,6 @@ def _door(door_id: int, found: Doorway, room_id: dict[int, int]) -> Door:
         kind="door",
         segment=((x1, y1), (x2, y2)),
         width=round(((x2 - x1) ** 2 + (y2 - y1) ** 2) ** 0.5, 2),
-        polygon=rings_of(found.polygon)[0],
+        polygon=grid_rings(found.polygon)[0],
         rooms=(one, other),
     )

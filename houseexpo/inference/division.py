@@ -56,7 +56,7 @@ def divide(space: Polygon | MultiPolygon, candidates: list[Neck]) -> tuple[list[
         0.65 of it, unless a wall ends on either side.
     R4  A room has 0.8 m2 at least; a smaller space belongs to what lies behind its least likely door.
     """
-    chosen = _apart(candidates)
+    chosen = _non_overlapping(candidates)
     while True:
         faces = _faces(space, chosen)
         links = _links(faces, chosen)
@@ -69,7 +69,7 @@ def divide(space: Polygon | MultiPolygon, candidates: list[Neck]) -> tuple[list[
     return [_whole(faces[room]) for room in rooms], doors
 
 
-def _apart(candidates: list[Neck]) -> list[Neck]:
+def _non_overlapping(candidates: list[Neck]) -> list[Neck]:
     """R1."""
     import shapely
 

@@ -51,7 +51,7 @@ def _bends(ring: list[tuple[int, int]]) -> list[tuple[int, int]]:
     return [c for a, c, b in around if (c[0] - a[0]) * (b[1] - c[1]) != (c[1] - a[1]) * (b[0] - c[0])]
 
 
-def rings_of(shape: Polygon, shift: Points | None = None) -> tuple[Points, tuple[Points, ...]]:
+def grid_rings(shape: Polygon, shift: Points | None = None) -> tuple[Points, tuple[Points, ...]]:
     """The outline (clockwise) and the holes (counter-clockwise) of a polygon as ``grid_ring`` gives them.
 
     A hole that has no area on the grid is left out.

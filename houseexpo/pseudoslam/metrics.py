@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.step import BLOCKED, COVERED, KNOWN, START_X, STEPS, Episode
+from houseexpo.pseudoslam.kernels.episode import BLOCKED, COVERED, KNOWN, START_X, STEPS, Episode
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.kernels.step import Episode
+from houseexpo.pseudoslam.kernels.episode import Episode
 
 Array = npt.NDArray[Any]
 

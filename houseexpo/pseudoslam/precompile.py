@@ -64,7 +64,10 @@ def wait_for(kernel: Kernel) -> None:
 
 
 def _is_kept(kernel: Any) -> bool:
-    """Whether a kernel has been compiled to disk before, by such a Python."""
+    """Whether a kernel has been compiled to disk before, by such a Python.
+
+    What other sources were compiled to counts too: after a change of kernels they are compiled where they are called.
+    """
     place, file = Path(kernel.stats.cache_path), Path(kernel.py_func.__code__.co_filename).stem
     python = f"py{sys.version_info.major}{sys.version_info.minor}"
     return any(place.glob(f"{file}.{kernel.__name__}-*.{python}*.nbi"))

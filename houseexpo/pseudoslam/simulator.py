@@ -12,8 +12,8 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import FURTHEST_M, SimulatorConfig
+from houseexpo.pseudoslam.kernels.episode import COVERED, KNOWN, StepParams
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.step import COVERED, KNOWN, StepParams
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_params import look_round, prepare, scratch_of, step_one, step_params_of
@@ -99,8 +99,7 @@ class Simulator:
                 f"action: expected a full turn and {FURTHEST_M:g} m at most, "
                 f"found a turn of {turn_rad!r} and {forward_m!r} m"
             )
-        motion = np.array([[turn_rad, forward_m * self._ppm]])
-        step_one(state, motion, self.params, self._scratch)
+        step_one(state, float(turn_rad), float(forward_m * self._ppm), self.params, self._scratch)
 
     def pose(self, state: State) -> tuple[float, float, float]:
         """Return (x, y) in the plan's metres and the heading in radians, counter-clockwise from x."""

@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config.shapes import Obstacle
-from houseexpo.pseudoslam.kernels.runtime.thread_pool import new_sync
-from houseexpo.pseudoslam.kernels.step import BLOCKED, Episode
+from houseexpo.pseudoslam.kernels.episode import BLOCKED, Episode
 from houseexpo.pseudoslam.pools import flatten, pool_of_one, unflatten
 from houseexpo.pseudoslam.renamed import renamed
 
@@ -44,11 +43,6 @@ class State:
     def pool(self) -> Episode:
         """A pool of this one episode, views."""
         return pool_of_one(self.episode)
-
-    @cached_property
-    def place(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        """What kernels take beside the pool: its rasters' rows and columns, and a crew of one."""
-        return np.array([self.episode.occupied.shape], np.int64), new_sync(1, 1)
 
     @property
     def occupied(self) -> npt.NDArray[np.uint8]:

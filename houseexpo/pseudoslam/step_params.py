@@ -6,31 +6,32 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.step import (
-    ARRAYS,
-    STEP,
-    Episode,
-    StepParams,
+    step_episode,
+    step_episode_by_rays,
+    step_episode_in_full,
+    step_episode_with_people,
+)
+from houseexpo.pseudoslam.kernels.step_pool import (
     transitions,
     transitions_by_rays,
     transitions_in_full,
+    transitions_with_people,
 )
-from houseexpo.pseudoslam.kernels.step_with_people import transitions_with_people
 from houseexpo.pseudoslam.kernels.types import Errors, Robot, Scratch, Sensor
 from houseexpo.pseudoslam.precompile import Kernel, precompile, wait_for
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.people import walk_of
 from houseexpo.pseudoslam.worlds.world import scan_buffers
 
-_KERNELS: tuple[Any, ...] = (transitions, transitions_by_rays, transitions_in_full, transitions_with_people)
+EPISODE_KERNELS = (step_episode, step_episode_by_rays, step_episode_in_full, step_episode_with_people)
+POOL_KERNELS = (transitions, transitions_by_rays, transitions_in_full, transitions_with_people)
+_KERNELS: tuple[Any, ...] = (*EPISODE_KERNELS, *POOL_KERNELS)
 KERNELS: dict[str, Kernel] = {kernel.__name__: kernel for kernel in _KERNELS}
-"""All kernels of steps, by their names."""
-_ONE = np.array([STEP], np.uint8)
-_STILL = np.zeros((1, 2))
-_NO_VIEWS = (np.empty((0, 0, 0), np.uint8),) * ARRAYS
+"""All kernels of steps, by their names: those of one episode, and those of a pool of them."""
 BETWEEN_M, BETWEEN_DEG = 0.3, 10.0
 """A robot looks at least so often on its way (section III-B: a map is built at each sub-pose)."""
 
@@ -79,41 +80,46 @@ def scratch_of(config: SimulatorConfig) -> Scratch:
     return Scratch(runs, hit, slopes, np.zeros((side, side) if config.noise.any else (1, 1), np.uint8))
 
 
-def kernel_of(params: StepParams, *, moving: bool, complete: bool) -> Kernel:
-    """Return the kernel of such steps, among what moves or not: what is not asked for need not be compiled."""
+def kernel_of(params: StepParams, *, moving: bool, complete: bool, pooled: bool) -> Kernel:
+    """Return the kernel of such steps: what is not asked for need not be compiled.
+
+    Parameters
+    ----------
+    moving
+        People or other things move by themselves.
+    complete
+        Ranges and an overview are wanted.
+    pooled
+        Many environments step together, on several threads.
+    """
+    kernels: tuple[Any, ...] = POOL_KERNELS if pooled else EPISODE_KERNELS
+    by_sector, by_rays, in_full, with_people = kernels
     if moving:
-        return transitions_with_people
+        return with_people  # type: ignore[no-any-return]  # numba's functions have no types
     if params.errors.any or complete:
-        return transitions_in_full
-    return transitions_by_rays if params.sensor.by_rays else transitions
+        return in_full  # type: ignore[no-any-return]
+    return by_rays if params.sensor.by_rays else by_sector  # type: ignore[no-any-return]
 
 
-def kernel_for(episode: Episode, params: StepParams) -> Kernel:
+def kernel_for(episode: Episode, params: StepParams, *, pooled: bool = False) -> Kernel:
     """Return the kernel that steps such episodes, ready."""
     moving = len(episode.bodies.people) + len(episode.bodies.clocks) > 0
-    kernel = kernel_of(params, moving=moving, complete=len(episode.ranges) > 0)
+    kernel = kernel_of(params, moving=moving, complete=len(episode.ranges) > 0, pooled=pooled)
     wait_for(kernel)
     return kernel
 
 
-def prepare(config: SimulatorConfig, params: StepParams, *, complete: bool = False) -> None:
+def prepare(config: SimulatorConfig, params: StepParams, *, complete: bool = False, pooled: bool = False) -> None:
     """Begin to compile what the steps of such episodes take, where that is to be done yet."""
-    precompile(kernel_of(params, moving=config.people.number > 0 or len(config.trajectories) > 0, complete=complete))
+    moving = config.people.number > 0 or len(config.trajectories) > 0
+    precompile(kernel_of(params, moving=moving, complete=complete, pooled=pooled))
 
 
-def step_one(state: State, motion: npt.NDArray[np.float64], params: StepParams, scratch: Scratch) -> None:
-    """Step one episode by a ``motion`` (1, 2), turn and way forward, radians and pixels."""
-    kernel_for(state.episode, params)(*arguments_of(state, motion, params, scratch))
-
-
-def arguments_of(
-    state: State, motion: npt.NDArray[np.float64], params: StepParams, scratch: Scratch
-) -> tuple[Any, ...]:
-    """Return what a kernel takes to step one episode."""
-    sizes, sync = state.place
-    return state.pool, sizes, motion, _ONE, params, _NO_VIEWS, scratch, sync, 0, 0
+def step_one(state: State, turn_rad: float, forward_px: float, params: StepParams, scratch: Scratch) -> None:
+    """Step one episode: turn, then go forward."""
+    kernel_for(state.episode, params)(state.episode, turn_rad, forward_px, params, scratch)
 
 
 def look_round(state: State, params: StepParams, scratch: Scratch) -> None:
     """Take the first look of an episode that has just begun: a step in place, which is not counted."""
-    step_one(state, _STILL, params, scratch)
+    step_one(state, 0.0, 0.0, params, scratch)

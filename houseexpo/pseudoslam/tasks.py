@@ -18,7 +18,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.checks import number
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.kernels.step import CLEARANCE, COLLISIONS, KNOWN, PATH_LENGTH, TO_GOAL
+from houseexpo.pseudoslam.kernels.episode import CLEARANCE, COLLISIONS, KNOWN, PATH_LENGTH, TO_GOAL
 from houseexpo.pseudoslam.metrics import Bools, Floats, Metrics
 
 

@@ -16,7 +16,7 @@ import shapely
 from shapely import Polygon
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.inference.tiling import GRID_M, Points, faces_between, rings_of
+from houseexpo.inference.tiling import GRID_M, Points, faces_between, grid_rings
 from houseexpo.plan import Box, Door, Frame, PlanObject, Room
 from houseexpo.plan.categories import UNLABELLED
 from pipeline.geometry.fitting import opening_polygon
@@ -40,7 +40,7 @@ def vectorise(
     tiles = _in_one_piece(spaces, named)
     outline = tiles.outline
     shift = MARGIN_M - np.array(outline.bounds[:2])
-    verts, holes = rings_of(outline, shift)
+    verts, holes = grid_rings(outline, shift)
     pairs = enumerate(zip(tiles.rooms, tiles.named, strict=True))
     rooms = [_room(k, shape, name, shift) for k, (shape, name) in pairs]
     doors = [
@@ -100,7 +100,7 @@ def _objects(obstacles: tuple[Obstacle, ...], rooms: list[Polygon], shift: Point
         filled = Polygon(shape[0].exterior)
         near = tree.query_nearest(filled.centroid, max_distance=BESIDE_M)
         room = int(near[0]) if len(near) else None
-        yield PlanObject(found, obstacle.word, room, rings_of(filled, shift)[0], round(obstacle.height_m, 2))
+        yield PlanObject(found, obstacle.word, room, grid_rings(filled, shift)[0], round(obstacle.height_m, 2))
         found += 1
 
 
@@ -124,7 +124,7 @@ def _whole(faces: npt.NDArray[np.object_], shape: Polygon) -> Polygon:
 
 
 def _room(k: int, shape: Polygon, name: NamedRoom, shift: Points) -> Room:
-    polygon, holes = rings_of(shape, shift)
+    polygon, holes = grid_rings(shape, shift)
     return Room(
         id=k,
         label=name.labels[0] if name.labels else UNLABELLED,
@@ -153,7 +153,7 @@ def _door(k: int, passage: Passage, shape: Polygon, rooms: tuple[int, int | None
         kind=passage.kind,
         segment=((float(a[0]), float(a[1])), (float(b[0]), float(b[1]))),
         width=round(float(np.hypot(*(b - a))), 2),
-        polygon=rings_of(shape, shift)[0],
+        polygon=grid_rings(shape, shift)[0],
         rooms=rooms,
     )
 

@@ -34,11 +34,11 @@ from houseexpo.floorplan import decode
 from houseexpo.pseudoslam import LaserConfig, ObservationConfig, Simulator, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.config import ScanRule
 from houseexpo.pseudoslam.envs.batch import Batch
+from houseexpo.pseudoslam.kernels.episode import BLOCKED
 from houseexpo.pseudoslam.kernels.mapping.crop import crop
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, merge_cells, merge_runs
 from houseexpo.pseudoslam.kernels.sensing.rays import ray_merge
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.kernels.step import BLOCKED
 from houseexpo.pseudoslam.step_params import step_params_of
 from houseexpo.pseudoslam.tasks import ObstacleAvoidance
 from houseexpo.pseudoslam.worlds.world import scan_buffers

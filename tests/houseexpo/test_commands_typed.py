@@ -175,3 +175,8 @@ def test_a_notebook_shows_a_data_set(data):
     shown = open_dataset(data)._repr_html_()
     assert shown.count("<svg ") == 6
     assert "6 plans" in shown
+
+
+def test_python_m_says_the_command_that_it_is(tmp_path):
+    done = shell('"$PYTHON" -m stats --help', tmp_path)
+    assert "Usage: houseexpo stats" in done.stdout

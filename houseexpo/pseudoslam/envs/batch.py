@@ -13,7 +13,7 @@ from numba.core import config as config_of_numba
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.thread_pool import ThreadPool
 from houseexpo.pseudoslam.envs.view_buffers import ViewBuffers
-from houseexpo.pseudoslam.kernels.step import KNOWN, Episode, StepParams
+from houseexpo.pseudoslam.kernels.episode import KNOWN, Episode, StepParams
 from houseexpo.pseudoslam.pools import MAP, RASTERS, SHOWN, Array, flatten, one_of, unflatten
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_params import kernel_for, scratch_of
@@ -118,7 +118,7 @@ class Batch:
         own = unflatten(state.episode, self._leaves)
         self._pools = (*(own._replace(shown=views) for views in self._views.written), own)
         self.arrays = self._pools[self._drawn]
-        kernel = kernel_for(state.episode, self._params)
+        kernel = kernel_for(state.episode, self._params, pooled=True)
         self._threads.take_on(kernel, own, self.sizes, self._motions, self._wanted, self._params, self._views.written)
         self._room = [pool.shape[1] for pool in self._leaves]
 

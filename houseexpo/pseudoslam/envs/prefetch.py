@@ -11,7 +11,7 @@ from gymnasium.utils import seeding
 
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.pseudoslam.envs.spec import EnvSpec, constants_of
-from houseexpo.pseudoslam.kernels.step import StepParams
+from houseexpo.pseudoslam.kernels.episode import StepParams
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.pools import flatten
 from houseexpo.pseudoslam.state import State

@@ -57,7 +57,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
         if any(given != self._options[0] for given in self._options):
             raise ConfigError("options: expected the same for all environments")
         observation, infos = self.env.reset(seed=list(self._seeds), options=options)
-        self.reset_infos = _apart(infos, self.num_envs)
+        self.reset_infos = _split_infos(infos, self.num_envs)
         self._reset_seeds()
         self._reset_options()
         return observation
@@ -71,7 +71,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
         observation, rewards, terminated, truncated, infos = self.env.step(self._actions)
         ended = terminated | truncated
         last, finals = infos.pop("final_obs", None), infos.pop("final_info", {})
-        each, final = _apart(infos, self.num_envs), _apart(finals, self.num_envs)
+        each, final = _split_infos(infos, self.num_envs), _split_infos(finals, self.num_envs)
         for i in np.flatnonzero(ended).tolist():
             limited = bool(truncated[i] and not terminated[i])
             each[i] = {**final[i], "terminal_observation": last[i], "TimeLimit.truncated": limited}
@@ -108,7 +108,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
         return [indices] if isinstance(indices, int) else list(indices)
 
 
-def _apart(infos: dict[str, Any], number: int) -> list[dict[str, Any]]:
+def _split_infos(infos: dict[str, Any], number: int) -> list[dict[str, Any]]:
     """Return a dictionary for each environment of those for all."""
     keys = [key for key in infos if not key.startswith("_")]
     columns = [infos[key] if infos[key].ndim > 1 else infos[key].tolist() for key in keys]

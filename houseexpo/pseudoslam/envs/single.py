@@ -71,7 +71,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     ) -> None:
         if render_mode not in {None, *self.metadata["render_modes"]}:
             raise ConfigError(f"render_mode: expected one of {self.metadata['render_modes']}, found {render_mode!r}")
-        self._env_spec: EnvSpec = make_env_spec(task, dataset, config, actions, observation)
+        self._env_spec: EnvSpec = make_env_spec(task, dataset, config, actions, observation, pooled=False)
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
         self.action_space, self.observation_space = self._env_spec.action_space(), self._env_spec.observation_space()
         self._params, self._scratch = self._env_spec.params(), self._env_spec.scratch()
@@ -116,7 +116,8 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         state = self.state
         moves, ahead = self._env_spec.motions(action)
         before = self._after
-        step_one(state, moves, self._params, self._scratch)
+        turn_rad, forward_px = moves[0].tolist()
+        step_one(state, turn_rad, forward_px, self._params, self._scratch)
         after = self._after = self._measures()
         success = self.task.success(after)
         reward = float(self.task.rewards(before, after, ahead, success)[0])

@@ -13,8 +13,8 @@ from gymnasium import spaces
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.motion.actions import look_up
-from houseexpo.pseudoslam.kernels.step import Episode, StepParams
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.metrics import EpisodeConstants, Metrics
 from houseexpo.pseudoslam.simulator import ACTIONS, motions
@@ -159,7 +159,7 @@ class EnvSpec:
 
 
 def make_env_spec(
-    task: Task, dataset: Plans, config: SimulatorConfig | None, actions: Actions, observation: Kind
+    task: Task, dataset: Plans, config: SimulatorConfig | None, actions: Actions, observation: Kind, *, pooled: bool
 ) -> EnvSpec:
     """Return an environment's face; ConfigError where an argument is not one of those that there are."""
     for name, value, kinds in (("actions", actions, Actions), ("observation", observation, Kind)):
@@ -169,7 +169,7 @@ def make_env_spec(
         raise ConfigError(f"config: expected a SimulatorConfig or None, found {config!r}")
     config = task.configured(config)
     env_spec = EnvSpec(task, config, WorldCache(dataset, config), actions, observation)
-    prepare(config, env_spec.params(), complete=env_spec.complete)
+    prepare(config, env_spec.params(), complete=env_spec.complete, pooled=pooled)
     return env_spec
 
 

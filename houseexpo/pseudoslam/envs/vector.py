@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -17,11 +16,12 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import whole
 from houseexpo.pseudoslam.envs.batch import Batch
 from houseexpo.pseudoslam.envs.prefetch import EpisodePrefetcher
+from houseexpo.pseudoslam.envs.reset_arguments import Seeds, mask_of, seeds_of
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv, plan_of
 from houseexpo.pseudoslam.envs.spec import MAPS, Actions, Kind, Observation, make_env_spec, new_constants
 from houseexpo.pseudoslam.envs.task_mixins import ExplorationMixin, NavigationMixin, ObstacleAvoidanceMixin
 from houseexpo.pseudoslam.kernels.runtime.thread_pool import MAX_ENVS
-from houseexpo.pseudoslam.kernels.step import REDRAW, SKIP, STEP
+from houseexpo.pseudoslam.kernels.step_pool import REDRAW, SKIP, STEP
 from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
@@ -30,7 +30,6 @@ from houseexpo.pseudoslam.worlds.cache import Plans
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
-Seeds = int | Sequence[int | None] | None
 
 
 class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
@@ -80,7 +79,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             raise ConfigError(f"render_mode: expected 'rgb_array' or None, found {render_mode!r}")
         self._mode = AutoresetMode(autoreset_mode)
         self.metadata = {**PseudoSlamEnv.metadata, "autoreset_mode": self._mode}
-        self._env_spec = make_env_spec(task, dataset, config, actions, observation)
+        self._env_spec = make_env_spec(task, dataset, config, actions, observation, pooled=True)
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
         self.num_envs, self._copy = num_envs, copy
         self.single_action_space = self._env_spec.action_space()
@@ -102,9 +101,9 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
 
     def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Start episodes in all environments, or in those of ``options["reset_mask"]``."""
-        seeds = self._seeds(seed)
+        seeds = seeds_of(seed, self.num_envs)
         rest = dict(options or {})
-        which = self._mask(rest.pop("reset_mask", None))
+        which = mask_of(rest.pop("reset_mask", None), self.num_envs)
         plan_id = plan_of(rest)
         self._are_begun, self._begun = False, self._begun & ~which  # where a start fails, none of them is half begun
         for i in np.flatnonzero(which).tolist():
@@ -214,26 +213,6 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             last[i] = one
         masks = {"_final_obs": self._ended.copy(), "_final_info": self._ended.copy()}
         return {"final_obs": last, "final_info": self._infos(after, success, self._ended), **masks}
-
-    def _seeds(self, seed: Seeds) -> list[int | None]:
-        if seed is None or isinstance(seed, (int, np.integer)):
-            return [None if seed is None else int(seed) + i for i in range(self.num_envs)]
-        seeds = list(seed) if isinstance(seed, Iterable) else []
-        if len(seeds) != self.num_envs or not all(isinstance(one, (int, np.integer, type(None))) for one in seeds):
-            raise ConfigError(
-                f"seed: expected a whole number, a list of {self.num_envs} of them or None, found {seed!r}"
-            )
-        return [None if one is None else int(one) for one in seeds]
-
-    def _mask(self, mask: object) -> Bools:
-        if mask is None:
-            return np.ones(self.num_envs, bool)
-        if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (self.num_envs,) or not mask.any():
-            raise ConfigError(
-                f"options['reset_mask']: expected a boolean array of shape ({self.num_envs},), not all False, "
-                f"found {mask!r}"
-            )
-        return mask
 
 
 @lru_cache(maxsize=8)

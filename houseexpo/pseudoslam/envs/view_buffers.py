@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.kernels.step import ARRAYS
+from houseexpo.pseudoslam.kernels.step_pool import ARRAYS
 
 Array = npt.NDArray[Any]
 

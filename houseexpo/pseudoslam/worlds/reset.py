@@ -9,13 +9,13 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
+from houseexpo.pseudoslam.kernels.episode import COVERED, KEY, KNOWN, STEPS, Episode, StepParams
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.motion.bodies import Disc
 from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
 from houseexpo.pseudoslam.kernels.people.advance import stamp_bodies
 from houseexpo.pseudoslam.kernels.placement.cells import count_before, nth_cell
 from houseexpo.pseudoslam.kernels.planning.distance_field import Field, field_at, find_open, march, no_field
-from houseexpo.pseudoslam.kernels.step import COVERED, KEY, KNOWN, STEPS, Episode, StepParams
 from houseexpo.pseudoslam.kernels.types import Grid, Scratch
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.obstacles import Placement, place

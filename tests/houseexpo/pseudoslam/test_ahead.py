@@ -17,11 +17,12 @@ from houseexpo.pseudoslam import precompile as ahead
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.dynamics import PeopleConfig
 from houseexpo.pseudoslam.envs.spec import make_env_spec
-from houseexpo.pseudoslam.kernels.step import transitions
+from houseexpo.pseudoslam.kernels.step import step_episode
+from houseexpo.pseudoslam.kernels.step_pool import transitions
 from houseexpo.pseudoslam.precompile_worker import example
-from houseexpo.pseudoslam.step_params import arguments_of
+from houseexpo.pseudoslam.step_params import POOL_KERNELS
 from houseexpo.pseudoslam.tasks import Exploration, Navigation, ObstacleAvoidance
-from tests.builders.vectors import HUTS
+from tests.builders.vectors import HUTS, native
 
 compiled_only = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 POPEN = subprocess.Popen  # the tests replace it
@@ -76,12 +77,25 @@ CONFIGS = {
 @pytest.mark.parametrize("kind", ["map", "dict"])
 @pytest.mark.parametrize("name", CONFIGS)
 def test_it_is_compiled_for_what_environments_call_it_with(task: str, kind: Any, name: str) -> None:
-    env_spec = make_env_spec(TASKS[task], HUTS, CONFIGS[name], "discrete", kind)
+    env_spec = make_env_spec(TASKS[task], HUTS, CONFIGS[name], "discrete", kind, pooled=False)
     rng, params, scratch = np.random.default_rng(0), env_spec.params(), env_spec.scratch()
     state = env_spec.initial_state(env_spec.draw(rng, None), params, scratch, rng)
-    called = arguments_of(state, np.zeros((1, 2)), params, scratch)
-    kinds: Any = transitions
-    assert list(map(kinds.typeof_pyval, called)) == list(map(kinds.typeof_pyval, example()))
+    called = (state.episode, 0.0, 0.0, params, scratch)
+    kinds: Any = step_episode
+    assert list(map(kinds.typeof_pyval, called)) == list(map(kinds.typeof_pyval, example(pooled=False)))
+
+
+@compiled_only
+@pytest.mark.parametrize("name", CONFIGS)
+def test_it_is_compiled_for_what_vector_environments_call_it_with(name: str) -> None:
+    env = native("Exploration", 2, dataset=HUTS, config=CONFIGS[name], threads=1, success_coverage=None)
+    env.reset(seed=0)
+    signatures = [set(kernel.signatures) for kernel in POOL_KERNELS]
+    kinds: Any = step_episode
+    expected = tuple(map(kinds.typeof_pyval, example(pooled=True)))
+    env.close()
+    assert any(signatures)
+    assert all(found <= {expected} for found in signatures)
 
 
 @compiled_only
@@ -100,7 +114,7 @@ def test_nothing_is_started_where_that_saves_no_time(
 ) -> None:
     ahead.precompile(kernel(tmp_path, signatures=["one"]))
     python = f"py{sys.version_info.major}{sys.version_info.minor}"
-    (tmp_path / f"step.transitions-95.{python}.nbi").touch()
+    (tmp_path / f"step_pool.transitions-95.{python}.nbi").touch()
     ahead.precompile(kernel(tmp_path))
     monkeypatch.setattr(ahead, "cores", lambda: 1)
     ahead.precompile(kernel(tmp_path / "elsewhere"))
@@ -170,8 +184,8 @@ def test_a_fresh_process_finds_its_step_on_disk(tmp_path: Path) -> None:
     code = (
         "import gymnasium, houseexpo.pseudoslam\n"
         "env = gymnasium.make('PseudoSLAM/ObstacleAvoidance-v0'); env.reset(seed=0); env.step(0)\n"
-        "from houseexpo.pseudoslam.kernels.step import transitions\n"
-        "stats = transitions.stats\n"
+        "from houseexpo.pseudoslam.kernels.step import step_episode\n"
+        "stats = step_episode.stats\n"
         "print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))"
     )
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}

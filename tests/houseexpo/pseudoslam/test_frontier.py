@@ -10,7 +10,7 @@ from houseexpo.pseudoslam.agents.frontier import frontier_walk
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.config.dynamics import Trajectory
 from houseexpo.pseudoslam.config.shapes import Circle
-from houseexpo.pseudoslam.kernels.step import STEPS
+from houseexpo.pseudoslam.kernels.episode import STEPS
 from houseexpo.pseudoslam.simulator import Simulator
 
 

@@ -1,0 +1,15 @@
+"""Rings as the path data of SVG."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+import numpy.typing as npt
+
+
+def path_data(rings: Iterable[npt.NDArray[np.float64]], number: Callable[[float], str]) -> str:
+    """Return rings (n, 2) as closed subpaths, y running down as SVG has it; ``number`` writes a coordinate."""
+    return " ".join(
+        "M" + " ".join(f"{number(x)},{number(y)}" for x, y in np.asarray(ring).tolist()) + "Z" for ring in rings
+    )
