@@ -74,7 +74,8 @@ class SourceObject:
 class Level:
     """One storey of a house, as a source hands it to the stages.
 
-    ``walls`` is all that may be wall: what the source names as wall, column or window, and all that it does not name.
+    ``walls`` is all that may be wall: what the source names as wall, column or window, and all that it does not name;
+    of a point cloud all points.
     ``leaves`` are what it names as doors (leaves, frames), ``furniture`` what it names as furniture; neither is in
     ``walls``. ``floor`` is the plan area of the floor's faces, or None where the source has none. ``rooms`` and
     ``openings`` are what the source says of them; ``named_openings`` is True where it names every one (IFC), so that

@@ -42,6 +42,7 @@ def columns_of_points(points: Floats, low_m: float, high_m: float, cell_m: float
     cells = raster.cells(standing[:, :2])
     step = _step(cells, float(np.ptp(standing[:, 2])) if len(standing) else 0.0)
     count = max(1, int((high_m - low_m) / step))
+    step = (high_m - low_m) / count
     layer = np.minimum(((standing[:, 2] - low_m) / step).astype(np.int64), count - 1)
     stands = np.zeros((count, *raster.shape), bool)
     stands.reshape(count, -1)[layer, cells] = True

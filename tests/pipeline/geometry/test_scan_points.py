@@ -48,7 +48,7 @@ def rooms_of(walls):
 TWO = [(0.0, 0.0, 3.0, 3.0), (3.2, 0.0, 6.2, 3.0)]
 
 
-@pytest.mark.parametrize("density", [1500.0, 400.0])
+@pytest.mark.parametrize("density", [1500.0, 500.0])
 def test_two_rooms_of_points_are_two_rooms(density):  # R1, R2
     walls, _ = walls_of(np.concatenate([room(*each, density=density) for each in TWO]))
     found = rooms_of(walls)
