@@ -34,6 +34,7 @@ CLOSERS = {
     "sill": SILL,
     "gap": GAP,
     "rail": RAIL,
+    "room_edge": BOUNDARY,
     "floor_edge": BOUNDARY,
     "wall_ends": BOUNDARY,
 }

@@ -13,6 +13,7 @@ from pipeline.batch.assemble import DataSet
 from pipeline.batch.entry import Refused
 
 RULES = {
+    "boundary:room_edge": "closed an open room along its edge as the source draws it",
     "boundary:floor_edge": "closed an open front by its floor",
     "boundary:wall_ends": "closed an open front by its walls' ends",
     "cuts": "cut a wall",

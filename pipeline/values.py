@@ -200,7 +200,9 @@ class Planes:
     leaves: tuple[Polygon, ...] = ()
 
 
-CloserKind: TypeAlias = Literal["opening", "door", "lintel", "sill", "gap", "rail", "floor_edge", "wall_ends"]
+CloserKind: TypeAlias = Literal[
+    "opening", "door", "lintel", "sill", "gap", "rail", "room_edge", "floor_edge", "wall_ends"
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,8 +222,8 @@ class Closer:
 class Layout:
     """Stage ``layout``: the closed plane, its pieces, and the spaces it closes (largest first).
 
-    The ``sides`` of a closer's bridge are indices into ``rooms``, or OUTSIDE. Closers of kind "floor_edge" and
-    "wall_ends" are the boundary that an open house was given.
+    The ``sides`` of a closer's bridge are indices into ``rooms``, or OUTSIDE. Closers of kind "room_edge",
+    "floor_edge" and "wall_ends" are the boundary that an open house was given.
     """
 
     door: BaseGeometry

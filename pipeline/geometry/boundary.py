@@ -10,7 +10,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.gaps import WallEnd, gap_at, wall_ends
-from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
+from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import enclosed, opened
 
 BAND_M = 0.1
@@ -18,6 +18,8 @@ NEAR_M = 0.25
 WALLED = 0.5
 """At least this share of an open room's edge has to be wall; a slab in a garden is no room."""
 FARTHEST_M = 10.0
+HELD = 0.5
+"""A room of which walls enclose less than this share lies open."""
 
 
 def from_floor(floor: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon], least_m2: float) -> list[Polygon]:
@@ -49,6 +51,18 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon], 
             band = shapely.buffer(lines, BAND_M, cap_style="square", join_style="mitre")
             bands += polygons_of(subtract(band, united([floor, ground])))
     return bands
+
+
+def from_rooms(named: list[Polygon], ground: BaseGeometry, rooms: list[Polygon], least_m2: float) -> list[Polygon]:
+    """Bands around those of the source's own rooms that lie open; they lie outside all of these rooms.
+
+    ``ground`` is the closed plane so far and ``rooms`` what it encloses.
+    """
+    known = united(rooms)
+    lying_open = [room for room in named if room.area >= least_m2 and overlap(room, known).area < HELD * room.area]
+    if not lying_open:
+        return []
+    return polygons_of(subtract(united(mitred(room, BAND_M) for room in lying_open), united([*named, ground])))
 
 
 def _lies_along(gap: Polygon, edge: BaseGeometry) -> bool:

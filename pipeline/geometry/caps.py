@@ -35,19 +35,19 @@ class Caps:
         """For each plan point (n, 2) whether it lies, at this height, between a bottom and a top of a body."""
         return np.array([self._closes(point, height) for point in points], np.bool_).reshape(len(points))
 
-    def slopes_over(self, points: Floats, reach_m: float) -> npt.NDArray[np.bool_]:
+    def slopes_over(self, points: Floats, reach_m: float, over_m: float = OVER_FLOOR_M) -> npt.NDArray[np.bool_]:
         """For each plan point (n, 2) whether a slope lies over it, and no level face but a wall's own top below that.
 
-        A wall's top lies at most ``reach_m`` under the slope.
+        A wall's top lies at most ``reach_m`` under the slope; up to the height ``over_m`` it is known to stand.
         """
-        return np.array([self._slope_over(point, reach_m) for point in points], np.bool_).reshape(len(points))
+        return np.array([self._slope_over(point, reach_m, over_m) for point in points], np.bool_).reshape(len(points))
 
-    def _slope_over(self, point: Floats, reach_m: float) -> bool:
+    def _slope_over(self, point: Floats, reach_m: float, over_m: float) -> bool:
         low, high = self._bounds
         near = self.triangles[((low <= point) & (high >= point)).all(axis=1)]
         near = near[_turns(near[:, :, :2] - point) != 0]
         heights = _height_at(near, point)
-        above = heights > OVER_FLOOR_M
+        above = heights > over_m
         if not above.any():
             return False
         near, heights = near[above], heights[above]

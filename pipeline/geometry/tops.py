@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -10,6 +11,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from pipeline.geometry.caps import OVER_FLOOR_M
 from pipeline.geometry.cutting import Cutter
 from pipeline.geometry.overlay import EMPTY, clipped, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import opened
@@ -41,15 +43,26 @@ def hanging_free(above: Sequence[BaseGeometry], standing: BaseGeometry) -> BaseG
     return opened(united(found), SLIVER_M) if found else EMPTY
 
 
-def ending_below(standing: BaseGeometry, above: Sequence[BaseGeometry]) -> list[Polygon]:
-    """The pieces of what stands that end, in sections ``above`` each other, where the walls beside them go on."""
-    found: list[Polygon] = []
+@dataclass(frozen=True, eq=False)
+class Ending:
+    """A piece of what stands that ends; ``stood_m`` is the height of the last section in which it is there."""
+
+    part: Polygon
+    stood_m: float
+
+
+def ending_below(standing: BaseGeometry, above: Sequence[BaseGeometry], heights: Sequence[float]) -> list[Ending]:
+    """The pieces of what stands that end, in sections ``above`` each other, where the walls beside them go on.
+
+    ``heights`` are those of what stands and of the sections above it.
+    """
+    found: list[Ending] = []
     present = standing
-    for here in above:
+    for here, below_m in zip(above, heights, strict=False):
         still = overlap(present, here)
         house_goes_on = still.area > 0.5 * present.area
         found += [
-            part
+            Ending(part, below_m)
             for part in polygons_of(opened(subtract(present, still), SLIVER_M))
             if _walls_go_on(part, subtract(_around(part, present), part), here, alone=house_goes_on)
         ]
@@ -83,14 +96,10 @@ def without_headroom(mesh: Mesh) -> BaseGeometry:
     return united(shapely.polygons(corners[low][:, :, :2])) if low.any() else EMPTY
 
 
-def under_slopes(low: Sequence[Polygon], cutter: Cutter) -> list[Polygon]:
-    """Those of the low pieces that end at a sloped roof."""
-    return [part for part in low if _meets_slope(part, cutter)]
-
-
-def _meets_slope(part: Polygon, cutter: Cutter) -> bool:
+def meets_slope(part: Polygon, cutter: Cutter, stood_m: float = OVER_FLOOR_M) -> bool:
+    """Whether a piece that stands up to a height ends over that at a sloped roof."""
     inside = np.array([p.coords[0] for p in _places(part)])
-    meets = cutter.caps.slopes_over(inside, KNEE_M)
+    meets = cutter.caps.slopes_over(inside, KNEE_M, stood_m)
     return bool(meets.sum() > len(meets) / 2)
 
 

@@ -84,10 +84,7 @@ class Hole:
 
 @dataclass(frozen=True, eq=False)
 class Building:
-    """What the levels are made from; ``windows`` are the holes in walls that windows fill, ``holes`` all others.
-
-    ``named_openings``: the file has holes in its walls as elements.
-    """
+    """What the levels are made from; ``named_openings``: the file has holes in its walls as elements."""
 
     schema: str
     storeys: tuple[Storey, ...]
@@ -97,7 +94,7 @@ class Building:
     slabs: tuple[Part, ...]
     spaces: tuple[Part, ...]
     holes: tuple[Hole, ...]
-    windows: tuple[Hole, ...]
+    windows: tuple[Hole, ...]  # in walls, filled by windows; ``holes`` are all others
     leaves: tuple[Part, ...]
     furniture: tuple[Part, ...]
     named_openings: bool
@@ -205,15 +202,15 @@ def _holes(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iterat
 
 
 def _windows(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iterator[Hole]:
-    for opening in elements.openings:
-        if opening.id() in meshes and _is_window(opening):
-            yield Hole(meshes[opening.id()], _host(opening, meshes), False, *_door_frame(filled_by(opening)[0], metres))
+    for each in elements.openings:
+        if each.id() in meshes and _is_window(each):
+            yield Hole(meshes[each.id()], _host(each, meshes), False, *_door_frame(filled_by(each)[0], metres))
 
 
 def _is_window(opening: Any) -> bool:
-    """Whether windows fill an opening, and no door."""
-    filled = filled_by(opening)
-    return any(each.is_a("IfcWindow") for each in filled) and not any(each.is_a("IfcDoor") for each in filled)
+    """Whether a window fills an opening, and no door."""
+    doors, windows = ([each for each in filled_by(opening) if each.is_a(kind)] for kind in ("IfcDoor", "IfcWindow"))
+    return bool(windows and not doors)
 
 
 def _host(opening: Any, meshes: dict[int, Mesh]) -> Mesh | None:

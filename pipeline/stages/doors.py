@@ -49,7 +49,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
             joins.add((min(bridge.sides), max(bridge.sides)))
         elif bridge.width >= config.narrowest_m:  # R1
             passages.append(Passage(bridge, "entrance" if outside else kind or "opening"))
-    given = {c.kind for c in layout.closers} & {"floor_edge", "wall_ends"}
+    given = {c.kind for c in layout.closers} & {"room_edge", "floor_edge", "wall_ends"}
     notes: dict[str, int | str] = {"boundary": min(given)} if given else {}
     return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)
 

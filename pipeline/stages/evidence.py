@@ -41,7 +41,7 @@ from pipeline.geometry.regions import opened
 from pipeline.geometry.scan_columns import is_scan
 from pipeline.geometry.sections import Sections
 from pipeline.geometry.slits import SLIT_M, long_slits
-from pipeline.geometry.tops import ending_below, hanging_free, under_slopes, without_headroom
+from pipeline.geometry.tops import ending_below, hanging_free, meets_slope, without_headroom
 from pipeline.geometry.walls import close_cracks
 from pipeline.stages.scan_evidence import gather_scan
 from pipeline.values import Evidence, Level
@@ -75,9 +75,8 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     over = united(above)
     full = _without_slits(full, over)  # R4
     beside = united([full, over])
-    lower = [part for part in ending_below(full, above) if _is_cupboard(part, beside)]
-    sloped = under_slopes(lower, cutter)
-    cupboards = united(part for part in lower if part not in sloped)  # R5
+    lower = [e for e in ending_below(full, above, [heights.head, *heights.above]) if _is_cupboard(e.part, beside)]
+    cupboards = united(each.part for each in lower if not meets_slope(each.part, cutter, each.stood_m))  # R5
     if not cupboards.is_empty:  # what is left along their edges would part the floor, thin as it is
         full = opened(subtract(full, cupboards), CREASE_M)
     hanging = hanging_free(above, united([full, cupboards]))  # R6
@@ -87,7 +86,8 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
         full = close_cracks(united([full, again.foot(heights.breast)]))
     windows = _in_walls(opened(overlap(hanging, foot), SLIVER_M), full)  # R2
     low = opened(subtract(foot, united([full, hanging, cupboards])), SLIVER_M)
-    walls = close_cracks(united([full, windows, *under_slopes(polygons_of(low), cutter)]))  # R3
+    sloped = [part for part in polygons_of(low) if meets_slope(part, cutter)]  # R3
+    walls = close_cracks(united([full, windows, *sloped]))
     lintels = opened(subtract(hanging, walls), SLIVER_M)
     glazed = glazed_recesses(lintels, walls)  # R2
     walls, lintels = united([walls, *glazed]), subtract(lintels, united(glazed))

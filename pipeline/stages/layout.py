@@ -15,6 +15,7 @@ R9  Where the house has floors, a space without one is no room, unless walls clo
     nor is one without a door that a railing bounds for the most part (a roof terrace), nor one too low to stand in (a
     void under a roof). A room that the source names is one. What a person says is no room
     (``overrides.toml``) is none.
+R11  A room that the source names, and that walls leave open (under a roof without knee walls), is closed at its edge.
 R10  What of a room lies over a void in the floor is no free space (``geometry.voids``).
 R8  What encloses less than ``area_m2`` after all this has no layout.
 """
@@ -29,7 +30,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import LayoutConfig
-from pipeline.geometry.boundary import closes_most, from_floor, from_wall_ends
+from pipeline.geometry.boundary import closes_most, from_floor, from_rooms, from_wall_ends
 from pipeline.geometry.closers import lapped, needed, parted, with_sides
 from pipeline.geometry.doorways import box_of
 from pipeline.geometry.gaps import gaps
@@ -263,6 +264,10 @@ def _railings(
 def _boundary(
     level: Level, planes: Planes, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig
 ) -> list[Closer]:
+    named = [room.polygon for room in level.rooms if room.polygon is not None]
+    edges = from_rooms(named, ground, rooms, config.area_m2)
+    if edges:  # R11
+        return [Closer(p, "room_edge") for p in edges]
     if level.floor is not None:  # R3
         bands = from_floor(level.floor, ground, rooms, config.area_m2)
         if bands:

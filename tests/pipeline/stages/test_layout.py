@@ -201,3 +201,21 @@ def test_over_a_void_in_the_floor_is_no_free_space(values: dict[str, object], ar
 def test_a_door_that_opens_on_a_void_is_none_between_rooms() -> None:
     house = {"floor": shapely.box(0, 0, 4, 3), "below": shapely.box(4.2, 0, 7.2, 3)}
     assert len(layout(two_rooms(Hole(1, 1.9)), **house).rooms) == 1
+
+
+def test_a_room_of_the_source_that_lies_open_is_closed_along_its_edge() -> None:
+    """Under a roof without knee walls stand the gables only, and a partition with a door."""
+    gables = [*wall((-0.2, 0, 0, 4)), *wall((8.0, 0, 8.2, 4)), *wall((4.0, 0, 4.2, 4), Hole(1.5, 2.4))]
+    attic = tuple(SourceRoom((name,), (), shapely.box(x, 0.5, x + 3.8, 3.5)) for name, x in (("A", 0.1), ("B", 4.2)))
+    found = layout(gables, rooms=attic)
+    assert areas(found) == [11.4, 11.4]
+    assert {c.kind for c in found.closers} == {"room_edge", "lintel"}
+    with pytest.raises(Rejection):
+        layout(gables[:2])
+
+
+def test_a_room_of_the_source_that_walls_enclose_keeps_their_edge() -> None:
+    drawn = (SourceRoom(("A",), (), shapely.box(0.5, 0.5, 4.5, 3.5)),)
+    found = layout(shell((0, 0, 5, 4)), rooms=drawn)
+    assert areas(found) == [20.0]
+    assert not found.closers
