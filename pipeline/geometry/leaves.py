@@ -3,7 +3,8 @@
 R1  What a door is made of is thin or hollow (a plate, a frame) or holds such a thing, begins at the floor, ends below
     the ceiling, and is no wider than a door.
 R2  Parts that touch and stand parallel belong to one door; together they are as large as one, and no deeper than a
-    thick wall. A leaf that stands ajar in its frame, or against another leaf, is one of its own.
+    thick wall. A leaf that stands ajar in its frame, or against another leaf, is one of its own, and so are two
+    parallel ones that only a third joins.
 R3  Three plates or more side by side in one row are glazing or panelling, and stay wall.
 """
 
@@ -56,8 +57,8 @@ def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
     parts |= casings
     keys = list(parts)
     found = []
-    touching = [[keys[k] for k in members] for members in _touching(list(parts.values()))]
-    for group in (parallel for members in touching for parallel in _parallel(members, parts)):  # R2
+    parallel = [each for members in _touching(keys, parts) for each in _parallel(members, parts)]
+    for group in (each for members in parallel for each in _touching(members, parts)):  # R2
         points = [bodies.mesh.vertices[np.unique(bodies.mesh.faces[bodies.faces(k)])] for k in group]
         box = box_around(np.concatenate(points))
         if WIDTH_M[0] <= box.width <= 2 * WIDTH_M[1] and box.thickness <= DEEPEST_M:
@@ -66,15 +67,16 @@ def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
     return [leaf for leaf in found if not _is_panelling(leaf, found)]
 
 
-def _touching(boxes: list[Box]) -> list[list[int]]:
-    """Indices of boxes in groups of those that touch."""
+def _touching(keys: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
+    """The parts in groups of those that touch."""
+    boxes = [parts[k] for k in keys]
     shapes = np.array([rectangle(box, depth=max(box.thickness, 1e-3)) for box in boxes], dtype=object)
     graph = nx.Graph()
-    graph.add_nodes_from(range(len(boxes)))
-    if len(boxes) > 1:
+    graph.add_nodes_from(range(len(keys)))
+    if len(keys) > 1:
         pairs = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=TOUCH_M).T
         graph.add_edges_from(pairs[pairs[:, 0] < pairs[:, 1]].tolist())
-    return [sorted(group) for group in nx.connected_components(graph)]
+    return [sorted(keys[k] for k in group) for group in nx.connected_components(graph)]
 
 
 def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
