@@ -1,4 +1,4 @@
-"""Meshes that are large: a city block, and a house whose walls are cut into millions of faces."""
+"""Meshes that are large: a city block, a storey of many rooms, a house whose walls are cut into millions of faces."""
 
 from __future__ import annotations
 
@@ -28,6 +28,29 @@ def city(path: Path, faces: int, *, hollow: bool = False, seed: int = 0) -> int:
     mesh = trimesh.util.concatenate(parts)
     mesh.export(path)
     return len(mesh.faces)
+
+
+def office(path: Path, corridors: int) -> int:
+    """Write a storey of 50 rooms a corridor, their doors under lintels; return how many faces it has."""
+    length, deep = 25 * 4.0, 12.0 * corridors
+    parts = [box((x, 0.0, x + 0.2, deep + 0.2), 0.0, 2.8) for x in (-2.2, length)]
+    parts += [box((-2.0, y, length, y + 0.2), 0.0, 2.8) for y in (0.0, deep)]
+    parts += [box((-0.2, 12.0 * k, length, 12.0 * k + 0.2), 0.0, 2.8) for k in range(1, corridors)]
+    for low in (12.0 * k for k in range(corridors)):
+        parts += _wall_of_doors(low + 5.0, length) + _wall_of_doors(low + 7.0, length)
+        sides = [(4.0 * k - 0.2, 4.0 * k) for k in range(25)]
+        parts += [box((x1, y, x2, y + 4.8), 0.0, 2.8) for x1, x2 in sides for y in (low + 0.2, low + 7.2)]
+    mesh = trimesh.util.concatenate(parts)
+    mesh.export(path)
+    return len(mesh.faces)
+
+
+def _wall_of_doors(y: float, length: float) -> list[trimesh.Trimesh]:
+    """A wall along x with a door of 0.9 m every four metres."""
+    starts = [-0.2, *np.arange(1.9, length, 4.0)]
+    ends = [*np.arange(1.0, length, 4.0), length]
+    parts = [box((x1, y, x2, y + 0.2), 0.0, 2.8) for x1, x2 in zip(starts, ends, strict=True)]
+    return parts + [box((x, y, x + 0.9, y + 0.2), 2.1, 2.8) for x in ends[:-1]]
 
 
 def house_of_many_faces(path: Path, faces: int) -> int:
