@@ -86,7 +86,7 @@ class _Whole:
 def _of_building(
     level: Level, spaces: Spaces, whole: _Whole, config: PipelineConfig, rng: np.random.Generator
 ) -> Iterator[Snapshot]:
-    spaces = connect(spaces, config.connectivity, config.cells.area_m2, rng)
+    spaces = connect(spaces, config.connectivity, config.cells.area_m2, rng, whole.evidence)
     yield Snapshot("connectivity", spaces, level.id)
     spaces = refine(spaces, config.refine)
     yield Snapshot("refine", spaces, level.id)

@@ -34,23 +34,23 @@ class Ground:
     weight: float
 
 
-BIAS: Final = 3.03
+BIAS: Final = 3.07
 GROUNDS: Final = (
-    Ground("cut_share", "doors that are cuts, not evidence", -2.14),
-    Ground("cut_off_share", "rooms that only cuts lead into", -0.80),
-    Ground("patch_share", "walls closed by a guess where they have holes", -2.73),
-    Ground("given_edge", "an open house, its edge taken from floor or walls", -1.40),
-    Ground("guesses", "levels, units, scale or axis guessed", -1.80),
-    Ground("floorless_room", "a room without a floor in a house with floors", -3.62),
-    Ground("roomless_floor_share", "floor between the rooms that is in none", -0.28),
-    Ground("roomless_wall_share", "walls that stand beside no room", -1.54),
-    Ground("idle_lintel_share", "lintels of doors that the plan does not have", -2.58),
-    Ground("twin_door_share", "doors beside another between the same rooms", -1.36),
-    Ground("odd_doors", "doors too narrow or too wide on the whole", -0.59),
-    Ground("odd_room_share", "rooms of odd shape or size", -0.75),
-    Ground("loose_end_share", "rooms in which a wall ends in the middle", -2.91),
-    Ground("left_out", "parts left out or filled", -1.13),
-    Ground("unlike_spaces", "unlike the rooms that the source names", -2.18),
+    Ground("cut_share", "doors that are cuts, not evidence", -2.17),
+    Ground("cut_off_share", "rooms that only cuts lead into", -1.06),
+    Ground("patch_share", "walls closed by a guess where they have holes", -2.98),
+    Ground("given_edge", "an open house, its edge taken from floor or walls", -1.41),
+    Ground("guesses", "levels, units, scale or axis guessed", -1.18),
+    Ground("floorless_room", "a room without a floor in a house with floors", -0.20),
+    Ground("roomless_floor_share", "floor between the rooms that is in none", -0.50),
+    Ground("roomless_wall_share", "walls that stand beside no room", -1.98),
+    Ground("idle_lintel_share", "lintels of doors that the plan does not have", -2.40),
+    Ground("twin_door_share", "doors beside another between the same rooms", -2.29),
+    Ground("odd_doors", "doors too narrow or too wide on the whole", -0.76),
+    Ground("odd_room_share", "rooms of odd shape or size", -0.65),
+    Ground("loose_end_share", "rooms in which a wall ends in the middle", -4.19),
+    Ground("left_out", "parts left out or filled", -1.06),
+    Ground("unlike_spaces", "unlike the rooms that the source names", -1.91),
 )
 
 

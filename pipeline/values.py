@@ -234,10 +234,14 @@ class Layout:
 
 @dataclass(frozen=True, eq=False)
 class Passage:
-    """A way through a wall; the ``sides`` of its bridge are indices into the rooms of the same value, or OUTSIDE."""
+    """A way through a wall; the ``sides`` of its bridge are indices into the rooms of the same value, or OUTSIDE.
+
+    ``why`` says of a cut what speaks for its place.
+    """
 
     bridge: Bridge
     kind: DoorKind
+    why: str = ""
 
     @property
     def leads_outside(self) -> bool:

@@ -24,17 +24,23 @@ ALIKE_M = 0.5
 BESIDE_M = 1.0
 THINNEST_M = 0.01
 FREE = 0.97
+SLIM = 0.7
 FLOOR_IN = 0.02
 WALL_IN = 0.9
 
 
 @dataclass(frozen=True, eq=False)
 class CutRules:
-    """What a cut may go through: ``deepest_m`` at most, and whether only wall or also the gap between two houses."""
+    """What a cut may go through: ``deepest_m`` at most, and whether only wall or also the gap between two houses.
+
+    It stands at most ``slide_m`` beside its line, and of all such places where the wall is thinnest, if that is less
+    than ``SLIM`` of what it mostly is: a leaf or a niche is a better place than bare wall.
+    """
 
     width_m: float
     deepest_m: float
     only_walls: bool
+    slide_m: float = FARTHEST_SLIDE_M
 
 
 def cuts_on_lines(
@@ -74,14 +80,17 @@ def _straight_cut(
         along, across = -along, -across
     reach = rules.deepest_m + FARTHEST_SLIDE_M + 1.0
     near = _around(start, floor, reach)
-    steps = np.arange(0.0, FARTHEST_SLIDE_M, SLIDE_M)
+    steps = np.arange(0.0, rules.slide_m, SLIDE_M)
     slides = np.array(sorted({*steps, *-steps}, key=lambda s: (abs(s), s)))
     feet = start + slides[:, None] * along
     depth = _depths(feet, across, near, rules.deepest_m)
     through = np.flatnonzero(depth > THINNEST_M)
     cuts = [Bridge(feet[k] + across * depth[k] / 2, along, rules.width_m, float(depth[k]), (0, 0)) for k in through]
     clean = _are_clean(cuts, near, _around(start, walls, reach), rules)
-    return cuts[int(np.argmax(clean))] if clean.any() else None
+    if not clean.any():
+        return None
+    slim = clean & (depth[through] < SLIM * np.median(depth[through]))
+    return cuts[int(np.argmax(slim if slim.any() else clean))]
 
 
 def _around(point: Vector, shape: BaseGeometry, reach_m: float) -> BaseGeometry:

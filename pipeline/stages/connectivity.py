@@ -9,13 +9,16 @@ R3  Where there is no path, a wall on the line between the two is cut: the thinn
 R4  A corner of a room that the disc fits in but cannot get to, smaller than a cell, is filled.
 R5  Where no pair gives a clean cut through a wall, parts are joined through what lies between them, if that is less
     than ``DEEPEST_M``.
-R6  A part that no cut joins is left out, the smallest first, and a note says so: what a robot cannot reach is no reason
+R6  A place with some evidence of a door (``geometry.cut_places``) is cut before any bare wall, where that joins two
+    parts; a cut says what speaks for its place.
+R7  A part that no cut joins is left out, the smallest first, and a note says so: what a robot cannot reach is no reason
     to reject a house.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -25,23 +28,37 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.cut_places import cut_places
 from pipeline.geometry.cuts import CutRules, cuts_on_lines
 from pipeline.geometry.overlay import clipped, overlap, polygons_of, subtract, united
 from pipeline.geometry.standing import SPECK_M2, floor_of, piece_of, sample, standing_pieces
 from pipeline.rejection import Reason, Rejection
-from pipeline.values import JoinedPair, Passage, Spaces
+from pipeline.values import Evidence, JoinedPair, Passage, Spaces
 
 MOST_PAIRS = 300
 DEEPEST_WALL_M = 1.5
 DEEPEST_M = 2.5
+BESIDE_M = 0.5
+"""So far beside the evidence for it a cut may stand."""
 AROUND = 4.0
 """So many radii of the disc beyond a cut the floor is looked at."""
+NO_EVIDENCE = "no evidence: the nearest wall"
+NO_WALL = "no evidence: the nearest way, through more than wall"
+_Cut: TypeAlias = tuple[npt.NDArray[np.float64], Bridge, str]
+"""The pair (2, 2) of points that a cut is made for, the cut, and what speaks for its place."""
 
 
-def connect(spaces: Spaces, config: ConnectivityConfig, least_m2: float, rng: np.random.Generator) -> Spaces:
+def connect(
+    spaces: Spaces,
+    config: ConnectivityConfig,
+    least_m2: float,
+    rng: np.random.Generator,
+    evidence: Evidence | None = None,
+) -> Spaces:
     """Join all pieces of the space in which the disc can stand; raises Rejection where it can stand nowhere.
 
-    ``least_m2`` is the threshold of the cells, below which a pocket is filled instead.
+    ``least_m2`` is the threshold of the cells, below which a pocket is filled instead; ``evidence`` tells where doors
+    may be.
     """
     pieces = standing_pieces(floor_of(spaces), config.robot_radius_m)
     if not pieces:
@@ -63,21 +80,22 @@ def connect(spaces: Spaces, config: ConnectivityConfig, least_m2: float, rng: np
             break
         if points is None:
             points = sample(pieces, config.samples, rng)  # R1
-        found = _next_cut(points, pieces, floor, spaces.walls, config)
-        if found is None:  # R6
+        found = _at_evidence(evidence, spaces, pieces, floor, config) if evidence else None
+        found = found or _next_cut(points, pieces, floor, spaces.walls, config)
+        if found is None:  # R7
             spaces = _without_part(spaces, pieces, config.robot_radius_m)
             points = None
             notes["left_out"] += 1
             continue
-        pair, cut = found
+        pair, cut, why = found
         joined = JoinedPair(pair, config.robot_radius_m, config.pixels_per_metre)
-        spaces = replace(_with_cut(spaces, cut), joined=(*spaces.joined, joined))
+        spaces = replace(_with_cut(spaces, cut, why), joined=(*spaces.joined, joined))
         notes["cuts"] += 1
     return replace(spaces, notes={**spaces.notes, **{name: count for name, count in notes.items() if count}})
 
 
 def _without_part(spaces: Spaces, pieces: list[Polygon], radius_m: float) -> Spaces:
-    """R6: leave the last piece out, with the rooms that only it reaches."""
+    """R7: leave the last piece out, with the rooms that only it reaches."""
     part = shapely.buffer(pieces[-1], radius_m + 0.01)
     others = shapely.buffer(united(pieces[:-1]), radius_m + 0.01)
     kept, rooms = [], list(spaces.rooms)
@@ -109,21 +127,33 @@ def _without_pockets(spaces: Spaces, pieces: list[Polygon], radius_m: float, lea
     return replace(spaces, rooms=tuple(rooms), notes={**spaces.notes, "filled_pockets": filled}) if filled else spaces
 
 
+def _at_evidence(
+    evidence: Evidence, spaces: Spaces, pieces: list[Polygon], floor: BaseGeometry, config: ConnectivityConfig
+) -> _Cut | None:
+    """R6."""
+    rules = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True, slide_m=BESIDE_M)
+    for place in cut_places(evidence, spaces.passages):
+        for line, cut in cuts_on_lines(place.line[None], pieces, floor, spaces.walls, rules):
+            if _joins_pieces(cut, pieces, floor, config.robot_radius_m):
+                return line, cut, place.why
+    return None
+
+
 def _next_cut(
     points: npt.NDArray[np.float64],
     pieces: list[Polygon],
     floor: BaseGeometry,
     walls: BaseGeometry,
     config: ConnectivityConfig,
-) -> tuple[npt.NDArray[np.float64], Bridge] | None:
-    """The cut to make now, and the pair (2, 2) of points that it is made for; None where there is no clean one."""
+) -> _Cut | None:
+    """The cut to make now; None where there is no clean one."""
     lines = _pairs_apart(points, piece_of(points, pieces))
     walls_only = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True)
     anything = CutRules(config.cut_width_m, DEEPEST_M, only_walls=False)
     for rules in (walls_only, anything):  # R3, R5
         for pair, cut in cuts_on_lines(lines, pieces, floor, walls, rules):
             if _joins_pieces(cut, pieces, floor, config.robot_radius_m):
-                return pair, cut
+                return pair, cut, NO_EVIDENCE if rules.only_walls else NO_WALL
     return None
 
 
@@ -146,11 +176,11 @@ def _joins_pieces(cut: Bridge, pieces: list[Polygon], floor: BaseGeometry, radiu
     return any((shapely.area(shapely.intersection(part, pieces)) > SPECK_M2).sum() > 1 for part in parts)
 
 
-def _with_cut(spaces: Spaces, cut: Bridge) -> Spaces:
+def _with_cut(spaces: Spaces, cut: Bridge, why: str = "") -> Spaces:
     ends = [cut.centre + side * cut.across * (cut.depth / 2 + 0.02) for side in (-1.0, 1.0)]
     rooms = shapely.STRtree(spaces.rooms).nearest(shapely.points(ends))
     sides = (int(rooms[0]), int(rooms[1]))
     if sides[0] == sides[1]:  # a pinch inside one room is widened: no door
         wider = polygons_of(united([spaces.rooms[sides[0]], cut.strip(deeper_m=0.01)]))[0]
         return replace(spaces, rooms=(*spaces.rooms[: sides[0]], wider, *spaces.rooms[sides[0] + 1 :]))
-    return replace(spaces, passages=(*spaces.passages, Passage(replace(cut, sides=sides), "cut")))
+    return replace(spaces, passages=(*spaces.passages, Passage(replace(cut, sides=sides), "cut", why)))

@@ -57,8 +57,14 @@ def vectorise(
         doors=tuple(doors),
         objects=tuple(_objects(obstacles, tiles.rooms, shift)),
         frame=_frame(level.frame, shift),
-        provenance=provenance,
+        provenance={**provenance, **_cuts(tiles.passages)},
     )
+
+
+def _cuts(passages: list[Passage]) -> dict[str, list[dict[str, int | str]]]:
+    """Of each cut, by its door's id, what speaks for its place."""
+    cuts: list[dict[str, int | str]] = [{"door": k, "why": p.why} for k, p in enumerate(passages) if p.kind == "cut"]
+    return {"cuts": cuts} if cuts else {}
 
 
 @dataclass(frozen=True, eq=False)

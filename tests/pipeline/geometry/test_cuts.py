@@ -82,3 +82,11 @@ def test_an_oblique_wall() -> None:
     (cut,) = cuts([(2.5, 1.5), (5.7, 1.5)], floor, walls)
     assert cut.depth == pytest.approx(0.2, abs=1e-6)
     assert cut.centre == pytest.approx([4.1, 1.5], abs=0.07)  # the line meets the near face aside of the middle
+
+
+@pytest.mark.parametrize(("depth", "in_niche"), [(0.12, True), (0.04, False)])
+def test_a_cut_prefers_a_place_where_the_wall_is_much_thinner(depth: float, in_niche: bool) -> None:
+    niche = shapely.box(4.2 - depth, 1.5, 4.2, 2.4)  # a leaf that is one body with the wall leaves one
+    (cut,) = cuts([(2, 0.8), (6, 0.8)], FLOOR.union(niche), WALLS.difference(niche))
+    assert (cut.depth < 0.1) == in_niche
+    assert cut.centre[1] == pytest.approx(1.95 if in_niche else 0.8, abs=0.06)

@@ -13,15 +13,23 @@ from pipeline.geometry.overlay import united
 from pipeline.geometry.paths import plan_path
 from pipeline.geometry.standing import floor_of, standing_pieces
 from pipeline.rejection import Reason, Rejection
-from pipeline.stages.connectivity import connect
-from pipeline.values import Spaces
+from pipeline.stages.connectivity import NO_EVIDENCE, connect
+from pipeline.values import Doorway, Evidence, Spaces
 from tests.builders.houses import Hole, kinds, level, shell, snapshots, three_rooms, two_rooms, wall
 
 CONFIG = ConnectivityConfig()
 
 
-def connected(spaces: Spaces, config: ConnectivityConfig = CONFIG, seed: int = 0) -> Spaces:
-    return connect(spaces, config, 2.0, np.random.default_rng(seed))
+def connected(
+    spaces: Spaces, config: ConnectivityConfig = CONFIG, seed: int = 0, evidence: Evidence | None = None
+) -> Spaces:
+    return connect(spaces, config, 2.0, np.random.default_rng(seed), evidence)
+
+
+def seen(**places) -> Evidence:
+    """Evidence of nothing but these."""
+    nothing = shapely.Polygon()
+    return replace(Evidence(nothing, nothing, nothing, nothing, nothing), **places)
 
 
 def before(parts: list) -> Spaces:
@@ -48,6 +56,46 @@ def test_a_cut_is_a_door_through_the_wall(seed: int) -> None:
     assert cut.bridge.centre[0] == pytest.approx(4.1, abs=1e-3)
     assert 0.4 <= cut.bridge.centre[1] <= 2.6
     assert found.notes["cuts"] == 1
+
+
+AT_THE_WALL = shapely.box(4.08, 1.7, 4.12, 2.5)
+AJAR = shapely.box(4.2, 1.7, 5.0, 1.74)
+
+
+@pytest.mark.parametrize(
+    ("evidence", "why"),
+    [
+        (seen(leaves=(AT_THE_WALL,)), "the leaf of a door"),
+        (seen(leaves=(AJAR,)), "the leaf of a door"),
+        (seen(lintels=AT_THE_WALL), "a lintel"),
+        (seen(doorways=(Doorway(AT_THE_WALL, "named"),)), "a doorway that nothing else leads through"),
+        (seen(leaves=(AT_THE_WALL,), lintels=shapely.box(4, 0.3, 4.2, 1.2)), "the leaf of a door"),
+    ],
+    ids=["leaf", "leaf ajar", "lintel", "doorway", "a leaf before a lintel"],
+)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_cut_prefers_a_place_with_evidence_and_says_so(evidence: Evidence, why: str, seed: int) -> None:
+    (cut,) = connected(before(two_rooms()), seed=seed, evidence=evidence).passages
+    assert cut.why == why
+    assert cut.bridge.centre[0] == pytest.approx(4.1, abs=1e-3)
+    assert cut.bridge.centre[1] == pytest.approx(2.1, abs=0.6)
+
+
+@pytest.mark.parametrize(
+    "evidence",
+    [
+        None,
+        seen(leaves=(shapely.box(1.0, -0.12, 1.8, -0.08),)),  # in the outer wall
+        seen(leaves=(shapely.box(1.0, 1.0, 1.8, 1.04),)),  # in the middle of a room
+        seen(leaves=(shapely.box(4.08, 1.7, 4.12, 2.0),)),  # too small for a door
+    ],
+    ids=["none", "outer wall", "loose", "small"],
+)
+def test_evidence_elsewhere_moves_no_cut(evidence: Evidence | None) -> None:
+    (bare,) = connected(before(two_rooms())).passages
+    (cut,) = connected(before(two_rooms()), evidence=evidence).passages
+    assert cut.why == NO_EVIDENCE
+    np.testing.assert_allclose(cut.bridge.segment, bare.bridge.segment)
 
 
 def test_the_pair_of_a_cut_has_a_path_that_goes_through_it() -> None:

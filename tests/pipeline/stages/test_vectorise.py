@@ -1,5 +1,7 @@
 """Stage vectorise: rings of FORMAT.md."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -46,6 +48,12 @@ def check_rings(plan: FloorPlan) -> None:
     parts = [room.shape for room in plan.rooms] + [d.shape for d in plan.doors if d.kind != "entrance"]
     assert shapely.union_all(parts).symmetric_difference(plan.free_space).area < 0.05
     assert sum(p.area for p in parts) == pytest.approx(plan.free_space.area, abs=0.05)
+
+
+def test_a_cut_says_in_the_provenance_what_speaks_for_its_place() -> None:
+    plan = plan_from([LEFT, RIGHT], passage(), replace(passage(kind="cut"), why="a lintel"))
+    assert plan.provenance == {"source": "test", "cuts": [{"door": 1, "why": "a lintel"}]}
+    assert plan_from([LEFT, RIGHT], passage()).provenance == {"source": "test"}
 
 
 def test_two_rooms_and_a_door() -> None:
