@@ -105,7 +105,7 @@ def kind_of_json(data: bytes) -> str | None:
 
 
 def _is_json(path: Path) -> bool:
-    """Whether a file holds JSON at all; one that does not may be a damaged house, of which some reader has to say so."""
+    """Whether a file holds JSON at all; one that does not may be a damaged house, and some reader has to say so."""
     try:
         msgspec.json.decode(first_document(path))
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
