@@ -84,8 +84,8 @@ class State:
     best_way_m = renamed("best_way_m", "shortest_path_m")
 
     def __getstate__(self) -> dict[str, object]:
-        """Pickle and copy without ``pool`` and ``place``, which are views: the copy makes its own."""
-        return {name: value for name, value in self.__dict__.items() if name not in {"pool", "place"}}
+        """Pickle and copy without ``pool``, which is views: the copy makes its own."""
+        return {name: value for name, value in self.__dict__.items() if name != "pool"}
 
     def copy(self) -> State:
         """Return a state that shares nothing with this one."""

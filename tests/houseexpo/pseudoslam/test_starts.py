@@ -29,7 +29,7 @@ SMALL = SimulatorConfig(
 
 @pytest.fixture(scope="module")
 def env_spec() -> EnvSpec:
-    return make_env_spec(Exploration(success_coverage=None), HUTS, SMALL, "discrete", "map")
+    return make_env_spec(Exploration(success_coverage=None), HUTS, SMALL, "discrete", "map", pooled=True)
 
 
 def starts_of(env_spec: EnvSpec, *, ahead: bool) -> EpisodePrefetcher:
