@@ -10,7 +10,8 @@ R2  Walls without a floor are a house of one level that begins at the foot of th
     A lowest floor that lies over the foot of the walls and is a small part of the house is the tops of furniture.
 R3  Walls may be looked at up to the underside of what closes the level: the next floor's slab, a roof slab, else the
     top of the walls. A hung ceiling does not close it: nearly all walls run on through it, as through no slab. What
-    hardly any wall runs on through closes it, whatever stands on it: a slab under the foot of a roof.
+    hardly any wall runs on through closes it, whatever stands on it: a slab under the foot of a roof, but not the
+    ceilings of some rooms, lower than those of others.
 R4  What the source calls floor is the floor's area where it is most of it; what it calls ceiling or roof is no floor.
 """
 
@@ -36,7 +37,7 @@ MARGIN_M = 0.05  # the last height stays this far under what closes the level
 SLAB_M = 0.65  # the thickest slab between two storeys
 ATTIC_M = 1.0  # walls that go on so far over a slab are an attic's; over less, it may be a hung ceiling
 THROUGH = 0.9  # of the wall length that reaches a layer; where more runs on through it, it hangs between the walls
-ENDED = 0.2  # where no more runs on through it, the walls end there
+ENDED = 0.05  # where no more runs on through it, the walls end there
 SHORTEST_WALLS_M = 2.0
 FURNITURE_M = 0.25
 HOVER_M = 0.15
