@@ -3,9 +3,10 @@ import pytest
 import trimesh
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources import mesh_file
+from pipeline.sources import find, mesh_file, reader
 from pipeline.sources.interior import check_interior, look_at
 from pipeline.values import Mesh
+from tests.builders.large import city
 from tests.builders.meshes import as_trimesh, joined, one_level, sheet, slab, storey, walls_alone, y_up
 
 CORNERS = [(0.0, 0.0), (12.0, 0.0), (12.0, 9.0), (0.0, 9.0)]
@@ -43,6 +44,14 @@ def test_many_hollow_blocks_are_a_city_too_but_not_two_or_three_or_open_ones():
     assert "6 separate closed blocks" in fault(*(hollow(20.0 * i) for i in range(6)))
     assert not fault(*(hollow(20.0 * i) for i in range(3)))
     assert not fault(*(hollow(20.0 * i, 5.0) for i in range(6)))
+
+
+def test_a_block_of_houses_with_windows_is_no_interior(tmp_path):
+    city(tmp_path / "city.ply", 5_000)
+    (item,) = find(str(tmp_path / "city.ply"))
+    with pytest.raises(Rejection) as caught:
+        list(reader(item.reader).read(item))
+    assert caught.value.reason == Reason.NO_INTERIOR
 
 
 def test_a_hill_is_neither():
