@@ -21,7 +21,7 @@ from pipeline.sources.surfaces import VERTICAL, Surfaces
 
 UNDER_M = 1.0
 OVER_M = 0.3
-HALF_WIDTH_M = 0.25  # what is narrower is a crack between floor and wall
+HALF_WIDTH_M = 0.1  # what is narrower is a crack between floor and wall
 
 
 def open_below(
