@@ -1,6 +1,6 @@
-"""Point clouds of made homes, measured as Structured3D's evaluators do, beside what two networks reach there.
+"""Point clouds of made homes, measured as Structured3D's evaluators do, beside what a network reaches there.
 
-The data differ: Structured3D's clouds are of other, mostly furnished flats, and the networks were trained on 3,000 of
+The data differ: Structured3D's clouds are of other, mostly furnished flats, and the network was trained on 3,000 of
 them. The figures say what the measure means, not which method is better.
 """
 
@@ -24,7 +24,6 @@ KINDS = ("cloud0", "cloud5", "cloud20")
 MEASURES = ("room", "corner", "angle")
 PUBLISHED = {
     "RoomFormer (2023), Structured3D": (97.9, 96.7, 89.1, 85.3, 83.0, 79.5),
-    "PolyRoom (2024), Structured3D": (98.9, 97.7, 94.6, 86.1, 89.3, 81.4),
 }
 """Precision and recall in percent, as their papers say, of rooms, corners and angles."""
 WORKERS, LIMITS = 2, Limits(seconds=120.0, memory=8 << 30)
