@@ -10,7 +10,7 @@ R2  Below and above a window stands wall too: what stands at sill height and goe
 R3  Under a sloped roof a wall may end at the roof before head height.
 R4  Two sheets are one wall (``geometry.slits``), and so are two walls with an edge of the same wall over them: the
     slit between them is filled.
-R5  What is thick and ends below the walls beside it is furniture (a cupboard); so is all that ends below head height,
+R5  What is mostly thick and ends below the walls beside it is furniture (a cupboard); so is all that ends below head height,
     but for what is thin: that may be a railing or a parapet.
 R6  A lintel hangs over free floor from head height up to where the walls beside it end; what ends below is none.
 R7  A leaf, found by its shape or named by the source, is no wall; where it stands closed there is a doorway
@@ -162,12 +162,12 @@ def _in_walls(windows: BaseGeometry, full: BaseGeometry) -> BaseGeometry:
 
 
 def _is_cupboard(part: Polygon, walls: BaseGeometry) -> bool:
-    """R5: thick, once it is filled (cupboards are often boards around nothing), and no stretch of a wall.
+    """R5: mostly thick, once it is filled (cupboards are often boards around nothing), and no stretch of a wall.
 
     A stretch of a wall, lower than the rest of it, stands between ends of the rest or of lintels over its doors.
     """
     whole = Polygon(part.exterior)
-    if whole.area > LARGEST_CUPBOARD_M2 or opened(whole, CUPBOARD_M).is_empty:
+    if whole.area > LARGEST_CUPBOARD_M2 or opened(whole, CUPBOARD_M).area < whole.area / 2:
         return False
     x1, y1, x2, y2 = part.bounds
     near = clipped(walls, x1 - 1.0, y1 - 1.0, x2 + 1.0, y2 + 1.0)

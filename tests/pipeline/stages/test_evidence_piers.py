@@ -29,3 +29,11 @@ def test_a_cupboard_beside_a_door_is_furniture() -> None:
     house = shell((0, 0, 6, 4), T, front=[Hole(1.8, 2.7)])
     found = evidence([*house, *wall((2.9, 0.0, 3.9, 0.5), top=2.1)])
     assert found.furniture.area == pytest.approx(0.5, abs=0.03)
+
+
+def test_a_partition_lower_than_the_walls_is_wall_though_it_ends_in_a_pillar() -> None:
+    """Thin all along, it stands free of the front; a pillar at its end is thicker than a cupboard's least."""
+    stub = [*wall((3.0, 1.5, 3.12, 4.0), top=2.2), *wall((2.85, 1.2, 3.27, 1.5), top=2.2)]
+    found = evidence([*shell((0, 0, 6, 4), T), *stub])
+    assert found.furniture.is_empty
+    assert found.walls.covers(shapely.box(3.01, 1.3, 3.11, 3.9))
