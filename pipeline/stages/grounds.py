@@ -4,8 +4,8 @@ R1  ``cut_share``: inner doors that are cuts, of all inner doors. ``cut_off_shar
 R2  ``patch_share``: closers that nobody passes, of all: guesses that mend walls with holes. ``given_edge``: 1 where
     the house is open, so that its edge was taken from its floor or from the ends of its walls.
 R3  ``guesses``: things that the reader had to guess (levels, units, scale, axis), of ``MOST_GUESSES``.
-R4  ``floorless_room``: the largest share of a room without the source's floor under it; 0 where the source has no
-    floor, or no more than scraps of one.
+R4  ``floorless_room``: the largest share of a room without the source's floor under it, and which no room of the
+    source's covers; 0 where the source has no floor, or no more than scraps of one.
 R5  ``roomless_floor_share``: floor between the rooms that is neither room nor wall. ``roomless_wall_share``: walls
     that stand beside no room, of all. Either speaks of rooms that were lost.
 R6  ``idle_lintel_share``: lintels as wide as doors that the plan has no use for, of all such.
@@ -55,7 +55,7 @@ def weigh(level: Level, evidence: Evidence, layout: Layout, spaces: Spaces) -> d
         "patch_share": _share(sum(c.bridge is None for c in layout.closers), len(layout.closers)),
         "given_edge": float("boundary" in spaces.notes),
         "guesses": _share(len(level.guesses), MOST_GUESSES),
-        **_floors(level.floor, rooms, layout.ground, spaces.rooms),
+        **_floors(_floored(level), rooms, layout.ground, spaces.rooms),
         "roomless_wall_share": _roomless(evidence.walls, [rooms, *layout.rooms]),
         "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
         "twin_door_share": _share(len(inner) - len({frozenset(p.bridge.sides) for p in inner}), len(inner)),
@@ -77,6 +77,13 @@ def _cut_off(spaces: Spaces) -> float:
     by_evidence |= {room for pair in spaces.joins for room in pair}
     by_cut = {side for p in spaces.passages if p.kind == "cut" for side in p.bridge.sides} - by_evidence - {OUTSIDE}
     return _share(len(by_cut), len(spaces.rooms))
+
+
+def _floored(level: Level) -> BaseGeometry | None:
+    """R4: the source's floor and its rooms, which may reach over a stair's void; None where it has no floor."""
+    if level.floor is None:
+        return None
+    return united([level.floor, *(room.polygon for room in level.rooms if room.polygon is not None)])
 
 
 def _floors(
