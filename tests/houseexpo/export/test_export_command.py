@@ -64,7 +64,7 @@ def test_all_some_and_one_plan(folder, tmp_path):
     assert names(tmp_path / "b") == ["cabin.pol", "studio.pol", "villa.pol"]
     code, said = run(folder / "villa.json", "--to", "gltf", "--door-height", "2", "--out", tmp_path / "one")
     assert (code, names(tmp_path / "one")) == (0, ["villa.glb"])
-    assert said.startswith("1 plans, 1 files")
+    assert said.startswith("1 plan, 1 file ")
 
 
 @pytest.mark.parametrize(
