@@ -70,11 +70,11 @@ class Listing:
         """Count, by suffix, the files of the folders that are no house by themselves; a SUNCG root is left out."""
         counts: Counter[str] = Counter()
         for source in self.config.build.sources:
-            if is_path(source) and Path(source).is_dir():
-                items = self._inputs(source)
-                if not any(item.path == source for item in items):
-                    houses = {Path(item.path) for item in items}
-                    files = (file for file in Path(source).rglob("*") if file.is_file() and file not in houses)
+            place = Path(self._place(source))
+            if is_path(source) and place.is_dir():
+                houses = {Path(item.path) for item in self._inputs(source)}
+                if place not in houses:
+                    files = (file for file in place.rglob("*") if file.is_file() and file not in houses)
                     counts.update(printable(file.suffix.lower()) or "no suffix" for file in files)
         return counts
 

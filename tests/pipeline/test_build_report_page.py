@@ -100,10 +100,15 @@ def test_the_time_of_each_stage_and_the_longest_inputs_are_told(tmp_path: Path) 
     assert 0 < sum(stage_seconds(data_set).values()) <= seconds
 
 
-def test_what_was_ignored_and_why_there_are_more_outcomes_than_inputs_is_said(street: Path, tmp_path: Path) -> None:
+def test_what_was_ignored_and_why_there_are_more_outcomes_than_inputs_is_said(
+    street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (street / "notes.txt").write_text("mine")
     (street / "wall.PNG").touch()
     assert notes_lines(run_build([street], tmp_path / "out")) == ["ignored, no houses by themselves: 1 .png, 1 .txt"]
+    monkeypatch.chdir(tmp_path)  # a source as people type it
+    told = notes_lines(run_build([Path("street")], tmp_path / "relative"))
+    assert told == ["ignored, no houses by themselves: 1 .png, 1 .txt"]
     said = notes_lines(run_build([street], tmp_path / "twice", plan=_twice))
     assert said[1] == "6 inputs gave 10 outcomes: 4 with several levels or buildings"
 
