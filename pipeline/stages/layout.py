@@ -1,7 +1,7 @@
 """Is there a layout at all, and what closes it (Algorithm 1 assumes a closed ground plane).
 
-R1  Lintels and sills close doors; gaps of full height up to ``gap_m`` are closed where that parts two spaces, and no
-    door or lintel runs along them.
+R1  Lintels and sills close doors; gaps of full height up to ``gap_m`` are closed where that parts two spaces, no door
+    or lintel runs along them, and they do not lie within one room of the source (the bend of an L-shaped hall).
 R2  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
 R3  An open or half-open house gets its boundary from the floor slab where the source has one, ...
 R4  ... else from the ends of its walls. Either is marked in the plan.
@@ -47,6 +47,7 @@ FLOORED = 0.25
 CLOSED = 0.8
 FENCED = 0.5
 COVERED = 0.7
+IN_ROOM = 0.9
 SHAFT_M = 0.7
 SLOT_M = 0.45
 STROKE_M = 1.0
@@ -56,7 +57,7 @@ BESIDE_M = 0.25
 
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
     """Close the walls of the door plane; raises Rejection where nothing worth a plan is enclosed."""
-    pieces = _pieces(planes, config)
+    pieces = _pieces(level, planes, config)
     fixed: list[Closer] = []
     ground, rooms = enclosed(_plane(planes.door, pieces))
     if config.characters:
@@ -81,7 +82,7 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
     return Layout(planes.door, ground, tuple(closers), tuple(rooms))
 
 
-def _pieces(planes: Planes, config: LayoutConfig) -> list[Closer]:
+def _pieces(level: Level, planes: Planes, config: LayoutConfig) -> list[Closer]:
     """All that may close the door plane, before it is known what it parts (R1)."""
     low = subtract(planes.low, planes.high)
     pieces = [Closer(lapped(p), "lintel") for p in polygons_of(planes.high)]
@@ -89,7 +90,8 @@ def _pieces(planes: Planes, config: LayoutConfig) -> list[Closer]:
     pieces += [Closer(lapped(d.polygon), "door" if d.has_door else "opening") for d in planes.doorways]
     filled = [planes.door, *(p.polygon for p in pieces)]
     found = gaps(planes.tall, filled, config.gap_m, planes.leaves)
-    return pieces + [Closer(gap, "gap") for gap in found if not _runs_along(gap, pieces)]
+    real = [gap for gap in found if not _runs_along(gap, pieces) and not _lies_in_room(gap, level)]
+    return pieces + [Closer(gap, "gap") for gap in real]
 
 
 def _runs_along(gap: Polygon, pieces: list[Closer]) -> bool:
@@ -97,6 +99,11 @@ def _runs_along(gap: Polygon, pieces: list[Closer]) -> bool:
     return box_of(gap).width > PASSABLE_M and any(
         overlap(gap, mitred(piece.polygon, BESIDE_M)).area > COVERED * gap.area for piece in pieces
     )
+
+
+def _lies_in_room(gap: Polygon, level: Level) -> bool:
+    """R1: whether one room of the source goes on through a gap."""
+    return any(overlap(gap, room.polygon).area > IN_ROOM * gap.area for room in level.rooms if room.polygon is not None)
 
 
 def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:

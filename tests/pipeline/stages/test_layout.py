@@ -48,6 +48,15 @@ def test_a_gap_of_full_height_parts_up_to_a_width(width: float, rooms: int) -> N
     assert [c.kind for c in found.closers] == ["gap"] * (rooms - 1)
 
 
+@pytest.mark.parametrize(("drawn", "rooms"), [([(0, 0, 7.2, 3)], 1), ([(0, 0, 4.1, 3), (4.1, 0, 7.2, 3)], 2)])
+def test_a_gap_within_one_room_of_the_source_parts_nothing(
+    drawn: list[tuple[float, float, float, float]], rooms: int
+) -> None:
+    named = tuple(SourceRoom(("Hall",), (), shapely.box(*box)) for box in drawn)
+    found = layout(two_rooms(gap(0.7, 1.6)), rooms=named)
+    assert len(found.rooms) == rooms
+
+
 def test_a_gap_that_parts_off_a_niche_is_none() -> None:
     found = layout(
         [
