@@ -58,6 +58,8 @@ def from_rooms(named: list[Polygon], ground: BaseGeometry, rooms: list[Polygon],
 
     ``ground`` is the closed plane so far and ``rooms`` what it encloses.
     """
+    if not named:
+        return []
     known = united(rooms)
     lying_open = [room for room in named if room.area >= least_m2 and overlap(room, known).area < HELD * room.area]
     if not lying_open:

@@ -8,8 +8,10 @@ door plane.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +20,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.outlines import outlines
-from pipeline.geometry.overlay import clipped, overlap
+from pipeline.geometry.overlay import areas, clipped, overlaps
 from pipeline.geometry.regions import WALL, locate
 
 STEP_M = 0.08
@@ -32,7 +34,11 @@ NEAR_M = 1.0
 PARALLEL = np.cos(np.deg2rad(20.0))
 DEEPER = 2.0
 """What is so many times deeper than a wider strip beside it hangs before the wall: a step, a cabinet."""
+FILLED = 0.9
+"""At least this share of a strip is the piece or stands in the door plane."""
+SHORT_M = 0.05
 Vector = npt.NDArray[np.float64]
+Shapes = npt.NDArray[np.object_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,11 +65,16 @@ class Bridge:
         half = self.along * self.width / 2
         return np.stack([self.centre - half, self.centre + half])
 
-    def strip(self, *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Polygon:
-        """The rectangle of the strip, so many metres deeper and wider on each side."""
+    def corners(self, *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Vector:
+        """(4, 2) the rectangle of the strip, so many metres deeper and wider on each side."""
         half = self.across * (self.depth / 2 + deeper_m)
-        a, b = self.segment + np.array([[-1.0], [1.0]]) * self.along * wider_m
-        return shapely.polygons(np.array([a - half, b - half, b + half, a + half]))
+        long = self.along * (self.width / 2 + wider_m)
+        a, b = self.centre - long, self.centre + long
+        return np.array([a - half, b - half, b + half, a + half])
+
+    def strip(self, *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Polygon:
+        """``corners`` as an area."""
+        return shapely.polygons(self.corners(deeper_m=deeper_m, wider_m=wider_m))
 
     def has_jamb(self, door_plane: BaseGeometry) -> bool:
         """Whether a wall goes on in line at one end or more; a beam ends at walls that cross its line."""
@@ -95,36 +106,60 @@ class _Stretch:
     faces: int
 
 
-def bridges(piece: Polygon, rooms: list[Polygon], walls: BaseGeometry, door_plane: BaseGeometry) -> list[Bridge]:
-    """All strips through ``piece`` that join two different spaces.
+def bridges(
+    pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeometry, door_plane: BaseGeometry
+) -> list[list[Bridge]]:
+    """For each of the pieces all strips through it that join two different spaces.
 
     Parameters
     ----------
-    piece
+    pieces
         Wall that does not stand in the door plane.
     rooms
         The closed spaces; a bridge's ``sides`` are indices into them, or OUTSIDE.
     walls
-        All walls of the closed plane, ``piece`` included.
+        All walls of the closed plane, the pieces included.
     door_plane
         What stands in the door plane; a strip is cut off where it does.
     """
-    stretches = [s for s in _stretches(piece, rooms, walls) if s.faces != WALL]
-    found: list[Bridge] = []
-    x1, y1, x2, y2 = piece.bounds
-    near = clipped(door_plane, x1 - NEAR_M, y1 - NEAR_M, x2 + NEAR_M, y2 + NEAR_M)
-    for k, first in enumerate(stretches):
-        for second in stretches[k + 1 :]:
-            if first.faces != second.faces:
-                found += _across(first, second, piece, near)
-    return joined(found, near)
+    facing = [
+        (k, whole)
+        for k, stretches in enumerate(_stretches(pieces, rooms, walls))
+        for first, second in combinations(stretches, 2)
+        if (whole := _across(first, second)) is not None
+    ]
+    if not facing:
+        return [[] for _ in pieces]
+    of_piece = np.array([k for k, _ in facing])
+    near = _around(pieces, door_plane)
+    strips = shapely.polygons(np.array([whole.corners() for _, whole in facing]))
+    filled = shapely.area(overlaps(strips, np.array(pieces, dtype=np.object_)[of_piece]))
+    standing = overlaps(strips, near[of_piece])
+    real = filled + shapely.area(standing) >= FILLED * shapely.area(strips)
+    found: list[list[Bridge]] = [[] for _ in pieces]
+    for j in np.flatnonzero(real).tolist():
+        k, whole = facing[j]
+        found[k] += [whole.narrowed(s, e) for s, e in free_intervals(whole, areas(standing[j]))]
+    return [joined(each, plane) for each, plane in zip(found, near, strict=True)]
 
 
-def _stretches(piece: Polygon, rooms: list[Polygon], walls: BaseGeometry) -> list[_Stretch]:
-    """Walk the outline in steps, look outwards from each, and join neighbours that see the same space."""
-    rings = [np.concatenate([ring, ring[:1]]) for ring in outlines(piece, DETAIL_M)]
-    start = np.concatenate([points[:-1] for points in rings])
-    edge = np.concatenate([np.diff(points, axis=0) for points in rings])
+def _around(pieces: Sequence[Polygon], door_plane: BaseGeometry) -> Shapes:
+    """For each piece what stands near it."""
+    found = np.empty(len(pieces), np.object_)
+    for k, (x1, y1, x2, y2) in enumerate(shapely.bounds(pieces)):
+        found[k] = clipped(door_plane, x1 - NEAR_M, y1 - NEAR_M, x2 + NEAR_M, y2 + NEAR_M)
+    return found
+
+
+def _stretches(pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeometry) -> list[list[_Stretch]]:
+    """Walk the outlines in steps, look outwards from each, and join neighbours that see the same space, if not wall."""
+    found: list[list[_Stretch]] = [[] for _ in pieces]
+    rings = [(k, np.concatenate([r, r[:1]])) for k, piece in enumerate(pieces) for r in outlines(piece, DETAIL_M)]
+    if not rings:
+        return found
+    start = np.concatenate([points[:-1] for _, points in rings])
+    edge = np.concatenate([np.diff(points, axis=0) for _, points in rings])
+    of_piece = np.concatenate([np.full(len(points) - 1, k) for k, points in rings])
     steps = np.maximum(1, np.ceil(np.hypot(*edge.T) / STEP_M)).astype(np.int64)
     edges = np.repeat(np.arange(len(edge)), steps)
     step = np.arange(len(edges)) - np.repeat(np.cumsum(steps) - steps, steps)
@@ -137,30 +172,32 @@ def _stretches(piece: Polygon, rooms: list[Polygon], walls: BaseGeometry) -> lis
     outwards = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.where(length > 0, length, 1.0)[:, None]
     faces = locate((a + b) / 2 + REACH_M * outwards, rooms, walls)
     change = np.flatnonzero((np.diff(edges) != 0) | (np.diff(faces) != 0)) + 1
-    bounds = np.concatenate([[0], change, [len(a)]])
-    return [_Stretch(a[i], b[j - 1], int(faces[i])) for i, j in pairwise(bounds) if np.hypot(*(b[j - 1] - a[i])) > 0.05]
+    first, last = np.concatenate([[0], change]), np.concatenate([change, [len(a)]]) - 1
+    long = np.hypot(*(b[last] - a[first]).T) > SHORT_M
+    for i, j in zip(first[long & (faces[first] != WALL)], last[long & (faces[first] != WALL)], strict=True):
+        found[of_piece[edges[i]]].append(_Stretch(a[i], b[j], int(faces[i])))
+    return found
 
 
-def _across(first: _Stretch, second: _Stretch, piece: Polygon, door_plane: BaseGeometry) -> list[Bridge]:
+def _across(first: _Stretch, second: _Stretch) -> Bridge | None:
+    """The strip from one stretch to the other, or None where they see one space or do not face each other."""
+    if first.faces == second.faces:
+        return None
     d1, d2 = first.b - first.a, second.b - second.a
-    u1, u2 = d1 / np.hypot(*d1), d2 / np.hypot(*d2)
+    u1, u2 = d1 / math.hypot(*d1), d2 / math.hypot(*d2)
     if u1 @ u2 > -PARALLEL:
-        return []
+        return None
     along = u1 - u2  # the two run against each other
-    along /= np.hypot(*along)
+    along /= math.hypot(*along)
     across = np.array([-along[1], along[0]])  # into the piece, seen from the first stretch
     depth = float(((second.a + second.b) / 2 - (first.a + first.b) / 2) @ across)
     low = max(first.a @ along, second.b @ along)
     high = min(first.b @ along, second.a @ along)
-    if not 0 < depth <= DEEPEST_M or high - low < 0.05:
-        return []
+    if not 0 < depth <= DEEPEST_M or high - low < SHORT_M:
+        return None
     middle = ((first.a + first.b) / 2 + (second.a + second.b) / 2) @ across / 2
-    whole = Bridge(along * (low + high) / 2 + across * middle, along, high - low, depth, (first.faces, second.faces))
-    strip = whole.strip()
-    standing = overlap(strip, door_plane)
-    if overlap(strip, piece).area + standing.area < 0.9 * strip.area:
-        return []
-    return [whole.narrowed(s, e) for s, e in free_intervals(whole, standing)]
+    centre = along * (low + high) / 2 + across * middle
+    return Bridge(centre, along, high - low, depth, (first.faces, second.faces))
 
 
 def joined(found: list[Bridge], door_plane: BaseGeometry) -> list[Bridge]:

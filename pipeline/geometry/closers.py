@@ -41,8 +41,7 @@ def parted(
     """
     found: list[Closer] = []
     rest: list[Closer] = []
-    for piece in pieces:
-        strips = bridges(piece.polygon, rooms, plane, door)
+    for piece, strips in zip(pieces, bridges([p.polygon for p in pieces], rooms, plane, door), strict=True):
         laps = [b.strip(deeper_m=LAP_M, wider_m=LAP_M) for b in strips]
         found += [Closer(lap, piece.kind, bridge) for lap, bridge in zip(laps, strips, strict=True)]
         rest += [Closer(p, piece.kind) for p in _less(piece.polygon, laps)]

@@ -15,7 +15,6 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-import trimesh
 
 from pipeline.geometry.caps import Caps
 from pipeline.geometry.pieces import closed_pieces, connected
@@ -105,22 +104,14 @@ class Cutter:
         faces = np.flatnonzero((low < height) & (high > height))
         if not len(faces):
             return Segments(np.zeros((0, 2, 2)), np.zeros(0, np.int64), height, self.caps)
-        segments, index = trimesh.intersections.mesh_plane(
-            self._trimesh,
-            plane_normal=[0.0, 0.0, 1.0],
-            plane_origin=[0.0, 0.0, height],
-            return_faces=True,
-            local_faces=faces,
-            cached_dots=self._z - height,
-        )
-        segments = segments[:, :, :2]
+        segments = _crossings(self.mesh, faces, height)
         along = segments[:, 1] - segments[:, 0]
-        normal = self._normals[index]
+        normal = self._normals[faces]
         # the outward normal must lie to the right of the segment: right of (dx, dy) is (dy, -dx)
         backwards = along[:, 1] * normal[:, 0] - along[:, 0] * normal[:, 1] < 0
         segments[backwards] = segments[backwards, ::-1]
-        kept = self._of_walls(segments, index) if upright_only else slice(None)
-        return Segments(np.ascontiguousarray(segments[kept]), self._body[index][kept], height, self.caps)
+        kept = self._of_walls(segments, faces) if upright_only else slice(None)
+        return Segments(np.ascontiguousarray(segments[kept]), self._body[faces][kept], height, self.caps)
 
     def _of_walls(self, segments: npt.NDArray[np.float64], face: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
         """R3: which segments (n, 2, 2) of these faces are of walls."""
@@ -141,9 +132,26 @@ class Cutter:
         lying = np.abs(self._normals[:, 2]) > LYING
         return Caps(self.mesh.vertices[self.mesh.faces[lying]])
 
-    @cached_property
-    def _trimesh(self) -> trimesh.Trimesh:
-        return trimesh.Trimesh(vertices=self.mesh.vertices, faces=self.mesh.faces, process=False, validate=False)
+
+def _crossings(mesh: Mesh, faces: npt.NDArray[np.int64], height: float) -> npt.NDArray[np.float64]:
+    """(n, 2, 2) where the plane crosses these faces, each of which reaches below it and above.
+
+    A vertex at the very height counts as above it. Each edge is crossed from its vertex of lower index, so that faces
+    beside each other share the ends of their segments to the last bit.
+    """
+    corners = mesh.faces[faces]
+    z = mesh.vertices[:, 2]
+    above = z[corners] >= height
+    alone = np.where(above.sum(axis=1) == 1, above.argmax(axis=1), (~above).argmax(axis=1))
+    rows = np.arange(len(faces))
+    ends = np.empty((len(faces), 2, 2))
+    for k in (0, 1):
+        edge = np.stack([corners[rows, alone], corners[rows, (alone + 1 + k) % 3]])
+        low, high = edge.min(axis=0), edge.max(axis=0)
+        share = (height - z[low]) / (z[high] - z[low])
+        start = mesh.vertices[low, :2]
+        ends[:, k] = start + share[:, None] * (mesh.vertices[high, :2] - start)
+    return ends
 
 
 def differing(cut: Segments, other: Segments) -> Segments:

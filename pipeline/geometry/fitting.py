@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import shapely
 from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.bridges import Bridge
-from pipeline.geometry.overlay import polygons_of, subtract, united
+from pipeline.geometry.overlay import polygons_of, subtract
 from pipeline.geometry.regions import OUTSIDE
 
 REACH_M = 0.15
@@ -39,7 +40,10 @@ def opening_polygon(bridge: Bridge, rooms: list[Polygon]) -> Polygon:
     sides = [rooms[s] for s in bridge.sides if s != OUTSIDE]
     deeper = 0.0 if OUTSIDE in bridge.sides else REACH_M
     strip = bridge.strip(deeper_m=deeper)
-    pieces = polygons_of(subtract(strip, united(sides)))
+    rest: BaseGeometry = strip
+    for side in sides:
+        rest = subtract(rest, side)
+    pieces = polygons_of(rest)
     centre = shapely.points(np.asarray(bridge.centre))
     holding = [p for p in pieces if p.distance(centre) < 1e-6] or pieces or [strip]
     return holding[0]

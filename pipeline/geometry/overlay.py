@@ -6,12 +6,14 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
 EMPTY = Polygon()
 FALLBACK_GRID_M = 1e-6
+Shapes = npt.NDArray[np.object_]
 _POLYGON, _MULTIPOLYGON = 3, 6
 
 
@@ -55,6 +57,16 @@ def subtract(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
 def overlap(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
     """What ``a`` and ``b`` share."""
     return areas(_robust(shapely.intersection, a, b))
+
+
+def overlaps(a: Shapes, b: Shapes) -> Shapes:
+    """What each of ``a`` (n,) shares with its partner in ``b`` (n,); lines and points may be among it."""
+    try:
+        return np.asarray(shapely.intersection(a, b))
+    except shapely.errors.GEOSException:
+        found = np.empty(len(a), np.object_)
+        found[:] = [overlap(one, other) for one, other in zip(a, b, strict=True)]
+        return found
 
 
 def united(shapes: Iterable[BaseGeometry]) -> BaseGeometry:

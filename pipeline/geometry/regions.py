@@ -10,7 +10,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
+from pipeline.geometry.overlay import Shapes, mitred, overlap, overlaps, polygons_of, subtract, united
 
 OUTSIDE = -1
 WALL = -2
@@ -44,6 +44,12 @@ def opened(shape: BaseGeometry, width_m: float) -> BaseGeometry:
         return eroded
     grown = mitred(eroded, width_m / 2 + 1e-6)
     return overlap(grown, shape)
+
+
+def each_opened(shapes: Sequence[Polygon], width_m: float) -> Shapes:
+    """``opened`` for each of the shapes."""
+    given = np.array(shapes, dtype=np.object_)
+    return overlaps(mitred(mitred(given, -width_m / 2), width_m / 2 + 1e-6), given)
 
 
 def too_narrow(shapes: Sequence[Polygon], width_m: float) -> npt.NDArray[np.bool_]:

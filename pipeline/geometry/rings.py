@@ -6,6 +6,7 @@ Tracing their rings and uniting these with Clipper (manifold3d) costs a tenth of
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 
 import manifold3d
 import numpy as np
@@ -62,15 +63,16 @@ def closed_rings(
     order = np.argsort(keys[:, 0], kind="stable")
     starts = keys[order, 0]
     good[body[order[1:][starts[1:] == starts[:-1]]]] = False
-    good[body[~np.isin(keys[:, 1], starts) | ~np.isin(keys[:, 0], keys[:, 1])]] = False
+    good[body[~_among(keys[:, 1], starts) | ~_among(keys[:, 0], np.sort(keys[:, 1]))]] = False
     order = order[good[body[order]]]
     if not len(order):
         return None, np.ones(len(ends), np.bool_)
-    follows = order[np.searchsorted(keys[order, 0], keys[order, 1])].tolist()
-    cycles = [cycle for cycle in _cycles(order.tolist(), follows) if len(cycle) > 2]
+    after = np.zeros(len(ends), np.int64)
+    after[order] = order[np.searchsorted(keys[order, 0], keys[order, 1])]
+    cycles = [cycle for cycle in _cycles(np.sort(order).tolist(), after.tolist()) if len(cycle) > 2]
     if not cycles:
         return None, ~good[body]
-    rings = Rings.of([ends[cycle, 0] for cycle in cycles])
+    rings = Rings.of(_parts(ends[np.concatenate(cycles), 0], [len(cycle) for cycle in cycles]))
     of_ring = body[[cycle[0] for cycle in cycles]]
     good[of_ring[(rings.area <= 0) | (rings.thickness >= thickest_m)]] = False
     kept = np.flatnonzero(good[of_ring])
@@ -80,15 +82,27 @@ def closed_rings(
     return Rings([rings.rings[k] for k in kept], rings.area[kept], rings.thickness[kept]), rest
 
 
-def _cycles(segments: list[int], follows: list[int]) -> list[list[int]]:
-    """Rings of segments, each followed by the one at its place in ``follows``."""
-    after = dict(zip(segments, follows, strict=True))
+def _among(keys: npt.NDArray[np.int64], ordered: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    """Which of the keys stand in a sorted array."""
+    return ordered[np.minimum(np.searchsorted(ordered, keys), len(ordered) - 1)] == keys
+
+
+def _parts(points: Floats, lengths: list[int]) -> list[Floats]:
+    """Rows of an array in parts of such lengths."""
+    stops = list(accumulate(lengths))
+    return [points[stop - length : stop] for stop, length in zip(stops, lengths, strict=True)]
+
+
+def _cycles(segments: list[int], after: list[int]) -> list[list[int]]:
+    """Rings of segments, each followed by the one that ``after`` says."""
+    done = bytearray(len(after))
     found = []
-    for first in sorted(segments):
+    for first in segments:
         cycle, at = [], first
-        while (next_ := after.pop(at, None)) is not None:
+        while not done[at]:
+            done[at] = 1
             cycle.append(at)
-            at = next_
+            at = after[at]
         if cycle:
             found.append(cycle)
     return found

@@ -103,6 +103,8 @@ def _floors(
 
 def _roomless(walls: BaseGeometry, rooms: list[BaseGeometry]) -> float:
     """R5: a wall is at most ``THICKEST_M`` thick."""
+    if walls.is_empty:
+        return 0.0
     return _share(subtract(walls, mitred(united(rooms), THICKEST_M)).area, walls.area)
 
 
@@ -112,6 +114,8 @@ def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:
     here = shapely.box(x1 - NEAR_M, y1 - NEAR_M, x2 + NEAR_M, y2 + NEAR_M)
     wide = [p for p in polygons_of(lintels) if p.length > 2 * LINTEL_M and box_of(p).width > LINTEL_M]
     wide = [p for p in wide if p.intersects(here)]
+    if not wide:
+        return 0.0
     used = united(closer.polygon for closer in layout.closers)
     return _share(sum(overlap(p, used).area < IN_USE * p.area for p in wide), len(wide))
 

@@ -23,6 +23,7 @@ R8  What encloses less than ``area_m2`` after all this has no layout.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
 
 import numpy as np
 import shapely
@@ -53,6 +54,7 @@ SLOT_M = 0.45
 STROKE_M = 1.0
 PASSABLE_M = 0.4
 BESIDE_M = 0.25
+BESIDE_EDGE_M = 0.02
 
 
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
@@ -131,20 +133,24 @@ def _habitable(
     covered = np.array([_share(room, evidence.floor) for room in rooms])
     area = shapely.area(rooms)
     known = evidence.floor is not None and bool((covered * area).sum() > KNOWN_FLOOR * area.sum())
-    walls = shapely.buffer(planes.door, 0.02, quad_segs=2)
-    fences = shapely.buffer(planes.rails, 0.02, quad_segs=2)
+    walls = cache(lambda: shapely.buffer(planes.door, BESIDE_EDGE_M, quad_segs=2))
+    fences = shapely.buffer(planes.rails, BESIDE_EDGE_M, quad_segs=2)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
     shafts = too_narrow(rooms, SHAFT_M)
     for k, (room, share, shaft) in enumerate(zip(rooms, covered, shafts, strict=True)):
         if room.intersects(refused):
             continue
-        walled, fenced = (shapely.intersection(room.exterior, edge).length / room.length for edge in (walls, fences))
-        floored = not known or share >= FLOORED or (walled > CLOSED and not shaft)
-        outside = (fenced > FENCED and k not in entered) or _share(room, evidence.low) > COVERED
+        floored = not known or share >= FLOORED or (_along(room, walls()) > CLOSED and not shaft)
+        outside = (k not in entered and _along(room, fences) > FENCED) or _share(room, evidence.low) > COVERED
         if (floored and not outside) or _is_named(room, level):
             kept.append(room)
     return kept
+
+
+def _along(room: Polygon, band: BaseGeometry) -> float:
+    """The share of a room's edge that lies in a band along walls or fences."""
+    return 0.0 if band.is_empty else float(shapely.intersection(room.exterior, band).length / room.length)
 
 
 def _on_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:

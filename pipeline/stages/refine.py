@@ -8,6 +8,7 @@ R3  Rooms that meet without a wall go on meeting: what opens between them goes t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import shapely
@@ -16,7 +17,7 @@ from shapely import Polygon
 from pipeline.config import RefineConfig
 from pipeline.geometry.fitting import fitted
 from pipeline.geometry.overlay import polygons_of, subtract, united
-from pipeline.geometry.regions import opened
+from pipeline.geometry.regions import each_opened
 from pipeline.geometry.straighten import straighten
 from pipeline.geometry.walls import close_cracks
 from pipeline.values import Spaces
@@ -29,7 +30,7 @@ SEAM_M = 0.04
 
 def refine(spaces: Spaces, config: RefineConfig) -> Spaces:
     """Straighten the rooms and fit the passages."""
-    whole = [_without_spurs(room) for room in spaces.rooms]
+    whole = _without_spurs(spaces.rooms)
     straight = straighten(whole, offset_m=config.offset_m, angle_deg=config.angle_deg)  # R1
     rooms = _disjoint(straight, list(spaces.rooms))
     for a, b in spaces.joins:  # R3
@@ -38,9 +39,9 @@ def refine(spaces: Spaces, config: RefineConfig) -> Spaces:
     return replace(spaces, rooms=tuple(rooms), passages=passages)
 
 
-def _without_spurs(room: Polygon) -> Polygon:
-    parts = polygons_of(opened(room, SPUR_M))
-    return parts[0] if parts else room
+def _without_spurs(rooms: Sequence[Polygon]) -> list[Polygon]:
+    parts = [polygons_of(each) for each in each_opened(rooms, SPUR_M)]
+    return [found[0] if found else room for room, found in zip(rooms, parts, strict=True)]
 
 
 def _meeting(room: Polygon, other: Polygon) -> Polygon:

@@ -13,7 +13,7 @@ LINTEL = shapely.box(4.0, 1.0, 4.2, 1.9)
 
 def found(piece: shapely.Polygon, door: shapely.Geometry = DOOR) -> list[Bridge]:
     plane, rooms = enclosed(shapely.union_all([door, piece]))
-    return bridges(piece, rooms, plane, door)
+    return bridges([piece], rooms, plane, door)[0]
 
 
 def test_a_lintel_is_a_bridge_from_face_to_face() -> None:
