@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import lru_cache, wraps
 from threading import RLock
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from typing import Any, TypeVar
 
 import gymnasium
 import numpy as np
@@ -32,21 +32,18 @@ from houseexpo.pseudoslam.worlds.cache import Plans
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
-Given = ParamSpec("Given")
-Found = TypeVar("Found")
+Method = TypeVar("Method", bound=Callable[..., Any])
 
 
-def _one_at_a_time(
-    method: Callable[Concatenate[PseudoSlamVectorEnv, Given], Found],
-) -> Callable[Concatenate[PseudoSlamVectorEnv, Given], Found]:
+def _one_at_a_time(method: Method) -> Method:
     """Let a thread that calls wait for another thread's call: the pools are one, and have one leader."""
 
     @wraps(method)
-    def called(self: PseudoSlamVectorEnv, *args: Given.args, **kwargs: Given.kwargs) -> Found:
+    def called(self: PseudoSlamVectorEnv, *args: Any, **kwargs: Any) -> Any:
         with self._lock:
             return method(self, *args, **kwargs)
 
-    return called
+    return called  # type: ignore[return-value]  # it takes and returns what the method does
 
 
 class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
