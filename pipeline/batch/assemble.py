@@ -20,7 +20,6 @@ from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import FORMAT, encode
 from houseexpo.summaries import new_summaries
 from pipeline.batch import disk
-from pipeline.batch.copies import copies
 from pipeline.batch.entry import Entry, Kept, Refused
 from pipeline.batch.folder import MANIFEST, Finished, Folder, Written
 from pipeline.batch.ids import settle
@@ -30,7 +29,6 @@ from pipeline.batch.recipe import digest_of, versions
 from pipeline.config_file import BuildConfig
 from pipeline.overrides import Override
 from pipeline.sources import is_path
-from pipeline.stages.dedupe import dedupe
 
 _BESIDE = ("duplicates.jsonl", "index.parquet", "rejected.jsonl", "stats.json")
 
@@ -128,6 +126,9 @@ def _as_it_was(parts: Parts, finished: Finished) -> DataSet:
 
 
 def _dropped(parts: Parts, kept: Mapping[str, Kept]) -> list[Duplicate]:
+    from pipeline.batch.copies import copies  # loads numba, which a run that finds nothing to do need not wait for
+    from pipeline.stages.dedupe import dedupe
+
     pairs = copies(parts.folder.build / "copies.npz", parts.plans, list(kept.values()), parts.config.stages.dedupe)
     keep = {name for name, plan in kept.items() if _override(name, plan, parts.overrides).keep}
     return dedupe(list(kept), pairs, keep)
