@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Files that are there whole or not at all, if asked for also after the power failed."""
 
 from __future__ import annotations
 
@@ -8,9 +8,14 @@ from pathlib import Path
 
 from houseexpo.errors import ConfigError
 
+PARTIAL = ".partial-"
+"""What is being written bears a name that begins so; what is left of it was interrupted."""
 
-def write_whole(file: Path, data: bytes) -> None:
-    """Write a file whole or not at all.
+
+def write_whole(file: Path, data: bytes, *, durable: bool = False) -> None:
+    """Write a file under a temporary name, and give it its own when it is whole.
+
+    ``durable``: bring it to the disk before.
 
     Raises
     ------
@@ -20,11 +25,14 @@ def write_whole(file: Path, data: bytes) -> None:
     if file.exists() and not file.is_file():
         what = "a folder" if file.is_dir() else "a device or a pipe"
         raise ConfigError(f"{file}: expected a regular file or a new one, found {what}; name another")
-    descriptor, partial = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name[:100]}.")
+    descriptor, partial = tempfile.mkstemp(dir=file.parent, prefix=PARTIAL)
     try:
         with os.fdopen(descriptor, "wb") as stream:
             stream.write(data)
-        Path(partial).chmod(0o644)
+            stream.flush()
+            os.fchmod(stream.fileno(), 0o644)
+            if durable:
+                os.fsync(stream.fileno())
         Path(partial).replace(file)
     except BaseException:
         Path(partial).unlink(missing_ok=True)

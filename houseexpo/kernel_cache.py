@@ -1,13 +1,17 @@
-"""numba's cache on disk where it can fail: nowhere to write, and files that were cut off.
+"""numba's cache on disk where it can fail: nowhere to write, files that were cut off, and sources that changed.
 
 R1  Where neither the package's folder nor the user's cache can be written, kernels are compiled in each process anew,
     with one warning: numba alone refuses to import them.
 R2  A file of the cache that cannot be read counts as empty, and is written over: numba alone ends with pickle's error.
+R3  What was compiled from other sources is compiled anew. numba keeps it beside a stamp of the file that it stands in,
+    and does not look at other files that it calls. The stamp here is a hash of all files of the package. An index of
+    another stamp counts as empty, and is written over; nothing is deleted.
 """
 
 from __future__ import annotations
 
 import atexit
+import hashlib
 import shutil
 import tempfile
 import warnings
@@ -21,12 +25,22 @@ caching: Any = numba_caching  # some of it is typed, some is not
 
 
 def cache_safely(package: Path) -> None:
-    """Let what is compiled from files below ``package`` hold to R1 and R2; to be called before a kernel is made."""
+    """Let what is compiled from files below ``package`` hold to R1 to R3; to be called before a kernel is made."""
     if not issubclass(caching.IndexDataCacheFile, _Healing):
         caching.IndexDataCacheFile = _Healing
     places: list[Any] = caching.CacheImpl._locator_classes  # noqa: SLF001  # numba offers no other way in code
     if not any(getattr(place, "package", None) == package for place in places):
-        places.append(_last_resort(package))
+        files = (caching.UserProvidedCacheLocator, caching.InTreeCacheLocator, caching.UserWideCacheLocator)
+        places[:] = [*(_stamped(place, package) for place in files), *places, _last_resort(package)]
+
+
+@cache
+def digest_of(package: Path) -> str:
+    """Return a hash of the Python files of a folder and of those below it."""
+    found = hashlib.sha256()
+    for source in sorted(package.rglob("*.py")):
+        found.update(source.relative_to(package).as_posix().encode() + b"\0" + source.read_bytes() + b"\0")
+    return found.hexdigest()
 
 
 class _Healing(caching.IndexDataCacheFile):  # type: ignore[misc]
@@ -51,19 +65,29 @@ class _Healing(caching.IndexDataCacheFile):  # type: ignore[misc]
             super().save(key, data)
 
 
-def _last_resort(folder: Path) -> Any:
-    """Return a place for kernels that numba takes where no other will do: a folder of this process (R1)."""
+def _stamped(place: Any, folder: Path) -> Any:
+    """Return a way of finding a kernel's place on disk as ``place`` does, for files of the folder only (R3)."""
 
-    class LastResort(caching.UserWideCacheLocator):  # type: ignore[misc]
+    class Stamped(place):  # type: ignore[misc]
         package = folder
 
-        def __init__(self, py_func: Any, py_file: str) -> None:
-            super().__init__(py_func, py_file)
-            self._cache_path = _folder_of_this_process()
+        def get_source_stamp(self) -> str:
+            return digest_of(folder)
 
         @classmethod
         def from_function(cls, py_func: Any, py_file: str) -> Any:
             return super().from_function(py_func, py_file) if folder in Path(py_file).parents else None
+
+    return Stamped
+
+
+def _last_resort(folder: Path) -> Any:
+    """Return a place for kernels that numba takes where no other will do: a folder of this process (R1)."""
+
+    class LastResort(_stamped(caching.UserWideCacheLocator, folder)):  # type: ignore[misc]
+        def __init__(self, py_func: Any, py_file: str) -> None:
+            super().__init__(py_func, py_file)
+            self._cache_path = _folder_of_this_process()
 
     return LastResort
 

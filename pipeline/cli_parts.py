@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from pipeline.batch.passing import passing_fault
 from pipeline.interrupts import EXIT_CODE as INTERRUPTED
 from pipeline.interrupts import interruptible
 
@@ -34,14 +35,24 @@ def settings_of(config: Path | None, given: Mapping[str, Any]) -> BuildConfig:
 
 @contextmanager
 def ended_cleanly() -> Iterator[Callable[[], None]]:
-    """End with 130 and the command that goes on where Ctrl-C comes; yields ``interruptible``'s function."""
-    last_words = f"interrupted; what is done is kept, and this goes on with the rest: {shlex.join(_command())}"
+    """End with the command that goes on where Ctrl-C comes (130), or a fault of the moment (3), such as a full disk.
+
+    Yields ``interruptible``'s function.
+    """
+    goes_on = f"what is done is kept, and this goes on with the rest: {shlex.join(_command())}"
+    last_words = f"interrupted; {goes_on}"
     try:
         with interruptible(last_words) as check:
             yield check
     except KeyboardInterrupt:
         typer.echo(last_words, err=True)
         raise typer.Exit(INTERRUPTED) from None
+    except OSError as error:
+        if (fault := passing_fault(error)) is None:
+            raise
+        where = f" ({fault.filename})" if fault.filename else ""
+        typer.secho(f"stopped: {fault.strerror or fault}{where}; when that has passed: {goes_on}", fg="red", err=True)
+        raise typer.Exit(NOT_DONE) from None
 
 
 def show_outcomes(data_set: DataSet, out: str) -> None:

@@ -19,11 +19,11 @@ from houseexpo.analysis.similarity import Duplicate
 from houseexpo.dataset.plan_files import load_plan
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.errors import HouseExpoError
+from houseexpo.files import write_whole
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.quality import SURE
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.build import Progress
-from pipeline.batch.disk import write
 from pipeline.batch.entry import Refused
 from pipeline.batch.plans import DamagedPlanError, Plans
 from pipeline.batch.store import FolderStore
@@ -74,7 +74,7 @@ def write_report(data_set: DataSet, progress: Progress) -> None:
         *_time(data_set),
     )
     html = page(data_set.root.name, parts)
-    write(data_set.root / ".build" / "report.html", html.encode())
+    write_whole(data_set.root / ".build" / "report.html", html.encode(), durable=True)
 
 
 def doubtful_ids(data_set: DataSet) -> list[str]:

@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import minimum_filter
 
 from pipeline.png import as_png
 from pipeline.values import Mesh
@@ -24,6 +23,8 @@ def top_view(mesh: Mesh, up: int = 2) -> bytes:
     Points are spread evenly over the faces, always the same ones. ``up`` is the axis of ``mesh`` that points up; the
     picture's x runs right and its y up, as in a plan. A mesh without area gives no bytes.
     """
+    from scipy.ndimage import minimum_filter
+
     points = _spread(mesh)
     if not len(points):
         return b""

@@ -15,11 +15,11 @@ import msgspec
 
 from houseexpo.analysis.similarity import Duplicate
 from houseexpo.dataset.index import index_table, row
+from houseexpo.files import write_whole
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import FORMAT, encode
 from houseexpo.summaries import new_summaries
 from pipeline.batch import disk
-from pipeline.batch.copies import copies
 from pipeline.batch.entry import Entry, Kept, Refused
 from pipeline.batch.folder import MANIFEST, Finished, Folder, Written
 from pipeline.batch.ids import settle
@@ -29,7 +29,6 @@ from pipeline.batch.recipe import digest_of, versions
 from pipeline.config_file import BuildConfig
 from pipeline.overrides import Override
 from pipeline.sources import is_path
-from pipeline.stages.dedupe import dedupe
 
 _BESIDE = ("duplicates.jsonl", "index.parquet", "rejected.jsonl", "stats.json")
 
@@ -100,9 +99,9 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
         "stats.json": pretty(stats),
     }
     for name, data in beside.items():
-        disk.write(folder.root / name, data)
+        write_whole(folder.root / name, data, durable=True)
     os.sync()  # the plans, whose names the manifest is about to vouch for
-    disk.write(folder.root / MANIFEST, pretty(_manifest(parts, kept, stats)))
+    write_whole(folder.root / MANIFEST, pretty(_manifest(parts, kept, stats)), durable=True)
     disk.sync_folder(folder.root)
     files = {name: folder.described(name, _sha256(folder.root / name)) for name in (*_BESIDE, MANIFEST)}
     folder.finish(Finished(parts.state(), {**written, **files}))
@@ -127,6 +126,9 @@ def _as_it_was(parts: Parts, finished: Finished) -> DataSet:
 
 
 def _dropped(parts: Parts, kept: Mapping[str, Kept]) -> list[Duplicate]:
+    from pipeline.batch.copies import copies  # loads numba, which a run that finds nothing to do need not wait for
+    from pipeline.stages.dedupe import dedupe
+
     pairs = copies(parts.folder.build / "copies.npz", parts.plans, list(kept.values()), parts.config.stages.dedupe)
     keep = {name for name, plan in kept.items() if _override(name, plan, parts.overrides).keep}
     return dedupe(list(kept), pairs, keep)
@@ -177,7 +179,7 @@ def _write_plans(
     for found in parts.folder.json.iterdir():
         if f"json/{found.name}" not in written:
             found.unlink()
-    disk.write(parts.folder.root / "index.parquet", index_table(rows))
+    write_whole(parts.folder.root / "index.parquet", index_table(rows), durable=True)
     outcomes = {**outcomes, "doubtful": doubtful, "rules": dict(sorted(rules.items()))}
     return {"outcomes": outcomes, **{name: summary.report() for name, summary in summaries.items()}}, written
 
@@ -187,7 +189,7 @@ def _published(folder: Folder, file: str, kept: Kept, data: bytes, before: Finis
     was = before.files.get(file) if before is not None else None
     if was is not None and was.sha256 == kept.plan and folder.stands(file, was):
         return was
-    disk.write(folder.root / file, data, wait=False)
+    write_whole(folder.root / file, data)
     return folder.described(file, kept.plan)
 
 

@@ -15,12 +15,11 @@ from pathlib import Path
 import msgspec
 
 from houseexpo.errors import ConfigError
-from pipeline.algorithm import plan_level
 from pipeline.batch import disk
 from pipeline.batch.assemble import DataSet, Parts, assemble
 from pipeline.batch.entry import Entry, ordered
 from pipeline.batch.folder import Folder, Others
-from pipeline.batch.job import Plan
+from pipeline.batch.job import Plan, by_algorithm
 from pipeline.batch.journal import Journal
 from pipeline.batch.listing import Listing
 from pipeline.batch.lock import locked
@@ -43,7 +42,7 @@ def build(
     overrides: Mapping[str, Override],
     workers: int,
     progress: Progress,
-    plan: Plan = plan_level,
+    plan: Plan = by_algorithm,
     others: Others = Others.REFUSE,
     rehash: bool = False,
     ended: Callable[[Entry], None] = unheard,

@@ -13,9 +13,9 @@ import msgspec
 import numpy as np
 
 from houseexpo.analysis.similarity import SYMMETRIES
+from houseexpo.files import write_whole
 from houseexpo.floorplan import decode
 from houseexpo.workers import cores
-from pipeline.batch import disk
 from pipeline.batch.entry import Kept
 from pipeline.batch.plans import Plans
 from pipeline.batch.recipe import digest_of
@@ -34,7 +34,7 @@ def copies(file: Path, plans: Plans, kept: Sequence[Kept], config: DedupeConfig)
     known = _read(file, recipe, {plan.plan: i for i, plan in enumerate(kept)})
     found = compared(lambda i: decode(plans.get(kept[i])), len(kept), config, known, threads=cores())
     if len(found.prints) != len(known.prints):
-        disk.write(file, _bytes(recipe, kept, found))
+        write_whole(file, _bytes(recipe, kept, found), durable=True)
     return found.pairs
 
 

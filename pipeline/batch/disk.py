@@ -1,29 +1,11 @@
-"""Files that are there whole or not at all, also after the power failed."""
+"""What a build asks of a disk beside whole files, and paths as text."""
 
 from __future__ import annotations
 
 import os
-import tempfile
 from pathlib import Path
 
-PARTIAL = ".partial-"
-"""What is being written bears a name that begins so; what is left of it was interrupted."""
-
-
-def write(path: Path, data: bytes, *, wait: bool = True) -> None:
-    """Write a file under a temporary name, bring it to the disk (if ``wait``), and give it its own name."""
-    descriptor, partial = tempfile.mkstemp(dir=path.parent, prefix=PARTIAL)
-    try:
-        with os.fdopen(descriptor, "wb") as stream:
-            stream.write(data)
-            stream.flush()
-            os.fchmod(stream.fileno(), 0o644)
-            if wait:
-                os.fsync(stream.fileno())
-        Path(partial).replace(path)
-    except BaseException:
-        Path(partial).unlink(missing_ok=True)
-        raise
+from houseexpo.files import PARTIAL
 
 
 def sync_folder(folder: Path) -> None:

@@ -21,6 +21,7 @@ from typing import TypeVar
 import msgspec
 
 from houseexpo.errors import ConfigError
+from houseexpo.files import PARTIAL, write_whole
 from pipeline.batch import disk
 
 MANIFEST = "manifest.json"
@@ -108,7 +109,7 @@ class Folder:
             folder.mkdir(parents=True, exist_ok=True)
             disk.sweep(folder)
         disk.sweep(self.root)
-        disk.write(self.build / "build.json", msgspec.json.encode(_Started(parameters)))
+        write_whole(self.build / "build.json", msgspec.json.encode(_Started(parameters)), durable=True)
 
     def finished(self) -> Finished | None:
         """Return the record of the data set as it was last finished."""
@@ -118,11 +119,11 @@ class Folder:
         """Say which files in ``json/`` are about to be written: they are ours, whatever happens."""
         known = self._ours() or set()
         (self.root / MANIFEST).unlink(missing_ok=True)
-        disk.write(self.build / "announced.json", msgspec.json.encode(sorted({*known, *names})))
+        write_whole(self.build / "announced.json", msgspec.json.encode(sorted({*known, *names})), durable=True)
 
     def finish(self, finished: Finished) -> None:
         """Put down what the data set is now."""
-        disk.write(self.build / "finished.json", msgspec.json.encode(finished))
+        write_whole(self.build / "finished.json", msgspec.json.encode(finished), durable=True)
         (self.build / "announced.json").unlink(missing_ok=True)
 
     def written(self, name: str, data: bytes) -> Written:
@@ -168,7 +169,7 @@ class Folder:
 
     def _plans(self) -> Iterator[Path]:
         if self.json.is_dir():
-            yield from (file for file in self.json.iterdir() if not file.name.startswith(disk.PARTIAL))
+            yield from (file for file in self.json.iterdir() if not file.name.startswith(PARTIAL))
 
     def _ours(self) -> set[str] | None:
         """Return the names in ``json/`` that builds wrote; None where that cannot be told any more (R4)."""

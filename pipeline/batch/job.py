@@ -37,6 +37,13 @@ if TYPE_CHECKING:  # how a source is fetched shows in no plan: it is no part of 
 Plan = Callable[[Level, PipelineConfig, np.random.Generator], Sequence[FloorPlan | RejectedLevel]]
 
 
+def by_algorithm(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Sequence[FloorPlan | RejectedLevel]:
+    """Plan a level as the paper does; geometry's libraries are loaded where this runs, not where it is handed out."""
+    from pipeline.algorithm import plan_level
+
+    return plan_level(level, config, rng)
+
+
 @dataclass(frozen=True)
 class Settings:
     """What all jobs of a build share.

@@ -23,7 +23,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from houseexpo.errors import ConfigError
-from pipeline.batch import disk
+from houseexpo.files import PARTIAL
 from pipeline.batch.remote import faults, opened
 
 _NAMES_ONLY, _BEGINNINGS, _WHOLE = 0o600, 0o620, 0o400
@@ -54,7 +54,7 @@ class Mirror:
             raise ConfigError(f"source {self.url!r} does not exist, or holds nothing; check the URL")
         _own_folder(self.root.parent)
         if not self.root.is_dir():  # whole or not at all: another process may wait for it
-            scratch = Path(tempfile.mkdtemp(dir=self.root.parent, prefix=disk.PARTIAL))
+            scratch = Path(tempfile.mkdtemp(dir=self.root.parent, prefix=PARTIAL))
             _lay(scratch, known)
             with suppress(OSError):
                 scratch.rename(self.root)
@@ -102,7 +102,7 @@ class Mirror:
     def _written(self, file: Path, mode: int) -> Iterator[Path]:
         """Yield a file to write to, outside of the folder; it then takes the other's place, with its size and time."""
         before = file.stat()
-        descriptor, name = tempfile.mkstemp(dir=self.root.parent, prefix=disk.PARTIAL)
+        descriptor, name = tempfile.mkstemp(dir=self.root.parent, prefix=PARTIAL)
         os.close(descriptor)
         partial = Path(name)
         try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import platform
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, version
@@ -35,6 +35,7 @@ LIBRARIES = (
 """Libraries whose versions may show in a plan."""
 
 _ROOTS = ("pipeline.batch.job", "pipeline.algorithm")
+_BLOCKS = ("body", "orelse", "handlers", "finalbody", "cases")
 _OURS = {package.__name__: Path(package.__path__[0]) for package in (houseexpo, pipeline)}
 
 
@@ -103,15 +104,18 @@ def _file(name: str) -> Path | None:
     return next((file for file in (place.with_suffix(".py"), place / "__init__.py") if file.is_file()), None)
 
 
-def _imports(file: Path) -> Iterator[str]:
-    """Yield what a module imports, wherever in it; of ``from a import b`` both a and a.b, whichever is a module."""
+@cache
+def _imports(file: Path) -> tuple[str, ...]:
+    """Return what a module imports, wherever in it; of ``from a import b`` a and a.b, whichever is a module."""
     waiting: list[ast.AST] = [ast.parse(file.read_bytes())]
+    found: list[str] = []
     while waiting:
         node = waiting.pop()
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            found += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+            found += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
         elif not (isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"):
-            waiting.extend(ast.iter_child_nodes(node))
+            for block in _BLOCKS:  # statements only: no expression imports
+                waiting += getattr(node, block, ())
+    return tuple(found)

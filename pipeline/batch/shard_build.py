@@ -7,11 +7,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from houseexpo.errors import ConfigError
-from pipeline.algorithm import plan_level
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.build import build
 from pipeline.batch.entry import Entry
-from pipeline.batch.job import Plan
+from pipeline.batch.job import Plan, by_algorithm
 from pipeline.batch.listing import Listing, absolute
 from pipeline.batch.planning import Planning, Progress, unheard
 from pipeline.batch.plans import Plans, place_of
@@ -57,7 +56,7 @@ def build_shard(
     *,
     execute: Executor,
     progress: Progress,
-    plan: Plan = plan_level,
+    plan: Plan = by_algorithm,
     rehash: bool = False,
     ended: Callable[[Entry], None] = unheard,
 ) -> ShardDone:

@@ -22,7 +22,7 @@ from itertools import groupby
 from pathlib import Path
 
 from houseexpo.errors import HouseExpoError
-from pipeline.batch.disk import write
+from houseexpo.files import write_whole
 
 _LIMIT = 1000
 """Tasks of an array where the cluster cannot be asked; its own default is 1001."""
@@ -98,7 +98,7 @@ class Scripts:
             "submit.sh": "\n".join(self._submission(wanted, limit, queue)) + "\n",
         }
         for name, text in scripts.items():
-            write(self.folder / name, text.encode())
+            write_whole(self.folder / name, text.encode(), durable=True)
         return len(wanted)
 
     def _submission(self, shards: Sequence[int], limit: int, queue: Queue) -> Iterator[str]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from houseexpo.files import PARTIAL, write_whole
 from pipeline.batch import disk
 from pipeline.batch.folder import Folder, Others
 from pipeline.batch.lock import locked
@@ -92,7 +93,7 @@ class FolderStore:
         """Write a file; it is on the disk when this returns."""
         file = self.root / name
         file.parent.mkdir(parents=True, exist_ok=True)
-        disk.write(file, data)
+        write_whole(file, data, durable=True)
 
     def add(self, name: str, data: bytes) -> None:
         """Write a file unless one of its size is there."""
@@ -113,7 +114,7 @@ class FolderStore:
     def names(self, under: str) -> list[str]:
         """Return the files in a folder and its folders."""
         found = (self.root / under).rglob("*")
-        own = (file for file in found if not file.name.startswith(disk.PARTIAL) and file.is_file())
+        own = (file for file in found if not file.name.startswith(PARTIAL) and file.is_file())
         return sorted(file.relative_to(self.root).as_posix() for file in own)
 
     def remove(self, name: str) -> None:

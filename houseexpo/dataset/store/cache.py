@@ -14,13 +14,12 @@ from typing import Final
 
 from houseexpo.dataset.store.records import broken, plan_files, plan_folder
 from houseexpo.errors import ConfigError
-from houseexpo.files import write_whole
+from houseexpo.files import PARTIAL, write_whole
 
 VARIABLE: Final = "HOUSEEXPO_CACHE"
 VERSION: Final = "2"
 """Goes into every key: what another layout wrote is not read."""
 
-_PARTIAL: Final = ".partial-"
 _LEFT_S: Final = 3600.0
 
 
@@ -56,6 +55,7 @@ def stored(path: Path, build: Callable[[Path], None], is_whole: Callable[[Path],
     store = stores / _content(path)
     if not is_whole(store):  # R2, R4
         _sweep(stores)
+        _sweep(key.parent)
         shutil.rmtree(store, ignore_errors=True)
         with _whole(store) as partial:  # R3
             build(partial)
@@ -95,19 +95,19 @@ def _content(path: Path) -> str:
     return digest.hexdigest()
 
 
-def _sweep(stores: Path) -> None:
+def _sweep(folder: Path) -> None:
     """Remove what was begun and then left alone for an hour: its process was killed."""
-    for partial in stores.glob(f"{_PARTIAL}*"):
+    for partial in folder.glob(f"{PARTIAL}*"):
         with suppress(OSError):
-            latest = max(entry.stat().st_mtime for entry in (partial, *partial.iterdir()))
+            latest = max(entry.stat().st_mtime for entry in (partial, *partial.glob("*")))
             if time.time() - latest > _LEFT_S:
-                shutil.rmtree(partial, ignore_errors=True)
+                shutil.rmtree(partial) if partial.is_dir() else partial.unlink()
 
 
 @contextmanager
 def _whole(target: Path) -> Iterator[Path]:
     """Yield a folder to fill; it takes the target's name at the end, or vanishes."""
-    partial = Path(tempfile.mkdtemp(dir=target.parent, prefix=_PARTIAL))
+    partial = Path(tempfile.mkdtemp(dir=target.parent, prefix=PARTIAL))
     try:
         yield partial
         try:

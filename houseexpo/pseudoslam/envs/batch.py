@@ -34,7 +34,7 @@ class Batch:
         off = config_of_numba.DISABLE_JIT  # type: ignore[attr-defined]  # what is not compiled is for one thread
         self.threads = 1 if off else min(threads or cores(), number)
         self.sizes = np.zeros((number, 2), np.int64)
-        self._number, self._params = number, params
+        self._number, self._config, self._params = number, config, params
         self._leaves: list[Array] = []
         self._room: list[int] = []
         self._rest: dict[int, tuple[Any, ...]] = {}
@@ -46,6 +46,12 @@ class Batch:
         """The pool with each array that takes views, and last with its own: they differ in nothing else."""
         self.arrays: Episode
         """The pool with the array that the views were drawn into last."""
+
+    def __reduce__(self) -> tuple[Callable[..., Batch], tuple[Any, ...]]:
+        """Pickle and copy the episodes: the copy has pools and threads of its own."""
+        self._threads.finish()
+        states = {i: self.state(i) for i in self._rest}
+        return _batch_of, (self._number, self._config, self._params, self.threads, states)
 
     def put(self, i: int, state: State) -> None:
         """Copy an episode into place ``i``; the state that was there is no longer valid.
@@ -125,6 +131,18 @@ class Batch:
     def close(self) -> None:
         """End the threads."""
         self._threads.close()
+
+
+def _batch_of(
+    number: int, config: SimulatorConfig, params: StepParams, threads: int, states: dict[int, State]
+) -> Batch:
+    """Return a batch with these episodes in their places, and what each was shown last."""
+    batch = Batch(number, config, params, threads)
+    for i, state in states.items():
+        batch.put(i, state)
+    for i, state in states.items():
+        batch.state(i).view[...] = state.view
+    return batch
 
 
 def _wider(pool: Array, length: int) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -53,6 +54,14 @@ class EpisodePrefetcher:
         self._ready: dict[int, _Ready] = {}
         self._lacking: dict[int, None] = {}  # numbers, in the order that they began in: so they end, mostly
         self._size = 0
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickle and copy without what is ready: the copy draws it again, from generators as they were before it."""
+        rngs = deepcopy(self._rngs)
+        for i, ready in self._ready.items():
+            rngs[i].bit_generator.state = ready.before
+        lacking = dict.fromkeys((*self._ready, *self._lacking))
+        return {**self.__dict__, "_rngs": rngs, "_ready": {}, "_lacking": lacking, "_size": 0}
 
     @property
     def lack(self) -> bool:

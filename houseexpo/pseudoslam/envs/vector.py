@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import Any
+from collections.abc import Callable
+from functools import lru_cache, wraps
+from threading import RLock
+from typing import Any, TypeVar
 
 import gymnasium
 import numpy as np
@@ -30,6 +32,18 @@ from houseexpo.pseudoslam.worlds.cache import Plans
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
+Method = TypeVar("Method", bound=Callable[..., Any])
+
+
+def _one_at_a_time(method: Method) -> Method:
+    """Let a thread that calls wait for another thread's call: the pools are one, and have one leader."""
+
+    @wraps(method)
+    def called(self: PseudoSlamVectorEnv, *args: Any, **kwargs: Any) -> Any:
+        with self._lock:
+            return method(self, *args, **kwargs)
+
+    return called  # type: ignore[return-value]  # it takes and returns what the method does
 
 
 class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
@@ -45,6 +59,8 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
     - DISABLED: ``reset(options={"reset_mask": ...})`` is the caller's; a step without it raises ResetNeeded.
 
     ``info`` holds an array for each key and, as ``_key``, which environments it speaks of.
+
+    A copy or a pickle goes on from the same step. Several threads may call: each call waits for the one before it.
 
     Parameters
     ----------
@@ -79,6 +95,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             raise ConfigError(f"render_mode: expected 'rgb_array' or None, found {render_mode!r}")
         self._mode = AutoresetMode(autoreset_mode)
         self.metadata = {**PseudoSlamEnv.metadata, "autoreset_mode": self._mode}
+        self._lock = RLock()
         self._env_spec = make_env_spec(task, dataset, config, actions, observation, pooled=True)
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
         self.num_envs, self._copy = num_envs, copy
@@ -99,6 +116,14 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self._constants = new_constants(num_envs)
         self._after: Metrics
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickle and copy all but the lock; batch and prefetcher know what of them goes along."""
+        return {name: value for name, value in self.__dict__.items() if name != "_lock"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state, _lock=RLock())
+
+    @_one_at_a_time
     def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Start episodes in all environments, or in those of ``options["reset_mask"]``."""
         seeds = seeds_of(seed, self.num_envs)
@@ -114,6 +139,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         infos = self._infos(self._after, self.task.success(self._after), which)
         return self._observations(self._after), infos
 
+    @_one_at_a_time
     def step(self, actions: npt.NDArray[Any]) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
         """Take one action in each environment; actions (N,) or (N, 2)."""
         if not self._are_begun or (self._mode == AutoresetMode.DISABLED and np.count_nonzero(self._ended)):
@@ -146,6 +172,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         infos = self._infos(self._after, success, self._everywhere) | final
         return self._observations(self._after), rewards, terminated, truncated, infos
 
+    @_one_at_a_time
     def state(self, i: int) -> State:
         """Return environment ``i``'s episode: its arrays are views, which the next step changes.
 
@@ -155,6 +182,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             raise gymnasium.error.ResetNeeded(f"environment {i}: call reset() before anything else")
         return self._batch.state(i)
 
+    @_one_at_a_time
     def render(self) -> list[npt.NDArray[np.uint8] | None] | None:  # type: ignore[override]  # a picture or none
         """Return a picture of each environment, as ``PseudoSlamEnv.render`` does; None without a render mode."""
         if self.render_mode is None:

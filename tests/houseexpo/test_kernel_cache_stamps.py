@@ -9,16 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from houseexpo.pseudoslam.kernels.runtime.cache import digest_of
+from houseexpo.kernel_cache import digest_of
 
 INNER = "from numba import njit\n@njit(cache=True)\ndef inner():\n    return {}\n"
 OUTER = "from numba import njit\nfrom inner import inner\n@njit(cache=True)\ndef outer():\n    return inner()\n"
 RUN = """
 import sys
 from pathlib import Path
-from houseexpo.pseudoslam.kernels.runtime.cache import stamp_with_all_sources
+from houseexpo.kernel_cache import cache_safely
 if sys.argv[1] == "stamp":
-    stamp_with_all_sources(Path.cwd())
+    cache_safely(Path.cwd())
 from outer import outer
 print(outer(), sum(outer.stats.cache_hits.values()))
 """
@@ -26,7 +26,7 @@ print(outer(), sum(outer.stats.cache_hits.values()))
 
 def run(folder: Path, how: str) -> tuple[int, int]:
     """Return what the outer function returns in a new process, and how often it was found on disk."""
-    paths = os.pathsep.join([str(folder), str(Path(__file__).parents[3])])
+    paths = os.pathsep.join([str(folder), str(Path(__file__).parents[2])])
     environment = {**os.environ, "PYTHONPATH": paths, "NUMBA_CACHE_DIR": str(folder / "kept")}
     command = [sys.executable, "-c", RUN, how]
     answer = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=True)
