@@ -2,6 +2,10 @@
 
 A leaf, or an opening as a source draws it, tells where a door is, but not its exact depth and width: leaves are thinner
 than the wall, frames and play leave a few centimetres at the sides, openings stick out of the wall.
+
+R1  A wall that is a little skewed to what stands in it is cut through; where it is so much askew that its two ends lie
+    in different lines, the doorway is turned to lie along the wall.
+R2  Two walls of their own, one beside the other: the thinner one decides how deep the doorway is.
 """
 
 from __future__ import annotations
@@ -22,6 +26,10 @@ SKEW_M = 0.05
 PLATE_M = 0.1
 THICKEST_M = 0.7
 NEAR_M = 1.0
+ASKEW = np.tan(np.deg2rad(15.0))
+ALIKE_M = 0.03
+FARTHER_M = 0.15
+SAME_SLOPE = 0.04
 
 Floats = npt.NDArray[np.float64]
 
@@ -75,13 +83,38 @@ def doorway(box: Box, walls: BaseGeometry) -> Box | None:
             faces.append(face)
     if not faces:
         return None
-    low, high = min(f[0] for f in faces), max(f[1] for f in faces)  # a wall that is a little skewed is cut through
-    if high - low > SKEW_M + min(f[1] - f[0] for f in faces):  # two walls of their own: the thinner one decides
-        low, high = min(faces, key=lambda f: f[1] - f[0])
+    low, high = min(f[0] for f in faces), max(f[1] for f in faces)
+    if high - low > SKEW_M + min(f[1] - f[0] for f in faces):
+        turned = _turned(box, ends, faces, near)  # R1
+        if turned is not None:
+            return turned
+        low, high = min(faces, key=lambda f: f[1] - f[0])  # R2
     if high < -box.thickness / 2 - INTO_M or low > box.thickness / 2 + INTO_M:
         return None
     centre = box.centre + (ends[1] - ends[0]) / 2 * box.along + (low + high) / 2 * box.across
     return Box(centre, box.along, ends[0] + ends[1], high - low, box.low, box.high)
+
+
+def _turned(box: Box, ends: list[float], faces: list[tuple[float, float]], walls: BaseGeometry) -> Box | None:
+    """R1: the doorway in the wall of which ``faces`` lie at both ``ends`` of a leaf; None where these are two walls."""
+    if len(faces) < 2 or abs(np.ptp(faces[0]) - np.ptp(faces[1])) > ALIKE_M:
+        return None
+    at = [-ends[0] - INTO_M, ends[1] + INTO_M]
+    slope = float(np.mean(faces[1]) - np.mean(faces[0])) / (at[1] - at[0])
+    middle = (ends[1] - ends[0]) / 2
+    aside = float(np.mean(faces[0])) + slope * (middle - at[0])
+    if abs(slope) > ASKEW or abs(aside) > box.thickness / 2 + INTO_M:
+        return None
+    for end, face in zip(at, faces, strict=True):
+        farther = _faces(box, end + np.sign(end) * FARTHER_M, walls)
+        goes_on = None if farther is None else np.sign(end) * (np.mean(farther) - np.mean(face)) / FARTHER_M
+        if goes_on is not None and abs(goes_on - slope) > SAME_SLOPE:
+            return None
+    longer = float(np.hypot(1.0, slope))
+    centre = box.centre + middle * box.along + aside * box.across
+    along = (box.along + slope * box.across) / longer
+    depth = float(np.ptp(faces, axis=1).mean()) / longer
+    return Box(centre, along, sum(ends) * longer, depth, box.low, box.high)
 
 
 def _jamb(box: Box, sign: float, walls: BaseGeometry) -> float | None:

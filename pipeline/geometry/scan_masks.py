@@ -1,9 +1,7 @@
 """Walls and the free places in them, from the columns of a scan: masks on its raster.
 
 R1  What reaches the top of the walls, above doors, furniture and open leaves, is wall or hangs over a doorway.
-R2  A part of every scan is missing: a hole in it is closed where a straight wall ends and another stands before
-    its end, and where two would meet in a corner and something stands below. Under a ceiling that was seen there are
-    traces of a wall in a hole; a passage has none.
+R2  A part of every scan is missing: holes in the walls are closed (``geometry.scan_holes``).
 R3  Two faces with no more than a wall between them are the two sides of one.
 R4  Around all that is inside stands an outer wall, also where none was seen.
 R5  A region between walls in which no ground was seen is no room, and filled, if the scan has ground elsewhere.
@@ -20,9 +18,9 @@ import numpy as np
 import numpy.typing as npt
 import scipy.ndimage
 
+from pipeline.geometry.masks import SHEET, closed, grown, opened, square
 from pipeline.geometry.scan_columns import SPREAD, Bools, Columns, Floats, Raster
-
-Pixels = npt.NDArray[np.uint8]
+from pipeline.geometry.scan_holes import without_holes
 
 FOOT_M, HEAD_M = 0.2, 1.85
 TOP_BAND_M = 0.2
@@ -37,17 +35,6 @@ FULL = 0.5
 STANDS = 0.4
 PASSED = 0.15
 """In a doorway stands something in less than this share of the heights (noise, a threshold, the edge of a leaf)."""
-STRAIGHT_M = 1.6
-"""A wall along the raster, drawn wider by what noise moves it, holds a line as long as this."""
-HOLE_M, LONG_HOLE_M = 1.2, 2.4
-"""The longer ones where something stands below all along."""
-TURNS = 24
-PASSES = 2
-"""A hole at the end of one wall is often one in the wall that it meets, too."""
-RUN_M = 0.3
-"""A wall that goes on is at least this long, ..."""
-OBLIQUE_RUN_M = 1.2
-"""... an oblique one longer, for a short oblique line fits into a wall along the raster too."""
 WALL_M = 0.38
 OUTER_M = 0.2
 LEAK_M = 1.0
@@ -55,11 +42,8 @@ SEEN = 0.3
 SHORTEST_M = 0.5
 SPECK_M = 0.3
 RIMMED = 0.4
-TRACED = 0.2
 HALF = 0.5
 FILLED = 0.6
-SHEET = 3
-"""So many cells wide a sheet must be, if it is to last."""
 BEFORE = 4
 """So many cells before a wall its air is looked at."""
 
@@ -93,31 +77,18 @@ def wall_masks(columns: Columns) -> WallMasks:
     if lowest > ABOVE_DOORS_M:
         high |= columns.share(max(top - TALL_BAND_M, ABOVE_DOORS_M), top) >= FULL
     reaching = _without_specks(high, raster)  # R1
-    traces = np.ones_like(high) if columns.ceiling_m is None else (body >= PASSED) | (columns.share(lowest, top) > 0)
-    for _ in range(PASSES):
-        reaching = _without_holes(reaching, body >= STANDS, traces, raster)  # R2
-    thick = _closed(reaching, raster.size(WALL_M))  # R3
+    seen = (body >= PASSED) | (columns.share(lowest, top) > 0)
+    reaching = without_holes(reaching, body >= STANDS, seen, raster, has_ceiling=columns.ceiling_m is not None)  # R2
+    thick = closed(reaching, raster.size(WALL_M))  # R3
     outside = _outside(thick | columns.ground | (body >= STANDS), raster)
-    band = outside & _grown(~outside, raster.size(OUTER_M))  # R4
-    closed = _closed(thick | band, raster.size(WALL_M))
-    solid = closed | _unseen(~(closed | outside), columns)  # R5
-    standing = _closed((body >= PASSED) & thick, raster.size(WALL_M)) & thick
-    behind = _grown(standing, raster.size(OUTER_M)) & solid & ~thick
+    band = outside & grown(~outside, raster.size(OUTER_M))  # R4
+    house = closed(thick | band, raster.size(WALL_M))
+    solid = house | _unseen(~(house | outside), columns)  # R5
+    standing = closed((body >= PASSED) & thick, raster.size(WALL_M)) & thick
+    behind = grown(standing, raster.size(OUTER_M)) & solid & ~thick
     free = solid & ~(standing | behind)
     walls = _shrunk(solid)
     return WallMasks(raster, walls, _doorways(free & walls, ~(walls | outside), raster))  # R6
-
-
-def _square(cells: int) -> Pixels:
-    return np.ones((cells, cells), np.uint8)
-
-
-def _grown(mask: Bools, cells: int) -> Bools:
-    return np.asarray(cv2.dilate(mask.view(np.uint8), _square(2 * cells + 1)).view(bool))
-
-
-def _closed(mask: Bools, cells: int) -> Bools:
-    return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_CLOSE, _square(cells)).view(bool))
 
 
 def _without_specks(mask: Bools, raster: Raster) -> Bools:
@@ -128,79 +99,13 @@ def _without_specks(mask: Bools, raster: Raster) -> Bools:
     return np.asarray(long[label]) if count else mask
 
 
-def _without_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster) -> Bools:
-    """R2: each straight run goes on to what stands before its end, and to its corner with another."""
-    below = _grown(body, 1)
-    angles = np.pi * np.arange(TURNS) / TURNS
-    least = [RUN_M if turn % (TURNS // 2) == 0 else OBLIQUE_RUN_M for turn in range(TURNS)]
-    runs = [_opened(reaching, _line(angle, raster.size(m))).view(bool) for angle, m in zip(angles, least, strict=True)]
-    wavy = _grown(reaching, 2)
-    straight = wavy & _grown(
-        np.logical_or.reduce([_opened(wavy, _line(a, raster.size(STRAIGHT_M))).view(bool) for a in (0.0, np.pi / 2)]), 1
-    )
-    runs = [run if turn % (TURNS // 2) == 0 else run & ~straight for turn, run in enumerate(runs)]
-    closed, beyond = reaching.copy(), []
-    for turn, angle in enumerate(angles):
-        if not runs[turn].any():
-            beyond.append(runs[turn])
-            continue
-        hole = _line(angle, raster.size(HOLE_M))
-        ending = runs[turn] & ~_across(runs, turn)
-        gaps = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, hole).view(bool) & ~reaching
-        lanes = gaps & cv2.dilate(ending.view(np.uint8), _line(angle, 2 * raster.size(HOLE_M))).view(bool)
-        closed |= _touching(_mostly(lanes, traces, TRACED), _grown(ending, 1))
-        long = _line(angle, raster.size(LONG_HOLE_M))
-        standing = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, long).view(bool) & ~reaching & below
-        lanes = standing & cv2.dilate(ending.view(np.uint8), _line(angle, 2 * raster.size(LONG_HOLE_M))).view(bool)
-        closed |= _touching(lanes, _grown(ending, 1))
-        beyond.append(cv2.dilate(ending.view(np.uint8), hole).view(bool) & below)
-    for turn, going_on in enumerate(beyond):
-        closed |= going_on & _across(beyond, turn)
-    thin = closed & ~reaching & ~_opened(closed, _square(SHEET)).view(bool)
-    return closed | _grown(thin, SPREAD)
-
-
-def _across(by_turn: list[Bools], turn: int) -> Bools:
-    """All that lies in one of the directions that cross this one."""
-    return np.asarray(
-        np.logical_or.reduce([by_turn[(turn + k) % TURNS] for k in range(TURNS // 3, 2 * TURNS // 3 + 1)])
-    )
-
-
-def _mostly(mask: Bools, marked: Bools, share: float) -> Bools:
-    """The connected parts of a mask of which so much is marked."""
-    count, label = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)
-    kept = np.bincount(label[mask & marked], minlength=count) >= share * np.bincount(label[mask], minlength=count)
-    return np.asarray(kept[label] & mask)
-
-
-def _touching(mask: Bools, marked: Bools) -> Bools:
-    """The connected parts of a mask that share a cell with another."""
-    count, label = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)
-    kept = np.bincount(label[mask & marked], minlength=count) > 0
-    return np.asarray(kept[label] & mask)
-
-
-def _opened(mask: Bools, kernel: Pixels) -> Pixels:
-    return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_OPEN, kernel), np.uint8)
-
-
-def _line(angle: float, cells: int) -> Pixels:
-    """A straight line, so many cells long, as the kernel of a filter."""
-    half = (cells + 1) // 2
-    x, y = (round(half * float(v)) for v in (np.cos(angle), np.sin(angle)))
-    kernel = np.zeros((2 * half + 1, 2 * half + 1), np.uint8)
-    cv2.line(kernel, (half - x, half - y), (half + x, half + y), 1)
-    return kernel
-
-
 def _outside(inside: Bools, raster: Raster) -> Bools:
     """R4: the air around the house, entered through nothing that is narrower than ``LEAK_M``."""
     half = raster.size(LEAK_M / 2)
-    air = (~_grown(inside, half)).view(np.uint8)
+    air = (~grown(inside, half)).view(np.uint8)
     _, label = cv2.connectedComponents(np.pad(air, 1, constant_values=1), connectivity=4)
     around = (label == label[0, 0])[1:-1, 1:-1]
-    return _grown(around, half) & ~inside
+    return grown(around, half) & ~inside
 
 
 def _unseen(air: Bools, columns: Columns) -> Bools:
@@ -216,8 +121,8 @@ def _unseen(air: Bools, columns: Columns) -> Bools:
 
 def _shrunk(solid: Bools) -> Bools:
     """Drawn in by what noise and raster have spread the faces; a lone sheet, which would vanish, is kept."""
-    core = _opened(cv2.erode(solid.view(np.uint8), _square(2 * SPREAD + 1)).view(bool), _square(SHEET)).view(bool)
-    return core | (solid & ~_grown(core, SPREAD + 1))
+    core = opened(cv2.erode(solid.view(np.uint8), square(2 * SPREAD + 1)).view(bool), square(SHEET)).view(bool)
+    return core | (solid & ~grown(core, SPREAD + 1))
 
 
 def _doorways(free: Bools, air: Bools, raster: Raster) -> tuple[Floats, ...]:

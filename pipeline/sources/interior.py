@@ -21,7 +21,7 @@ from scipy.spatial import KDTree
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.plan_grid import Cells, PlanGrid
-from pipeline.sources.surfaces import Bools, Floats, Surfaces, cut_faces
+from pipeline.sources.surfaces import VERTICAL, Bools, Floats, Surfaces, cut_faces
 from pipeline.values import Mesh
 
 HEIGHTS_M = (1.1, 1.7)
@@ -30,7 +30,8 @@ SAMPLE_M = 0.2
 LEAN_M = 0.2  # walls of scans lean and wave
 STANDING = 0.25  # of the outline's length
 STEEP = 0.7  # |n . up| of faces that are looked at: not only upright ones, as scans lean
-UPRIGHT = 0.7  # of the steep area, in a room
+UPRIGHT = 0.8  # of the steep area, in a room
+PATCH_M = 0.5  # the faces of a scan lean this way and that, so that only the mean of many says whether a wall does
 CABIN_M = 7.0
 CABIN_FLOOR = 0.4
 THINNEST_M = 0.02
@@ -136,9 +137,21 @@ def look_at(walls: Mesh, floor_m2: float | None = None) -> Look:
 
 def _is_cabin(surfaces: Surfaces, size: Floats, floor_share: float) -> bool:
     """R1: tell whether the place is as small as a car, its walls lean, and its floor is a small part of it."""
-    slope = np.abs(surfaces.normal[:, 2])
-    upright = float(surfaces.area[surfaces.walls()].sum()) / max(float(surfaces.area[slope < STEEP].sum()), 1e-9)
-    return bool(size.max() < CABIN_M and upright < UPRIGHT and floor_share < CABIN_FLOOR)
+    return bool(size.max() < CABIN_M and floor_share < CABIN_FLOOR and _upright(surfaces) < UPRIGHT)
+
+
+def _upright(surfaces: Surfaces) -> float:
+    """Share of the steep area in patches that stand upright on the whole."""
+    steep = np.abs(surfaces.normal[:, 2]) < STEEP
+    normal, area = surfaces.normal[steep], surfaces.area[steep]
+    along_x = np.abs(normal[:, 0]) > np.abs(normal[:, 1])
+    turned = normal * np.where(np.where(along_x, normal[:, 0], normal[:, 1]) < 0, -1.0, 1.0)[:, None]  # one side each
+    at = np.floor(surfaces.triangles(steep).mean(axis=1) / PATCH_M)
+    patch = np.unique(np.column_stack([at, along_x]), axis=0, return_inverse=True)[1].ravel()
+    sums = np.stack([np.bincount(patch, turned[:, axis] * area) for axis in range(3)], axis=1)
+    leans = np.abs(sums[:, 2]) > VERTICAL * np.linalg.norm(sums, axis=1)
+    by_patch = np.bincount(patch, area)
+    return float(by_patch[~leans].sum() / max(by_patch.sum(), 1e-9))
 
 
 def _samples(segments: Floats, faces: np.ndarray, surfaces: Surfaces) -> tuple[Floats, Floats]:

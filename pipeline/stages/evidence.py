@@ -29,6 +29,7 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.config import EvidenceConfig
 from pipeline.geometry.bodies import Bodies
 from pipeline.geometry.closers import LAP_M
+from pipeline.geometry.cubicles import cubicle_leaves
 from pipeline.geometry.cutting import Cutter
 from pipeline.geometry.doorways import box_of, doorway
 from pipeline.geometry.footprints import footprint
@@ -65,7 +66,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     if level.walls.is_cloud or is_scan(level.walls):
         return gather_scan(level, config)
     bodies = Bodies.of(level.walls)
-    leaves = find_leaves(bodies, level.ceiling_m)
+    leaves = [*find_leaves(bodies, level.ceiling_m), *cubicle_leaves(bodies, level.ceiling_m)]
     cutter = Cutter(bodies.without([k for leaf in leaves for k in leaf.bodies]))
     sections = Sections(cutter, config.sheet_m, config.solid_m)
     heights = _Heights.of(cutter, level, config)

@@ -107,6 +107,47 @@ def test_a_wall_that_ends_in_a_room_is_left_as_it_is() -> None:  # R2 must leave
     assert not walls.contains(shapely.Point(1.5, 1.6))
 
 
+LAVATORY: list[Sheet] = [
+    *[((x1, y), (x2, y), 0.0, HEIGHT_M) for y in (1.4, 1.5) for x1, x2 in ((0.0, 0.5), (1.2, 1.8))],
+    *[((0.5, y), (1.2, y), HEAD_M, HEIGHT_M) for y in (1.4, 1.5)],
+    *[((x, 1.4), (x, 1.5), 0.0, HEAD_M) for x in (0.5, 1.2)],
+    *[((x, 0.0), (x, 1.5), 0.0, HEIGHT_M) for x in (1.8, 1.9)],
+    ((1.8, 1.5), (1.9, 1.5), 0.0, HEIGHT_M),
+]
+"""A wall between two of the left room's, 1.8 m from end to end, a doorway of 0.7 m in it."""
+
+
+def rooms_without_the_top(walls: list[Sheet], y: float) -> tuple[int, int]:
+    """How many rooms and doorways there are, seen as if all above 2.05 m were missing from the wall along ``y``."""
+    mesh = surface(sheets() + walls)
+    middles = mesh.vertices[mesh.faces].mean(axis=1)
+    x, beside, z = middles.T
+    gone = (z > 1.95) & (np.abs(beside - y) < 0.08) & (x > 0.02) & (x < 1.78)
+    found, doorways, _ = judged(Mesh(mesh.vertices, mesh.faces[~gone]))
+    return len(rooms_of(found)), len(doorways)
+
+
+def test_a_short_wall_shows_by_its_jambs_where_all_of_its_top_is_missing() -> None:  # holes, R3
+    assert rooms_without_the_top(LAVATORY, 1.45) == (3, 2)
+
+
+def test_the_fronts_of_two_cupboards_are_no_wall() -> None:  # holes, R3 must leave alone
+    fronts: list[Sheet] = [((0.0, 0.6), (0.6, 0.6), 0.0, 2.0), ((1.2, 0.6), (1.8, 0.6), 0.0, 2.0)]
+    sides: list[Sheet] = [((x, 0.0), (x, 0.6), 0.0, 2.0) for x in (0.6, 1.2)]
+    corner: list[Sheet] = [((x, 0.0), (x, 1.5), 0.0, HEIGHT_M) for x in (1.8, 1.9)]
+    corner.append(((1.8, 1.5), (1.9, 1.5), 0.0, HEIGHT_M))
+    assert rooms_without_the_top([*fronts, *sides, *corner], 0.6) == (2, 1)
+
+
+def test_a_corridor_between_the_ends_of_walls_stays_open() -> None:  # holes, R2 must leave alone
+    walls: list[Sheet] = [((x, y), (x + 1.0, y), 0.0, HEIGHT_M) for x in (0.0, 2.0) for y in (1.4, 1.6)]
+    walls += [((x, y1), (x, y2), 0.0, HEIGHT_M) for x in (1.0, 2.0) for y1, y2 in ((0.0, 1.4), (1.6, 3.0))]
+    walls += [((x, 1.4), (x, 1.6), 0.0, HEIGHT_M) for x in (1.0, 2.0)]
+    holes = [(x, y, 2.4, 0.3) for x in (1.0, 2.0) for y in (1.4, 1.6)]
+    found, _, _ = judged(surface(sheets() + walls, holes))
+    assert not found.intersects(box(1.3, 0.2, 1.7, 2.8))
+
+
 def test_a_region_without_ground_is_filled() -> None:  # R5
     shaft: list[Sheet] = [((2.0, 2.0), (3.0, 2.0), 0.0, HEIGHT_M), ((2.0, 2.0), (2.0, 3.0), 0.0, HEIGHT_M)]
     mesh = surface(sheets() + shaft)

@@ -1,0 +1,146 @@
+"""Holes in the walls of a scan, closed: a part of every scan is missing.
+
+R1  A hole is closed where a straight wall ends and another stands before its end, if it is short, or if something
+    stands below all along; and where two walls would meet in a corner and something stands below.
+R2  A wall that was closed may end before another hole, so that all is done again. Then, and under a ceiling that was
+    seen, there must be traces of a wall in a hole: a passage has none.
+R3  Of a short wall with a door in it, all of the top may be missing. It is closed where in one line between two walls
+    two jambs stand with a gap as wide as a door between them, and no wall runs close by: the fronts of two cupboards
+    look like that, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.geometry.masks import SHEET, dilated, grown, line, mostly, opened, square, touching
+from pipeline.geometry.scan_columns import SPREAD, Bools, Raster
+
+STRAIGHT_M = 1.6
+"""A wall along the raster, drawn wider by what noise moves it, holds a line as long as this."""
+HOLE_M, LONG_HOLE_M = 1.2, 2.4
+"""The longer ones where something stands below all along."""
+TURNS = 24
+PASSES = 4
+RUN_M = 0.3
+"""A wall that goes on is at least this long, ..."""
+OBLIQUE_RUN_M = 1.2
+"""... an oblique one longer, for a short oblique line fits into a wall along the raster too."""
+TRACED = 0.2
+DOOR_M = (0.55, 1.25)
+JAMB_M = 0.1
+SHORT_WALL_M = 2.6
+CLOSE_BY_M = (0.42, 0.8)
+"""From the back of a thick wall to that of a deep cupboard."""
+ALONG = 0.5
+
+
+def without_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster, *, has_ceiling: bool) -> Bools:
+    """Close the holes in what reaches the top of the walls; ``body`` is what stands below, ``traces`` what is faint."""
+    seen = traces if has_ceiling else np.ones_like(traces)
+    for _ in range(PASSES):  # R2
+        before, reaching = reaching, _pass(_between_jambs(reaching, body, raster), body, seen, raster)
+        if (before == reaching).all():
+            break
+        seen = traces
+    return reaching
+
+
+def _pass(reaching: Bools, body: Bools, traces: Bools, raster: Raster) -> Bools:
+    """R1: each straight run goes on to what stands before its end, and to its corner with another."""
+    below = grown(body, 1)
+    angles = np.pi * np.arange(TURNS) / TURNS
+    runs = _runs(reaching, raster)
+    closed, beyond = reaching.copy(), []
+    for turn, angle in enumerate(angles):
+        if not runs[turn].any():
+            beyond.append(runs[turn])
+            continue
+        ending = runs[turn] & ~_across(runs, turn)
+        lanes = _lanes(reaching, ending, angle, raster.size(HOLE_M))
+        closed |= touching(mostly(lanes, traces, TRACED), grown(ending, 1))
+        lanes = _lanes(reaching, ending, angle, raster.size(LONG_HOLE_M), below)
+        closed |= touching(lanes, grown(ending, 1))
+        beyond.append(dilated(ending, line(angle, raster.size(HOLE_M))) & below)
+    for turn, going_on in enumerate(beyond):
+        closed |= going_on & _across(beyond, turn)
+    return _as_sheets(closed, reaching)
+
+
+def _runs(reaching: Bools, raster: Raster) -> list[Bools]:
+    """The straight walls in each direction; what fits into a wavy wall along the raster is no oblique one."""
+    wavy = grown(reaching, 2)
+    long = raster.size(STRAIGHT_M)
+    straight = wavy & grown(opened(wavy, line(0.0, long)) | opened(wavy, line(np.pi / 2, long)), 1)
+    found = []
+    for turn in range(TURNS):
+        oblique = turn % (TURNS // 2) != 0
+        run = opened(reaching, line(np.pi * turn / TURNS, raster.size(OBLIQUE_RUN_M if oblique else RUN_M)))
+        found.append(run & ~straight if oblique else run)
+    return found
+
+
+def _lanes(reaching: Bools, ending: Bools, angle: float, cells: int, within: Bools | None = None) -> Bools:
+    """What lies in one direction between two walls, at most so many cells apart, beyond the end of a run."""
+    hole = line(angle, cells)
+    gaps = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, hole).view(bool) & ~reaching
+    if within is not None:
+        gaps &= within
+    return np.asarray(gaps & dilated(ending, line(angle, 2 * cells)))
+
+
+def _as_sheets(closed: Bools, reaching: Bools) -> Bools:
+    """What was closed, as wide as what was seen."""
+    thin = closed & ~reaching & ~opened(closed, square(SHEET))
+    return closed | grown(thin, SPREAD)
+
+
+def _across(by_turn: list[Bools], turn: int) -> Bools:
+    """All that lies in one of the directions that cross this one."""
+    return np.asarray(
+        np.logical_or.reduce([by_turn[(turn + k) % TURNS] for k in range(TURNS // 3, 2 * TURNS // 3 + 1)])
+    )
+
+
+def _between_jambs(reaching: Bools, body: Bools, raster: Raster) -> Bools:
+    """R3, along the rows and along the columns."""
+    closed = reaching.copy()
+    for walls, standing, found in ((reaching, body, closed), (reaching.T, body.T, closed.T)):
+        beside = _close_by(walls, raster)
+        for row, first, last in _short_walls(walls, standing, raster):
+            if beside[row, first:last].mean() < ALONG:
+                found[row, first:last] = True
+    return _as_sheets(closed, reaching)
+
+
+def _close_by(walls: Bools, raster: Raster) -> Bools:
+    """Where a wall lies beside, above or below in the raster, as close as the wall behind a cupboard."""
+    near, far = (raster.size(m) for m in CLOSE_BY_M)
+    reach = np.zeros((2 * far + 1, 1), np.uint8)
+    reach[: far - near] = reach[far + near + 1 :] = 1
+    return dilated(walls, reach)
+
+
+def _short_walls(walls: Bools, standing: Bools, raster: Raster) -> Iterator[tuple[int, int, int]]:
+    """Rows with their first cell and the one after the last, where two jambs stand between two walls."""
+    least, most = (raster.size(m) for m in DOOR_M)
+    jamb, longest = raster.size(JAMB_M), raster.size(SHORT_WALL_M)
+    for row in np.flatnonzero((standing & ~walls).any(axis=1)):
+        at = np.flatnonzero(walls[row])
+        for k in np.flatnonzero((np.diff(at) > least + 2 * jamb) & (np.diff(at) <= longest)):
+            first, last = int(at[k]) + 1, int(at[k + 1])
+            bounds = _jambs(standing[row, first:last])
+            if bounds and min(bounds[0], last - first - bounds[1]) >= jamb and least <= bounds[1] - bounds[0] <= most:
+                yield int(row), first, last
+
+
+def _jambs(standing: npt.NDArray[np.bool_]) -> tuple[int, int] | None:
+    """Where the gap between two jambs begins and ends, if there is one and all else stands."""
+    free = np.flatnonzero(~standing)
+    if not len(free) or free[-1] - free[0] + 1 != len(free):
+        return None
+    return int(free[0]), int(free[-1]) + 1
