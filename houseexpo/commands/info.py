@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from houseexpo.commands.printing import counted
+from houseexpo.words import counted
 
 if TYPE_CHECKING:
     from houseexpo.dataset import Dataset

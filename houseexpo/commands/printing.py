@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -33,6 +35,7 @@ def print_json(value: Any) -> None:  # what json takes
     sys.stdout.write(json.dumps(value, indent=2, ensure_ascii=False) + "\n")
 
 
-def counted(number: int, noun: str) -> str:
-    """Return a number of things: "1 piece", "2 pieces"."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+def typed_command() -> str:
+    """Return the command that is running, as it is typed in a shell."""
+    by_module = Path(sys.argv[0]).name == "__main__.py"
+    return shlex.join(sys.orig_argv if by_module else ["houseexpo", *sys.argv[1:]])

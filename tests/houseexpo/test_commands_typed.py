@@ -167,8 +167,24 @@ def test_how_much_is_said(words, level, data):
     assert logging.getLevelName(logger.level) == level
 
 
+def test_how_much_is_said_may_stand_at_the_end(data):
+    call("info", data, "-vv")
+    assert logging.getLogger("houseexpo").level == logging.DEBUG
+    call("-v", "info", data, "--quiet")
+    assert logging.getLogger("houseexpo").level == logging.ERROR
+    call("info", data)
+    assert logging.getLogger("houseexpo").level == logging.WARNING
+
+
 def test_completion_is_offered():
     assert "--install-completion" in call("--help")
+    asked = {"_HOUSEEXPO_COMPLETE": "complete_bash", "COMP_WORDS": "houseexpo va", "COMP_CWORD": "1"}
+    done = CliRunner().invoke(app.make_app(), prog_name="houseexpo", env=asked)
+    assert done.output.split() == ["validate"]
+
+
+def test_the_graph_of_a_plan_has_a_type():
+    assert houseexpo.FloorPlan.graph.__annotations__["return"] == "nx.MultiGraph[int | str]"
 
 
 def test_a_notebook_shows_a_data_set(data):
