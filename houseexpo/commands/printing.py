@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-def console() -> Console:
-    """Return a console on standard output; where nobody reads it any more (``| head -1``), the command ends well."""
+def console(*, stderr: bool = False) -> Console:
+    """Return a console; where nobody reads standard output any more (``| head -1``), the command ends well."""
     from rich.console import Console
 
     class Patient(Console):
@@ -22,7 +22,7 @@ def console() -> Console:
             drop_output()
             raise SystemExit(0)
 
-    return Patient()
+    return Patient(stderr=stderr)
 
 
 def drop_output() -> None:
