@@ -100,7 +100,7 @@ def _of_plan(plan: FloorPlan) -> list[_Row]:
         ("area", size, f"{plan.area:.2f} m2 of free space in {x2 - x1:.2f} x {y2 - y1:.2f} m"),
         ("vertices", vertices, f"{len(plan.verts)}, {counted(len(plan.holes), 'hole')}"),
         ("rooms", plan.room_num, f"{plan.room_num} as the source counts them"),
-        ("boxes", labels, ", ".join(f"{label} {count}" for label, count in labels.items())),
+        ("boxes", labels, ", ".join(f"{label} {count}" for label, count in labels.items()) or "none"),
     ]
     rows += _of_quality(plan.quality)
     for room in plan.rooms:
