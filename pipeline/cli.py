@@ -5,27 +5,26 @@ What is heavy is imported where a command runs, so that ``houseexpo --help`` ans
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import typer
 
 from pipeline.batch.disk import printable
+from pipeline.cli_build import Work, build_all, build_one_shard, verify_all
 from pipeline.cli_cluster import assemble_all
-from pipeline.cli_parts import NOT_DONE, ended_cleanly, settings_of, show_outcomes
+from pipeline.cli_parts import NOT_DONE, ended_cleanly, settings_of, show_inspection
 
-if TYPE_CHECKING:
-    from pipeline.executors.outcome import Executor
-
-DAMAGED = 1
-"""An exit code, beside 0, 2 (the command cannot be carried out), NOT_DONE and that of Ctrl-C."""
+REJECTED = 1
+"""An exit code: the house that is inspected gives no plan."""
 
 Up = Literal["auto", "y", "z"]
 
 _Config = Annotated[
     Path | None, typer.Option(help="Manifest: sources and parameters, a TOML file.", show_default=False)
+]
+_Overrides = Annotated[
+    Path | None, typer.Option(help="Corrections by hand.", show_default="overrides.toml beside --config")
 ]
 _Seed = Annotated[int | None, typer.Option(min=0, help="Seed of all that is drawn at random.", show_default="0")]
 _Up = Annotated[Up | None, typer.Option(help="Up axis of mesh files.", show_default="auto")]
@@ -60,6 +59,7 @@ def build(
         str | None, typer.Option(help="The data set folder; a path, s3://... or gs://...", show_default=False)
     ] = None,
     config: _Config = None,
+    overrides: _Overrides = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
     limit: Annotated[int | None, typer.Option(min=1, help="Take the first N inputs only.", show_default=False)] = None,
     seed: _Seed = None,
@@ -87,7 +87,7 @@ def build(
     A build that was interrupted goes on where it stopped.
     """
     if verify:
-        _verify([*map(Path, sources or ()), *([Path(out)] if out else [])])
+        verify_all([*map(Path, sources or ()), *([Path(out)] if out else [])])
         return
     if out is None:
         raise typer.BadParameter("missing; name the data set folder", param_hint="--out")
@@ -112,119 +112,27 @@ def build(
         "min_quality": min_quality,
     }
     others = "add" if add else "replace" if replace_others else "refuse"
-    work = _Work(config, given, out, workers, executor, address, rehash)
+    work = Work(config, given, overrides, out, workers, executor, address, rehash)
     with ended_cleanly() as check:
         if shard is not None:
-            not_done = _build_shard(work, shard, check)
+            not_done = build_one_shard(work, shard, check)
         elif "://" in out:
-            not_done = _build_shard(work, "0/1", check) or assemble_all(out, check, partial=False)
+            not_done = build_one_shard(work, "0/1", check) or assemble_all(out, check, partial=False)
         else:
-            not_done = _build(work, others, check)
+            not_done = build_all(work, others, check)
     if not_done:
         raise typer.Exit(NOT_DONE)
 
 
-@dataclass(frozen=True)
-class _Work:
-    """What a build was asked for; ``given`` are the options that take the place of the manifest's."""
-
-    config: Path | None
-    given: Mapping[str, Any]
-    out: str
-    workers: int | None
-    executor: str
-    address: str | None
-    rehash: bool
-
-    def execute(self) -> Executor:
-        """Return the executor."""
-        from functools import partial
-
-        from houseexpo.workers import cores
-        from pipeline.executors import local, ray
-
-        if self.executor == "ray":
-            return partial(ray.run, address=self.address)
-        return partial(local.run, workers=self.workers or cores())
-
-
-def _build(work: _Work, others: str, check: Callable[[], None]) -> int:
-    """Build, show what came of it, and return how many inputs are not done yet."""
-    from rich.console import Console
-
-    from pipeline.batch.build import build as run_build
-    from pipeline.batch.folder import Others
-    from pipeline.display import Display
-    from pipeline.overrides import load_overrides
-    from pipeline.report_page import write_report
-
-    check()
-    with Display(Console(stderr=True), check) as display:
-        data_set = run_build(
-            settings_of(work.config, work.given),
-            Path(work.out),
-            overrides=load_overrides(work.config),
-            workers=work.workers or 1,
-            progress=display.progress,
-            others=Others(others),
-            rehash=work.rehash,
-            execute=work.execute(),
-            ended=display.ended,
-        )
-        if not data_set.unchanged:
-            write_report(data_set, display.progress)
-    show_outcomes(data_set, work.out)
-    return data_set.not_done
-
-
-def _build_shard(work: _Work, shard: str, check: Callable[[], None]) -> int:
-    """Do one shard, say what came of it, and return how many of its inputs are not done yet."""
-    from rich.console import Console
-
-    from pipeline.batch.shard_build import begin, build_shard
-    from pipeline.batch.shards import Shard
-    from pipeline.display import Display
-    from pipeline.overrides import load_overrides
-
-    check()
-    asked = Shard.of(shard)
-    begun = begin(settings_of(work.config, work.given), work.out, asked.count, load_overrides(work.config))
-    with Display(Console(stderr=True), check) as display:
-        done = build_shard(
-            begun,
-            work.out,
-            asked,
-            execute=work.execute(),
-            progress=display.progress,
-            rehash=work.rehash,
-            ended=display.ended,
-        )
-    typer.echo(f"shard {asked}: {done.inputs - len(done.not_done)} of {done.inputs} houses are done")
-    for name, why in list(done.not_done.items())[:8]:
-        typer.secho(f"{name}: {why}; run the shard again when it has passed", fg=typer.colors.YELLOW)
-    return len(done.not_done)
-
-
-def _verify(folders: list[Path]) -> None:
-    """Check data sets; ends with 1 where something is damaged."""
-    from pipeline.batch.verify import verify
-
-    if not folders:
-        raise typer.BadParameter("name the data set", param_hint="--verify")
-    wrong = [f"{folder}: {line}" for folder in folders for line in verify(folder)]
-    for line in wrong:
-        typer.secho(line, fg=typer.colors.RED)
-    if wrong:
-        typer.echo(f"{len(wrong)} files are not as they were written; the build's own command writes them again")
-        raise typer.Exit(DAMAGED)
-    typer.echo("every file is as it was written")
-
-
 def inspect(
-    source: Annotated[str, typer.Argument(help="One house: a mesh, an IFC file, a SUNCG root or procedural:1.")],
+    source: Annotated[str, typer.Argument(help="A house or a folder of houses, as build takes them.")],
     out: Annotated[Path, typer.Option(help="Folder for the pictures.", show_default=False)],
+    id_: Annotated[
+        str | None, typer.Option("--id", help="Which house or level, by its id.", show_default="the first house")
+    ] = None,
     level: Annotated[int, typer.Option(min=0, help="Which level, counted from the lowest.")] = 0,
     config: _Config = None,
+    overrides: _Overrides = None,
     seed: _Seed = None,
     up: _Up = None,
     units: _Units = None,
@@ -237,12 +145,8 @@ def inspect(
 
     Ends with 1 where the house is rejected.
     """
-    from rich.console import Console
-    from rich.markup import escape
-
     from pipeline.inspection import inspect_house
     from pipeline.overrides import load_overrides
-    from pipeline.quality import main_grounds
 
     given = {
         "sources": (source,),
@@ -254,16 +158,9 @@ def inspect(
         "furniture": furniture,
         "model_path": model_path,
     }
-    console = Console()
-    found = inspect_house(settings_of(config, given), load_overrides(config), level, out)
-    console.print(str(found.shown or source), highlight=False, soft_wrap=True, markup=False)
-    for name in found.pictures:
-        console.print(f"  {out / name}", style="dim", highlight=False, soft_wrap=True)
+    with ended_cleanly():
+        words = load_overrides(config, overrides)
+        found = inspect_house(settings_of(config, given), words, level, out, id_)
+    show_inspection(found, source, out)
     if found.rejection is not None:
-        console.print("[red]rejected[/]", escape(str(found.rejection)), highlight=False, soft_wrap=True)
-        raise typer.Exit(1)
-    verdict = ""
-    if found.quality is not None:
-        grounds = "; ".join(main_grounds(found.quality))
-        verdict = f"quality {found.quality.score:.2f}" + (f" ({grounds})" if grounds else "")
-    console.print("[green]plan[/]", verdict, highlight=False, soft_wrap=True)
+        raise typer.Exit(REJECTED)

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from houseexpo.words import counted
 from pipeline.cli_parts import NOT_DONE, ended_cleanly, settings_of, show_outcomes
 
 _NAMED = 8
@@ -64,29 +65,35 @@ def slurm(
     queue = written.queue()
     count = written.write(left_of(begun, out), limit or array_limit(), queue)
     waiting = f", {len(queue.shards)} are in the queue" if queue.shards else ""
-    typer.echo(f"{count} of {shards} shards to submit{waiting}: sh {written.folder / 'submit.sh'}")
+    typer.echo(f"{count} of {counted(shards, 'shard')} to submit{waiting}: sh {written.folder / 'submit.sh'}")
     if submit:
         typer.echo(written.submit())
 
 
 def assemble_all(out: str, check: Callable[[], None], *, partial: bool) -> int:
     """Assemble where nothing is left to do; return how many inputs are not done."""
-    from rich.console import Console
-
     from pipeline.batch.shard_build import assembled, begun_at, left_of
-    from pipeline.display import Display
+    from pipeline.display import watching
     from pipeline.report_page import write_report
 
     begun = begun_at(out)
     left = left_of(begun, out)
     for number, ids in left.items():
         named = ", ".join(ids[:_NAMED]) + (", ..." if len(ids) > _NAMED else "")
-        typer.secho(f"shard {number}/{begun.shards}: {len(ids)} houses are not done: {named}", fg=typer.colors.YELLOW)
+        typer.secho(
+            f"shard {number}/{begun.shards}: not done: {counted(len(ids), 'house')}: {named}", fg=typer.colors.YELLOW
+        )
     count = sum(map(len, left.values()))
     if count and not partial:
-        typer.echo(f"{count} houses of {len(left)} shards are not done; run those shards, or --partial leaves them out")
+        typer.echo(
+            f"not done: {counted(count, 'house')} of {counted(len(left), 'shard')}; run what is missing, or leave it "
+            "out with --partial"
+        )
         return count
-    with Display(Console(stderr=True), check) as display, assembled(begun, out, display.progress) as data_set:
+    with (
+        watching(check) as display,
+        assembled(begun, out, display.progress) as data_set,
+    ):
         if not data_set.unchanged:
             write_report(data_set, display.progress)
     show_outcomes(data_set, out)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -12,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from houseexpo.commands.printing import typed_command
+from houseexpo.progress import is_quiet
 from pipeline.batch.passing import passing_fault
 from pipeline.interrupts import EXIT_CODE as INTERRUPTED
 from pipeline.interrupts import interruptible
@@ -19,6 +19,7 @@ from pipeline.interrupts import interruptible
 if TYPE_CHECKING:
     from pipeline.batch.assemble import DataSet
     from pipeline.config_file import BuildConfig
+    from pipeline.inspection import Inspection
 
 NOT_DONE = 3
 """The exit code where a fault of the moment kept some inputs from being done, or a shard has not done them yet."""
@@ -39,7 +40,7 @@ def ended_cleanly() -> Iterator[Callable[[], None]]:
 
     Yields ``interruptible``'s function.
     """
-    goes_on = f"what is done is kept, and this goes on with the rest: {shlex.join(_command())}"
+    goes_on = f"what is done is kept, and this goes on with the rest: {typed_command()}"
     last_words = f"interrupted; {goes_on}"
     try:
         with interruptible(last_words) as check:
@@ -59,9 +60,10 @@ def show_outcomes(data_set: DataSet, out: str) -> None:
     """Say what came of a build, and where it is."""
     from rich.console import Console
 
+    from pipeline.plausible import implausible_lines
     from pipeline.report import longest_table, notes_lines, outcome_table, plans_line, reasons_lines
 
-    console = Console()
+    console = Console(quiet=is_quiet())
     if data_set.unchanged:
         console.print("nothing to do: the data set stands as its inputs are")
     console.print(outcome_table(data_set.stats))
@@ -71,6 +73,8 @@ def show_outcomes(data_set: DataSet, out: str) -> None:
         console.print(note, markup=False, highlight=False)
     if (line := plans_line(data_set.stats)) is not None:
         console.print(line, highlight=False)
+    for line in implausible_lines(data_set.root):
+        console.print(line, style="yellow", markup=False, highlight=False, soft_wrap=True)
     for line in reasons_lines(data_set, out):
         console.print(line, style="red", markup=False, highlight=False)
     if data_set.not_done:
@@ -85,5 +89,25 @@ def show_outcomes(data_set: DataSet, out: str) -> None:
         console.print(f"[bold]{what:10}[/]{path}", highlight=False, soft_wrap=True)
 
 
-def _command() -> list[str]:
-    return ["houseexpo", *sys.argv[1:]] if Path(sys.argv[0]).name != "__main__.py" else sys.orig_argv
+def show_inspection(found: Inspection, source: str, out: Path) -> None:
+    """Say which house and level was inspected, where its pictures are, and what came of it."""
+    from rich.console import Console
+    from rich.markup import escape
+
+    from pipeline.plausible import ADVICE, implausible
+    from pipeline.quality import main_grounds
+
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(str(found.shown or source), markup=False)
+    for name in found.pictures:
+        console.print(f"  {out / name}", style="dim", markup=False)
+    if found.rejection is not None:
+        console.print("[red]rejected[/]", escape(str(found.rejection)))
+        return
+    verdict = ""
+    if found.quality is not None:
+        grounds = "; ".join(main_grounds(found.quality))
+        verdict = f"quality {found.quality.score:.2f}" + (f" ({grounds})" if grounds else "")
+    console.print("[green]plan[/]", verdict)
+    if found.plan is not None and (odd := implausible(found.plan.room_num, found.plan.area)):
+        console.print("[yellow]implausible[/]", f"{odd}; {ADVICE}")

@@ -86,7 +86,7 @@ class RefineConfig:
 
 @dataclass(frozen=True)
 class DedupeConfig:
-    """Pixel difference |A xor B| / max(|A|, |B|) under the eight symmetries of the square and small shifts."""
+    """Pixel difference ``|A xor B| / max(|A|, |B|)`` under the eight symmetries of the square and small shifts."""
 
     pixels_per_metre: int = 20
     threshold: float = 0.02

@@ -42,7 +42,7 @@ def check_ids(overrides: Mapping[str, Override], inputs: Iterable[Input]) -> Non
     """
     ids = [item.id for item in inputs]
     for name in overrides:
-        if not any(_concerns(name, known) for known in ids):
+        if not any(concerns(name, known) for known in ids):
             near = difflib.get_close_matches(name, ids, n=1, cutoff=0.0)
             hint = f"did you mean {near[0]!r}?" if near else "the build has no inputs"
             raise ConfigError(f"{NAME}: {name}: expected an id of this build, found no such input; {hint}")
@@ -56,7 +56,7 @@ def corrected_input(item: Input, overrides: Mapping[str, Override]) -> Input:
     ConfigError
         R2 is not kept.
     """
-    own = {name: override for name, override in overrides.items() if override.of_file and _concerns(name, item.id)}
+    own = {name: override for name, override in overrides.items() if override.of_file and concerns(name, item.id)}
     for name in own:
         if name != item.id:
             raise ConfigError(f"{NAME}: {name}: scale and drop_nodes are of a whole file; put them under [{item.id}]")
@@ -83,8 +83,8 @@ def corrected_level(level: Level, override: Override) -> Level:
     return replace(level, openings=(*level.openings, *doors), no_rooms=(*level.no_rooms, *no_rooms))
 
 
-def _concerns(name: str, known: str) -> bool:
-    """R1."""
+def concerns(name: str, known: str) -> bool:
+    """Whether a name is that of this input, or of a level or building of it (R1)."""
     return name.startswith(known) and _OF_AN_INPUT.fullmatch(name, len(known)) is not None
 
 

@@ -5,6 +5,7 @@ In a terminal bars that are drawn anew; elsewhere, as in a log, a plain line now
 
 from __future__ import annotations
 
+import logging
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
@@ -15,12 +16,15 @@ from rich.console import Console, RenderableType
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.text import Text
 
+from houseexpo.progress import is_quiet
+from houseexpo.words import counted
 from pipeline.batch.entry import Entry
 
 EVERY_S = 10.0
 """Seconds between two plain lines."""
 
 _REASONS = 3
+_LOG = logging.getLogger("pipeline")
 
 
 @dataclass
@@ -47,7 +51,12 @@ class Tally:
         refused = f", {self.reasons.total()} rejected ({', '.join(counts)})" if counts else ""
         seconds, file = self.longest
         longest = f", longest {seconds:.1f} s: {file}" if file else ""
-        return f"{_counted(self.plans, 'plan')}{refused}{longest}"
+        return f"{counted(self.plans, 'plan')}{refused}{longest}"
+
+
+def watching(check: Callable[[], None]) -> Display:
+    """Return what shows a build on standard error; nothing where the commands are quiet (``-q``)."""
+    return Display(Console(stderr=True, quiet=is_quiet()), check)
 
 
 class Display:
@@ -76,8 +85,13 @@ class Display:
         self._shown.show(what, done, total)
 
     def ended(self, entry: Entry) -> None:
-        """Count what came of an input."""
+        """Count what came of an input, and log it (``-v``; with ``-vv`` each stage's seconds too)."""
         self.tally.add(entry)
+        for plan in entry.plans:
+            _LOG.info("%s: %s: plan, %.2f s", plan.id, entry.file, entry.seconds)
+        for refused in entry.refused:
+            _LOG.info("%s: %s: %s: %s: %s", refused.id, entry.file, refused.stage, refused.reason, refused.detail)
+        _LOG.debug("%s: %s", entry.file, ", ".join(f"{name} {took:.3f} s" for name, took in entry.stages.items()))
 
 
 class _Bars(Progress):
@@ -137,7 +151,3 @@ class _Lines:
         tally = f"; {self.tally}" if str(self.tally) else ""
         line = f"{what}: {done} of {total}{pace}{tally}"
         self.console.print(line, markup=False, highlight=False, soft_wrap=True)
-
-
-def _counted(count: int, word: str) -> str:
-    return f"{count} {word}" if count == 1 else f"{count} {word}s"

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from houseexpo.dataset.store.catalogue import nearest
 from houseexpo.drawing import contact_sheet
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Quality
+from houseexpo.progress import watched
 from pipeline.algorithm import Snapshot, stages
 from pipeline.batch.job import rng_of
 from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig
-from pipeline.corrections import corrected_input, corrected_level
+from pipeline.corrections import concerns, corrected_input, corrected_level
 from pipeline.overrides import Override
 from pipeline.pictures import stage_pictures
 from pipeline.png import as_png
@@ -26,19 +29,24 @@ from pipeline.values import Input, Level, RejectedLevel
 SHEET = "stages.png"
 REJECTED = "rejected.png"
 
+_STEPS = 10  # of one building without furniture
+_BUILDING = re.compile(r"_B\d+(?=_L\d+|$)")
+
 
 @dataclass(frozen=True)
 class Shown:
-    """Which level of which house is shown: the level's id and number of how many, the house's id of how many."""
+    """Which level of which house is shown: the id and number of the level and of the house, and of how many."""
 
     id: str
     level: int
     levels: int
     house: str
+    number: int
     houses: int
 
     def __str__(self) -> str:
-        house = f"house {self.house}" + (f", the first of {self.houses}" if self.houses > 1 else "")
+        place = "the first" if self.number == 0 else f"number {self.number + 1}"
+        house = f"house {self.house}" + (f", {place} of {self.houses}" if self.houses > 1 else "")
         return f"{self.id}: {house}; level {self.level} of {self.levels}, counted from 0"
 
 
@@ -46,40 +54,52 @@ class Shown:
 class Inspection:
     """What was found: what is shown, the pictures' names in the order of the stages, and why there is no plan.
 
-    ``shown`` is None where the house could not be opened; ``quality`` is the plan's, where it says so.
+    ``shown`` is None where the house could not be opened; ``plan`` is the first building's.
     """
 
     shown: Shown | None
     pictures: tuple[str, ...]
     rejection: Rejection | None
-    quality: Quality | None = None
+    plan: FloorPlan | None = None
+
+    @property
+    def quality(self) -> Quality | None:
+        """The plan's, where it says so."""
+        return None if self.plan is None else self.plan.quality
 
 
-def inspect_house(config: BuildConfig, overrides: Mapping[str, Override], number: int, out: Path) -> Inspection:
+def inspect_house(
+    config: BuildConfig, overrides: Mapping[str, Override], number: int, out: Path, name: str | None = None
+) -> Inspection:
     """Write a picture of each stage that a house passes, and all of them on one sheet.
 
     Parameters
     ----------
     config, overrides
-        Its source is a house; of a source that holds several, the first. A person's word counts as in a build.
+        Its source is a house, or holds several. A person's word counts as in a build.
     number
         Which level, counted from the lowest.
     out
         Folder for the pictures; made where it is absent.
+    name
+        Id of the house, or of one of its levels; the first house of the source by default.
 
     Raises
     ------
     ConfigError
-        Where the source is none, or the house has no such level.
+        Where the source is none, has no house of that id, or the house has no such level.
     """
     inputs = list(list_inputs(config))
-    item = corrected_input(inputs[0], overrides)
+    place = _place(inputs, name)
+    item = corrected_input(inputs[place], overrides)
     out.mkdir(parents=True, exist_ok=True)
     try:
-        level, levels = _level(item, number)
+        levels = list(watched(reader(item.reader).read(item), f"reading {item.id}"))
     except Rejection as rejection:
         return Inspection(None, _picture_of(rejection, out), rejection)
-    shown = Shown(level.id, number, levels, item.id, len(inputs))
+    number = _number(item, levels, number, name)
+    level = levels[number]
+    shown = Shown(level.id, number, len(levels), item.id, place, len(inputs))
     if isinstance(level, RejectedLevel):
         return Inspection(shown, _picture_of(level.rejection, out), level.rejection)
     override = overrides.get(level.id, Override())
@@ -87,14 +107,15 @@ def inspect_house(config: BuildConfig, overrides: Mapping[str, Override], number
     snapshots: list[Snapshot] = []
     rejection_: Rejection | None = None
     try:
-        snapshots.extend(stages(level, override.applied(config.planning), rng_of(level, config.build.seed)))
+        found = stages(level, override.applied(config.planning), rng_of(level, config.build.seed))
+        snapshots.extend(watched(found, f"planning {level.id}", _STEPS))
     except Rejection as rejection:
         rejection_ = rejection
     if rejection_ is not None and not snapshots:
         return Inspection(shown, _picture_of(rejection_.pictured(top_view(level.walls)), out), rejection_)
     snapshots = _of_one_building(snapshots, level.id)
     plans = [snapshot.value for snapshot in snapshots if isinstance(snapshot.value, FloorPlan)]
-    return Inspection(shown, _write(snapshots, level, out), rejection_, plans[0].quality if plans else None)
+    return Inspection(shown, _write(snapshots, level, out), rejection_, plans[0] if plans else None)
 
 
 def _of_one_building(snapshots: list[Snapshot], level_id: str) -> list[Snapshot]:
@@ -104,12 +125,24 @@ def _of_one_building(snapshots: list[Snapshot], level_id: str) -> list[Snapshot]
     return [snapshot for snapshot in snapshots if snapshot.id in {level_id, largest}]
 
 
-def _level(item: Input, number: int) -> tuple[Level | RejectedLevel, int]:
-    """Return a level and how many there are."""
-    levels = list(reader(item.reader).read(item))
+def _place(inputs: Sequence[Input], name: str | None) -> int:
+    """Return which of the inputs has this id, or a level or building of this id."""
+    if name is None:
+        return 0
+    ids = [item.id for item in inputs]
+    found = [place for place, known in enumerate(ids) if concerns(name, known)]
+    if not found:
+        raise ConfigError(f"--id: {nearest(name, ids)}")
+    return max(found, key=lambda place: len(ids[place]))
+
+
+def _number(item: Input, levels: Sequence[Level | RejectedLevel], number: int, name: str | None) -> int:
+    """Return which level is meant: by its id, else by its number."""
+    wanted = {name, _BUILDING.sub("", name or "")} - {item.id}
+    number = next((place for place, level in enumerate(levels) if level.id in wanted), number)
     if number >= len(levels):
         raise ConfigError(f"{item.id}: level {number} asked for, found {len(levels)}: 0 to {len(levels) - 1}")
-    return levels[number], len(levels)
+    return number
 
 
 def _write(snapshots: list[Snapshot], level: Level, out: Path) -> tuple[str, ...]:

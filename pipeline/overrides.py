@@ -1,4 +1,4 @@
-"""What a person decided otherwise: ``overrides.toml`` beside a manifest, one table for each id.
+"""What a person decided otherwise: ``overrides.toml`` beside a manifest, or ``--overrides``, one table for each id.
 
 ::
 
@@ -69,16 +69,18 @@ class Override:
         )
 
 
-def load_overrides(manifest: Path | None) -> Mapping[str, Override]:
-    """Read the overrides beside a manifest, by id; none where there is no such file.
+def load_overrides(manifest: Path | None, file: Path | None = None) -> Mapping[str, Override]:
+    """Read the overrides of ``file``, else those beside a manifest, by id; none where neither is there.
 
     Raises
     ------
     ConfigError
-        Where a key is unknown, a value of the wrong type or out of range, or two of them contradict each other.
+        Where ``file`` cannot be read, a key is unknown, a value of the wrong type or out of range, or two of them
+        contradict each other.
     """
-    path = None if manifest is None else manifest.with_name(NAME)
-    if path is None or not path.exists():
+    beside = None if manifest is None else manifest.with_name(NAME)
+    path = file or beside
+    if path is None or (file is None and not path.exists()):
         return {}
     return {name: _override(name, table, path) for name, table in sorted(load_toml(path).items())}
 

@@ -9,8 +9,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from houseexpo.plan.quality import SURE
+from houseexpo.words import counted
 from pipeline.batch.assemble import DataSet
-from pipeline.batch.entry import Refused
+from pipeline.batch.entry import Entry, Refused
 
 RULES = {
     "boundary:room_edge": "closed an open room along its edge as the source draws it",
@@ -85,25 +86,30 @@ def notes_lines(data_set: DataSet) -> list[str]:
     several = [entry for entry in data_set.entries if len(list(entry.outcomes)) > 1]
     if several:
         outcomes = sum(len(list(entry.outcomes)) for entry in data_set.entries)
-        lines.append(
-            f"{len(data_set.entries)} inputs gave {outcomes} outcomes: {len(several)} with several levels or buildings"
-        )
+        inputs = counted(len(data_set.entries), "input")
+        lines.append(f"{inputs} gave {outcomes} outcomes: {len(several)} with several levels or buildings")
     return lines
 
 
-def longest(data_set: DataSet, most: int = 10) -> list[tuple[str, float]]:
-    """Return the inputs that took longest, with their seconds."""
-    found = sorted(((-entry.seconds, entry.file) for entry in data_set.entries if entry.seconds), key=lambda pair: pair)
-    return [(file, -seconds) for seconds, file in found[:most]]
+def longest(data_set: DataSet, most: int = 10) -> list[tuple[str, str, float]]:
+    """Return the inputs that took longest: the id of the first outcome, the file, and the seconds."""
+    found = sorted((-entry.seconds, entry.file, _id(entry)) for entry in data_set.entries if entry.seconds)
+    return [(name, file, -seconds) for seconds, file, name in found[:most]]
+
+
+def _id(entry: Entry) -> str:
+    """Return the id that people meet in the data set: that of the input's first outcome."""
+    return next((outcome.id for outcome in entry.outcomes), "")
 
 
 def longest_table(data_set: DataSet) -> Table:
     """Show the inputs that took longest."""
     table = Table(title="Longest", title_justify="left", show_header=False)
     table.add_column(overflow="fold")
+    table.add_column(overflow="fold", style="dim")
     table.add_column(justify="right")
-    for file, seconds in longest(data_set):
-        table.add_row(escape(file), f"{seconds:.2f} s")
+    for name, file, seconds in longest(data_set):
+        table.add_row(escape(name), escape(file) if file != name else "", f"{seconds:.2f} s")
     return table
 
 

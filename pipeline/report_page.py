@@ -153,4 +153,5 @@ def _time(data_set: DataSet) -> Iterator[str]:
         rows = [(stage, f"{value:.1f} s", f"{value / total:.0%}") for stage, value in seconds.items()]
         yield section("Time", [])
         yield table(("stage", "of one core", "share"), rows)
-        yield table(("longest", "seconds"), [(file, f"{value:.2f}") for file, value in longest(data_set)])
+        slow = [(name, file, f"{value:.2f}") for name, file, value in longest(data_set)]
+        yield table(("longest", "file", "seconds"), slow)

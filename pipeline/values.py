@@ -112,9 +112,9 @@ class Level:
 class Input:
     """One input of a batch: cheap to list, small to pickle; a worker opens it.
 
-    ``id`` is the base id (FORMAT.md "Ids"); ``reader`` names the module of pipeline.sources that opens it ("suncg",
-    "mesh_file", "ifc"); ``path`` is what it opens (a file, or for SUNCG the root folder); ``key`` is what inside it
-    (the sceneId for SUNCG, else ""). ``options`` are the reader's, as sorted (name, value) pairs.
+    ``id`` is the base id (docs/format.md, "Ids"); ``reader`` names the module of pipeline.sources that opens it
+    ("suncg", "mesh_file", "ifc"); ``path`` is what it opens (a file, or for SUNCG the root folder); ``key`` is what
+    inside it (the sceneId for SUNCG, else ""). ``options`` are the reader's, as sorted (name, value) pairs.
     """
 
     id: str

@@ -2,19 +2,35 @@
 
 from __future__ import annotations
 
+import sys
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from houseexpo.words import counted
+
 if TYPE_CHECKING:
-    from stats.gather import Gathered
+    from stats.gather import Measured
+
+_NAMED = 8
+"""How many plans that cannot be read are named in the terminal; ``--json`` has all."""
 
 
 def stats(
     dataset: Annotated[Path, typer.Argument(help="A data set: a folder, .tar.gz, .zip, .jsonl or .jsonl.gz.")],
-    out: Annotated[Path | None, typer.Option(help="The report, an HTML file.", show_default=False)] = None,
-    json: Annotated[Path | None, typer.Option(help="The same numbers as JSON.", show_default=False)] = None,
+    out: Annotated[
+        list[Path] | None,
+        typer.Option(help="The report as .html, the numbers as .json; may be repeated.", show_default=False),
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")] = False,
+    list_bad: Annotated[
+        bool, typer.Option("--list-bad", help="List plans that a robot cannot cross, invalid rings and repeats.")
+    ] = False,
+    radius: Annotated[
+        float, typer.Option(min=0.01, max=5, help="Of the robot, for --list-bad.", metavar="METRES")
+    ] = 0.2,
     compare: Annotated[Path | None, typer.Option(help="Another data set, side by side.", show_default=False)] = None,
     unusable: Annotated[
         Path | None, typer.Option(help="A list of plans that someone found bad, judged.", show_default=False)
@@ -26,32 +42,57 @@ def stats(
 ) -> None:
     """Say what a data set is made of: rooms, labels, areas, doors, what a robot reaches, repeats, splits.
 
-    What is measured is kept in the cache, so that a second run is quick.
+    What is measured is kept in the cache, so that a second run is quick. A plan that cannot be read is named and left
+    out.
     """
-    from rich.console import Console
-
-    from houseexpo.dataset import open_dataset
-    from houseexpo.errors import ConfigError
-    from stats.gather import add_up, gather, records
+    from houseexpo.commands.printing import console, print_json
+    from stats.gather import measured
     from stats.listed import judge, read_list
     from stats.report import Report
     from stats.table import tables
-    from stats.write import write_json, write_page
+    from stats.write import check_names, write_report
 
+    files = out or []
+    check_names(files)
     listed = None if unusable is None else read_list(unusable)
-    opened = open_dataset(dataset)
-    if not len(opened):
-        raise ConfigError(f"{dataset}: expected plans, found none")
-    found = records(opened, geometry=geometry, workers=workers)
-    other: Gathered | None = None
-    if compare is not None:
-        other = gather(open_dataset(compare), geometry=geometry, workers=workers)
-    verdict = None if listed is None or unusable is None else judge(found, listed, unusable.name)
-    report = Report(add_up(opened, found, geometry=geometry), other, verdict)
-    console = Console()
-    for table in tables(report):
-        console.print(table)
-    for what, path, write in (("report", out, write_page), ("numbers", json, write_json)):
-        if path is not None:
-            write(report, opened, path)
-            console.print(f"[bold]{what:8}[/]{path}", highlight=False, soft_wrap=True)
+    with ExitStack() as opened:
+        one = opened.enter_context(measured(dataset, geometry=geometry, workers=workers))
+        _say_broken(one)
+        if list_bad:
+            _list_bad(one, radius, workers, json=json)
+            return
+        other = None if compare is None else opened.enter_context(measured(compare, geometry=geometry, workers=workers))
+        verdict = None if listed is None or unusable is None else judge(one.records, listed, unusable.name)
+        report = Report(one.summed(), None if other is None else other.summed(), verdict, one.broken)
+        if json:
+            print_json(report.values())
+        for table in () if json else tables(report):
+            console().print(table)
+        for path in files:
+            write_report(report, one.data_set, path)
+            console(stderr=json).print(f"[bold]written [/]{path}", highlight=False, soft_wrap=True)
+
+
+def _list_bad(one: Measured, radius_m: float, workers: int | None, *, json: bool) -> None:
+    """Print the plans that need a look: a line each, the id first, or JSON."""
+    from houseexpo.commands.printing import print_json
+    from stats.bad import find_bad
+
+    found = find_bad(one.data_set, one.records, radius_m, workers)
+    if json:
+        broken = [str(each) for each in one.broken]
+        print_json({"radius_m": radius_m, "bad": [plan.values() for plan in found], "broken": broken})
+        return
+    for plan in found:
+        sys.stdout.write(f"{plan.id}\t{'; '.join(plan.reasons(radius_m))}\n")
+
+
+def _say_broken(one: Measured) -> None:
+    """Name what cannot be read, on standard error."""
+    if not one.broken:
+        return
+    typer.secho(f"left out, cannot be read: {counted(len(one.broken), 'plan')}", fg=typer.colors.RED, err=True)
+    for broken in one.broken[:_NAMED]:
+        typer.echo(f"  {broken}", err=True)
+    if len(one.broken) > _NAMED:
+        typer.echo(f"  and {len(one.broken) - _NAMED} more; --json names all", err=True)

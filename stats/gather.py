@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import msgspec
 
-from houseexpo.dataset import Dataset
+from houseexpo.dataset import Dataset, open_dataset
+from houseexpo.dataset.readable import Broken, readable
+from houseexpo.errors import ConfigError, DatasetError, PlanError
 from houseexpo.workers import cores
 from stats.record import VERSION, Record, record, record_with_rooms
 from stats.summary import PlanSummary
@@ -38,6 +42,48 @@ class Gathered:
         self.whole.merge(other.whole)
         for name, summary in other.splits.items():
             self.splits.setdefault(name, PlanSummary()).merge(summary)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A data set with a record for each plan that can be read; ``broken`` are the others."""
+
+    name: str
+    data_set: Dataset
+    records: list[Record]
+    geometry: bool = False
+    broken: tuple[Broken, ...] = ()
+
+    def summed(self) -> Gathered:
+        """Return what the records add up to."""
+        found = add_up(self.data_set, self.records, geometry=self.geometry)
+        found.name = self.name
+        return found
+
+
+@contextmanager
+def measured(path: Path, *, geometry: bool = False, workers: int | None = None) -> Iterator[Measured]:
+    """Open a data set and measure its plans; one that cannot be read is named, and the others count.
+
+    Parameters as in ``records``. The data set is there until the block ends.
+
+    Raises
+    ------
+    DatasetError, ConfigError
+        Where the data set itself is cut off, or holds no plan that can be read.
+    """
+    with ExitStack() as opened:
+        broken: tuple[Broken, ...] = ()
+        try:
+            data_set = open_dataset(path)
+            found = records(data_set, geometry=geometry, workers=workers)
+        except (PlanError, DatasetError) as error:
+            data_set, broken = opened.enter_context(readable(path))
+            broken = broken or (Broken(path.name, str(error)),)
+            found = records(data_set, geometry=geometry, workers=workers)
+        if not len(data_set):
+            raise ConfigError(f"{path}: expected plans, found none")
+        yield Measured(path.name, data_set, found, geometry, broken)
 
 
 def records(data_set: Dataset, *, geometry: bool = False, workers: int | None = None) -> list[Record]:

@@ -66,9 +66,9 @@ class Verdict:
 
 
 def read_list(path: Path) -> frozenset[str]:
-    """Read ids, one a line, with or without ``.json``; a line that comes twice counts once."""
+    """Read ids, one at the start of each line, with or without ``.json``; one that comes twice counts once."""
     try:
-        lines = path.read_text(encoding="utf-8").split()
+        lines = [line.split()[0] for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
     except (OSError, UnicodeError) as error:
         raise ConfigError(f"{path}: expected a text file of plans' ids, one a line ({error})") from None
     if not lines:

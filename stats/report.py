@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import permutations
 from typing import Any
 
+from houseexpo.dataset.readable import Broken
 from stats import compare
 from stats.gather import Gathered
 from stats.listed import Verdict
@@ -13,11 +14,15 @@ from stats.listed import Verdict
 
 @dataclass(frozen=True)
 class Report:
-    """One data set, perhaps beside another one and beside a list of plans that someone found unusable."""
+    """One data set, perhaps beside another one and beside a list of plans that someone found unusable.
+
+    ``broken`` are the plans of the first that cannot be read.
+    """
 
     one: Gathered
     other: Gathered | None = None
     verdict: Verdict | None = None
+    broken: tuple[Broken, ...] = ()
 
     @property
     def distances(self) -> list[compare.Distance]:
@@ -27,6 +32,8 @@ class Report:
     def values(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
         found: dict[str, Any] = _values(self.one)
+        if self.broken:
+            found["broken"] = [str(broken) for broken in self.broken]
         if self.other is not None:
             found["compared_with"] = _values(self.other)
             found["distances"] = compare.report(self.distances)

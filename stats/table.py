@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from rich import box
 from rich.table import Table
 
+from houseexpo.words import counted
 from stats.catalogue import MEASURES
 from stats.compare import DIFFERENCE, Distance
 from stats.gather import Gathered
@@ -49,7 +50,7 @@ def mean(value: float | None, distance: Distance) -> str:
 def numbers_table(gathered: Gathered) -> Table:
     """Show mean, median and extremes of each measure that the plans have."""
     columns = ("total", "mean", "median", "5%", "95%", "min", "max")
-    table = _table(f"{gathered.name}: {gathered.whole.plans:,} plans", "", *columns)
+    table = _table(f"{gathered.name}: {counted(gathered.whole.plans, 'plan')}", "", *columns)
     for measure in MEASURES:
         found = gathered.whole.tallies[measure.name].report()
         if found["count"]:

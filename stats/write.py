@@ -2,14 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Final
 
 import msgspec
 
 from houseexpo.dataset import Dataset
+from houseexpo.errors import ConfigError
 from houseexpo.files import write_whole
 from stats.page import page
 from stats.report import Report
+
+
+def check_names(files: Iterable[Path]) -> None:
+    """Raise ConfigError where a report cannot be written under a name."""
+    for path in files:
+        if path.suffix not in _WRITERS:
+            raise ConfigError(f"--out: expected a file that ends in {' or '.join(_WRITERS)}, found {path.name!r}")
+
+
+def write_report(report: Report, data_set: Dataset, path: Path) -> None:
+    """Write the page, or the numbers, as the file's name says."""
+    _WRITERS[path.suffix](report, data_set, path)
 
 
 def write_page(report: Report, data_set: Dataset, path: Path) -> None:
@@ -21,3 +36,6 @@ def write_page(report: Report, data_set: Dataset, path: Path) -> None:
 def write_json(report: Report, data_set: Dataset, path: Path) -> None:  # noqa: ARG001 - called as write_page is
     """Write the numbers, histograms included."""
     write_whole(path, msgspec.json.format(msgspec.json.encode(report.values()), indent=2) + b"\n")
+
+
+_WRITERS: Final[dict[str, Callable[[Report, Dataset, Path], None]]] = {".html": write_page, ".json": write_json}

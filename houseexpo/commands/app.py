@@ -17,11 +17,14 @@ from typer.core import TyperGroup
 
 from houseexpo import __version__
 from houseexpo.commands import logs
-from houseexpo.commands.printing import drop_output
+from houseexpo.commands.printing import drop_output, typed_command
 from houseexpo.errors import HouseExpoError, MissingDependencyError
 
 GROUP = "houseexpo.commands"
 """Entry points of this group are functions that typer can call; their names are the commands' names."""
+
+INTERRUPTED = 130
+"""The exit code of Ctrl-C."""
 
 _SETTINGS = {"help_option_names": ["-h", "--help"]}
 
@@ -42,6 +45,9 @@ class _Commands(TyperGroup):
         except BrokenPipeError:  # `houseexpo info plans | head -1`: the reader has seen enough
             drop_output()
             raise typer.Exit(0) from None
+        except KeyboardInterrupt:
+            typer.echo(f"interrupted; the same command again: {typed_command()}", err=True)
+            raise typer.Exit(INTERRUPTED) from None
         except (HouseExpoError, OSError) as error:  # OSError: a folder that cannot be written, a full disk
             typer.secho(f"houseexpo: {error}", fg=typer.colors.RED, err=True)
             raise typer.Exit(2) from None
@@ -76,7 +82,19 @@ def _command(entry: EntryPoint) -> Any:  # what typer makes of a function
     broken = function.__name__ == "cannot_be_loaded"
     settings = {"ignore_unknown_options": True, "allow_extra_args": True} if broken else {}
     alone.command(entry.name, context_settings={**_SETTINGS, **settings})(function)
-    return typer.main.get_command(alone)
+    found = typer.main.get_command(alone)
+    found.params += _loudness()
+    return found
+
+
+def _loudness() -> list[Any]:
+    """Return the options -v and -q of a command: people type them at its end, too."""
+    alone = typer.Typer(add_completion=False)
+    alone.command()(_only_loudness)
+    found = typer.main.get_command(alone).params
+    for option in found:
+        option.expose_value = False  # its callback hears it; the command does not
+    return found
 
 
 def _loaded(entry: EntryPoint) -> Callable[..., Any]:
@@ -106,10 +124,33 @@ def _version(asked: bool) -> None:
         raise typer.Exit
 
 
+def _verbosely(times: int) -> None:
+    if times:
+        logs.set_up(times, quiet=False)
+
+
+def _quietly(asked: bool) -> None:
+    if asked:
+        logs.set_up(0, quiet=True)
+
+
+_MORE = "Say what is done; -vv: more."
+_LESS = "Say errors only, without progress bars."
+
+
+def _only_loudness(
+    verbose: Annotated[
+        int, typer.Option("--verbose", "-v", count=True, callback=_verbosely, help=_MORE, show_default=False)
+    ] = 0,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", callback=_quietly, help=_LESS)] = False,
+) -> None:
+    """Stand for the options that every command has."""
+
+
 def _root(
     _: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Say which version.")] = False,
-    verbose: Annotated[int, typer.Option("--verbose", "-v", count=True, help="Say what is done; -vv: more.")] = 0,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Say errors only, without progress bars.")] = False,
+    verbose: Annotated[int, typer.Option("--verbose", "-v", count=True, help=_MORE, show_default=False)] = 0,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help=_LESS)] = False,
 ) -> None:
     """Turn 3D house models into 2D floor plans, in bulk."""
     logs.set_up(verbose, quiet=quiet)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from houseexpo.commands.given import IDS_HELP
-from houseexpo.commands.printing import counted
+from houseexpo.words import counted
 
 if TYPE_CHECKING:
     from houseexpo.floorplan import FloorPlan

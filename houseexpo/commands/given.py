@@ -39,7 +39,7 @@ def is_data_set(name: str | Path) -> bool:
 
 
 def plan_ids(words: Sequence[str] | None) -> list[str]:
-    """Return the ids that words name, each once, in order: by commas, or ``@FILE`` with one a line.
+    """Return the ids that words name, each once, in order: by commas, or ``@FILE`` with one at the start of each line.
 
     ConfigError where a file cannot be read.
     """
@@ -63,8 +63,19 @@ def plans(names: Sequence[str], data: Path | None) -> list[FloorPlan]:
     return found
 
 
+def named_plans(what: Sequence[str], data: Path | None, ids: Sequence[str] | None) -> Sequence[FloorPlan]:
+    """Return the plans that a command line names: a data set's, all or by ``--ids``, or those of files and ids."""
+    from houseexpo.dataset import open_dataset
+
+    if len(what) == 1 and is_data_set(what[0]):
+        opened = open_dataset(what[0])
+        return [opened[name] for name in plan_ids(ids)] if ids else opened
+    return plans([*what, *(ids or ())], data)
+
+
 def _lines(file: Path) -> list[str]:
     try:
-        return file.read_text(encoding="utf-8").split()
+        lines = file.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"{file}: expected a text file with one id a line, found: {error}") from None
+    return [line.split()[0] for line in lines if line.strip() and not line.startswith("#")]

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from houseexpo.commands.printing import counted
+from houseexpo.commands.given import IDS_HELP
+from houseexpo.words import counted
 
 if TYPE_CHECKING:
     from houseexpo.dataset import Dataset
@@ -18,22 +19,30 @@ if TYPE_CHECKING:
 
 
 def info(
-    what: Annotated[str, typer.Argument(help="A data set, a plan's file, or its id.", show_default=False)],
-    data: Annotated[Path | None, typer.Option(help="The data set of the id; the fetched one by default.")] = None,
+    what: Annotated[list[str], typer.Argument(help="A data set, plans' files, or ids.", show_default=False)],
+    data: Annotated[Path | None, typer.Option(help="The data set of the ids; the fetched one by default.")] = None,
+    ids: Annotated[list[str] | None, typer.Option(help=IDS_HELP, show_default="the data set as a whole")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")] = False,
 ) -> None:
-    """Say what a data set or a plan is."""
-    from houseexpo.commands.given import is_data_set, plans
+    """Say what a data set is, or what plans are."""
+    from houseexpo.commands.given import is_data_set, named_plans
     from houseexpo.commands.printing import console, print_json
     from houseexpo.dataset import open_dataset
 
-    rows = _of_data_set(open_dataset(what)) if is_data_set(what) else _of_plan(plans([what], data)[0])
+    if len(what) == 1 and is_data_set(what[0]) and not ids:
+        told = [_of_data_set(open_dataset(what[0]))]
+    else:
+        told = [_of_plan(plan) for plan in named_plans(what, data, ids)]
     if json:
-        print_json({name: value for name, value, _ in rows})
+        values = [{name: value for name, value, _ in rows} for rows in told]
+        print_json(values[0] if len(values) == 1 else values)
         return
     out = console()
-    for name, _, said in rows:
-        out.print(f"[bold]{name:14}[/]", said, highlight=False, soft_wrap=True)
+    for number, rows in enumerate(told):
+        if number:
+            out.print()
+        for name, _, said in rows:
+            out.print(f"[bold]{name:14}[/]", said, highlight=False, soft_wrap=True)
 
 
 _Row = tuple[str, Any, str]
@@ -91,7 +100,7 @@ def _of_plan(plan: FloorPlan) -> list[_Row]:
         ("area", size, f"{plan.area:.2f} m2 of free space in {x2 - x1:.2f} x {y2 - y1:.2f} m"),
         ("vertices", vertices, f"{len(plan.verts)}, {counted(len(plan.holes), 'hole')}"),
         ("rooms", plan.room_num, f"{plan.room_num} as the source counts them"),
-        ("boxes", labels, ", ".join(f"{label} {count}" for label, count in labels.items())),
+        ("boxes", labels, ", ".join(f"{label} {count}" for label, count in labels.items()) or "none"),
     ]
     rows += _of_quality(plan.quality)
     for room in plan.rooms:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
-def console() -> Console:
-    """Return a console on standard output; where nobody reads it any more (``| head -1``), the command ends well."""
+def console(*, stderr: bool = False) -> Console:
+    """Return a console; where nobody reads standard output any more (``| head -1``), the command ends well."""
     from rich.console import Console
 
     class Patient(Console):
@@ -20,7 +22,7 @@ def console() -> Console:
             drop_output()
             raise SystemExit(0)
 
-    return Patient()
+    return Patient(stderr=stderr)
 
 
 def drop_output() -> None:
@@ -33,6 +35,7 @@ def print_json(value: Any) -> None:  # what json takes
     sys.stdout.write(json.dumps(value, indent=2, ensure_ascii=False) + "\n")
 
 
-def counted(number: int, noun: str) -> str:
-    """Return a number of things: "1 piece", "2 pieces"."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+def typed_command() -> str:
+    """Return the command that is running, as it is typed in a shell."""
+    by_module = Path(sys.argv[0]).name == "__main__.py"
+    return shlex.join(sys.orig_argv if by_module else ["houseexpo", *sys.argv[1:]])

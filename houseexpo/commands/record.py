@@ -40,15 +40,16 @@ def record(
     from houseexpo.commands.environment import environment
     from houseexpo.pseudoslam.agents.policies import policy_of
     from houseexpo.pseudoslam.io.record import record as write
+    from houseexpo.words import counted
 
     console = Console()
-    with console.status(f"recording {steps} steps"):
+    with console.status(f"recording {counted(steps, 'step')}"):
         env, options = environment(dataset, plan, task, config, steps)
         acts = policy_of(policy, env, seed)
         done = write(env, acts, out, steps, seed=seed, options=options, fps=fps, every=every, shows=shows, most_px=size)
     console.print(
-        f"{out}: {done.steps} steps in plan {done.info['plan_id']}, {done.info['coverage']:.0%} seen, "
-        f"{done.info['collisions']} collisions, reward {done.reward:.2f}",
+        f"{out}: {counted(done.steps, 'step')} in plan {done.info['plan_id']}, {done.info['coverage']:.0%} seen, "
+        f"{counted(done.info['collisions'], 'collision')}, reward {done.reward:.2f}",
         highlight=False,
         soft_wrap=True,
     )

@@ -32,13 +32,14 @@ def show(
     find_rooms: Annotated[bool, typer.Option(help="Find rooms and doors where the plan records none.")] = True,
 ) -> None:
     """Draw plans: rooms coloured by label, doors by kind, scale bar, legend. Several make a contact sheet."""
+    from houseexpo.commands.given import named_plans
     from houseexpo.drawing import contact_sheet, draw_plan, svg, svg_sheet
     from houseexpo.files import write_whole
     from houseexpo.progress import watched
 
     if out.suffix not in (".png", ".svg"):
         raise ConfigError(f"--out: expected a file that ends in .png or .svg, found {out.name!r}")
-    found = _chosen(_named(what, data, ids), limit, sample, seed)
+    found = _chosen(named_plans(what, data, ids), limit, sample, seed)
     across = columns or math.ceil(math.sqrt(len(found)))
     names = [plan.id for plan in found]
     shown = watched((plan.divided if find_rooms else plan for plan in found), "drawing", len(found))
@@ -54,17 +55,6 @@ def show(
     stream = io.BytesIO()
     Image.fromarray(images[0] if len(found) == 1 else contact_sheet(images, across, names)).save(stream, "PNG")
     write_whole(out, stream.getvalue())
-
-
-def _named(what: Sequence[str], data: Path | None, ids: Sequence[str] | None) -> Sequence[FloorPlan]:
-    """Return the plans that the command line names: a data set's, all or by ``--ids``, or those of files and ids."""
-    from houseexpo.commands.given import is_data_set, plan_ids, plans
-    from houseexpo.dataset import open_dataset
-
-    if len(what) == 1 and is_data_set(what[0]):
-        opened = open_dataset(what[0])
-        return [opened[name] for name in plan_ids(ids)] if ids else opened
-    return plans([*what, *(ids or ())], data)
 
 
 def _chosen(found: Sequence[FloorPlan], limit: int | None, sample: int | None, seed: int) -> Sequence[FloorPlan]:

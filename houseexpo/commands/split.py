@@ -23,10 +23,11 @@ def split(
     """Divide a data set: all levels and copies of a house stay in one split, and each has the same kinds of houses."""
     from rich.table import Table
 
-    from houseexpo.commands.printing import console, counted
+    from houseexpo.commands.printing import console
     from houseexpo.dataset import open_dataset
     from houseexpo.dataset.splits import PAPER, write_split
     from houseexpo.dataset.splits import split as run_split
+    from houseexpo.words import counted
     from houseexpo.workers import cores
 
     if out is None and not dataset.is_dir():

@@ -21,9 +21,10 @@ def validate(
     """
     from rich.table import Table
 
-    from houseexpo.commands.printing import console, counted, print_json
+    from houseexpo.commands.printing import console, print_json
     from houseexpo.dataset.validation import RULES
     from houseexpo.dataset.validation import validate as run_validate
+    from houseexpo.words import counted
     from houseexpo.workers import cores
 
     report = run_validate(dataset, workers or cores())

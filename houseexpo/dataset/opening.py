@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, DatasetError, PlanError, UnknownPlanError
 from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.words import counted
 
 if TYPE_CHECKING:
     from houseexpo.dataset.store.catalogue import Catalogue
@@ -201,8 +202,8 @@ class Dataset(Sequence[FloorPlan]):
 
     def __repr__(self) -> str:
         whole = len(self._catalogue.ids)
-        part = "" if len(self) == whole else f" of {whole}"
-        return f"Dataset({self.path.name!r}, {len(self)}{part} plans)"
+        number = counted(whole, "plan") if len(self) == whole else f"{len(self):,} of {counted(whole, 'plan')}"
+        return f"Dataset({self.path.name!r}, {number})"
 
     def _repr_html_(self) -> str:
         """Show the data set in a notebook: what it is, and the first plans as pictures."""

@@ -1,4 +1,4 @@
-"""JSON <-> plan; only this file and ``houseexpo.plan.json_keys``, which names them, know the keys (FORMAT.md).
+"""JSON <-> plan; only this file and ``houseexpo.plan.json_keys``, which names them, know the keys (docs/format.md).
 
 A file without ``format`` is a published one: its five keys are checked, others are passed over. A file that says
 ``"format": "houseexpo/2"`` holds the keys of section 2 and no other. Numbers are written in their shortest exact form,

@@ -1,4 +1,4 @@
-"""The keys of a plan's file and the types of their values (FORMAT.md), as msgspec reads and writes them.
+"""The keys of a plan's file and the types of their values (docs/format.md), as msgspec reads and writes them.
 
 Only this file and ``houseexpo.plan.json_codec``, which makes plans of these records, know the keys.
 """

@@ -57,7 +57,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Navigability:
-    """What a disc robot of one radius can reach (FORMAT.md section 2); ``analysis.navigability`` measures it."""
+    """What a disc robot of one radius can reach (docs/format.md, "Our keys"); ``analysis.navigability`` measures it."""
 
     components: int
     largest_share: float

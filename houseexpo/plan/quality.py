@@ -1,4 +1,4 @@
-"""How sure the pipeline is of a plan (FORMAT.md, key ``quality``)."""
+"""How sure the pipeline is of a plan (docs/format.md, key ``quality``)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Put a data set together from outcomes: which plans stay, and the files beside them (FORMAT.md section 3)."""
+"""Put a data set together from outcomes: which plans stay, and the files beside them (docs/format.md)."""
 
 from __future__ import annotations
 

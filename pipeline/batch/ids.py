@@ -1,4 +1,4 @@
-"""Ids of plans (FORMAT.md "Ids"): readers make them, a build sees to it that no two are equal."""
+"""Ids of plans (docs/format.md, "Ids"): readers make them, a build sees to it that no two are equal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Heights to cut at: never through coplanar faces (FIELD_NOTES: the plane at the top of a cube gives nothing)."""
+"""Heights to cut at: never through coplanar faces, for the plane at the top of a cube gives nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ids and file lists that every file source shares (FORMAT.md "Ids")."""
+"""Ids and file lists that every file source shares (docs/format.md, "Ids")."""
 
 from __future__ import annotations
 

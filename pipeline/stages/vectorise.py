@@ -1,4 +1,4 @@
-"""Rings on the 1 cm grid: valid, simple, tiled by rooms and doors (FORMAT.md section 2).
+"""Rings on the 1 cm grid: valid, simple, tiled by rooms and doors (docs/format.md, "Our keys").
 
 All boundaries of rooms and doors are noded together on the grid (snap rounding), so that neighbours share their
 vertices; the faces between them are given back to the rooms and doors they came from.
@@ -36,7 +36,7 @@ def vectorise(
     provenance: Mapping[str, Any],
     obstacles: tuple[Obstacle, ...] = (),
 ) -> FloorPlan:
-    """The plan of FORMAT.md; of free space that falls into parts on the grid, the largest one."""
+    """The plan of docs/format.md; of free space that falls into parts on the grid, the largest one."""
     tiles = _in_one_piece(spaces, named)
     outline = tiles.outline
     shift = MARGIN_M - np.array(outline.bounds[:2])

@@ -73,6 +73,9 @@ def test_ids_are_given_alike_in_every_command(data, tmp_path):
     assert "2 plans, 2 files" in call(
         "export", data, "--to", "json", "--ids", f"@{tmp_path / 'ids.txt'}", "--out", tmp_path
     )
+    for words in ([data, "--ids", f"@{tmp_path / 'ids.txt'}"], [f"{hexed(0)},{hexed(2)}", "--data", data]):
+        assert [plan["plan"] for plan in json.loads(call("info", *words, "--json"))] == [hexed(0), hexed(2)]
+        assert call("info", *words).count("robot 0.20 m") == 2
     assert "one id a line" in call("show", "@nowhere.txt", "--data", data, "--out", tmp_path / "a.svg", code=2)
 
 
@@ -167,8 +170,24 @@ def test_how_much_is_said(words, level, data):
     assert logging.getLevelName(logger.level) == level
 
 
+def test_how_much_is_said_may_stand_at_the_end(data):
+    call("info", data, "-vv")
+    assert logging.getLogger("houseexpo").level == logging.DEBUG
+    call("-v", "info", data, "--quiet")
+    assert logging.getLogger("houseexpo").level == logging.ERROR
+    call("info", data)
+    assert logging.getLogger("houseexpo").level == logging.WARNING
+
+
 def test_completion_is_offered():
     assert "--install-completion" in call("--help")
+    asked = {"_HOUSEEXPO_COMPLETE": "complete_bash", "COMP_WORDS": "houseexpo va", "COMP_CWORD": "1"}
+    done = CliRunner().invoke(app.make_app(), prog_name="houseexpo", env=asked)
+    assert done.output.split() == ["validate"]
+
+
+def test_the_graph_of_a_plan_has_a_type():
+    assert houseexpo.FloorPlan.graph.__annotations__["return"] == "nx.MultiGraph[int | str]"
 
 
 def test_a_notebook_shows_a_data_set(data):

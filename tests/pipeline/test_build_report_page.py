@@ -95,7 +95,8 @@ def test_the_time_of_each_stage_and_the_longest_inputs_are_told(tmp_path: Path) 
     stages = list(stage_seconds(data_set))
     assert stages[:4] == ["source", "evidence", "planes", "layout"]
     assert stages[-1] == "plan"
-    ((file, seconds),) = longest(data_set)
+    ((name, file, seconds),) = longest(data_set)
+    assert name.endswith("_a")
     assert file == "a.ply"
     assert 0 < sum(stage_seconds(data_set).values()) <= seconds
 

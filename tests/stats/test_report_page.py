@@ -100,7 +100,7 @@ def test_a_house_with_rooms_fills_its_plots(ring_of_rooms: FloorPlan) -> None:
 
 def test_the_command_writes_page_and_numbers(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out, numbers = tmp_path / "report.html", tmp_path / "report.json"
-    run(folder, "--out", out, "--json", numbers, "--compare", folder, "--workers", 1)
+    run(folder, "--out", out, "--out", numbers, "--compare", folder, "--workers", 1)
     assert out.read_text().startswith("<!doctype html>")
     found = json.loads(numbers.read_text())
     assert found["plans"]["rooms"]["sum"] == 15

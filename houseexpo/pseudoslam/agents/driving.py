@@ -17,6 +17,7 @@ from houseexpo.pseudoslam.kernels.mapping import merge as mapping
 from houseexpo.pseudoslam.render.canvas import Image
 from houseexpo.pseudoslam.render.picture import Shows, picture
 from houseexpo.pseudoslam.simulator import ACTIONS, Action
+from houseexpo.words import counted
 
 KEYS: Final[dict[str, Action]] = {
     "up": "forward", "w": "forward", "left": "left", "a": "left", "right": "right", "d": "right",
@@ -100,10 +101,11 @@ class Drive:
     def caption(self) -> str:
         """How it stands, in a line, and the keys, in another."""
         info, rewards = self._info, [row.reward for row in self.rows]
+        bumps = counted(info["collisions"], "collision")
         hit = ", bump!" if info["collided"] else ""
         return (
             f"{self._ended}step {len(rewards) - 1}: {info['coverage']:.0%} seen, {info['explored_m2']:.1f} m2, "
-            f"{info['collisions']} collisions, reward {rewards[-1]:+.2f} of {sum(rewards):+.2f}{hit}\n{HELP}"
+            f"{bumps}, reward {rewards[-1]:+.2f} of {sum(rewards):+.2f}{hit}\n{HELP}"
         )
 
     def save(self, folder: Path) -> list[Path]:

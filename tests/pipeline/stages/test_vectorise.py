@@ -1,4 +1,4 @@
-"""Stage vectorise: rings of FORMAT.md."""
+"""Stage vectorise: rings of docs/format.md."""
 
 from dataclasses import replace
 

@@ -1,0 +1,43 @@
+"""Draw the pictures of ``docs/algorithm.md``: ``make pictures``.
+
+Three of the houses of ``procedural:60 --seed 2019``: one in which a wall is cut, one with a chimney, one with a garage
+that stands apart.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from pathlib import Path
+
+from pipeline.config_file import BuildConfig, BuildOptions
+from pipeline.inspection import inspect_house
+
+FOLDER = Path(__file__).parent / "images" / "stages"
+CONFIG = BuildConfig(BuildOptions(sources=("procedural:60",), seed=2019))
+HOUSES = {
+    "b16a83220d643acf43c072de5df74a54": (
+        *("door_plane", "ground_plane", "layout", "doors", "contour", "connectivity", "refine", "plan"),
+    ),
+    "78267747cf2a671fe3cf46ed3ffa4503": ("cells",),
+    "08866abf5a2af938a1f9ab5917b91f33": ("isolated",),
+}
+"""Ids, and the stages of which each house is the picture."""
+
+
+def draw(folder: Path = FOLDER) -> list[Path]:
+    """Write a picture of each stage, named as the stage; return their files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    files = []
+    for name, stages in HOUSES.items():
+        with tempfile.TemporaryDirectory() as drawn:
+            inspect_house(CONFIG, {}, 0, Path(drawn), name)
+            for stage in stages:
+                (picture,) = Path(drawn).glob(f"[0-9][0-9]_{stage}.png")
+                files.append(folder / f"{stage}.png")
+                shutil.copyfile(picture, files[-1])
+    return files
+
+
+if __name__ == "__main__":
+    draw()

@@ -1,0 +1,116 @@
+"""What the command ``build`` does: it builds, or does a shard, or checks hashes, and shows what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from houseexpo.progress import is_quiet
+from houseexpo.words import counted
+from pipeline.cli_parts import settings_of, show_outcomes
+
+if TYPE_CHECKING:
+    from pipeline.executors.outcome import Executor
+
+DAMAGED = 1
+"""An exit code, beside 0, 2 (the command cannot be carried out), NOT_DONE and that of Ctrl-C."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a build was asked for; ``given`` are the options that take the place of the manifest's."""
+
+    config: Path | None
+    given: Mapping[str, Any]
+    overrides: Path | None
+    out: str
+    workers: int | None
+    executor: str
+    address: str | None
+    rehash: bool
+
+    def execute(self) -> Executor:
+        """Return the executor."""
+        from functools import partial
+
+        from houseexpo.workers import cores
+        from pipeline.executors import local, ray
+
+        if self.executor == "ray":
+            return partial(ray.run, address=self.address)
+        return partial(local.run, workers=self.workers or cores())
+
+
+def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
+    """Build, show what came of it, and return how many inputs are not done yet."""
+    from pipeline.batch.build import build as run_build
+    from pipeline.batch.folder import Others
+    from pipeline.display import watching
+    from pipeline.overrides import load_overrides
+    from pipeline.report_page import write_report
+
+    check()
+    with watching(check) as display:
+        data_set = run_build(
+            settings_of(work.config, work.given),
+            Path(work.out),
+            overrides=load_overrides(work.config, work.overrides),
+            workers=work.workers or 1,
+            progress=display.progress,
+            others=Others(others),
+            rehash=work.rehash,
+            execute=work.execute(),
+            ended=display.ended,
+        )
+        if not data_set.unchanged:
+            write_report(data_set, display.progress)
+    show_outcomes(data_set, work.out)
+    return data_set.not_done
+
+
+def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
+    """Do one shard, say what came of it, and return how many of its inputs are not done yet."""
+    from pipeline.batch.shard_build import begin, build_shard
+    from pipeline.batch.shards import Shard
+    from pipeline.display import watching
+    from pipeline.overrides import load_overrides
+
+    check()
+    asked = Shard.of(shard)
+    begun = begin(
+        settings_of(work.config, work.given), work.out, asked.count, load_overrides(work.config, work.overrides)
+    )
+    with watching(check) as display:
+        done = build_shard(
+            begun,
+            work.out,
+            asked,
+            execute=work.execute(),
+            progress=display.progress,
+            rehash=work.rehash,
+            ended=display.ended,
+        )
+    if not is_quiet():
+        typer.echo(f"shard {asked}: {done.inputs - len(done.not_done)} of {counted(done.inputs, 'house')} done")
+    for name, why in list(done.not_done.items())[:8]:
+        typer.secho(f"{name}: {why}; run the shard again when it has passed", fg=typer.colors.YELLOW)
+    return len(done.not_done)
+
+
+def verify_all(folders: list[Path]) -> None:
+    """Check data sets; ends with 1 where something is damaged."""
+    from pipeline.batch.verify import verify
+
+    if not folders:
+        raise typer.BadParameter("name the data set", param_hint="--verify")
+    wrong = [f"{folder}: {line}" for folder in folders for line in verify(folder)]
+    for line in wrong:
+        typer.secho(line, fg=typer.colors.RED)
+    if wrong:
+        typer.echo(f"{counted(len(wrong), 'file')} changed or gone; the build's own command writes what is missing")
+        raise typer.Exit(DAMAGED)
+    typer.echo("every file is as it was written")
