@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -25,25 +26,24 @@ def traversable_cells(occupied: Cells, radius_px: float) -> Cells:
     taken = np.zeros_like(occupied)
     for rows, cols in _rectangles(radius_px):
         square = np.ones((rows, cols), np.uint8)
-        taken |= cv2.dilate(occupied, square, borderType=cv2.BORDER_CONSTANT, borderValue=1)
-    return _biggest_piece((taken == 0).view(np.uint8))
+        nearby = cv2.dilate(occupied, square, borderType=cv2.BORDER_CONSTANT, borderValue=1)
+        np.bitwise_or(taken, nearby, out=taken)
+    return _biggest_piece(_where(taken, 0))
 
 
 def pieces_with(traversable: Cells, occupied: Cells) -> Cells:
     """Return 1 in the pieces of free space (4-connected) where the robot can stand: no sight leads to another one."""
-    image = (occupied == 0).view(np.uint8)
+    image = _where(occupied, 0)
     standing, start = traversable, int(traversable.argmax())
     while standing.flat[start]:  # once, mostly
         _flood(image, start)
         standing = traversable & (image == _FREE)
         start = int(standing.argmax())
-    return (image == _REACHED).view(np.uint8)
+    return _where(image, _REACHED)
 
 
 def _rectangles(radius_px: float) -> Iterator[tuple[int, int]]:
-    """Yield rows and columns of rectangles that together are a disc, by the near sides of cells: libraries are quick
-    with rectangles.
-    """  # noqa: D205
+    """Yield rows and columns of rectangles that together are a disc, by cells' near sides: they are quick to dilate."""
     offsets = np.maximum(np.arange(math.ceil(radius_px) + 1) - 0.5, 0.0)  # to the near side of a cell
     wide = (np.hypot(offsets[:, None], offsets) < radius_px - 1e-9).sum(axis=1).tolist()  # the middle one included
     for away, (here, next_row) in enumerate(zip(wide, [*wide[1:], 0], strict=True)):
@@ -60,9 +60,9 @@ def _biggest_piece(image: Cells) -> Cells:
         return image
     flooded = image.copy()
     if 2 * _flood(flooded, int(image.argmax())) >= cells:  # there is but one, mostly
-        return (flooded == _REACHED).view(np.uint8)
+        return _where(flooded, _REACHED)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(image, connectivity=4)
-    return (labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())).view(np.uint8)
+    return _where(labels, 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()))
 
 
 def _flood(image: Cells, start: int) -> int:
@@ -73,3 +73,9 @@ def _flood(image: Cells, start: int) -> int:
     row, col = divmod(start, cols)
     beside = np.zeros((rows + 2, cols + 2), np.uint8)
     return int(cv2.floodFill(image, beside, (col, row), _REACHED, flags=4)[0])
+
+
+def _where(values: npt.NDArray[Any], value: int) -> Cells:
+    """Return 1 where there is this value, 0 elsewhere."""
+    found: Cells = (values == value).view(np.uint8)
+    return found
