@@ -104,6 +104,14 @@ class Dataset(Sequence[FloorPlan]):
         """Return a plan's JSON as it is packed; UnknownPlanError where there is none of that id."""
         return self._catalogue.read(self._row(plan_id))
 
+    def digest(self, number: int) -> bytes:
+        """Return the SHA-1 of a plan's JSON (20 bytes), by which what is made of it is kept."""
+        return bytes.fromhex(self._catalogue.digest(int(self._rows[number])))
+
+    def raw_of(self, number: int) -> bytes:
+        """Return the JSON of a plan by its number, as it is packed."""
+        return self._catalogue.read(int(self._rows[number]))
+
     def column(self, name: str) -> list[Any]:
         """Return a column of the index, one value a plan: ``room_num``, ``area``, ``labels``, ``n_doors``, ...
 

@@ -11,7 +11,7 @@ from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
 from houseexpo.pseudoslam.worlds.obstacles import place
-from houseexpo.pseudoslam.worlds.world import traversable_cells
+from houseexpo.pseudoslam.worlds.traversable import traversable_cells
 
 PPM = 10.0
 metres = st.floats(0.001, 3.0)

@@ -19,7 +19,8 @@ from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.worlds.world import scan_buffers, traversable_cells, world_of
+from houseexpo.pseudoslam.worlds.traversable import traversable_cells
+from houseexpo.pseudoslam.worlds.world import scan_buffers, world_of
 from tests.builders.scans import first_hit
 
 PPM = 10.0

@@ -12,11 +12,13 @@ from typing import Generic, TypeAlias, TypeVar, Union
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.dataset import open_dataset
+from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.worlds.flow import make_flow
+from houseexpo.pseudoslam.worlds.records import encode_world
+from houseexpo.pseudoslam.worlds.store import WorldStore
 from houseexpo.pseudoslam.worlds.trajectories import make_tracks
 from houseexpo.pseudoslam.worlds.world import World, make_world
 
@@ -42,7 +44,16 @@ def world_for(plan: FloorPlan, config: SimulatorConfig) -> World:
     PlanError
         Where the plan has no free cell.
     """
-    world = make_world(plan, config.pixels_per_metre, config.robot.radius_m, config.laser.range_m)
+    return with_what_moves(still_world(plan, config), plan, config)
+
+
+def still_world(plan: FloorPlan, config: SimulatorConfig) -> World:
+    """Return the world of a plan without what moves in it, as ``world_for`` does."""
+    return make_world(plan, config.pixels_per_metre, config.robot.radius_m, config.laser.range_m)
+
+
+def with_what_moves(world: World, plan: FloorPlan, config: SimulatorConfig) -> World:
+    """Return a world with the ways of what moves in it, as ``world_for`` does."""
     if config.trajectories:
         world = replace(world, tracks=make_tracks(config.trajectories, world.occupied, world.frame, plan.id))
     if config.people.number:
@@ -53,7 +64,8 @@ def world_for(plan: FloorPlan, config: SimulatorConfig) -> World:
 class WorldCache:
     """The worlds of a data set for one configuration; those used last stay in memory: as bits, the latest as bytes.
 
-    ``plans`` is a data set or its path, a plan, or a list of plans.
+    ``plans`` is a data set or its path, a plan, or a list of plans. The worlds of a data set are kept on disk, too
+    (``worlds.store``), made by ``prepare`` or when they are first asked for; what moves in them is not.
     """
 
     def __init__(self, plans: Plans, config: SimulatorConfig) -> None:
@@ -65,6 +77,8 @@ class WorldCache:
         if not len(self._plans):
             raise ConfigError("dataset: expected at least one plan, found none")
         self._config = config
+        self._stored = (self._plans, WorldStore.of(config)) if isinstance(self._plans, Dataset) else None
+        self._moves = bool(config.trajectories or config.people.number)
         self._kept: _Recent[_Packed] = _Recent(MAX_KEPT)
         self._open: _Recent[World] = _Recent(MAX_OPEN)
         self._lock = Lock()
@@ -83,15 +97,35 @@ class WorldCache:
     def __getitem__(self, number: int) -> World:
         """Return the world of a plan; ConfigError and PlanError as ``world_for`` raises them."""
         with self._lock:
-            packed = self._kept.used(number)
-            if packed is None:
-                packed = _Packed(world_for(self._plans[number], self._config))
-                self._kept.keep(number, packed, packed.size)
             world = self._open.used(number)
             if world is None:
-                world = packed.unpacked()
+                world = self._closed(number)
                 self._open.keep(number, world, OF_A_CELL * world.occupied.nbytes)
+            else:
+                self._kept.used(number)
             return world
+
+    def _closed(self, number: int) -> World:
+        """Return the world of a plan that is not open: from disk, or from memory, or made anew."""
+        if self._stored is not None and not self._moves:
+            return self._still(number)
+        packed = self._kept.used(number)
+        if packed is None:
+            packed = _Packed(with_what_moves(self._still(number), self._plans[number], self._config))
+            self._kept.keep(number, packed, packed.size)
+        return packed.unpacked()
+
+    def _still(self, number: int) -> World:
+        """Return a world without what moves: of a data set's plan from disk, where it is kept from now on."""
+        if self._stored is None:
+            return still_world(self._plans[number], self._config)
+        plans, store = self._stored
+        key = plans.digest(number)
+        world = store.get(key)
+        if world is None:
+            world = still_world(plans[number], self._config)
+            store.put(key, encode_world(world))
+        return world
 
     def number_of(self, plan_id: str) -> int:
         """Return the number of a plan; ConfigError where there is none of that id."""

@@ -13,7 +13,7 @@ from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import clearance, room_mask
 from houseexpo.pseudoslam.kernels.planning import flow as kernels
 from houseexpo.pseudoslam.kernels.planning.flow import FAR, Flow
-from houseexpo.pseudoslam.worlds.world import traversable_cells
+from houseexpo.pseudoslam.worlds.traversable import traversable_cells
 
 _BLOCK_M = 0.2
 _MIN_GOALS, _MAX_GOALS = 4, 24  # where a plan has no rooms to go to

@@ -17,15 +17,16 @@ from houseexpo.grids.raster import free_mask
 from houseexpo.pseudoslam.kernels.motion.bodies import Tracks, no_tracks
 from houseexpo.pseudoslam.kernels.placement.cells import count_before
 from houseexpo.pseudoslam.kernels.planning.flow import Flow, no_flow
-from houseexpo.pseudoslam.kernels.sensing.visibility import find_standing, mark_in_sight, mark_visible
+from houseexpo.pseudoslam.kernels.sensing.pockets import mark_visible
+from houseexpo.pseudoslam.kernels.sensing.visibility import find_standing, mark_in_sight
 from houseexpo.pseudoslam.kernels.types import Offsets
 from houseexpo.pseudoslam.renamed import renamed
+from houseexpo.pseudoslam.worlds.traversable import pieces_with, traversable_cells
 
 MAX_CELLS = 100_000_000
 """Of a grid: making a world takes some 30 bytes a cell."""
 _OWN = 0.5 - 1e-6  # cells from the middle of one that lie in it, in all directions
 _NO_OFFSETS = np.empty((0, 2), np.int16)
-_NEAR = 3.0  # robot radii within which a corner mostly sees where the robot can stand
 
 Cells = npt.NDArray[np.uint8]
 Buffers: TypeAlias = tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.float64]]
@@ -145,23 +146,6 @@ def world_of(occupied: Cells, frame: GridFrame, robot_radius_m: float, range_m: 
     return world
 
 
-def traversable_cells(occupied: Cells, radius_px: float) -> Cells:
-    """Return 1 where a disc in the middle of the cell is free, in the biggest piece of such cells (4-connected)."""
-    import cv2
-
-    if 2 * radius_px > min(occupied.shape):
-        return np.zeros_like(occupied)
-    reach = math.ceil(radius_px)
-    offsets = np.maximum(np.abs(np.arange(-reach, reach + 1)) - 0.5, 0.0)  # to the near side of a cell
-    disc = np.hypot(offsets[:, None], offsets) < radius_px - 1e-9
-    taken = cv2.dilate(occupied, disc.astype(np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=1)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(1 - taken, connectivity=4)
-    if count < 2:
-        return np.zeros_like(occupied)
-    biggest = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
-    return np.ascontiguousarray(labels == biggest).view(np.uint8)
-
-
 def visible_cells(
     occupied: Cells,
     traversable: Cells,
@@ -183,26 +167,15 @@ def visible_cells(
         The house before obstacles came, if there is one: what was not seen then is not now, and who stood near most
         cells still does.
     """
-    wanted = (empty.observable > occupied).view(np.uint8) if empty else _pieces_with(traversable, occupied)
+    wanted = (empty.observable > occupied).view(np.uint8) if empty else pieces_with(traversable, occupied)
     before, sure_px = empty.nearest if empty else _NO_OFFSETS, min(radius_px + _OWN, range_px)
     asked, away = np.empty(occupied.size, np.int32), np.empty((occupied.size, 2), np.int16)
     visible = traversable.copy()
     n_asked = find_standing(traversable, wanted, before, sure_px, asked, away, visible)
     n_asked = mark_in_sight(occupied, asked, n_asked, away, sure_px, range_px, visible)
     runs, hit, slopes = buffers or scan_buffers(range_px)
-    mark_visible(occupied, traversable, asked, n_asked, _NEAR * radius_px, range_px, visible, runs, hit, slopes)
+    mark_visible(occupied, traversable, asked, n_asked, away, sure_px, range_px, visible, runs, hit, slopes)
     return visible
-
-
-def _pieces_with(traversable: Cells, occupied: Cells) -> Cells:
-    """Return 1 in the pieces of free space (4-connected) where the robot can stand: no sight leads to another one."""
-    import cv2
-
-    _, pieces = cv2.connectedComponents((occupied == 0).view(np.uint8), connectivity=4)
-    has_stand = np.zeros(int(pieces.max()) + 1, np.uint8)
-    has_stand[pieces[traversable != 0]] = 1
-    found: Cells = has_stand[pieces]
-    return found
 
 
 def scan_buffers(range_px: float) -> Buffers:

@@ -22,7 +22,8 @@ from houseexpo.pseudoslam.kernels.planning.flow import (
     flow_of,
 )
 from houseexpo.pseudoslam.worlds.flow import make_flow
-from houseexpo.pseudoslam.worlds.world import make_world, traversable_cells
+from houseexpo.pseudoslam.worlds.traversable import traversable_cells
+from houseexpo.pseudoslam.worlds.world import make_world
 from tests.builders.moving import frame_of, plan_of, room
 
 

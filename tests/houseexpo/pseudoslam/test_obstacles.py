@@ -19,7 +19,7 @@ from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacl
 from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
 from houseexpo.pseudoslam.kernels.placement.obstacles import CLOSES_OFF, FITS, OVERLAPS, set_down
 from houseexpo.pseudoslam.worlds.obstacles import Placement, _disc, place
-from houseexpo.pseudoslam.worlds.world import traversable_cells
+from houseexpo.pseudoslam.worlds.traversable import traversable_cells
 
 PPM, RADIUS_M = 20.0, 0.2
 RADIUS_PX = PPM * RADIUS_M

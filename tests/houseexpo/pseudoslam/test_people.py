@@ -16,7 +16,8 @@ from houseexpo.pseudoslam.kernels.motion.bodies import GOAL, MOVING, SPEED, VISI
 from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
 from houseexpo.pseudoslam.kernels.people.social_force import push
 from houseexpo.pseudoslam.worlds.people import walk_of
-from houseexpo.pseudoslam.worlds.world import make_world, traversable_cells
+from houseexpo.pseudoslam.worlds.traversable import traversable_cells
+from houseexpo.pseudoslam.worlds.world import make_world
 from tests.builders.moving import NOBODY, Scene, room, scene
 
 PPM = 10.0

@@ -2,31 +2,20 @@
 
 from __future__ import annotations
 
-import math
 import os
 
 import numpy as np
 import pytest
 
 from houseexpo.grids.frame import GridFrame
-from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.kernels.sensing.visibility import NOWHERE, find_standing, mark_in_sight, mark_visible
-from houseexpo.pseudoslam.worlds.world import scan_buffers, traversable_cells, visible_cells, world_of
+from houseexpo.pseudoslam.kernels.sensing.visibility import NOWHERE, find_standing, mark_in_sight
+from houseexpo.pseudoslam.worlds.traversable import traversable_cells
+from houseexpo.pseudoslam.worlds.world import visible_cells, world_of
+from tests.builders.visibility import slow_visible
 
 UNCOMPILED = "NUMBA_DISABLE_JIT" in os.environ  # a look from everywhere takes its time then
 
 UNKNOWN = np.empty((0, 2), np.int16)
-
-
-def slow_visible(occupied: np.ndarray, traversable: np.ndarray, range_px: float) -> np.ndarray:
-    """A look all round from the middle of every standing cell."""
-    seen = np.zeros(occupied.size, np.uint8)
-    runs, hit, slopes = scan_buffers(range_px)
-    for row, col in np.argwhere(traversable).tolist():
-        n_runs, _ = sector_scan(occupied, col + 0.5, row + 0.5, 0.0, math.pi, range_px, runs, hit, slopes)
-        for first, last in runs[:n_runs].tolist():
-            seen[first : last + 1] = 1
-    return seen.reshape(occupied.shape)
 
 
 def house(seed: int) -> np.ndarray:
@@ -63,24 +52,6 @@ def test_no_sight_is_a_matter_of_rounding() -> None:
         expected = slow_visible(occupied, traversable, range_px)
         assert np.array_equal(visible_cells(occupied, traversable, radius_px, range_px), expected), seed
     assert tried > 0
-
-
-@pytest.mark.parametrize("near_px", [0.5, 4.0, 50.0])
-def test_how_far_it_looks_first_changes_nothing(near_px: float) -> None:
-    occupied = house(9)
-    traversable = traversable_cells(occupied, 2.0)
-    visible = np.zeros_like(occupied)
-    asked = np.flatnonzero(occupied == 0).astype(np.int32)
-    mark_visible(occupied, traversable, asked, len(asked), near_px, 15.0, visible, *scan_buffers(15.0))
-    assert np.array_equal(visible, slow_visible(occupied, traversable, 15.0))
-
-
-def test_only_what_is_asked_is_looked_for() -> None:
-    occupied = house(1)
-    traversable, visible = traversable_cells(occupied, 2.0), np.zeros_like(occupied)
-    asked = np.flatnonzero(occupied == 0).astype(np.int32)
-    mark_visible(occupied, traversable, asked, 0, 4.0, 15.0, visible, *scan_buffers(15.0))
-    assert not visible.any()
 
 
 @pytest.mark.parametrize("radius_px", [1.3, 2.0, 2.9])

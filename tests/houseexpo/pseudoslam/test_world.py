@@ -9,7 +9,8 @@ from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode
 from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
-from houseexpo.pseudoslam.worlds.world import make_world, traversable_cells
+from houseexpo.pseudoslam.worlds.traversable import traversable_cells
+from houseexpo.pseudoslam.worlds.world import make_world
 
 
 def square(side: float, plan_id: str = "square") -> FloorPlan:

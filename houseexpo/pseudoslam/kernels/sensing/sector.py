@@ -29,6 +29,8 @@ EDGE = 1e-9
 GAP = 1e-8
 """Radians: directions nearer to each other than this have nothing between them."""
 _GRAZE = 1e-9  # cells by which a line to a centre may graze an obstacle's corner
+_ASIDE = 0.5 + 1e-6
+"""Cells from the middle of one to beyond its border: what grazes a corner of a window meets it."""
 _QUARTER = math.pi / 2
 
 
@@ -88,6 +90,43 @@ def sector_scan(
                 range_px, slopes, open_now, runs, n_runs, hit, n_hit,
             )  # fmt: skip
     return n_runs, n_hit
+
+
+@njit(cache=True, nogil=True)
+def window_scan(occupied: Grid, cell: int, window: int, range_px: float, runs: Runs, hit: Cells, slopes: Floats) -> int:
+    """List the free cells that are seen from the middle of a free cell on lines through another, some of them twice.
+
+    It is ``sector_scan`` all round, but for directions that lead past the window's square.
+
+    Parameters
+    ----------
+    cell, window
+        Flat indices of two cells.
+
+    Returns
+    -------
+    How many entries there are in ``runs``.
+    """
+    rows, cols = occupied.shape
+    flat = occupied.ravel()
+    row, col = cell // cols, cell % cols
+    down, right = window // cols - row, window % cols - col
+    n_runs = 0
+    for quadrant in range(4):
+        up, rightwards = quadrant < 2, quadrant % 2 == 0
+        u, v = -down if up else down, right if rightwards else -right
+        near_u, far_u, near_v, far_v = u - _ASIDE, u + _ASIDE, v - _ASIDE, v + _ASIDE
+        if far_u <= 0.0 or far_v <= 0.0:
+            continue
+        slopes[0, 0] = near_v / far_u if near_v > 0.0 else -_GRAZE
+        slopes[1, 0] = far_v / near_u if near_u > 0.0 else math.inf
+        n_runs, _ = _quadrant(
+            flat, cell, 0.0, 0.0,
+            -cols if up else cols, 1 if rightwards else -1,
+            row if up else rows - 1 - row, cols - 1 - col if rightwards else col,
+            range_px, slopes, 1, runs, n_runs, hit, 0,
+        )  # fmt: skip
+    return n_runs
 
 
 @njit(inline="always")

@@ -9,8 +9,7 @@ from numba import njit
 
 from houseexpo.pseudoslam.kernels.runtime.wide_copy import load_eight
 from houseexpo.pseudoslam.kernels.sensing.ranges import distance
-from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Offsets, Runs
+from houseexpo.pseudoslam.kernels.types import Cells, Grid, Offsets
 
 _STRIP = 1e-4  # cells to either side of a line
 NOWHERE = 1 << 14
@@ -128,54 +127,3 @@ def _is_clear(occupied: Grid, x: float, y: float, right: float, down: float, way
     for aside in (-_STRIP, _STRIP):
         clear = clear and distance(occupied, x - down * aside, y + right * aside, right, down, way) >= way
     return clear
-
-
-@njit(cache=True, nogil=True)
-def mark_visible(
-    occupied: Grid,
-    traversable: Grid,
-    asked: Cells,
-    n_asked: int,
-    near_px: float,
-    range_px: float,
-    visible: Grid,
-    runs: Runs,
-    hit: Cells,
-    slopes: Floats,
-) -> None:
-    """Set ``visible`` to 1 where the middle of a free cell that is asked is seen from the middle of a standing cell.
-
-    What is asked and not visible yet looks round itself, for sight goes both ways: as far as ``near_px`` first, which
-    is quick and mostly enough. A standing cell that was seen from afar looks back, for it sees the neighbours, too.
-    ``runs``, ``hit`` and ``slopes`` are ``sector_scan``'s.
-    """
-    cols = occupied.shape[1]
-    flat, standing = visible.ravel(), traversable.ravel()
-    for k in range(n_asked):
-        cell = asked[k]
-        if flat[cell] != 0:
-            continue
-        x, y = cell % cols + 0.5, cell // cols + 0.5
-        n_runs, _ = sector_scan(occupied, x, y, 0.0, math.pi, min(near_px, range_px), runs, hit, slopes)
-        if _first_of(standing, runs, n_runs) >= 0:
-            flat[cell] = 1
-            continue
-        n_runs, _ = sector_scan(occupied, x, y, 0.0, math.pi, range_px, runs, hit, slopes)
-        seen = _first_of(standing, runs, n_runs)
-        if seen >= 0:
-            flat[cell] = 1
-            x, y = seen % cols + 0.5, seen // cols + 0.5
-            n_runs, _ = sector_scan(occupied, x, y, 0.0, math.pi, range_px, runs, hit, slopes)
-            for i in range(n_runs):
-                for other in range(runs[i, 0], runs[i, 1] + 1):
-                    flat[other] = 1
-
-
-@njit(inline="always")
-def _first_of(standing: Grid, runs: Runs, n_runs: int) -> int:
-    """Return the first standing cell in runs, flat; -1 where there is none."""
-    for i in range(n_runs):
-        for cell in range(runs[i, 0], runs[i, 1] + 1):
-            if standing[cell] != 0:
-                return cell
-    return -1

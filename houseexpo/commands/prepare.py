@@ -1,0 +1,49 @@
+"""``houseexpo prepare``: the worlds of a data set, made before training."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def prepare(
+    dataset: Annotated[
+        Path | None, typer.Argument(help="Folder, archive or JSON lines.", show_default="fetched")
+    ] = None,
+    resolution: Annotated[float, typer.Option(min=1.0, help="Pixels a metre.")] = 25.0,
+    robot_radius: Annotated[float, typer.Option(help="Metres.")] = 0.2,
+    laser_range: Annotated[float, typer.Option(help="Metres.")] = 5.0,
+    config: Annotated[
+        Path | None, typer.Option(help="YAML file of a SimulatorConfig, instead of the options above.")
+    ] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes; all cores by default.")] = None,
+) -> None:
+    """Make and keep what PseudoSLAM needs of every plan, so that a new house costs a reset nothing extra.
+
+    Environments of this resolution, robot radius and laser range find it by themselves. Without it they make, and keep,
+    what they need as they go on.
+    """
+    from houseexpo.commands.given import data_set
+    from houseexpo.commands.printing import console, counted
+    from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
+    from houseexpo.pseudoslam.worlds.prepare import prepare as run_prepare
+    from houseexpo.workers import cores
+
+    given = (
+        SimulatorConfig.from_yaml(config)
+        if config
+        else SimulatorConfig(resolution, RobotConfig(radius_m=robot_radius), LaserConfig(range_m=laser_range))
+    )
+    done = run_prepare(data_set(dataset), given, workers or cores())
+    out = console()
+    out.print(
+        f"{counted(done.made, 'world')} made, {done.known} known, {done.size / 1e6:.0f} MB in {done.folder}",
+        highlight=False,
+        soft_wrap=True,
+    )
+    for problem in done.refused[:10]:
+        out.print(f"no world: {problem}", markup=False, highlight=False, soft_wrap=True)
+    if len(done.refused) > 10:
+        out.print(f"and {len(done.refused) - 10} more", highlight=False)

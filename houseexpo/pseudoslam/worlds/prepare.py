@@ -1,0 +1,109 @@
+"""Making the worlds of a whole data set before robots come, with all cores."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from houseexpo.dataset import Dataset
+from houseexpo.errors import ConfigError, HouseExpoError
+from houseexpo.floorplan import decode
+from houseexpo.progress import watched
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.worlds.cache import still_world
+from houseexpo.pseudoslam.worlds.records import encode_world
+from houseexpo.pseudoslam.worlds.store import WorldStore, store_folder
+from houseexpo.workers import pool
+
+_CHUNK: Final = 16
+_BATCH: Final = 4096
+"""Worlds that are written at once: what a run that is stopped may lose."""
+Job = tuple[bytes, bytes]
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What ``prepare`` did.
+
+    Parameters
+    ----------
+    folder
+        Where the worlds lie.
+    known, made
+        How many were there already, and how many were made.
+    refused
+        What is wrong with plans that have no world: the robot fits nowhere, for example.
+    size
+        Bytes of all files of the folder.
+    """
+
+    folder: Path
+    known: int
+    made: int
+    refused: tuple[str, ...]
+    size: int
+
+
+def prepare(plans: Dataset, config: SimulatorConfig, workers: int) -> Prepared:
+    """Make the worlds of a data set that are not kept yet, and keep them.
+
+    A run that was stopped goes on where it was. With several workers, a script needs its
+    ``if __name__ == "__main__"``.
+
+    Raises
+    ------
+    ConfigError
+        Where worlds cannot be written: there is no room for them, or the folder is to be read only.
+    """
+    folder = store_folder(config)
+    store = WorldStore(folder, config.pixels_per_metre)
+    missing = {key: number for number in range(len(plans)) if (key := plans.digest(number)) not in store}
+    jobs = ((key, plans.raw_of(number)) for key, number in missing.items())
+    refused, waiting, made = [], dict[bytes, bytes](), 0
+    for key, found in watched(_made(jobs, len(missing), config, workers), "preparing worlds", len(missing)):
+        if isinstance(found, str):
+            refused.append(found)
+            continue
+        waiting[key] = found
+        made += 1
+        if len(waiting) == _BATCH:
+            _keep(store, folder, waiting)
+    _keep(store, folder, waiting)
+    size = sum(file.stat().st_size for file in folder.iterdir())
+    return Prepared(folder, len(plans) - len(missing), made, tuple(refused), size)
+
+
+def _made(
+    jobs: Iterator[Job], number: int, config: SimulatorConfig, workers: int
+) -> Iterator[tuple[bytes, bytes | str]]:
+    """Yield the worlds' bytes, or why there is none, by the plan's hash."""
+    work = partial(_world, config)
+    if workers <= 1 or number <= _CHUNK:
+        yield from map(work, jobs)
+        return
+    yield work(next(jobs))  # what has to be compiled is compiled once
+    with pool(workers) as processes:
+        yield from processes.imap_unordered(work, jobs, chunksize=_CHUNK)
+
+
+def _world(config: SimulatorConfig, job: Job) -> tuple[bytes, bytes | str]:
+    key, data = job
+    try:
+        return key, encode_world(still_world(decode(data), config))
+    except HouseExpoError as error:
+        return key, str(error)
+
+
+def _keep(store: WorldStore, folder: Path, waiting: dict[bytes, bytes]) -> None:
+    try:
+        store.write(waiting)
+    except OSError as error:
+        room = f", some {sum(map(len, waiting.values())) / 1e6:.0f} MB at once," if error.errno == errno.ENOSPC else ""
+        raise ConfigError(
+            f"{folder}: {len(waiting)} worlds{room} cannot be written ({error.strerror}); make room, or name another "
+            "folder in HOUSEEXPO_CACHE. What was written before is kept"
+        ) from None

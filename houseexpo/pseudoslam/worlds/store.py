@@ -1,0 +1,176 @@
+"""Worlds on disk, by what they are made of: a plan's bytes, the resolution, the robot and the laser's range.
+
+They lie in the user's cache (HOUSEEXPO_CACHE moves it), in a folder for each resolution, robot and range, so that data
+sets that share plans share worlds. Processes share the files: each maps them to memory, and writes its own.
+
+R1  A world is found only by the hash of its plan, in a folder of its version and its sizes: never a wrong one.
+R2  A file that is not whole, or of another layout, is removed; a record that is damaged is passed over. Their worlds
+    are made again.
+R3  Where files cannot be written (a full disk, a folder to be read only), worlds stay in memory, with one warning.
+R4  What others have written meanwhile is found when something is lacking.
+R5  Many small files become one.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import time
+import weakref
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from houseexpo.dataset.store.cache import cache_folder
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.worlds.records import WORLDS, RecordError, decode_world
+from houseexpo.pseudoslam.worlds.shards import Shard, ShardError, write_shard
+from houseexpo.pseudoslam.worlds.world import World
+
+_SUFFIX: Final = ".worlds"
+_PENDING: Final = 1024
+"""Records that wait in memory, some 2 MB, before they are written."""
+_WAIT_S: Final = 60.0
+_FILES: Final = 64
+_log = logging.getLogger(__name__)
+
+
+def store_folder(config: SimulatorConfig) -> Path:
+    """Return the folder of the worlds of a configuration; ConfigError where it cannot be made."""
+    sizes = config.pixels_per_metre, config.robot.radius_m, config.laser.range_m
+    return cache_folder("worlds", str(WORLDS), "-".join(repr(float(size)) for size in sizes))
+
+
+class WorldStore:
+    """The worlds of a folder; ``None``: in memory alone."""
+
+    def __init__(self, folder: Path | None, pixels_per_metre: float) -> None:
+        self._folder, self._pixels_per_metre = folder, pixels_per_metre
+        self._shards: dict[str, Shard] = {}
+        self._where: dict[bytes, Shard] = {}
+        self._pending: dict[bytes, bytes] = {}
+        self._kept: dict[bytes, bytes] = {}  # where nothing can be written
+        self._written, self._seen = time.monotonic(), -1
+        self._look_up()
+        self.close = weakref.finalize(self, _write_if_possible, folder, self._pending)
+
+    @classmethod
+    def of(cls, config: SimulatorConfig) -> WorldStore:
+        """Return the store of a configuration; in memory alone where there is no folder to be had."""
+        try:
+            folder = store_folder(config)
+        except ConfigError as error:
+            _log.warning("worlds are not kept: %s", error)
+            return cls(None, config.pixels_per_metre)
+        return cls(folder, config.pixels_per_metre)
+
+    def __len__(self) -> int:
+        return len(self._where.keys() | self._pending.keys() | self._kept.keys())
+
+    def __contains__(self, key: bytes) -> bool:
+        return self._record(key) is not None
+
+    def get(self, key: bytes) -> World | None:
+        """Return the world of a plan's hash; None where it is not here."""
+        data = self._record(key)
+        try:
+            return None if data is None else decode_world(data, self._pixels_per_metre)
+        except RecordError as error:
+            _log.warning("a world is made again: %s", error)
+            return None
+
+    def put(self, key: bytes, record: bytes) -> None:
+        """Keep a world that is not here (``records.encode_world``); it is written later, with others."""
+        self._pending[key] = record
+        if len(self._pending) >= _PENDING or time.monotonic() - self._written > _WAIT_S:
+            try:
+                self.flush()
+            except OSError as error:  # R3
+                _log.warning("worlds are not kept on disk, they stay in memory: %s: %s", self._folder, error)
+                self._kept.update(self._pending)
+                self._pending.clear()
+                self._folder = None
+
+    def flush(self) -> None:
+        """Write what waits; OSError where it cannot be written: it waits on."""
+        self._written = time.monotonic()
+        if self._folder is None:
+            self._kept.update(self._pending)
+            self._pending.clear()
+            return
+        _write(self._folder, self._pending)
+        self._look_up()
+        if len(self._shards) > _FILES:
+            self._merge()
+
+    def write(self, records: dict[bytes, bytes]) -> None:
+        """Write records at once, and empty the dictionary; OSError where they cannot be written."""
+        _write(self._folder, records)
+        self._look_up()
+
+    def _record(self, key: bytes) -> bytes | None:
+        for records in (self._pending, self._kept):
+            if key in records:
+                return records[key]
+        shard = self._where.get(key)
+        if shard is None and self._look_up():  # R4
+            shard = self._where.get(key)
+        return None if shard is None else shard.get(key)
+
+    def _look_up(self) -> bool:
+        """Open the files that are new in the folder; return whether there were any."""
+        if self._folder is None:
+            return False
+        try:
+            seen = self._folder.stat().st_mtime_ns
+            if seen == self._seen:
+                return False
+            names = sorted(entry.name for entry in os.scandir(self._folder) if entry.name.endswith(_SUFFIX))
+        except OSError:
+            return False
+        self._seen = seen
+        fresh = [name for name in names if name not in self._shards and not name.startswith(".")]
+        for name in fresh:
+            self._open(self._folder / name)
+        return bool(fresh)
+
+    def _open(self, file: Path) -> None:
+        try:
+            shard = Shard(file)
+        except ShardError as error:  # R2
+            if file.exists():  # another process may have merged it
+                _log.warning("worlds are made again, for their file is removed: %s", error)
+            with suppress(OSError):
+                file.unlink()
+            return
+        self._shards[file.name] = shard
+        self._where.update(dict.fromkeys(shard.keys(), shard))
+
+    def _merge(self) -> None:
+        """Write all records to one file, and remove the files that held them (R5)."""
+        folder = self._folder
+        if folder is None:
+            return
+        found = {key: shard.get(key) for key, shard in self._where.items()}
+        with suppress(OSError):  # then they stay as they are
+            _write(folder, {key: data for key, data in found.items() if data is not None})
+            for name in self._shards:
+                (folder / name).unlink(missing_ok=True)
+            self._shards.clear()
+            self._where.clear()
+            self._look_up()
+
+
+def _write(folder: Path | None, records: dict[bytes, bytes]) -> None:
+    """Write records to a new file, if there are any, and empty the dictionary."""
+    if folder is None or not records:
+        return
+    write_shard(folder / f"{time.time_ns():x}-{os.getpid()}{_SUFFIX}", records)
+    records.clear()
+
+
+def _write_if_possible(folder: Path | None, records: dict[bytes, bytes]) -> None:
+    """Write at the end of a program; what cannot be written is made again."""
+    with suppress(OSError):
+        _write(folder, records)
