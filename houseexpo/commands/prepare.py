@@ -26,9 +26,10 @@ def prepare(
     what they need as they go on.
     """
     from houseexpo.commands.given import data_set
-    from houseexpo.commands.printing import console, counted
+    from houseexpo.commands.printing import console
     from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
     from houseexpo.pseudoslam.worlds.prepare import prepare as run_prepare
+    from houseexpo.words import counted
     from houseexpo.workers import cores
 
     given = (

@@ -197,7 +197,7 @@ def _across(first: _Stretch, second: _Stretch) -> Bridge | None:
         return None
     middle = ((first.a + first.b) / 2 + (second.a + second.b) / 2) @ across / 2
     centre = along * (low + high) / 2 + across * middle
-    return Bridge(centre, along, high - low, depth, (first.faces, second.faces))
+    return Bridge(centre, along, float(high - low), depth, (first.faces, second.faces))
 
 
 def joined(found: list[Bridge], door_plane: BaseGeometry) -> list[Bridge]:

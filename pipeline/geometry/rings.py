@@ -84,7 +84,7 @@ def closed_rings(
 
 def _among(keys: npt.NDArray[np.int64], ordered: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
     """Which of the keys stand in a sorted array."""
-    return ordered[np.minimum(np.searchsorted(ordered, keys), len(ordered) - 1)] == keys
+    return np.asarray(ordered[np.minimum(np.searchsorted(ordered, keys), len(ordered) - 1)] == keys)
 
 
 def _parts(points: Floats, lengths: list[int]) -> list[Floats]:

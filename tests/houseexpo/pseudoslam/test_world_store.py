@@ -236,7 +236,7 @@ def test_many_small_files_become_one(plans: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(store_module, "_FILES", 4)
     store = WorldStore(store_folder(COARSE), 10.0)
     other = WorldStore(store_folder(COARSE), 10.0)
-    records = {hashlib.sha1(bytes([i])).digest(): encode_world(world_for(HUTS[i % 3], COARSE)) for i in range(9)}
+    records = {hashlib.sha256(bytes([i])).digest()[:20]: encode_world(world_for(HUTS[i % 3], COARSE)) for i in range(9)}
     for key, record in records.items():
         store.put(key, record)
         store.flush()
