@@ -2,11 +2,13 @@
 
 R1  A hole is closed where a straight wall ends and another stands before its end, if it is short, or if something
     stands below all along; and where two walls would meet in a corner and something stands below.
-R2  A wall that was closed may end before another hole, so that all is done again. Then, and under a ceiling that was
-    seen, there must be traces of a wall in a hole: a passage has none.
+R2  A wall that was closed may end before another hole, so that all is done again until nothing is left to close. A
+    hole has traces of a wall in it, a passage has none. Of a short hole these may be missing, too: where no ceiling was
+    seen, it is closed at the end, before a free end of a wall, but not where that meets a wall that crosses, as walls
+    beside a corridor do.
 R3  Of a short wall with a door in it, all of the top may be missing. It is closed where in one line between two walls
-    two jambs stand with a gap as wide as a door between them, and no wall runs close by: the fronts of two cupboards
-    look like that, too.
+    two jambs stand with a gap as wide as a door between them, or one that faces the end of a wall in that line. Jambs
+    are as thick as walls, which leaves are not; and no wall runs close by, as behind the fronts of two cupboards.
 """
 
 from __future__ import annotations
@@ -17,22 +19,25 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.geometry.masks import SHEET, dilated, grown, line, mostly, opened, square, touching
+from pipeline.geometry.masks import SHEET, closed, dilated, grown, line, mostly, opened, square, touching
 from pipeline.geometry.scan_columns import SPREAD, Bools, Raster
 
 STRAIGHT_M = 1.6
 """A wall along the raster, drawn wider by what noise moves it, holds a line as long as this."""
-HOLE_M, LONG_HOLE_M = 1.2, 2.4
+HOLE_M, LONG_HOLE_M = 1.4, 2.4
 """The longer ones where something stands below all along."""
 TURNS = 24
-PASSES = 4
+PASSES = 6
 RUN_M = 0.3
 """A wall that goes on is at least this long, ..."""
 OBLIQUE_RUN_M = 1.2
 """... an oblique one longer, for a short oblique line fits into a wall along the raster too."""
 TRACED = 0.2
+CROSSING_M = 0.7
+"""A wall that crosses is longer than the thickest is thick."""
 DOOR_M = (0.55, 1.25)
-JAMB_M = 0.1
+JAMB_M, WALL_M = 0.075, (0.15, 0.38)
+"""From the thinnest wall, as drawn in the raster, to a thick one."""
 SHORT_WALL_M = 2.6
 CLOSE_BY_M = (0.42, 0.8)
 """From the back of a thick wall to that of a deep cupboard."""
@@ -41,12 +46,13 @@ ALONG = 0.5
 
 def without_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster, *, has_ceiling: bool) -> Bools:
     """Close the holes in what reaches the top of the walls; ``body`` is what stands below, ``traces`` what is faint."""
-    seen = traces if has_ceiling else np.ones_like(traces)
+    untraced = has_ceiling
     for _ in range(PASSES):  # R2
-        before, reaching = reaching, _pass(_between_jambs(reaching, body, raster), body, seen, raster)
-        if (before == reaching).all():
+        before, reaching = reaching, _pass(_between_jambs(reaching, body, raster), body, traces, raster)
+        if (before == reaching).all() and untraced:
             break
-        seen = traces
+        if (before == reaching).all():
+            untraced, reaching = True, _without_traces(reaching, raster)
     return reaching
 
 
@@ -55,20 +61,32 @@ def _pass(reaching: Bools, body: Bools, traces: Bools, raster: Raster) -> Bools:
     below = grown(body, 1)
     angles = np.pi * np.arange(TURNS) / TURNS
     runs = _runs(reaching, raster)
-    closed, beyond = reaching.copy(), []
+    found, beyond = reaching.copy(), []
     for turn, angle in enumerate(angles):
         if not runs[turn].any():
             beyond.append(runs[turn])
             continue
         ending = runs[turn] & ~_across(runs, turn)
         lanes = _lanes(reaching, ending, angle, raster.size(HOLE_M))
-        closed |= touching(mostly(lanes, traces, TRACED), grown(ending, 1))
+        found |= touching(mostly(lanes, traces, TRACED), grown(ending, 1))
         lanes = _lanes(reaching, ending, angle, raster.size(LONG_HOLE_M), below)
-        closed |= touching(lanes, grown(ending, 1))
+        found |= touching(lanes, grown(ending, 1))
         beyond.append(dilated(ending, line(angle, raster.size(HOLE_M))) & below)
     for turn, going_on in enumerate(beyond):
-        closed |= going_on & _across(beyond, turn)
-    return _as_sheets(closed, reaching)
+        found |= going_on & _across(beyond, turn)
+    return _as_sheets(found, reaching)
+
+
+def _without_traces(reaching: Bools, raster: Raster) -> Bools:
+    """R2: short holes before the free ends of walls."""
+    found = reaching.copy()
+    for turn, run in enumerate(_runs(reaching, raster)):
+        angle = np.pi * turn / TURNS
+        crossing = opened(reaching, line(angle + np.pi / 2, raster.size(CROSSING_M)))
+        ending = run & ~grown(crossing, 2)
+        if ending.any():
+            found |= touching(_lanes(reaching, ending, angle, raster.size(HOLE_M)), grown(ending, 1))
+    return _as_sheets(found, reaching)
 
 
 def _runs(reaching: Bools, raster: Raster) -> list[Bools]:
@@ -93,10 +111,10 @@ def _lanes(reaching: Bools, ending: Bools, angle: float, cells: int, within: Boo
     return np.asarray(gaps & dilated(ending, line(angle, 2 * cells)))
 
 
-def _as_sheets(closed: Bools, reaching: Bools) -> Bools:
-    """What was closed, as wide as what was seen."""
-    thin = closed & ~reaching & ~opened(closed, square(SHEET))
-    return closed | grown(thin, SPREAD)
+def _as_sheets(found: Bools, reaching: Bools) -> Bools:
+    """What was found beyond what reaches the top, as wide as what was seen."""
+    thin = found & ~reaching & ~opened(found, square(SHEET))
+    return found | grown(thin, SPREAD)
 
 
 def _across(by_turn: list[Bools], turn: int) -> Bools:
@@ -108,13 +126,13 @@ def _across(by_turn: list[Bools], turn: int) -> Bools:
 
 def _between_jambs(reaching: Bools, body: Bools, raster: Raster) -> Bools:
     """R3, along the rows and along the columns."""
-    closed = reaching.copy()
-    for walls, standing, found in ((reaching, body, closed), (reaching.T, body.T, closed.T)):
+    found = reaching.copy()
+    for walls, standing, marked in ((reaching, body, found), (reaching.T, body.T, found.T)):
         beside = _close_by(walls, raster)
         for row, first, last in _short_walls(walls, standing, raster):
             if beside[row, first:last].mean() < ALONG:
-                found[row, first:last] = True
-    return _as_sheets(closed, reaching)
+                marked[row, first:last] = True
+    return _as_sheets(found, reaching)
 
 
 def _close_by(walls: Bools, raster: Raster) -> Bools:
@@ -129,17 +147,25 @@ def _short_walls(walls: Bools, standing: Bools, raster: Raster) -> Iterator[tupl
     """Rows with their first cell and the one after the last, where two jambs stand between two walls."""
     least, most = (raster.size(m) for m in DOOR_M)
     jamb, longest = raster.size(JAMB_M), raster.size(SHORT_WALL_M)
+    in_line = opened(np.ascontiguousarray(walls), line(0.0, raster.size(RUN_M)))
+    thin, thick = (raster.size(m) for m in WALL_M)
+    solid = opened(closed(np.ascontiguousarray(walls | standing), thick), square(thin))
     for row in np.flatnonzero((standing & ~walls).any(axis=1)):
         at = np.flatnonzero(walls[row])
-        for k in np.flatnonzero((np.diff(at) > least + 2 * jamb) & (np.diff(at) <= longest)):
+        for k in np.flatnonzero((np.diff(at) > least + jamb) & (np.diff(at) <= longest)):
             first, last = int(at[k]) + 1, int(at[k + 1])
-            bounds = _jambs(standing[row, first:last])
-            if bounds and min(bounds[0], last - first - bounds[1]) >= jamb and least <= bounds[1] - bounds[0] <= most:
+            gap = _gap(standing[row, first:last])
+            if gap is None or not least <= gap[1] - gap[0] <= most:
+                continue
+            parts = solid[row, first : first + gap[0]], solid[row, first + gap[1] : last]
+            jambs = [len(part) >= jamb and part.mean() > ALONG for part in parts]
+            ends = in_line[row, first - 1], in_line[row, last]
+            if all(jambs) or (jambs[0] and ends[1]) or (jambs[1] and ends[0]):
                 yield int(row), first, last
 
 
-def _jambs(standing: npt.NDArray[np.bool_]) -> tuple[int, int] | None:
-    """Where the gap between two jambs begins and ends, if there is one and all else stands."""
+def _gap(standing: npt.NDArray[np.bool_]) -> tuple[int, int] | None:
+    """Where the only gap in what stands begins and ends."""
     free = np.flatnonzero(~standing)
     if not len(free) or free[-1] - free[0] + 1 != len(free):
         return None
