@@ -123,9 +123,8 @@ def test_builds_that_are_killed_as_a_whole(calm: Calm, tmp_path: Path) -> None:
         same = again.returncode == 0 and contents(out) == calm.contents
         if not same or done(out) < HOUSES:
             wrong.append(round(moment, 2))
-        said(
-            f"killed {k + 1} of {GROUPS} at {moment:.1f} s{late * ' of packing'}, {known} houses known: {'same bytes' if same else 'WRONG'}"
-        )
+        place = f"{moment:.1f} s{' of packing' if late else ''}, {known} houses known"
+        said(f"killed {k + 1} of {GROUPS} at {place}: {'same bytes' if same else 'WRONG'}")
         shutil.rmtree(out, ignore_errors=True)
     said(f"{GROUPS} builds of {HOUSES} houses killed, of {calm.seconds:.0f} s each: {len(wrong)} wrong; {dict(struck)}")
     assert not wrong
