@@ -97,6 +97,9 @@ def load_config(path: Path) -> BuildConfig:
     config = fill(BuildConfig, own, path)
     if config.build.min_quality > 1:
         raise ConfigError(f"{path}: build.min_quality = {config.build.min_quality!r}: expected 0 to 1")
+    for name, value in asdict(config.limits).items():
+        if not value:  # the system takes a limit of 0 for none
+            raise ConfigError(f"{path}: limits.{name} = {value!r}: expected a number above 0")
     sources = tuple(_from_here(source, path.parent) for source in config.build.sources)
     return replace(config, build=replace(config.build, sources=sources), stages=stages)
 

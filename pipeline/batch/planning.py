@@ -79,7 +79,7 @@ class Planning:
         self.listed.clear()
         self.unfinished.clear()
         config = self.listing.config
-        limits = Limits(config.limits.seconds, int(min(config.limits.memory_gb * 2**30, 2**62)))
+        limits = Limits(config.limits.seconds, int(min(max(config.limits.memory_gb * 2**30, 1), 2**62)))
         jobs = self.jobs()
         first = next(jobs, None)
         total, open_jobs = -(-self.listing.total() // self.shard.count), 0

@@ -12,32 +12,12 @@ import pytest
 from houseexpo.errors import ConfigError
 from pipeline.batch.mirror import mirrored
 from pipeline.batch.shard_build import begun_at, left_of
-from tests.builders.batch import config_for, contents, one_room, run_assemble, run_build, run_shard
+from tests.builders.batch import config_for, contents, run_assemble, run_build, run_shard
 from tests.builders.needs import need
 from tests.builders.object_store import BUCKET, puts, s3_server
 
 pytestmark = pytest.mark.slow
 SOURCE, OUT = f"s3://{BUCKET}/in/street", f"s3://{BUCKET}/out/plans"
-
-
-@pytest.fixture(scope="module")
-def street(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Houses in several formats: one with a second file, one in a folder, one refused, one a copy."""
-    folder = tmp_path_factory.mktemp("houses") / "street"
-    for number, name in enumerate("abc"):
-        one_room(folder / f"{name}.ply", 5.0 + number)
-    one_room(folder / "far" / "e.obj", 9.0)
-    one_room(folder / "split" / "f.gltf", 11.0)  # its vertices lie in another file
-    one_room(folder / "g_refuse.glb", 7.0)
-    one_room(folder / "z.ply", 4.0, 5.0)
-    return folder
-
-
-@pytest.fixture(scope="module")
-def serial(street: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    out = tmp_path_factory.mktemp("serial") / "plans"
-    run_build([street], out)
-    return contents(out)
 
 
 @pytest.fixture(scope="module")
