@@ -7,7 +7,7 @@ DATASET ?= datasets/demo
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help setup cluster dataset test test-all check bench clean
+.PHONY: help setup cluster dataset docs pictures test test-all check bench clean
 
 help: ## show this list
 	@printf '\n  \033[1mHouseExpo\033[0m: turns 3D house models into 2D floor plans, in bulk\n\n'
@@ -35,6 +35,14 @@ dataset: setup ## build the demo data set: 300 houses made by the project, into 
 	@$(BIN)/houseexpo build --config data_manifests/demo.toml --out $(DATASET)
 	@$(BIN)/houseexpo stats $(DATASET) --out $(DATASET)/.build/statistics.html
 
+docs: setup ## build the pages of docs/ as a site, into docs/_build; warnings are errors
+	@$(BIN)/python -c 'import furo' 2>/dev/null || $(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[docs]'
+	@$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs docs/_build
+	@echo "-- open docs/_build/index.html"
+
+pictures: setup ## draw the pictures of docs/algorithm.md anew
+	@$(BIN)/python docs/pictures.py
+
 test: setup ## run the tests (under 5 minutes on two cores)
 	@$(BIN)/python -m pytest -q -m 'not slow' -n auto --maxprocesses 8 --dist loadfile
 
@@ -51,4 +59,4 @@ bench: setup ## measure speed and quality; prints the tables of docs/benchmarks.
 	@$(BIN)/python -m pytest -q -s tests/benchmarks --benchmarks
 
 clean: ## remove what was built; data sets stay
-	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
+	rm -rf $(VENV) build dist docs/_build *.egg-info .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis

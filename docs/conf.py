@@ -10,7 +10,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import houseexpo
 
 project = "HouseExpo"
-author = "the HouseExpo project"
+author = copyright = "the HouseExpo project"
 version = release = houseexpo.__version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]

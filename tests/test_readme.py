@@ -1,4 +1,4 @@
-"""The lines of the README and of the guides: Python runs, commands and options exist, links lead somewhere."""
+"""The lines of the README and of the other pages: Python runs, commands and options exist, links lead somewhere."""
 
 from __future__ import annotations
 
@@ -11,16 +11,20 @@ import pytest
 import typer
 
 from houseexpo.commands.app import make_app
+from houseexpo.dataset import open_dataset
+from houseexpo.dataset.splits import split, write_split
 from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
-PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [README, *sorted(page for page in (ROOT / "docs").rglob("*.md") if "_build" not in page.parts)]
+NAMES = {page: page.relative_to(ROOT).with_suffix("").as_posix() for page in PAGES}
 MOST_CHARACTERS = 8000
 PYTHON = {  # by the lines, so that what two pages show runs once
-    lines: f"{page.stem}-{number}"
+    lines: f"{NAMES[page]}-{number}"
     for page in PAGES
+    if page.parent.name != "contributing"  # files, which tests/test_pages_contributing.py writes and runs
     for number, lines in enumerate(re.findall(r"^```python\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE))
 }
 
@@ -30,6 +34,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder that holds the data set that the lines open."""
     found = tmp_path_factory.mktemp("readme")
     run_build([Path("procedural:8")], found / "plans", seed=3, plan=plan_level)
+    plans = open_dataset(found / "plans")
+    write_split(split(plans, {"train": 0.7, "val": 0.1, "test": 0.2}, 0, 1), found / "plans")
+    (found / "datasets").mkdir()
+    (found / "datasets" / "demo").symlink_to(found / "plans", target_is_directory=True)
     return found
 
 
@@ -40,7 +48,7 @@ def test_lines_of_python_run(lines: str, folder: Path, monkeypatch: pytest.Monke
     monkeypatch.chdir(folder)
     names: dict[str, object] = {}
     exec(compile(lines, "a page", "exec"), names)  # noqa: S102 - our own words
-    if "graph" in names:
+    if "reach" in names:
         assert names["free"].shape[0] > 10
         assert names["graph"].number_of_nodes() == len(names["plan"].rooms)
         assert names["reach"].components >= 1
@@ -57,7 +65,7 @@ def _commands(text: str) -> list[list[str]]:
     return [shlex.split(command) for line in lines for command in line.split("&&")]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", PAGES, ids=NAMES.get)
 def test_every_command_and_option_that_is_shown_exists(page: Path) -> None:
     group = typer.main.get_command(make_app())
     for _, name, *words in _commands(page.read_text()):
@@ -75,7 +83,7 @@ def test_the_readme_is_short() -> None:
     assert len(README.read_text()) <= MOST_CHARACTERS
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", PAGES, ids=NAMES.get)
 def test_links_to_files_and_headings_lead_there(page: Path) -> None:
     for place, heading in re.findall(r"\]\(([^)#:]*)(?:#([^)]*))?\)", page.read_text()):
         target = page.parent / place if place else page

@@ -1,6 +1,6 @@
 """The JSON Schema of a plan, generated from the types that read it; a copy travels with the package.
 
-``python -m houseexpo.schema`` writes the copy anew; a test compares the two.
+``python -m houseexpo.plan.schema`` writes the copy anew; a test compares the two.
 """
 
 from __future__ import annotations

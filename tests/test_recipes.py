@@ -1,0 +1,93 @@
+"""The commands of the README and of the pages for readers, run as they are printed, in a folder like a reader's."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import tarfile
+from pathlib import Path
+
+import pytest
+import trimesh
+from typer.testing import CliRunner
+
+from houseexpo.commands.app import make_app
+from houseexpo.dataset import open_dataset
+from houseexpo.export import export
+from pipeline.algorithm import plan_level
+from tests.builders.batch import run_build
+from tests.builders.bungalow import FILE
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = [
+    ROOT / "README.md",
+    *sorted((ROOT / "docs" / "readers").glob("*.md")),
+    ROOT / "docs" / "guide-library.md",
+    ROOT / "docs" / "guide-statistics.md",
+]
+NOT_RUN = {
+    "fetch": "needs the network",
+    "houseexpo play": "needs a person at a terminal",
+    "procedural:1000": "takes minutes",
+    "/shared/": "needs a cluster",
+    "s3://": "needs an object store",
+    "some_id": "stands for an id of the reader's",
+}
+"""What is shown and not run, and why; tests of their own run all but the first three on a small scale."""
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with what the recipes name: a demo data set, a published archive, houses."""
+    monkeypatch.chdir(tmp_path)
+    run_build([Path("procedural:6")], tmp_path / "datasets" / "demo", seed=3, plan=plan_level)
+    shutil.copytree(FILE.parent, tmp_path / "docs" / "examples")
+    (tmp_path / "houses").mkdir()
+    house = trimesh.load(FILE)
+    house.apply_transform(trimesh.transformations.rotation_matrix(-1.5707963267948966, (1, 0, 0)))  # glTF: y up
+    house.export(tmp_path / "house.glb")
+    shutil.copyfile(tmp_path / "house.glb", tmp_path / "houses" / "villa.glb")
+    plans = open_dataset(tmp_path / "datasets" / "demo")
+    files = export(plans, "json", tmp_path / "published")
+    shutil.copyfile(files[0], tmp_path / "a_plan.json")
+    with tarfile.open(tmp_path / "json.tar.gz", "w:gz") as archive:
+        for file in files:
+            archive.add(file, f"json/{file.name}")
+    (tmp_path / "bad.txt").write_text(f"{plans.ids[0]}\n")
+    shutil.copytree(tmp_path / "datasets" / "demo", tmp_path / "plans")
+    return tmp_path
+
+
+def recipes(page: Path) -> list[str]:
+    """The commands of a page, comments left out."""
+    blocks = re.findall(r"^```\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE)
+    lines = [line for block in blocks for line in block.splitlines() if line.startswith("houseexpo ")]
+    return [part.strip() for line in lines for part in re.sub(r"\s+#.*", "", line).split("&&")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_recipes_run_as_they_are_printed(page: Path, place: Path) -> None:
+    ran = 0
+    built = ""
+    for recipe in recipes(page):
+        if any(part in recipe for part in NOT_RUN):
+            continue
+        words = shlex.split(recipe)
+        if words[1] == "build" and words[2] != built:  # the recipes of a page are alternatives
+            shutil.rmtree(place / "plans", ignore_errors=True)
+            built = words[2]
+        target = words[words.index(">") + 1] if ">" in words else ""
+        words = words[1 : words.index(">")] if target else words[1:]
+        done = CliRunner().invoke(make_app(), words)
+        assert done.exit_code == 0, f"{recipe}\n{done.output}"
+        if target:
+            (place / target).write_text(done.stdout)
+        ran += 1
+    assert ran >= 3
+
+
+def test_recipes_are_found_on_every_page() -> None:
+    assert all(len(recipes(page)) >= 3 for page in PAGES)
+    assert "houseexpo export plans --to ros --out maps" in recipes(ROOT / "README.md")
