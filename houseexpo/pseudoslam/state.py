@@ -44,6 +44,11 @@ class State:
         """A pool of this one episode, views."""
         return pool_of_one(self.episode)
 
+    @cached_property
+    def sizes(self) -> npt.NDArray[np.int64]:
+        """(1, 2): rows and columns of the rasters, as the kernels take them for the episodes of ``pool``."""
+        return np.array([self.episode.occupied.shape])
+
     @property
     def occupied(self) -> npt.NDArray[np.uint8]:
         """(rows, cols): bit 1 where something stands, bit 2 where something moves."""

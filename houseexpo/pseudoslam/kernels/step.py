@@ -1,11 +1,7 @@
 """One environment's step: what moves by itself moves; the robot turns, goes, and looks on the way; it is shown the map.
 
-Four kernels take one step of one environment: looking at a sector, along rays, or in full (errors, ranges, overview),
-and among people. They differ in what has to be compiled, so each is compiled when it is asked for. ``step_pool`` takes
-the same step in many environments.
-
-What only a step calls is taken into it line by line (``inline``): a function of its own would be compiled, with all
-that it calls, once more for itself.
+``step_pool`` has the kernels that take this step, in one environment or in many. What only a step calls is taken into
+it line by line (``inline``): a function of its own would be compiled, with all that it calls, once more for itself.
 """
 
 from __future__ import annotations
@@ -41,7 +37,6 @@ from houseexpo.pseudoslam.kernels.episode import (
     Y,
     key_of,
 )
-from houseexpo.pseudoslam.kernels.look import look, look_along_rays, look_at_sector
 from houseexpo.pseudoslam.kernels.mapping.crop import crop
 from houseexpo.pseudoslam.kernels.mapping.merge import shrink
 from houseexpo.pseudoslam.kernels.motion.bodies import Disc, way_past_people
@@ -55,53 +50,12 @@ from houseexpo.pseudoslam.kernels.sensing.noise import (
     draw_beams,
 )
 from houseexpo.pseudoslam.kernels.sensing.ranges import cast
-from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Scratch
+from houseexpo.pseudoslam.kernels.types import Counts, Floats, Scratch
 
 Move: TypeAlias = Callable[["Episode", "StepParams"], None]
 """Moves what moves beside the robot."""
 Look: TypeAlias = Callable[["Episode", "StepParams", Scratch], None]
 """Scans from where the robot is, and merges what is seen into the map."""
-
-
-@njit(cache=True, nogil=True)
-def step_episode(episode: Episode, turn: float, forward: float, params: StepParams, scratch: Scratch) -> None:
-    """Turn, then go forward (backward where negative) until something is in the way; look; show what is known.
-
-    An episode that has not begun, ``counts[STEPS]`` is -1, begins: with a look round that is no step. This one looks at
-    sectors, without errors.
-
-    Parameters
-    ----------
-    turn, forward
-        Radians, and pixels.
-    scratch
-        Memory that nobody else uses meanwhile.
-    """
-    step(episode, turn, forward, params, scratch, stand_still, look_at_sector, False)
-    show(episode, episode.shown)
-
-
-@njit(cache=True, nogil=True)
-def step_episode_by_rays(episode: Episode, turn: float, forward: float, params: StepParams, scratch: Scratch) -> None:
-    """Do as ``step_episode`` does, looking along rays."""
-    step(episode, turn, forward, params, scratch, stand_still, look_along_rays, False)
-    show(episode, episode.shown)
-
-
-@njit(cache=True, nogil=True)
-def step_episode_in_full(episode: Episode, turn: float, forward: float, params: StepParams, scratch: Scratch) -> None:
-    """Do as ``step_episode`` does, with errors where the parameters say so, and ranges and an overview where wanted."""
-    step(episode, turn, forward, params, scratch, stand_still, look, True)
-    show(episode, episode.shown)
-
-
-@njit(cache=True, nogil=True)
-def step_episode_with_people(
-    episode: Episode, turn: float, forward: float, params: StepParams, scratch: Scratch
-) -> None:
-    """Do as ``step_episode_in_full`` does, after people and what is on a trajectory have moved."""
-    step(episode, turn, forward, params, scratch, move_people, look, True)
-    show(episode, episode.shown)
 
 
 @njit(inline="always")
@@ -115,7 +69,21 @@ def step(
     look: Look,
     full: bool,
 ) -> None:
-    """Do one episode's step but for its view; unless ``full``, a constant, without errors, ranges and overview."""
+    """Turn, then go forward (backward where negative) until something is in the way; look; take the readings.
+
+    An episode that has not begun, ``counts[STEPS]`` is -1, begins: with a look round that is no step.
+
+    Parameters
+    ----------
+    turn, forward
+        Radians, and pixels.
+    scratch
+        Memory that nobody else uses meanwhile.
+    move, look
+        What moves beside the robot, and how it looks: functions that are compiled into this one.
+    full
+        A constant; False: without errors, ranges and overview.
+    """
     move(episode, params)
     counts, readings = episode.counts, episode.readings
     counts[STEPS] += 1
@@ -208,10 +176,10 @@ def _go(
 
 
 @njit(inline="always")
-def show(episode: Episode, shown: Grid) -> None:
+def show(episode: Episode) -> None:
     """Draw what the robot knows round the place where it believes to be, heading up."""
     pose = episode.pose
-    crop(episode.known, pose[SEEN_X], pose[SEEN_Y], pose[SEEN_HEADING], shown)
+    crop(episode.known, pose[SEEN_X], pose[SEEN_Y], pose[SEEN_HEADING], episode.shown)
 
 
 @njit(inline="always")

@@ -10,7 +10,6 @@ from types import FrameType
 from typing import Any
 
 import gymnasium
-import numba
 import numpy as np
 import pytest
 from gymnasium.utils import seeding
@@ -19,10 +18,10 @@ from gymnasium.vector import AutoresetMode
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.envs.thread_pool import ThreadPool
+from houseexpo.pseudoslam.envs import batch
 from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
-from houseexpo.pseudoslam.kernels.runtime.thread_pool import FINISHING, LEADER, REJOINING
-from tests.builders.vectors import HUTS, assert_same, native
+from houseexpo.pseudoslam.step_params import kernel_for
+from tests.builders.vectors import HUTS, assert_same, assert_same_step, native
 
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=32), max_steps=60)
 GIVEN: dict[str, Any] = {"dataset": HUTS, "config": SMALL}
@@ -65,38 +64,34 @@ def test_a_reset_of_some_shows_the_others_again_whatever_was_done_with_their_cop
         assert (held[key] == 9).all()
 
 
-def test_memory_that_nobody_holds_is_used_again() -> None:
-    env = explorers(3)
-    env.reset(seed=0)
-    places = {env.step(np.ones(3, np.int64))[0].ctypes.data for _ in range(10)}
-    assert len(places) <= 2
-
-
-def in_a_fork(env: Any) -> None:
-    for _ in range(4):
-        env.step(np.ones(3, np.int64))
+def in_a_fork(env: Any, answers: Any) -> None:
+    answers.put([env.step(np.ones(3, np.int64))[0].tobytes() for _ in range(4)])
 
 
 @pytest.mark.filterwarnings("ignore:.*fork.*")
-def test_a_forked_process_writes_copies_of_its_own() -> None:
-    env = explorers(3, threads=1)
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_forked_process_goes_on_alone_and_writes_copies_of_its_own(threads: int) -> None:
+    """The threads of a batch stay behind in the process that was forked."""
+    env = explorers(3, threads=threads)
     env.reset(seed=0)
     held, *_ = env.step(np.zeros(3, np.int64))
-    free = env.unwrapped._batch._views.written
-    before = [array.tobytes() for array in free]
-    child = multiprocessing.get_context("fork").Process(target=in_a_fork, args=(env,))
+    before = held.tobytes()
+    context = multiprocessing.get_context("fork")
+    answers = context.SimpleQueue()
+    child = context.Process(target=in_a_fork, args=(env, answers))
     child.start()
+    found = answers.get()
     child.join(60)
     assert child.exitcode == 0
-    assert [array.tobytes() for array in free] == before
-    assert any(np.shares_memory(held, array) for array in free)
+    assert held.tobytes() == before
+    assert found == [env.step(np.ones(3, np.int64))[0].tobytes() for _ in range(4)]
+    env.close()
 
 
 def test_views_are_the_maps_themselves() -> None:
     env = explorers(3, copy=False, config=replace(SMALL, max_steps=7))
     first, _ = env.reset(seed=0, options={"plan_id": "small"})
-    arrays = env.unwrapped._batch.arrays
-    assert np.shares_memory(first, arrays.shown)
+    assert np.shares_memory(first, env.unwrapped.state(0).view)
     for _ in range(10):
         again, *_ = env.step(np.ones(3, np.int64))
         assert np.shares_memory(first, again)
@@ -120,25 +115,17 @@ def calls_in_a_step(env: Any, actions: np.ndarray) -> list[str]:
     return found
 
 
-def compiled_calls_in_a_step(env: Any, actions: np.ndarray) -> list[int]:
-    """How the caller's thread calls what is compiled."""
-    shared, found = env.unwrapped._batch._threads._shared, []
-    compiled, *rest = shared.work
-    assert not hasattr(compiled, "__code__") or numba.config.DISABLE_JIT
-
-    def counted(*args: Any) -> None:
-        found.append(args[-1])
-        compiled(*args)
-
-    shared.work = (counted, *rest)
-    env.step(actions)
-    shared.work = (compiled, *rest)
-    return [way for way in found if way <= LEADER]
-
-
 @pytest.mark.parametrize("task", ["Exploration", "ObstacleAvoidance", "Navigation"])
-def test_a_step_is_one_compiled_call_and_no_more_python_for_more_of_them(task: str) -> None:
-    calls = {}
+def test_a_step_is_one_compiled_call_and_no_more_python_for_more_of_them(
+    task: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls, steps = {}, []
+
+    def noted(*given: Any) -> Any:
+        kernel = kernel_for(*given)
+        return lambda *arrays: (steps.append(arrays[-2:]), kernel(*arrays))
+
+    monkeypatch.setattr(batch, "kernel_for", noted)
     for number in (4, 64):
         env = native(task, number, threads=1, **GIVEN, **({"success_coverage": None} if task == "Exploration" else {}))
         env.reset(seed=0)
@@ -146,19 +133,11 @@ def test_a_step_is_one_compiled_call_and_no_more_python_for_more_of_them(task: s
         for _ in range(5):
             env.step(actions)
         calls[number] = calls_in_a_step(env, actions)
-        assert compiled_calls_in_a_step(env, actions) == [LEADER]
+        steps.clear()
+        env.step(actions)
+        assert steps == [(0, number)]
     assert calls[4] == calls[64]
     assert len(calls[4]) < 300
-
-
-def test_with_more_threads_another_call_finishes_what_views_are_left() -> None:
-    env = explorers(7, threads=3)
-    env.reset(seed=0)
-    for _ in range(50):
-        first, *rest = compiled_calls_in_a_step(env, np.ones(7, np.int64))
-        assert first in {LEADER, REJOINING}
-        assert rest in ([], [FINISHING])
-    env.close()
 
 
 @pytest.mark.parametrize("actions", ["discrete", "continuous"])
@@ -192,16 +171,16 @@ def test_actions_may_be_whole_numbers_of_any_type(kind: str) -> None:
 
 
 def test_no_array_in_infos_is_part_of_another() -> None:
-    env = explorers(3)
-    env.reset(seed=0)
-    *step, infos = env.step(np.zeros(3, np.int64))
+    env, twin = explorers(3), explorers(3)
+    for one in (env, twin):
+        one.reset(seed=0)
+        *step, infos = one.step(np.zeros(3, np.int64))
     arrays = [*step, *infos.values()]
     for i, array in enumerate(arrays):
         assert not any(np.shares_memory(array, other) for other in arrays[:i])
     for array in arrays:
         array[...] = 1  # what a caller writes there changes nothing
-    assert env.step(np.ones(3, np.int64))[4]["_pose"].all()
-    assert not env.unwrapped._ended.any()
+    assert_same_step(twin.step(np.ones(3, np.int64)), env.step(np.ones(3, np.int64)))
 
 
 @pytest.mark.parametrize(
@@ -334,7 +313,7 @@ def test_an_interrupted_reset_can_be_made_again(monkeypatch: pytest.MonkeyPatch)
     """As by Ctrl-C while kernels are compiled for the first time."""
     env = explorers(2)
     with monkeypatch.context() as patched:
-        patched.setattr(ThreadPool, "take_on", interrupted)
+        patched.setattr(batch.Batch, "step", interrupted)
         with pytest.raises(KeyboardInterrupt):
             env.reset(seed=0)
     found, _ = env.reset(seed=0)

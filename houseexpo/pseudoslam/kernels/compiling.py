@@ -1,4 +1,4 @@
-"""The garbage collector rests while a kernel is compiled.
+"""What happens while kernels are compiled: the user is told, and the garbage collector rests.
 
 The compiler makes millions of small objects that live until it is done; the collector would look through all of them
 again and again, a fifth of the time that compiling takes.
@@ -7,12 +7,16 @@ again and again, a fifth of the time that compiling takes.
 from __future__ import annotations
 
 import gc
+import logging
 
 from numba.core.event import Event, Listener, register
 
+_LOGGER = logging.getLogger("houseexpo.pseudoslam")
+_LINE = "compiling the simulator's kernels, which takes some 20 s; they are kept on disk, and not compiled again"
 
-class _Rest(Listener):
-    """Switches the collector off at the start of the outermost kernel and on at its end, where it was on before.
+
+class _Watch(Listener):
+    """Says once in a process that kernels are compiled, and switches the collector off meanwhile, where it was on.
 
     Kernels are compiled one at a time, under the compiler's lock, each within the one that calls it.
     """
@@ -21,6 +25,7 @@ class _Rest(Listener):
         self._package = package
         self._within = 0
         self._was_on = False
+        self._has_said = False
 
     def on_start(self, event: Event) -> None:
         """Compiling begins."""
@@ -29,6 +34,9 @@ class _Rest(Listener):
             if self._within == 1:
                 self._was_on = gc.isenabled()
                 gc.disable()
+            if not self._has_said:
+                self._has_said = True
+                _LOGGER.warning(_LINE)
 
     def on_end(self, event: Event) -> None:
         """Compiling has ended, or failed."""
@@ -42,6 +50,6 @@ class _Rest(Listener):
         return str(function.__module__).startswith(self._package)
 
 
-def pause_gc_while_compiling(package: str) -> None:
-    """Let the collector rest while functions of a package are compiled."""
-    register("numba:compile", _Rest(f"{package}."))  # type: ignore[no-untyped-call]
+def watch_compiling(package: str) -> None:
+    """Say so, and let the collector rest, while functions of a package are compiled."""
+    register("numba:compile", _Watch(f"{package}."))  # type: ignore[no-untyped-call]

@@ -1,8 +1,9 @@
-"""The garbage collector rests while kernels are compiled, and only then."""
+"""While kernels are compiled the user is told so once, and the garbage collector rests."""
 
 from __future__ import annotations
 
 import gc
+import logging
 import os
 from typing import Any
 
@@ -11,7 +12,7 @@ from numba import njit
 from numba.core.errors import TypingError
 from numba.core.event import Event, Listener, install_listener
 
-from houseexpo.pseudoslam.kernels.runtime.compiler_gc import pause_gc_while_compiling
+from houseexpo.pseudoslam.kernels.compiling import watch_compiling
 
 PACKAGE = "tests.somewhere"
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothi
 
 @pytest.fixture(autouse=True, scope="module")
 def _listens() -> None:
-    pause_gc_while_compiling(PACKAGE)
+    watch_compiling(PACKAGE)
 
 
 class _Note(Listener):
@@ -75,3 +76,15 @@ def test_who_switched_it_off_finds_it_off() -> None:
         assert not gc.isenabled()
     finally:
         gc.enable()
+
+
+def test_one_line_says_what_takes_so_long(caplog: pytest.LogCaptureFixture) -> None:
+    watch_compiling("tests.told")
+    with caplog.at_level(logging.WARNING, "houseexpo"):
+        compiled("tests.elsewhere")
+        assert not caplog.messages
+        for _ in range(2):
+            compiled("tests.told.kernels")
+    assert len(caplog.messages) == 1
+    assert "compiling the simulator's kernels" in caplog.messages[0]
+    assert "20 s" in caplog.messages[0]
