@@ -12,7 +12,7 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import FURTHEST_M, SimulatorConfig
-from houseexpo.pseudoslam.kernels.episode import COVERED, KNOWN, StepParams
+from houseexpo.pseudoslam.kernels.episode import StepParams
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.state import State
@@ -113,11 +113,11 @@ class Simulator:
 
     def explored_m2(self, state: State) -> float:
         """Return the area of the map that is known, obstacles included."""
-        return float(state.counts[KNOWN]) / self._ppm**2
+        return float(state.counts.known) / self._ppm**2
 
     def coverage(self, state: State) -> float:
         """Return how much is known of the free cells that the robot can see from where it can go, 0 to 1."""
-        return float(state.counts[COVERED]) / max(state.observable_cells, 1)
+        return float(state.counts.covered) / max(state.observable_cells, 1)
 
     def map(self, state: State) -> OccupancyGrid:
         """Return the map as ROS publishes it."""

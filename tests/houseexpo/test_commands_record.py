@@ -52,7 +52,7 @@ def test_a_gif_has_a_picture_for_each_step(tmp_path: Path) -> None:
         assert movie.info["loop"] == 0
         movie.seek(12)
         assert movie.info["duration"] == 50 + 1500
-    last = picture(env.simulator, env.state, [env.state.episode.pose] * 2, shows="map", most_px=(640, 480))
+    last = picture(env.simulator, env.state, [env.state.poses_px] * 2, shows="map", most_px=(640, 480))
     assert np.abs(shown[-1].astype(int) - last).mean() < 0.5  # the palette costs little
     exact = (shown[-1] == last).all(axis=2).mean()
     assert exact > 0.98

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from numba.core import config as config_of_numba
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.episode import KNOWN, Episode, StepParams
+from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.pools import MAP, RASTERS, SHOWN, Array, flatten, one_of, unflatten
 from houseexpo.pseudoslam.state import State
@@ -63,7 +63,7 @@ class Batch:
         if any(len(part) > pool.shape[1] for part, pool in zip(parts, self._leaves, strict=True)):
             self._leaves = [_wider(pool, len(part)) for part, pool in zip(parts, self._leaves, strict=True)]
             self.arrays = unflatten(state.episode, self._leaves)._replace(shown=self.arrays.shown)
-        if not state.counts[KNOWN]:
+        if not state.counts.known:
             self._leaves[MAP][i, : len(parts[MAP])] = 0
             parts[MAP] = _NOTHING
         parts[SHOWN] = _NOTHING

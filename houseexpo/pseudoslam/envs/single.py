@@ -159,7 +159,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     def _show(self) -> None:
         """Keep the trail where there are pictures, and show one where they are for people."""
         if self.render_mode is not None:
-            self._trail.append(self.state.episode.pose.copy())
+            self._trail.append(self.state.poses_px.copy())
         if self.render_mode == "human":
             self.render()
 

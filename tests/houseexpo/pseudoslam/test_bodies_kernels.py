@@ -13,6 +13,7 @@ from houseexpo.pseudoslam.config.dynamics import Trajectory
 from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Polygon, Rectangle, Shape
 from houseexpo.pseudoslam.kernels.motion.bodies import (
     MOVING,
+    PERSON,
     Disc,
     cell_meets_disc,
     disc_span,
@@ -116,8 +117,8 @@ def test_a_cell_meets_a_disc_where_its_square_does() -> None:
 
 
 def test_the_robot_goes_until_it_touches_a_person() -> None:
-    people = np.zeros((2, 8))
-    people[:, :2] = (20.0, 10.0), (30.0, 10.0)
+    people = np.zeros(2, PERSON)
+    people["x"], people["y"] = (20.0, 30.0), 10.0
     robot = Disc(10.0, 10.0, 3.0)
     assert way_past_people(people, 2.0, robot, 1.0, 0.0, 20.0) == pytest.approx(5.0, abs=1e-8)
     assert way_past_people(people, 2.0, robot, 1.0, 0.0, 4.0) == 4.0

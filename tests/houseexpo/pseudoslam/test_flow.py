@@ -48,7 +48,7 @@ def blocks_of(occupied: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray, 
 
 def follow(flow: Flow, goal: int, block: int) -> list[int]:
     """All blocks on the way from one to a goal."""
-    rows, cols, _, _ = flow.sizes.tolist()
+    rows, cols, _, _ = flow.sizes[0].item()
     way = [block]
     while flow.toward[goal * rows * cols + way[-1]] != THERE:
         down, right = STEPS[flow.toward[goal * rows * cols + way[-1]]].tolist()
@@ -105,14 +105,14 @@ def test_a_door_a_little_wider_than_a_person_is_a_way(ppm: float) -> None:
     plan = FloorPlan("two", left + right, 2, {})
     world = make_world(plan.divided, ppm, 0.2, 2.0)
     flow = make_flow(world.occupied, world.frame, 0.2, plan.divided)
-    rows, cols, _, goals = flow.sizes.tolist()
+    rows, cols, _, goals = flow.sizes[0].item()
     assert goals == 2
     here, there = flow.goals.tolist()
     assert follow(flow, 0, there)[-1] == here
     assert follow(flow, 1, here)[-1] == there
     reached = flow.toward.reshape(2, rows, cols) != NOWHERE
     traversable = traversable_cells(world.occupied, 0.2 * ppm)
-    cells = np.argwhere(traversable) // flow.sizes[2]
+    cells = np.argwhere(traversable) // flow.sizes[0].block_px
     assert reached[:, cells[:, 0], cells[:, 1]].all()
 
 

@@ -10,7 +10,6 @@ from houseexpo.pseudoslam.agents.frontier import frontier_walk
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.config.dynamics import Trajectory
 from houseexpo.pseudoslam.config.shapes import Circle
-from houseexpo.pseudoslam.kernels.episode import STEPS
 from houseexpo.pseudoslam.simulator import Simulator
 
 
@@ -48,5 +47,5 @@ def test_people_in_its_way_do_not_end_it() -> None:
     while simulator.coverage(state) < 0.98:  # what the body covers stays unseen
         for action in frontier_walk(simulator, state):
             simulator.step(state, action)
-            assert state.counts[STEPS] < 300
-    assert state.counts[STEPS] > 60  # the passage was closed till then
+            assert state.counts.steps < 300
+    assert state.counts.steps > 60  # the passage was closed till then

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.dynamics import PeopleConfig
-from houseexpo.pseudoslam.kernels.motion.bodies import GOAL, MOVING, SPEED, VISIT, VX, VY, Disc, X, Y
+from houseexpo.pseudoslam.kernels.motion.bodies import MOVING, PERSON, Disc
 from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
 from houseexpo.pseudoslam.kernels.people.social_force import push
 from houseexpo.pseudoslam.worlds.people import walk_of
@@ -54,10 +54,11 @@ def potential(x: float, y: float, other: tuple[float, float, float, float]) -> f
 @pytest.mark.parametrize("velocity", [(0.0, 0.0), (0.8, -0.3), (-0.6, 0.0)])
 def test_others_push_as_the_slope_of_the_potential(velocity: tuple[float, float]) -> None:
     walk = walk_of(PeopleConfig(), PPM)
-    people = np.zeros((2, 8))
+    people = np.zeros(2, PERSON)
     for x, y in ((5.7, 5.0), (5.4, 5.6), (4.2, 5.1), (5.0, 3.9)):
         other = (x, y, *velocity)
-        people[0, :2], people[1, [X, Y, VX, VY]] = 50.0, np.array(other) * PPM
+        people["x"], people["y"] = (50.0, x * PPM), (50.0, y * PPM)
+        people["vx"], people["vy"] = (0.0, velocity[0] * PPM), (0.0, velocity[1] * PPM)
         ahead = np.array([x - 5.0, y - 5.0]) / math.hypot(x - 5.0, y - 5.0)
         h = 1e-6
         slope = [
@@ -73,8 +74,8 @@ def test_others_push_as_the_slope_of_the_potential(velocity: tuple[float, float]
 def test_walls_push_away_the_more_the_nearer() -> None:
     walk, occupied, sizes = walk_of(PeopleConfig(), PPM), room(100, 100), []
     for x in (3.1, 4.1, 5.3, 9.0):
-        people = np.zeros((1, 8))
-        people[0, :2] = x, 50.0
+        people = np.zeros(1, PERSON)
+        people["x"], people["y"] = x, 50.0
         push_x, push_y = push(occupied, people, walk, 0, 0.0, 1.0, NOBODY)
         assert push_y == pytest.approx(0.0, abs=1e-9)
         sizes.append(push_x)
@@ -87,13 +88,13 @@ def test_alone_one_walks_at_the_speed_it_wishes_for() -> None:
     speeds = []
     for _ in range(100):
         world.step(seconds=0.1)
-        speeds.append(math.hypot(*world.bodies.people[0, [VX, VY]]))
-    assert np.median(speeds) == pytest.approx(world.bodies.people[0, SPEED], rel=0.05)
+        speeds.append(math.hypot(world.bodies.people[0].vx, world.bodies.people[0].vy))
+    assert np.median(speeds) == pytest.approx(world.bodies.people[0].speed, rel=0.05)
 
 
 def test_speeds_are_drawn_from_a_normal_distribution_that_is_cut() -> None:
     config = PeopleConfig(number=200, radius_m=0.1)
-    speeds = scene(room(200, 200), config).bodies.people[:, SPEED] / PPM
+    speeds = scene(room(200, 200), config).bodies.people["speed"] / PPM
     assert speeds.mean() == pytest.approx(1.2, abs=0.05)
     assert speeds.std() == pytest.approx(0.18, abs=0.03)
     assert abs(speeds - 1.2).max() == pytest.approx(0.4)  # at two standard deviations
@@ -120,7 +121,7 @@ def test_everybody_gets_to_several_rooms_and_nobody_is_stuck() -> None:
     world.check(robot)
     assert min(len(v - {-1}) for v in visited) >= 3
     assert longest < 20.0
-    assert world.bodies.errands[:, VISIT].min() > 10
+    assert world.bodies.people["visit"].min() > 10
 
 
 def test_nobody_passes_a_robot_in_a_doorway() -> None:
@@ -204,7 +205,7 @@ def test_the_same_key_gives_the_same_bytes_and_another_another_walk() -> None:
         assert left.tobytes() == right.tobytes()
     assert one.occupied.tobytes() == same.occupied.tobytes()
     assert one.bodies.people.tobytes() != other.bodies.people.tobytes()
-    assert set(one.bodies.errands[:, GOAL].tolist()) <= set(range(int(one.flow.sizes[3])))
+    assert set(one.bodies.people["goal"].tolist()) <= set(range(int(one.flow.sizes[0].goals)))
 
 
 def test_people_start_away_from_the_robot_where_there_is_room() -> None:

@@ -111,10 +111,10 @@ def test_a_moving_shape_is_drawn_as_it_lies() -> None:
 
 def test_the_goal_and_the_trail_are_drawn() -> None:
     simulator, state = started(replace(EAST, goal=GoalConfig(random=False, x_m=6.0, y_m=3.0)))
-    trail = [state.episode.pose.copy()]
+    trail = [state.poses_px.copy()]
     for _ in range(5):
         simulator.step(state, "forward")
-        trail.append(state.episode.pose.copy())
+        trail.append(state.poses_px.copy())
     image = picture(simulator, state, trail)
     assert colour_at(simulator, image, 6.0, 3.0) == render.GOAL_COLOUR
     assert colour_at(simulator, image, 2.75, 1.0) == render.TRAIL_COLOUR

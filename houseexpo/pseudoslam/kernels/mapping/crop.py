@@ -54,6 +54,7 @@ def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
     tiles = (side + _TILE - 1) // _TILE
     to, from_x, from_y = np.empty((3, tiles), np.int32)  # of the tiles of a row that are not all the same
     cells, found = np.empty(tiles * _CELLS, np.int32), np.empty(tiles * _CELLS, np.uint8)
+    lines = found.view(np.uint64)  # of eight cells each: a tile's row
     for tile_row in range(tiles):
         i = min(tile_row * _TILE, side - _TILE)
         mixed = 0
@@ -78,9 +79,9 @@ def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
             found[np.uint64(k)] = window[np.uint32(cells[np.uint64(k)])]
         for t in range(mixed):
             for a in range(_TILE):
-                first, at = np.uint64(to[t] + a * side), np.uint64(t * _CELLS + a * _TILE)
-                for b in range(_TILE):
-                    view[first + np.uint64(b)] = found[at + np.uint64(b)]
+                line, first = lines[np.uint64(t * _TILE + a)], np.uint64(to[t] + a * side)
+                for b in range(_TILE):  # one store, for the compiler sees that it is the line
+                    view[first + np.uint64(b)] = np.uint8(line >> np.uint64(8 * b))
 
 
 @njit(cache=True, nogil=True)

@@ -79,8 +79,8 @@ def ray_merge(
     new, covered, n_hit = 0, 0, 0
     for i in range(len(fan_cos)):
         right, up = fan_cos[i] * cos - fan_sin[i] * sin, fan_sin[i] * cos + fan_cos[i] * sin
-        wide, high = room[int(up > 0.0), int(right < 0.0)]
-        k = _samples_within(wide, high, right, up, samples)
+        above, left = int(up > 0.0), int(right < 0.0)
+        k = _samples_within(room[above, left, 0], room[above, left, 1], right, up, samples)
         while k < samples:
             cell = _sample(x, y, right, up, k, rows, cols)
             k += 1
