@@ -23,7 +23,7 @@ from houseexpo.commands.split import _shares
 from houseexpo.dataset import open_dataset
 from tests.builders.datasets import hexed, house, houses, pack
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 def call(*words: str | Path, code: int = 0) -> str:

@@ -208,7 +208,7 @@ def test_all_kernels_hold_uncompiled_too() -> None:
     files = sorted(str(path) for path in here.parent.glob("test_*kernels.py"))
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *files],
-        cwd=here.parents[3],
+        cwd=here.parents[5],
         env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
         capture_output=True,
         text=True,

@@ -101,6 +101,6 @@ def test_the_kernel_is_the_same_uncompiled() -> None:
         [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", __file__],
         check=True,
         env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        cwd=Path(__file__).parents[3],
+        cwd=Path(__file__).parents[5],
         capture_output=True,
     )

@@ -18,7 +18,7 @@ from houseexpo.dataset.validation import validate
 from houseexpo.floorplan import FloorPlan
 from tests.builders.datasets import pack
 
-SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "houseexpo" / "plans_33717.jsonl.gz"
+SHARED = Path(__file__).resolve().parents[4] / "shared" / "data" / "houseexpo" / "plans_33717.jsonl.gz"
 SHARES = {"train": 0.7, "val": 0.1, "test": 0.2}
 
 

@@ -21,7 +21,7 @@ from pipeline.config_file import load_config
 from tests.builders.datasets import hexed, houses, tar
 from tests.builders.server import serving
 
-SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "houseexpo"
+SHARED = Path(__file__).resolve().parents[4] / "shared" / "data" / "houseexpo"
 NOISE = np.random.default_rng(0).bytes(600_000)  # breaks shorter than a packet of 64 KB would keep nothing
 ARCHIVE = tar({"noise.bin": NOISE} | {f"json/{name}.json": data for name, data in houses(120).items()})
 TRAIN = f"{hexed(3)}\n{hexed(1)}\n".encode()

@@ -16,7 +16,7 @@ from houseexpo.plan import Navigability, PlanObject, Quality
 from houseexpo.plan.schema import SHIPPED, schema, schema_text
 from tests.builders.datasets import hexed, house, houses, pack
 
-SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "houseexpo" / "plans_33717.jsonl.gz"
+SHARED = Path(__file__).resolve().parents[4] / "shared" / "data" / "houseexpo" / "plans_33717.jsonl.gz"
 GOOD = house(hexed(7))
 
 
