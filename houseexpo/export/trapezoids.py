@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from houseexpo.grids.raster import rings_of
 from houseexpo.plan import Ring
+from houseexpo.plan.area import signed_area
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -35,7 +36,7 @@ def trapezoids(polygon: Polygon) -> list[Ring]:
         lasting = set(pairs)
         found += [edges.between(*pair, start, left) for pair, start in since.items() if pair not in lasting]
         since = {pair: since.get(pair, left) for pair in pairs}
-    return [ring for ring in found if _area(ring) > _SLIVER_M2]
+    return [ring for ring in found if signed_area(ring) > _SLIVER_M2]
 
 
 class _Edges:
@@ -68,8 +69,3 @@ class _Edges:
         if x == self.end[edge, 0]:
             return float(self.end[edge, 1])  # not by the slope: rounding would open a gap to the next edge
         return float(self.start[edge, 1] + self.slope[edge] * (x - self.start[edge, 0]))
-
-
-def _area(ring: Ring) -> float:
-    x, y = ring.T
-    return float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2

@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import PlanError
+from houseexpo.plan.area import signed_area
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
@@ -82,7 +83,7 @@ def repair_of(verts: Ring, holes: Sequence[Ring] = ()) -> Repair | None:
     problem, _, place = shapely.is_valid_reason(shape).rstrip("]").partition("[")
     x, y = map(float, place.split()[:2])
     mended = even_odd(verts, holes)
-    stated = _shoelace(verts) - sum(_shoelace(hole) for hole in holes)
+    stated = abs(signed_area(verts)) - sum(abs(signed_area(hole)) for hole in holes)
     return Repair(
         kind="touch" if problem in _TOUCHES else "cross",
         at=(x, y),
@@ -99,8 +100,3 @@ def _crossings(points: Ring, ring: Ring) -> npt.NDArray[np.int64]:
         slope = (end[:, 0] - start[:, 0]) / (end[:, 1] - start[:, 1])
         right = points[:, :1] < start[:, 0] + (points[:, 1:] - start[:, 1]) * slope
     return np.asarray(((above[0] != above[1]) & right).sum(axis=1), dtype=np.int64)
-
-
-def _shoelace(ring: Ring) -> float:
-    x, y = (ring - ring[0]).T
-    return float(abs((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) / 2.0)

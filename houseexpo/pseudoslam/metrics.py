@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.episode import BLOCKED, COVERED, KNOWN, START_X, STEPS, Episode
+from houseexpo.pseudoslam.kernels.episode import Episode
+from houseexpo.pseudoslam.kernels.types import Rows
 
 Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
 
@@ -45,12 +45,12 @@ class Metrics(NamedTuple):
     """What episodes have come to; arrays of N."""
 
     constants: EpisodeConstants
-    counts: Ints
-    """(N, 7), see ``kernels.step``."""
-    readings: Floats
-    """(N, 5), see ``kernels.step``."""
+    counts: Rows
+    """(N,) ``kernels.episode.COUNTS``."""
+    readings: Rows
+    """(N,) ``kernels.episode.READINGS``."""
     pose_px: Floats
-    """(N, 6), see ``kernels.step``."""
+    """(N, 6): ``kernels.episode.POSE``, side by side."""
     config: SimulatorConfig
     cell_m: float
     """Side of a cell."""
@@ -64,14 +64,15 @@ class Metrics(NamedTuple):
     @classmethod
     def of(cls, constants: EpisodeConstants, pool: Episode, config: SimulatorConfig) -> Metrics:
         """Return what the episodes of a pool have come to; later steps do not change it, but for ``constants``."""
-        counts, pose_px, cell_m = pool.counts.copy(), pool.pose.copy(), 1.0 / config.pixels_per_metre
+        counts, pose_px = pool.counts[:, 0].copy(), pool.pose.view(np.float64).copy()
+        cell_m = 1.0 / config.pixels_per_metre
         poses = pose_px * _scale(config.pixels_per_metre, len(pose_px))
         poses += constants.corner_m
         explored, coverage = (
-            np.multiply(counts[:, KNOWN], cell_m**2),
-            np.divide(counts[:, COVERED], constants.observable),
+            np.multiply(counts["known"], cell_m**2),
+            np.divide(counts["covered"], constants.observable),
         )
-        return cls(constants, counts, pool.readings.copy(), pose_px, config, cell_m, explored, coverage, poses)
+        return cls(constants, counts, pool.readings[:, 0].copy(), pose_px, config, cell_m, explored, coverage, poses)
 
     @property
     def pose(self) -> Floats:
@@ -86,18 +87,20 @@ class Metrics(NamedTuple):
     @property
     def collided(self) -> Bools:
         """Where something was in the way of the last step."""
-        found: Bools = self.counts[:, BLOCKED] != 0
+        found: Bools = self.counts["blocked"] != 0
         return found
 
     def truncated(self) -> Bools:
         """Return where time is up."""
-        return self.counts[:, STEPS] >= self.config.max_steps
+        found: Bools = self.counts["steps"] >= self.config.max_steps
+        return found
 
     def since_start(self) -> Floats:
         """Return (N, 3) the believed pose: x, y in metres from where the episode started, heading in radians."""
         scale = _scale(self.config.pixels_per_metre, 1)[0, 3:]
         found: Floats = self.pose_px[:, 3:] * scale
-        found[:, :2] -= self.readings[:, START_X:] * scale[:2]
+        found[:, 0] -= self.readings["start_x"] * scale[0]
+        found[:, 1] -= self.readings["start_y"] * scale[1]
         return found
 
     def goal_ahead(self) -> Floats:

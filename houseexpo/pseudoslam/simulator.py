@@ -12,11 +12,11 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import FURTHEST_M, SimulatorConfig
-from houseexpo.pseudoslam.kernels.episode import COVERED, KNOWN, StepParams
+from houseexpo.pseudoslam.kernels.episode import StepParams
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_params import look_round, prepare, scratch_of, step_one, step_params_of
+from houseexpo.pseudoslam.step_params import look_round, scratch_of, step_one, step_params_of
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.reset import initial_state
 from houseexpo.pseudoslam.worlds.world import World
@@ -66,9 +66,7 @@ class Simulator:
     @classmethod
     def of(cls, plan: FloorPlan, config: SimulatorConfig) -> Simulator:
         """Return the simulator of a plan; ConfigError and PlanError as ``world_for`` raises them."""
-        params = step_params_of(config)
-        prepare(config, params)
-        return cls(world_for(plan, config), config, params)
+        return cls(world_for(plan, config), config)
 
     def start(self, rng: np.random.Generator) -> State:
         """Return the state at the start of an episode, after a first look round.
@@ -115,11 +113,11 @@ class Simulator:
 
     def explored_m2(self, state: State) -> float:
         """Return the area of the map that is known, obstacles included."""
-        return float(state.counts[KNOWN]) / self._ppm**2
+        return float(state.counts.known) / self._ppm**2
 
     def coverage(self, state: State) -> float:
         """Return how much is known of the free cells that the robot can see from where it can go, 0 to 1."""
-        return float(state.counts[COVERED]) / max(state.observable_cells, 1)
+        return float(state.counts.covered) / max(state.observable_cells, 1)
 
     def map(self, state: State) -> OccupancyGrid:
         """Return the map as ROS publishes it."""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config.shapes import Obstacle
-from houseexpo.pseudoslam.kernels.episode import BLOCKED, Episode
+from houseexpo.pseudoslam.kernels.episode import Episode
 from houseexpo.pseudoslam.pools import flatten, pool_of_one, unflatten
 from houseexpo.pseudoslam.renamed import renamed
 
@@ -44,6 +45,11 @@ class State:
         """A pool of this one episode, views."""
         return pool_of_one(self.episode)
 
+    @cached_property
+    def sizes(self) -> npt.NDArray[np.int64]:
+        """(1, 2): rows and columns of the rasters, as the kernels take them for the episodes of ``pool``."""
+        return np.array([self.episode.occupied.shape])
+
     @property
     def occupied(self) -> npt.NDArray[np.uint8]:
         """(rows, cols): bit 1 where something stands, bit 2 where something moves."""
@@ -60,24 +66,30 @@ class State:
         return self.episode.shown
 
     @property
+    def poses_px(self) -> npt.NDArray[np.float64]:
+        """(6,): ``pose_px`` and ``believed_px``."""
+        poses: npt.NDArray[np.float64] = self.episode.pose.view(np.float64)
+        return poses
+
+    @property
     def pose_px(self) -> npt.NDArray[np.float64]:
         """(3,): x across, y down in cells of the world's grid, heading in radians, counter-clockwise from x."""
-        return self.episode.pose[:3]
+        return self.poses_px[:3]
 
     @property
     def believed_px(self) -> npt.NDArray[np.float64]:
         """(3,): the pose that odometry reports; the map is drawn from there."""
-        return self.episode.pose[3:]
+        return self.poses_px[3:]
 
     @property
-    def counts(self) -> npt.NDArray[np.int64]:
-        """(7,): what is counted; ``kernels.step`` names the entries."""
-        return self.episode.counts
+    def counts(self) -> Any:
+        """What is counted, by name and by number: the row ``kernels.episode.COUNTS``."""
+        return self.episode.counts[0]
 
     @property
     def blocked(self) -> bool:
         """Whether something was in the way of the last step."""
-        return bool(self.episode.counts[BLOCKED])
+        return bool(self.counts.blocked)
 
     solid = renamed("solid", "occupied")
     countable_cells = renamed("countable_cells", "observable_cells")

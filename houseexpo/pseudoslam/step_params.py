@@ -3,37 +3,28 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
-from houseexpo.pseudoslam.kernels.step import (
-    step_episode,
-    step_episode_by_rays,
-    step_episode_in_full,
-    step_episode_with_people,
-)
 from houseexpo.pseudoslam.kernels.step_pool import (
-    transitions,
-    transitions_by_rays,
-    transitions_in_full,
-    transitions_with_people,
+    STEP,
+    steps_by_rays,
+    steps_by_sector,
+    steps_in_full,
+    steps_with_people,
 )
 from houseexpo.pseudoslam.kernels.types import Errors, Robot, Scratch, Sensor
-from houseexpo.pseudoslam.precompile import Kernel, precompile, wait_for
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.people import walk_of
 from houseexpo.pseudoslam.worlds.world import scan_buffers
 
-EPISODE_KERNELS = (step_episode, step_episode_by_rays, step_episode_in_full, step_episode_with_people)
-POOL_KERNELS = (transitions, transitions_by_rays, transitions_in_full, transitions_with_people)
-_KERNELS: tuple[Any, ...] = (*EPISODE_KERNELS, *POOL_KERNELS)
-KERNELS: dict[str, Kernel] = {kernel.__name__: kernel for kernel in _KERNELS}
-"""All kernels of steps, by their names: those of one episode, and those of a pool of them."""
 BETWEEN_M, BETWEEN_DEG = 0.3, 10.0
 """A robot looks at least so often on its way (section III-B: a map is built at each sub-pose)."""
+_ONE_STEP = np.full(1, STEP, np.uint8)
 
 
 def step_params_of(config: SimulatorConfig, clearance_m: float = 0.0) -> StepParams:
@@ -80,44 +71,28 @@ def scratch_of(config: SimulatorConfig) -> Scratch:
     return Scratch(runs, hit, slopes, np.zeros((side, side) if config.noise.any else (1, 1), np.uint8))
 
 
-def kernel_of(params: StepParams, *, moving: bool, complete: bool, pooled: bool) -> Kernel:
-    """Return the kernel of such steps: what is not asked for need not be compiled.
-
-    Parameters
-    ----------
-    moving
-        People or other things move by themselves.
-    complete
-        Ranges and an overview are wanted.
-    pooled
-        Many environments step together, on several threads.
-    """
-    kernels: tuple[Any, ...] = POOL_KERNELS if pooled else EPISODE_KERNELS
-    by_sector, by_rays, in_full, with_people = kernels
-    if moving:
-        return with_people  # type: ignore[no-any-return]  # numba's functions have no types
-    if params.errors.any or complete:
-        return in_full  # type: ignore[no-any-return]
-    return by_rays if params.sensor.by_rays else by_sector  # type: ignore[no-any-return]
+def kernel_for(episode: Episode, params: StepParams) -> Any:
+    """Return the kernel of ``step_pool`` that steps such episodes: what is not asked for need not be compiled."""
+    if len(episode.bodies.people) + len(episode.bodies.clocks) > 0:
+        return steps_with_people
+    if params.errors.any or len(episode.ranges) > 0:
+        return steps_in_full
+    return steps_by_rays if params.sensor.by_rays else steps_by_sector
 
 
-def kernel_for(episode: Episode, params: StepParams, *, pooled: bool = False) -> Kernel:
-    """Return the kernel that steps such episodes, ready."""
-    moving = len(episode.bodies.people) + len(episode.bodies.clocks) > 0
-    kernel = kernel_of(params, moving=moving, complete=len(episode.ranges) > 0, pooled=pooled)
-    wait_for(kernel)
-    return kernel
-
-
-def prepare(config: SimulatorConfig, params: StepParams, *, complete: bool = False, pooled: bool = False) -> None:
-    """Begin to compile what the steps of such episodes take, where that is to be done yet."""
-    moving = config.people.number > 0 or len(config.trajectories) > 0
-    precompile(kernel_of(params, moving=moving, complete=complete, pooled=pooled))
+def entry_point(kernel: Any, *arguments: Any) -> Callable[..., None]:
+    """Return what a kernel is compiled to for arguments of such types: numba takes 20 us to find it at each call."""
+    if not hasattr(kernel, "compile"):  # numba is off
+        plain: Callable[..., None] = kernel
+        return plain
+    compiled: Callable[..., None] = kernel.compile(tuple(map(kernel.typeof_pyval, arguments)))
+    return compiled
 
 
 def step_one(state: State, turn_rad: float, forward_px: float, params: StepParams, scratch: Scratch) -> None:
     """Step one episode: turn, then go forward."""
-    kernel_for(state.episode, params)(state.episode, turn_rad, forward_px, params, scratch)
+    motions = np.array([[turn_rad, forward_px]])
+    kernel_for(state.episode, params)(state.pool, state.sizes, motions, _ONE_STEP, params, scratch, 0, 1)
 
 
 def look_round(state: State, params: StepParams, scratch: Scratch) -> None:

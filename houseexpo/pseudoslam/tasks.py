@@ -18,7 +18,6 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.checks import number
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.kernels.episode import CLEARANCE, COLLISIONS, KNOWN, PATH_LENGTH, TO_GOAL
 from houseexpo.pseudoslam.metrics import Bools, Floats, Metrics
 
 
@@ -52,7 +51,7 @@ class Task(ABC):
         return {
             "explored_m2": after.explored_m2.copy(),
             "coverage": after.coverage.copy(),
-            "collisions": after.counts[:, COLLISIONS].copy(),
+            "collisions": after.counts["collisions"].copy(),
             "collided": after.collided,
             "pose": after.pose.copy(),
             "is_success": success,
@@ -77,7 +76,7 @@ class Exploration(Task):
 
     def rewards(self, before: Metrics, after: Metrics, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
         """Return the newly known area."""
-        area: Floats = np.multiply(after.counts[:, KNOWN] - before.counts[:, KNOWN], after.cell_m**2)
+        area: Floats = np.multiply(after.counts["known"] - before.counts["known"], after.cell_m**2)
         return area
 
     def success(self, after: Metrics) -> Bools:
@@ -115,11 +114,12 @@ class ObstacleAvoidance(Task):
         return np.where(after.collided, -1.0, 0.9 * self._safety(after) + 0.1 * ahead)
 
     def _safety(self, after: Metrics) -> Floats:
-        return np.minimum(after.readings[:, CLEARANCE] * after.cell_m / self.safe_m, 1.0)
+        share: Floats = np.minimum(after.readings["clearance"] * after.cell_m / self.safe_m, 1.0)
+        return share
 
     def success(self, after: Metrics) -> Bools:
         """Return where time is up and nothing was touched."""
-        success: Bools = after.truncated() & (after.counts[:, COLLISIONS] == 0)
+        success: Bools = after.truncated() & (after.counts["collisions"] == 0)
         return success
 
     def terminated(self, after: Metrics, success: Bools) -> Bools:  # noqa: ARG002
@@ -128,7 +128,7 @@ class ObstacleAvoidance(Task):
 
     def report(self, after: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
         """Add the clearance."""
-        return {**super().report(after, success), "clearance_m": after.readings[:, CLEARANCE] * after.cell_m}
+        return {**super().report(after, success), "clearance_m": after.readings["clearance"] * after.cell_m}
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ class Navigation(Task):
 
     def rewards(self, before: Metrics, after: Metrics, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
         """Return the progress along the shortest way, and a reward for being there."""
-        saved = (before.readings[:, TO_GOAL] - after.readings[:, TO_GOAL]) * after.cell_m
+        saved: Floats = (before.readings["to_goal"] - after.readings["to_goal"]) * after.cell_m
         return saved + self.success_reward * success
 
     def success(self, after: Metrics) -> Bools:
@@ -163,12 +163,12 @@ class Navigation(Task):
 
     def report(self, after: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
         """Add the way left, the way gone, and the success weighted by path length."""
-        gone, best = after.readings[:, PATH_LENGTH] * after.cell_m, after.constants.shortest_path_m
+        gone, best = after.readings["path_length"] * after.cell_m, after.constants.shortest_path_m
         share = best / np.maximum(np.maximum(gone, best), 1e-12)
         report = super().report(after, success)
         return {
             **report,
-            "to_goal_m": after.readings[:, TO_GOAL] * after.cell_m,
+            "to_goal_m": after.readings["to_goal"] * after.cell_m,
             "way_m": gone,
             "goal": after.constants.goal_m.copy(),
             "spl": np.where(success, share, 0.0),

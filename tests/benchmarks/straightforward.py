@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.episode import BLOCKED, COVERED, KNOWN, Episode, StepParams, episode_of
+from houseexpo.pseudoslam.kernels.episode import Episode, StepParams, episode_of
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.motion.disc import free_way
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid
@@ -23,18 +23,18 @@ def steps(pool: Episode, sizes: Counts, motions: Floats, params: StepParams) -> 
     for i in range(len(sizes)):
         episode = episode_of(pool, sizes, i)
         pose, sensor = episode.pose, params.sensor
-        pose[2] += motions[i, 0]
-        if pose[2] > math.pi:
-            pose[2] -= 2.0 * math.pi
-        right, down = math.cos(pose[2]), -math.sin(pose[2])
+        pose.heading += motions[i, 0]
+        if pose.heading > math.pi:
+            pose.heading -= 2.0 * math.pi
+        right, down = math.cos(pose.heading), -math.sin(pose.heading)
         way = motions[i, 1]
         if way > 0:
-            way = free_way(episode.occupied, pose[0], pose[1], right, down, way, params.robot.radius_px)
-        episode.counts[BLOCKED] = 1 if way < motions[i, 1] else 0
-        pose[0] += way * right
-        pose[1] += way * down
+            way = free_way(episode.occupied, pose.x, pose.y, right, down, way, params.robot.radius_px)
+        episode.counts.blocked = 1 if way < motions[i, 1] else 0
+        pose.x += way * right
+        pose.y += way * down
         scan(episode, sensor.fan_cos, sensor.fan_sin, sensor.range_px)
-        crop(episode.known, pose[0], pose[1], pose[2], episode.shown)
+        crop(episode.known, pose.x, pose.y, pose.heading, episode.shown)
 
 
 @njit
@@ -42,16 +42,16 @@ def scan(episode: Episode, fan_cos: Floats, fan_sin: Floats, range_px: float) ->
     """Follow each ray by unit pixels up to the first obstacle, and draw it."""
     occupied, observable, known = episode.occupied, episode.observable, episode.known
     pose, counts = episode.pose, episode.counts
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
     for i in range(len(fan_cos)):
         right, up = fan_cos[i] * cos - fan_sin[i] * sin, fan_sin[i] * cos + fan_cos[i] * sin
         for k in range(int(np.rint(range_px)) + 1):
-            row, col = int(np.rint(pose[1] - 0.5 - k * up)), int(np.rint(pose[0] - 0.5 + k * right))
+            row, col = int(np.rint(pose.y - 0.5 - k * up)), int(np.rint(pose.x - 0.5 + k * right))
             if not (0 <= row < occupied.shape[0] and 0 <= col < occupied.shape[1]):
                 break
             if known[row, col] == UNKNOWN:
-                counts[KNOWN] += 1
-                counts[COVERED] += observable[row, col]
+                counts.known += 1
+                counts.covered += observable[row, col]
             if occupied[row, col] != 0:
                 known[row, col] = OBSTACLE
                 break

@@ -34,7 +34,6 @@ from houseexpo.floorplan import decode
 from houseexpo.pseudoslam import LaserConfig, ObservationConfig, Simulator, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.config import ScanRule
 from houseexpo.pseudoslam.envs.batch import Batch
-from houseexpo.pseudoslam.kernels.episode import BLOCKED
 from houseexpo.pseudoslam.kernels.mapping.crop import crop
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, merge_cells, merge_runs
 from houseexpo.pseudoslam.kernels.sensing.rays import ray_merge
@@ -179,7 +178,7 @@ def kernel_run(
 
     def run() -> int:
         for _ in range(steps):
-            turns = (batch.arrays.counts[:, BLOCKED] != 0) | (rng.random(N) > 0.8)
+            turns = (batch.arrays.counts["blocked"][:, 0] != 0) | (rng.random(N) > 0.8)
             step(batch, np.where(turns[:, None], turn, way))
         return N * steps
 
@@ -312,7 +311,7 @@ def test_where_the_time_goes(houses: list[FloorPlan]) -> None:
         def scan(
             batch=batch, known=known, observable=observable, occupied=occupied, runs=runs, hit=hit, slopes=slopes
         ) -> None:
-            for x, y, heading in batch.arrays.pose[:, :3].tolist():
+            for x, y, heading in batch.arrays.pose.view(np.float64)[:, :3].tolist():
                 n_runs, n_hit = sector_scan(occupied, x, y, heading, np.pi / 2, 125.0, runs, hit, slopes)
                 merge_runs(known, observable, runs, n_runs, FREE)
                 merge_cells(known, observable, hit, n_hit, OBSTACLE)

@@ -43,7 +43,7 @@ class Scene:
     @property
     def places(self) -> np.ndarray:
         """(P, 2) where people are, pixels."""
-        return self.bodies.people[:, :2]
+        return np.stack([self.bodies.people["x"], self.bodies.people["y"]], axis=1)
 
     def check(self, robot: Disc) -> None:
         """Nothing overlaps, and the grid shows the bodies and nothing else."""

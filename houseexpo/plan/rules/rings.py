@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from houseexpo.plan.area import signed_area
 from houseexpo.plan.model import PlanData
 from houseexpo.plan.parts import Ring
 
@@ -80,12 +81,6 @@ def collinear(plan: PlanData) -> Iterator[Broken]:
         straight = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]) < _HAIR
         if straight.any():
             yield f"{key}[{int(straight.argmax())}]", "expected a corner, found a vertex between two others in line"
-
-
-def signed_area(ring: Ring) -> float:
-    """Return the area, m2, negative where the ring runs clockwise."""
-    x, y = (ring - ring[0]).T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
 
 
 def _edges(ring: Ring) -> Ring:

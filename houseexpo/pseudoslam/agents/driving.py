@@ -78,7 +78,7 @@ class Drive:
     def _note(self, action: str, reward: float) -> None:
         x, y, heading = self._info["pose"].tolist()
         self.rows.append(Row(len(self.rows), action, x, y, heading, reward, self._info["explored_m2"]))
-        self._trail.append(self._env.state.episode.pose.copy())
+        self._trail.append(self._env.state.poses_px.copy())
 
     def press(self, key: str) -> None:
         """Do what a key says; nothing where it says nothing, or the episode has ended."""

@@ -71,7 +71,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     ) -> None:
         if render_mode not in {None, *self.metadata["render_modes"]}:
             raise ConfigError(f"render_mode: expected one of {self.metadata['render_modes']}, found {render_mode!r}")
-        self._env_spec: EnvSpec = make_env_spec(task, dataset, config, actions, observation, pooled=False)
+        self._env_spec: EnvSpec = make_env_spec(task, dataset, config, actions, observation)
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
         self.action_space, self.observation_space = self._env_spec.action_space(), self._env_spec.observation_space()
         self._params, self._scratch = self._env_spec.params(), self._env_spec.scratch()
@@ -159,7 +159,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     def _show(self) -> None:
         """Keep the trail where there are pictures, and show one where they are for people."""
         if self.render_mode is not None:
-            self._trail.append(self.state.episode.pose.copy())
+            self._trail.append(self.state.poses_px.copy())
         if self.render_mode == "human":
             self.render()
 

@@ -19,7 +19,7 @@ from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.metrics import EpisodeConstants, Metrics
 from houseexpo.pseudoslam.simulator import ACTIONS, motions
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_params import prepare, scratch_of, step_params_of
+from houseexpo.pseudoslam.step_params import scratch_of, step_params_of
 from houseexpo.pseudoslam.tasks import Task
 from houseexpo.pseudoslam.worlds.cache import Plans, WorldCache
 from houseexpo.pseudoslam.worlds.reset import initial_state
@@ -159,7 +159,7 @@ class EnvSpec:
 
 
 def make_env_spec(
-    task: Task, dataset: Plans, config: SimulatorConfig | None, actions: Actions, observation: Kind, *, pooled: bool
+    task: Task, dataset: Plans, config: SimulatorConfig | None, actions: Actions, observation: Kind
 ) -> EnvSpec:
     """Return an environment's face; ConfigError where an argument is not one of those that there are."""
     for name, value, kinds in (("actions", actions, Actions), ("observation", observation, Kind)):
@@ -168,9 +168,7 @@ def make_env_spec(
     if config is not None and not isinstance(config, SimulatorConfig):
         raise ConfigError(f"config: expected a SimulatorConfig or None, found {config!r}")
     config = task.configured(config)
-    env_spec = EnvSpec(task, config, WorldCache(dataset, config), actions, observation)
-    prepare(config, env_spec.params(), complete=env_spec.complete, pooled=pooled)
-    return env_spec
+    return EnvSpec(task, config, WorldCache(dataset, config), actions, observation)
 
 
 def new_constants(number: int) -> EpisodeConstants:

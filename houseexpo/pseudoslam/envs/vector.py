@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import gymnasium
 import numpy as np
 import numpy.typing as npt
+from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
@@ -17,12 +18,10 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import whole
 from houseexpo.pseudoslam.envs.batch import Batch
-from houseexpo.pseudoslam.envs.prefetch import EpisodePrefetcher
 from houseexpo.pseudoslam.envs.reset_arguments import Seeds, mask_of, seeds_of
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv, plan_of
-from houseexpo.pseudoslam.envs.spec import MAPS, Actions, Kind, Observation, make_env_spec, new_constants
+from houseexpo.pseudoslam.envs.spec import Actions, Kind, Observation, constants_of, make_env_spec, new_constants
 from houseexpo.pseudoslam.envs.task_mixins import ExplorationMixin, NavigationMixin, ObstacleAvoidanceMixin
-from houseexpo.pseudoslam.kernels.runtime.thread_pool import MAX_ENVS
 from houseexpo.pseudoslam.kernels.step_pool import REDRAW, SKIP, STEP
 from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.simulator import Simulator
@@ -32,11 +31,13 @@ from houseexpo.pseudoslam.worlds.cache import Plans
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
+MAX_ENVS = (1 << 20) - 1
+"""Environments in one vector, at most."""
 Method = TypeVar("Method", bound=Callable[..., Any])
 
 
 def _one_at_a_time(method: Method) -> Method:
-    """Let a thread that calls wait for another thread's call: the pools are one, and have one leader."""
+    """Let a thread that calls wait for another thread's call: the pools are one."""
 
     @wraps(method)
     def called(self: PseudoSlamVectorEnv, *args: Any, **kwargs: Any) -> Any:
@@ -96,7 +97,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self._mode = AutoresetMode(autoreset_mode)
         self.metadata = {**PseudoSlamEnv.metadata, "autoreset_mode": self._mode}
         self._lock = RLock()
-        self._env_spec = make_env_spec(task, dataset, config, actions, observation, pooled=True)
+        self._env_spec = make_env_spec(task, dataset, config, actions, observation)
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
         self.num_envs, self._copy = num_envs, copy
         self.single_action_space = self._env_spec.action_space()
@@ -105,8 +106,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._params, self._scratch = self._env_spec.params(), self._env_spec.scratch()
         self._batch = Batch(num_envs, self.config, self._params, threads)
-        ahead = self._mode != AutoresetMode.DISABLED and self._batch.threads > 1
-        self._prefetcher = EpisodePrefetcher(self._env_spec, self._params, self._scratch, ahead=ahead)
+        self._rngs: dict[int, np.random.Generator] = {}
         self._plan_ids = np.full(num_envs, None, object)
         self._simulators: dict[int, Simulator] = {}
         self._ended = np.ones(num_envs, bool)
@@ -117,7 +117,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self._after: Metrics
 
     def __getstate__(self) -> dict[str, Any]:
-        """Pickle and copy all but the lock; batch and prefetcher know what of them goes along."""
+        """Pickle and copy all but the lock; the batch knows what of it goes along."""
         return {name: value for name, value in self.__dict__.items() if name != "_lock"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -132,7 +132,8 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         plan_id = plan_of(rest)
         self._are_begun, self._begun = False, self._begun & ~which  # where a start fails, none of them is half begun
         for i in np.flatnonzero(which).tolist():
-            self._prefetcher.seed(i, seeds[i])
+            if seeds[i] is not None or i not in self._rngs:
+                self._rngs[i] = seeding.np_random(seeds[i])[0]
             self._start_episode(i, plan_id)
         self._look_round(which, REDRAW)
         self._begun |= which
@@ -153,9 +154,9 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         for i in starting:
             self._start_episode(i, None)
             motions[i] = 0.0
-        before, prepare = self._after, self._prefetcher.prepare if self._prefetcher.lack else None
-        self._batch.step(motions, self._all, fresh=self._copy, meanwhile=prepare)
-        after = self._after = self._measures()
+        self._batch.step(motions, self._all, fresh=self._copy)
+        before, after = self._after, self._measures()
+        self._after = after
         success = self.task.success(after)
         rewards = self.task.rewards(before, after, ahead, success)
         terminated, truncated = self.task.terminated(after, success), after.truncated()
@@ -197,15 +198,17 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
 
     def _start_episode(self, i: int, plan_id: str | None) -> None:
         """Put the start of an episode in place ``i``; it has not looked round yet."""
-        world, state, self._constants.rows[i] = self._prefetcher.next(i, plan_id)
+        rng = self._rngs[i]
+        world = self._env_spec.draw(rng, plan_id)
+        state = self._env_spec.initial_state(world, self._params, self._scratch, rng, own=False)
         self._batch.put(i, state)
-        self._plan_ids[i] = world.plan_id
+        self._constants.rows[i], self._plan_ids[i] = constants_of(state, world), world.plan_id
         if self.render_mode is not None:  # a simulator keeps its world's rasters
             self._simulators[i] = Simulator(world, self.config, self._params, self._scratch)
 
     def _look_round(self, which: Bools, others: int) -> None:
         """Take the first looks of the episodes that have just begun, together; the views are new if all are shown."""
-        wanted = np.where(which, STEP, others)
+        wanted = np.where(which, STEP, others).astype(np.uint8)
         self._batch.step(np.zeros((self.num_envs, 2)), wanted, fresh=self._copy and others == REDRAW)
         self._after = self._measures()
         self._ended = self._ended & ~which
@@ -216,14 +219,9 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
     def _observations(self, after: Metrics) -> Observation:
         """Return what is observed, the caller's own where he wants copies."""
         found = self._env_spec.observe(self._batch.arrays, after)
-        views = self._batch.views()
-        if not self._copy:
-            return found
-        if not isinstance(found, dict):
-            return found.copy() if views is None else views[:, None]
-        own = {} if views is None else {"map": views[:, None]}
-        copied = {key: found[key].copy() for key in MAPS if key in found and key not in own}
-        return {**found, **copied, **own}
+        if self._copy and isinstance(found, dict) and "global_map" in found:
+            found["global_map"] = found["global_map"].copy()  # the view was drawn into an array of the caller's own
+        return found
 
     def _infos(self, after: Metrics, success: Bools, which: Bools) -> dict[str, Any]:
         infos: dict[str, Any] = {**self.task.report(after, success), "plan_id": self._plan_ids.copy()}
@@ -233,7 +231,6 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         return infos
 
     def _finals(self, after: Metrics, success: Bools) -> dict[str, Any]:
-        self._batch.views()  # they are drawn now
         found = self._env_spec.observe(self._batch.arrays, after)
         last = np.full(self.num_envs, None, object)
         for i in np.flatnonzero(self._ended).tolist():

@@ -76,7 +76,7 @@ def record(
         observation, done.info = env.reset(seed=seed, options=options)
         trail = []
         while True:
-            trail.append(known_env(env).state.episode.pose.copy())
+            trail.append(known_env(env).state.poses_px.copy())
             last = done.ended or done.steps == steps
             if done.steps % every == 0 or last:
                 yield _drawn(env, trail, shows, most_px)

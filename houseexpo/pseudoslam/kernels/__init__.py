@@ -7,7 +7,7 @@ counter-clockwise as one sees the grid with row 0 at the top. Grids are flat (ro
 from pathlib import Path
 
 from houseexpo.kernel_cache import cache_safely
-from houseexpo.pseudoslam.kernels.runtime.compiler_gc import pause_gc_while_compiling
+from houseexpo.pseudoslam.kernels.compiling import watch_compiling
 
-pause_gc_while_compiling(__name__)
+watch_compiling(__name__)
 cache_safely(Path(__file__).parent)  # before any kernel is looked for on disk

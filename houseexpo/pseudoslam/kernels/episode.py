@@ -11,16 +11,15 @@ from houseexpo.pseudoslam.kernels.motion.bodies import Bodies, Tracks, bodies_of
 from houseexpo.pseudoslam.kernels.people.social_force import Walk
 from houseexpo.pseudoslam.kernels.planning.distance_field import Field, field_of
 from houseexpo.pseudoslam.kernels.planning.flow import Flow, flow_of
-from houseexpo.pseudoslam.kernels.types import Counts, Errors, Floats, Grid, Robot, Sensor
+from houseexpo.pseudoslam.kernels.types import Counts, Errors, Floats, Grid, Robot, Rows, Sensor, row_type
 
-X, Y, HEADING, SEEN_X, SEEN_Y, SEEN_HEADING = range(6)
-"""What ``pose`` holds, pixels and radians: where the robot is, and where it believes it is."""
-STEPS, COLLISIONS, KNOWN, COVERED, SCANS, BLOCKED, KEY = range(7)
-"""What ``counts`` holds: steps and those that met an obstacle; cells of the map; scans; whether the last step met an
-obstacle; the key of the episode's noise."""
-PATH_LENGTH, CLEARANCE, TO_GOAL, START_X, START_Y = range(5)
-"""What ``readings`` holds, pixels: the way gone, the room round the robot, the way that is left to the goal, and where
-the episode started."""
+POSE = row_type(x=float, y=float, heading=float, seen_x=float, seen_y=float, seen_heading=float)
+"""Pixels and radians: where the robot is, and where it believes it is."""
+COUNTS = row_type(steps=int, collisions=int, known=int, covered=int, scans=int, blocked=int, key=int)
+"""Steps and those that met an obstacle; cells of the map; scans; whether the last step met an obstacle; the key of the
+episode's noise."""
+READINGS = row_type(path_length=float, clearance=float, to_goal=float, start_x=float, start_y=float)
+"""Pixels: the way gone, the room round the robot, the way that is left to the goal, and where the episode started."""
 BEAMS, ODOMETRY, REGISTRATION, PEOPLE = range(1, 5)
 """Kinds of chance, each with a key of its own (``key_of``)."""
 
@@ -40,12 +39,12 @@ class Episode(NamedTuple):
     """(cells, cells) the whole map, coarsely; (0, 0) where nobody asks."""
     ranges: Floats
     """(beams,) what the last scan's beams returned, pixels; (0,) where nobody asks."""
-    pose: Floats
-    """(6,)"""
-    counts: Counts
-    """(7,)"""
-    readings: Floats
-    """(5,)"""
+    pose: Rows
+    """(1,) ``POSE``; in a kernel's view of one environment the row itself, as the next two."""
+    counts: Rows
+    """(1,) ``COUNTS``."""
+    readings: Rows
+    """(1,) ``READINGS``."""
     bodies: Bodies
     tracks: Tracks
     flow: Flow
@@ -72,8 +71,8 @@ def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
     cells = rows * cols
     return Episode(
         pool.occupied[i, :cells].reshape((rows, cols)), pool.observable[i, :cells].reshape((rows, cols)),
-        pool.known[i, :cells].reshape((rows, cols)), pool.shown[i], pool.overview[i], pool.ranges[i], pool.pose[i],
-        pool.counts[i], pool.readings[i], bodies_of(pool.bodies, i), tracks_of(pool.tracks, i),
+        pool.known[i, :cells].reshape((rows, cols)), pool.shown[i], pool.overview[i], pool.ranges[i],
+        pool.pose[i, 0], pool.counts[i, 0], pool.readings[i, 0], bodies_of(pool.bodies, i), tracks_of(pool.tracks, i),
         flow_of(pool.flow, i), field_of(pool.field, i),
     )  # fmt: skip
 

@@ -9,24 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.episode import (
-    BEAMS,
-    COVERED,
-    HEADING,
-    KEY,
-    KNOWN,
-    REGISTRATION,
-    SCANS,
-    SEEN_HEADING,
-    SEEN_X,
-    SEEN_Y,
-    STEPS,
-    Episode,
-    StepParams,
-    X,
-    Y,
-    key_of,
-)
+from houseexpo.pseudoslam.kernels.episode import BEAMS, REGISTRATION, Episode, StepParams, key_of
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, merge_cells, merge_runs
 from houseexpo.pseudoslam.kernels.sensing.noise import (
     draw_beams,
@@ -44,7 +27,7 @@ def look_at_sector(episode: Episode, params: StepParams, scratch: Scratch) -> No
     """Scan the sector from where the robot is, and merge what is seen into the map."""
     pose, sensor = episode.pose, params.sensor
     n_runs, n_hit = sector_scan(
-        episode.occupied, pose[X], pose[Y], pose[HEADING], sensor.half_fov, sensor.range_px, scratch.runs, scratch.hit,
+        episode.occupied, pose.x, pose.y, pose.heading, sensor.half_fov, sensor.range_px, scratch.runs, scratch.hit,
         scratch.slopes,
     )  # fmt: skip
     new, covered = merge_runs(episode.known, episode.observable, scratch.runs, n_runs, FREE)
@@ -57,7 +40,7 @@ def look_along_rays(episode: Episode, params: StepParams, scratch: Scratch) -> N
     pose, sensor = episode.pose, params.sensor
     settled = len(episode.bodies.clocks) + len(episode.bodies.people) == 0
     new, covered, n_hit = ray_merge(
-        episode.occupied, episode.observable, episode.known, pose[X], pose[Y], pose[HEADING], sensor.fan_cos,
+        episode.occupied, episode.observable, episode.known, pose.x, pose.y, pose.heading, sensor.fan_cos,
         sensor.fan_sin, sensor.range_px, scratch.hit, settled,
     )  # fmt: skip
     _count(episode, scratch, n_hit, new, covered)
@@ -67,9 +50,9 @@ def look_along_rays(episode: Episode, params: StepParams, scratch: Scratch) -> N
 def _count(episode: Episode, scratch: Scratch, n_hit: int, new: int, covered: int) -> None:
     """Merge the obstacles that were seen after the free cells, and count what is new."""
     new_hit, covered_hit = merge_cells(episode.known, episode.observable, scratch.hit, n_hit, OBSTACLE)
-    episode.counts[KNOWN] += new + new_hit
-    episode.counts[COVERED] += covered + covered_hit
-    episode.counts[SCANS] += 1
+    episode.counts.known += new + new_hit
+    episode.counts.covered += covered + covered_hit
+    episode.counts.scans += 1
 
 
 @njit(inline="always")
@@ -87,7 +70,7 @@ def look(episode: Episode, params: StepParams, scratch: Scratch) -> None:
 def _look_with_errors(episode: Episode, params: StepParams, scratch: Scratch) -> None:
     """Merge a scan as its beams measure it, from where the robot believes it is, as registration misplaces it."""
     pose, counts, sensor, errors = episode.pose, episode.counts, params.sensor, params.errors
-    x, y, heading, runs, hit = pose[X], pose[Y], pose[HEADING], scratch.runs, scratch.hit
+    x, y, heading, runs, hit = pose.x, pose.y, pose.heading, scratch.runs, scratch.hit
     if sensor.by_rays:
         n_runs, n_hit = ray_scan(
             episode.occupied, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, runs, hit
@@ -98,13 +81,13 @@ def _look_with_errors(episode: Episode, params: StepParams, scratch: Scratch) ->
         )
     beams = len(sensor.fan_cos)
     shift_px, fate = np.empty(beams), np.empty(beams, np.int32)
-    draw_beams(errors, beams, key_of(counts[KEY], BEAMS), counts[SCANS], shift_px, fate)
+    draw_beams(errors, beams, key_of(counts.key, BEAMS), counts.scans, shift_px, fate)
     draw_noisy(
         scratch.patch, episode.occupied.shape[1], x, y, heading, sensor, runs, n_runs, hit, n_hit, shift_px, fate
     )
-    right, down, turn = registration(errors, key_of(counts[KEY], REGISTRATION), counts[STEPS])
+    right, down, turn = registration(errors, key_of(counts.key, REGISTRATION), counts.steps)
     new, covered = merge_patch(
-        episode.known, episode.observable, scratch.patch, x, y, pose[SEEN_X] - x + right, pose[SEEN_Y] - y + down,
-        pose[SEEN_HEADING] - heading + turn,
+        episode.known, episode.observable, scratch.patch, x, y, pose.seen_x - x + right, pose.seen_y - y + down,
+        pose.seen_heading - heading + turn,
     )  # fmt: skip
     _count(episode, scratch, 0, new, covered)

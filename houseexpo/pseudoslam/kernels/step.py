@@ -1,11 +1,7 @@
 """One environment's step: what moves by itself moves; the robot turns, goes, and looks on the way; it is shown the map.
 
-Four kernels take one step of one environment: looking at a sector, along rays, or in full (errors, ranges, overview),
-and among people. They differ in what has to be compiled, so each is compiled when it is asked for. ``step_pool`` takes
-the same step in many environments.
-
-What only a step calls is taken into it line by line (``inline``): a function of its own would be compiled, with all
-that it calls, once more for itself.
+``step_pool`` has the kernels that take this step, in one environment or in many. What only a step calls is taken into
+it line by line (``inline``): a function of its own would be compiled, with all that it calls, once more for itself.
 """
 
 from __future__ import annotations
@@ -17,31 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.episode import (
-    BEAMS,
-    BLOCKED,
-    CLEARANCE,
-    COLLISIONS,
-    HEADING,
-    KEY,
-    ODOMETRY,
-    PATH_LENGTH,
-    PEOPLE,
-    SCANS,
-    SEEN_HEADING,
-    SEEN_X,
-    SEEN_Y,
-    START_X,
-    START_Y,
-    STEPS,
-    TO_GOAL,
-    Episode,
-    StepParams,
-    X,
-    Y,
-    key_of,
-)
-from houseexpo.pseudoslam.kernels.look import look, look_along_rays, look_at_sector
+from houseexpo.pseudoslam.kernels.episode import BEAMS, ODOMETRY, PEOPLE, Episode, StepParams, key_of
 from houseexpo.pseudoslam.kernels.mapping.crop import crop
 from houseexpo.pseudoslam.kernels.mapping.merge import shrink
 from houseexpo.pseudoslam.kernels.motion.bodies import Disc, way_past_people
@@ -55,53 +27,12 @@ from houseexpo.pseudoslam.kernels.sensing.noise import (
     draw_beams,
 )
 from houseexpo.pseudoslam.kernels.sensing.ranges import cast
-from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Scratch
+from houseexpo.pseudoslam.kernels.types import Floats, Rows, Scratch
 
 Move: TypeAlias = Callable[["Episode", "StepParams"], None]
 """Moves what moves beside the robot."""
 Look: TypeAlias = Callable[["Episode", "StepParams", Scratch], None]
 """Scans from where the robot is, and merges what is seen into the map."""
-
-
-@njit(cache=True, nogil=True)
-def step_episode(episode: Episode, turn: float, forward: float, params: StepParams, scratch: Scratch) -> None:
-    """Turn, then go forward (backward where negative) until something is in the way; look; show what is known.
-
-    An episode that has not begun, ``counts[STEPS]`` is -1, begins: with a look round that is no step. This one looks at
-    sectors, without errors.
-
-    Parameters
-    ----------
-    turn, forward
-        Radians, and pixels.
-    scratch
-        Memory that nobody else uses meanwhile.
-    """
-    step(episode, turn, forward, params, scratch, stand_still, look_at_sector, False)
-    show(episode, episode.shown)
-
-
-@njit(cache=True, nogil=True)
-def step_episode_by_rays(episode: Episode, turn: float, forward: float, params: StepParams, scratch: Scratch) -> None:
-    """Do as ``step_episode`` does, looking along rays."""
-    step(episode, turn, forward, params, scratch, stand_still, look_along_rays, False)
-    show(episode, episode.shown)
-
-
-@njit(cache=True, nogil=True)
-def step_episode_in_full(episode: Episode, turn: float, forward: float, params: StepParams, scratch: Scratch) -> None:
-    """Do as ``step_episode`` does, with errors where the parameters say so, and ranges and an overview where wanted."""
-    step(episode, turn, forward, params, scratch, stand_still, look, True)
-    show(episode, episode.shown)
-
-
-@njit(cache=True, nogil=True)
-def step_episode_with_people(
-    episode: Episode, turn: float, forward: float, params: StepParams, scratch: Scratch
-) -> None:
-    """Do as ``step_episode_in_full`` does, after people and what is on a trajectory have moved."""
-    step(episode, turn, forward, params, scratch, move_people, look, True)
-    show(episode, episode.shown)
 
 
 @njit(inline="always")
@@ -115,15 +46,29 @@ def step(
     look: Look,
     full: bool,
 ) -> None:
-    """Do one episode's step but for its view; unless ``full``, a constant, without errors, ranges and overview."""
+    """Turn, then go forward (backward where negative) until something is in the way; look; take the readings.
+
+    An episode that has not begun, ``counts.steps`` is -1, begins: with a look round that is no step.
+
+    Parameters
+    ----------
+    turn, forward
+        Radians, and pixels.
+    scratch
+        Memory that nobody else uses meanwhile.
+    move, look
+        What moves beside the robot, and how it looks: functions that are compiled into this one.
+    full
+        A constant; False: without errors, ranges and overview.
+    """
     move(episode, params)
     counts, readings = episode.counts, episode.readings
-    counts[STEPS] += 1
+    counts.steps += 1
     way = _go(episode, turn, forward, params, scratch, look, full)
-    counts[BLOCKED] = 1 if way < abs(forward) else 0
-    counts[COLLISIONS] += counts[BLOCKED]
-    readings[PATH_LENGTH] += way
-    _read(episode, params, 2.0 * params.sensor.range_px if counts[STEPS] > 0 else math.inf, full)
+    counts.blocked = 1 if way < abs(forward) else 0
+    counts.collisions += counts.blocked
+    readings.path_length += way
+    _read(episode, params, 2.0 * params.sensor.range_px if counts.steps > 0 else math.inf, full)
 
 
 @njit(inline="always")
@@ -131,33 +76,33 @@ def _read(episode: Episode, params: StepParams, spread_px: float, full: bool) ->
     """Take the readings at the robot's place; of the overview, draw anew what lies within ``spread_px``."""
     pose, readings, sensor = episode.pose, episode.readings, params.sensor
     if params.clearance_px > 0.0:
-        readings[CLEARANCE] = clearance(
-            episode.occupied, pose[X], pose[Y], params.robot.radius_px, params.robot.radius_px + params.clearance_px
+        readings.clearance = clearance(
+            episode.occupied, pose.x, pose.y, params.robot.radius_px, params.robot.radius_px + params.clearance_px
         )
     if len(episode.field.distances) > 0:
-        way = field_at(episode.field, pose[X], pose[Y])
+        way = field_at(episode.field, pose.x, pose.y)
         if way < math.inf:  # in a gap without a block to stand on, the way known last stands
-            readings[TO_GOAL] = way
+            readings.to_goal = way
     if full and len(episode.ranges) > 0:
         cast(
-            episode.occupied, pose[X], pose[Y], pose[HEADING], sensor.fan_cos, sensor.fan_sin, sensor.range_px,
+            episode.occupied, pose.x, pose.y, pose.heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px,
             episode.ranges,
         )  # fmt: skip
         if params.errors.any:
             _err(episode.ranges, episode.counts, params)
     if full and len(episode.overview) > 0:
         shrink(
-            episode.known, readings[START_X], readings[START_Y], params.overview_px, pose[SEEN_X], pose[SEEN_Y],
+            episode.known, readings.start_x, readings.start_y, params.overview_px, pose.seen_x, pose.seen_y,
             spread_px, episode.overview,
         )  # fmt: skip
 
 
 @njit(inline="always")
-def _err(ranges: Floats, counts: Counts, params: StepParams) -> None:
+def _err(ranges: Floats, counts: Rows, params: StepParams) -> None:
     """Give ranges the errors of the beams of the last scan: a lost one is 0."""
     beams = len(ranges)
     shift_px, fate = np.empty(beams), np.empty(beams, np.int32)
-    draw_beams(params.errors, beams, key_of(counts[KEY], BEAMS), counts[SCANS] - 1, shift_px, fate)
+    draw_beams(params.errors, beams, key_of(counts.key, BEAMS), counts.scans - 1, shift_px, fate)
     for beam in range(beams):
         if fate[beam] != HIT:
             ranges[beam] = 0.0 if fate[beam] == LOST else params.sensor.range_px
@@ -177,41 +122,41 @@ def _go(
     pose, robot, errors = episode.pose, params.robot, params.errors
     distance = abs(forward)
     turns = math.ceil(abs(turn) / robot.between_rad - 1e-9)
-    start = pose.copy()
-    heading = _wrapped(start[HEADING] + turn)
+    start_x, start_y, start_heading = pose.x, pose.y, pose.heading
+    seen_x, seen_y, seen_heading = pose.seen_x, pose.seen_y, pose.seen_heading  # where it believes to start
+    heading = _wrapped(start_heading + turn)
     sign = 1.0 if forward >= 0.0 else -1.0
     right, down = sign * math.cos(heading), -sign * math.sin(heading)
     way = distance
     if distance > 0.0:
-        way = free_way(episode.occupied, start[X], start[Y], right, down, distance, robot.radius_px)
-        disc = Disc(start[X], start[Y], robot.radius_px)
+        way = free_way(episode.occupied, start_x, start_y, right, down, distance, robot.radius_px)
+        disc = Disc(start_x, start_y, robot.radius_px)
         way = min(way, way_past_people(episode.bodies.people, params.walk.radius_px, disc, right, down, distance))
     goes = math.ceil(way / robot.between_px - 1e-9)
     seen_turn, seen_way = turn, sign * way
     if full and errors.odometry:
-        key = key_of(episode.counts[KEY], ODOMETRY)
-        seen_turn, seen_way = believed(errors, key, episode.counts[STEPS], turn, sign * way)
+        key = key_of(episode.counts.key, ODOMETRY)
+        seen_turn, seen_way = believed(errors, key, episode.counts.steps, turn, sign * way)
     for i in range(1, max(turns + goes, 1) + 1):
         turned, gone = min(i / turns, 1.0) if turns > 0 else 1.0, max(i - turns, 0) / max(goes, 1)
-        pose[HEADING] = heading if i >= turns else _wrapped(start[HEADING] + turn * turned)
+        pose.heading = heading if i >= turns else _wrapped(start_heading + turn * turned)
         if i > turns and goes > 0:
-            pose[X], pose[Y] = start[X] + way * gone * right, start[Y] + way * gone * down
+            pose.x, pose.y = start_x + way * gone * right, start_y + way * gone * down
         if full and errors.odometry:
-            seen = _wrapped(start[SEEN_HEADING] + seen_turn * turned)
-            pose[SEEN_HEADING] = seen
-            pose[SEEN_X] = start[SEEN_X] + seen_way * gone * math.cos(seen)
-            pose[SEEN_Y] = start[SEEN_Y] - seen_way * gone * math.sin(seen)
+            seen = pose.seen_heading = _wrapped(seen_heading + seen_turn * turned)
+            pose.seen_x = seen_x + seen_way * gone * math.cos(seen)
+            pose.seen_y = seen_y - seen_way * gone * math.sin(seen)
         else:
-            pose[SEEN_X], pose[SEEN_Y], pose[SEEN_HEADING] = pose[X], pose[Y], pose[HEADING]
+            pose.seen_x, pose.seen_y, pose.seen_heading = pose.x, pose.y, pose.heading
         look(episode, params, scratch)
     return way
 
 
 @njit(inline="always")
-def show(episode: Episode, shown: Grid) -> None:
+def show(episode: Episode) -> None:
     """Draw what the robot knows round the place where it believes to be, heading up."""
     pose = episode.pose
-    crop(episode.known, pose[SEEN_X], pose[SEEN_Y], pose[SEEN_HEADING], shown)
+    crop(episode.known, pose.seen_x, pose.seen_y, pose.seen_heading, episode.shown)
 
 
 @njit(inline="always")
@@ -222,11 +167,11 @@ def stand_still(episode: Episode, params: StepParams) -> None:
 @njit(inline="always")
 def move_people(episode: Episode, params: StepParams) -> None:
     """Move people and what is on a trajectory, once the episode has begun."""
-    if episode.counts[STEPS] >= 0:
-        robot = Disc(episode.pose[X], episode.pose[Y], params.robot.radius_px)
+    if episode.counts.steps >= 0:
+        robot = Disc(episode.pose.x, episode.pose.y, params.robot.radius_px)
         advance(
             episode.occupied, episode.bodies, episode.tracks, episode.flow, params.walk,
-            key_of(episode.counts[KEY], PEOPLE), robot, params.seconds,
+            key_of(episode.counts.key, PEOPLE), robot, params.seconds,
         )  # fmt: skip
 
 

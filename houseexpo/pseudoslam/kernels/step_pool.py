@@ -1,33 +1,29 @@
-"""Many environments' steps: threads take them one by one from a pool, until all have been stepped and drawn.
+"""Steps of some of the environments of a pool, one after the other; ``step`` says what a step is.
 
-``step`` says what a step is; ``runtime.thread_pool`` how threads share them.
+Four kernels take the same step: looking at a sector, along rays, or in full (errors, ranges, overview), and among
+people. They differ in what has to be compiled, so each is compiled when it is asked for. A single environment is a pool
+of one. Threads share a pool: each calls the kernel with environments of its own, and scratch memory of its own.
 """
 
 from __future__ import annotations
-
-from typing import TypeAlias
 
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams, episode_of
 from houseexpo.pseudoslam.kernels.look import look, look_along_rays, look_at_sector
-from houseexpo.pseudoslam.kernels.runtime.thread_pool import MAX_ENVS, VIEWS, done, enter, leave, puts_off, take
 from houseexpo.pseudoslam.kernels.step import Look, Move, move_people, show, stand_still, step
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Scratch
 
 SKIP, STEP, REDRAW = range(3)
 """What is ``wanted`` of an environment: nothing, a step, or to be shown again what it knows."""
-ARRAYS = 3
-"""Arrays for views beside the pool's: the caller of a batch holds one or two, one is written."""
-ViewBuffers: TypeAlias = tuple[Grid, ...]
 
 
 @njit(cache=True, nogil=True)
-def transitions(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, views: ViewBuffers,
-    scratch: Scratch, sync: Counts, epoch: int, thread: int,
+def steps_by_sector(
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int,
 ) -> None:  # fmt: skip
-    """Step environments as ``step.step_episode`` does one; the other kernels here do as its others.
+    """Step environments that look at sectors, without errors, and draw their views; the other kernels do as this one.
 
     Parameters
     ----------
@@ -39,63 +35,50 @@ def transitions(
         (N, 2) turn and way forward, radians and pixels.
     wanted
         (N,) ``STEP`` where an environment steps, ``REDRAW`` where it is only shown again, ``SKIP`` where neither.
-    views
-        Arrays (N, side, side), of which ``sync`` names one, or none: what robots are shown is drawn there, not in the
-        pool.
-    crew, epoch, thread
-        What threads share, see ``sync``. Thread 0 begins a step and returns when it is done, but for views that it puts
-        off; others take part in steps until none has come for a while. All have ``scratch`` of their own.
+    scratch
+        Memory that nobody else uses meanwhile.
+    first, end
+        Environments ``first`` to ``end``, excluded.
     """
-    steps(pool, sizes, motions, wanted, params, views, scratch, sync, epoch, thread, stand_still, look_at_sector, False)
+    _steps(pool, sizes, motions, wanted, params, scratch, first, end, stand_still, look_at_sector, False)
 
 
 @njit(cache=True, nogil=True)
-def transitions_by_rays(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, views: ViewBuffers,
-    scratch: Scratch, sync: Counts, epoch: int, thread: int,
+def steps_by_rays(
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int,
 ) -> None:  # fmt: skip
-    """Do as ``transitions`` does, looking along rays."""
-    steps(
-        pool, sizes, motions, wanted, params, views, scratch, sync, epoch, thread, stand_still, look_along_rays, False
-    )
+    """Look along rays."""
+    _steps(pool, sizes, motions, wanted, params, scratch, first, end, stand_still, look_along_rays, False)
 
 
 @njit(cache=True, nogil=True)
-def transitions_in_full(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, views: ViewBuffers,
-    scratch: Scratch, sync: Counts, epoch: int, thread: int,
+def steps_in_full(
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int,
 ) -> None:  # fmt: skip
-    """Do as ``transitions`` does, as the rules say: with errors, and ranges and an overview where there is room."""
-    steps(pool, sizes, motions, wanted, params, views, scratch, sync, epoch, thread, stand_still, look, True)
+    """Look as the parameters say, with errors where they say so, and ranges and an overview where there is room."""
+    _steps(pool, sizes, motions, wanted, params, scratch, first, end, stand_still, look, True)
+
+
+@njit(cache=True, nogil=True)
+def steps_with_people(
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int,
+) -> None:  # fmt: skip
+    """Do as ``steps_in_full`` does, after people and what is on a trajectory have moved."""
+    _steps(pool, sizes, motions, wanted, params, scratch, first, end, move_people, look, True)
 
 
 @njit(inline="always")
-def steps(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, views: ViewBuffers,
-    scratch: Scratch, sync: Counts, epoch: int, thread: int, move: Move, look: Look, full: bool,
+def _steps(
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int, move: Move, look: Look, full: bool,
 ) -> None:  # fmt: skip
-    """Take environments, step them and draw their views, until there are no more."""
-    enter(sync, thread)
-    while True:
-        taken = take(sync, epoch, thread)
-        if taken < 0:
-            break
-        i, is_moved = taken & MAX_ENVS, taken <= MAX_ENVS
-        if wanted[i] != SKIP:
-            episode = episode_of(pool, sizes, i)
-            if is_moved and wanted[i] == STEP:
-                step(episode, motions[i, 0], motions[i, 1], params, scratch, move, look, full)
-            if not (is_moved and puts_off(sync, i)):
-                view = sync[VIEWS]
-                show(episode, views[view][i] if view >= 0 else episode.shown)
-        done(sync, taken)
-    leave(sync, thread)
-
-
-@njit(cache=True, nogil=True)
-def transitions_with_people(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, views: ViewBuffers,
-    scratch: Scratch, sync: Counts, epoch: int, thread: int,
-) -> None:  # fmt: skip
-    """Do as ``transitions_in_full`` does, after people and what is on a trajectory have moved."""
-    steps(pool, sizes, motions, wanted, params, views, scratch, sync, epoch, thread, move_people, look, True)
+    for i in range(first, end):
+        if wanted[i] == SKIP:
+            continue
+        episode = episode_of(pool, sizes, i)
+        if wanted[i] == STEP:
+            step(episode, motions[i, 0], motions[i, 1], params, scratch, move, look, full)
+        show(episode)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,13 @@ Runs: TypeAlias = npt.NDArray[np.int32]
 """(n, 2) flat indices: the first and the last of cells side by side in a row."""
 Floats: TypeAlias = npt.NDArray[np.float64]
 Counts: TypeAlias = npt.NDArray[np.int64]
+Rows: TypeAlias = Any
+"""(n,) rows whose parts have names, see ``row_type``: an array, though its types know no names of parts."""
+
+
+def row_type(**parts: type) -> np.dtype[Any]:
+    """Return the type of rows of numbers with names: ``rows[i].x``, in kernels too, or ``rows["x"]`` of all of them."""
+    return np.dtype((np.record, list(parts.items())))
 
 
 class Robot(NamedTuple):

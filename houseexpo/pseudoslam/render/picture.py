@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE
-from houseexpo.pseudoslam.kernels.motion.bodies import CORNERS, MOVING, REACH, ROUND, STATIC, pose_at
+from houseexpo.pseudoslam.kernels.motion.bodies import MOVING, STATIC, pose_at
 from houseexpo.pseudoslam.kernels.sensing.ranges import cast
 from houseexpo.pseudoslam.render.canvas import Canvas, Colour, Image, Points, scale_for, scaled
 from houseexpo.pseudoslam.simulator import Simulator
@@ -67,7 +67,7 @@ def picture(
     Parameters
     ----------
     trail
-        Where the robot was, as ``Episode.pose`` holds it, one after another.
+        Where the robot was, as ``State.poses_px`` has it, one after another.
     most_px
         Width and height that the picture is not to pass. A cell becomes a square of whole pixels, the biggest that do;
         where cells are more than pixels, a pixel stands for a square of cells, and a wall among them wins.
@@ -191,15 +191,17 @@ def _bodies(simulator: Simulator, state: State, ends: Points) -> list[_Body]:
     """Return people and what goes on tracks; ``ends`` are ``_sight``'s."""
     episode, radius = state.episode, simulator.params.walk.radius_px
     met = _met(state, ends)
-    found = [_Body(person[None, :2], radius, _is_met(met, person[:2], radius)) for person in episode.bodies.people]
+    places = np.stack([episode.bodies.people["x"], episode.bodies.people["y"]], axis=1)
+    found = [_Body(place[None], radius, _is_met(met, place, radius)) for place in places]
     tracks = episode.tracks
     for k, clock in enumerate(episode.bodies.clocks):
         x, y, heading = pose_at(tracks, k, clock)
-        ahead, left = tracks.corners[k, : tracks.counts[k, CORNERS]].T
+        shape = tracks.shapes[k]
+        ahead, left = tracks.corners[k, : shape.corners].T
         cos, sin = math.cos(heading), math.sin(heading)
         corners = np.stack([x + ahead * cos - left * sin, y - ahead * sin - left * cos], axis=1)
-        seen = _is_met(met, np.array([x, y]), float(tracks.sizes[k, REACH]))
-        found.append(_Body(corners, float(tracks.sizes[k, ROUND]), seen))
+        seen = _is_met(met, np.array([x, y]), float(shape.reach))
+        found.append(_Body(corners, float(shape.grown), seen))
     return found
 
 

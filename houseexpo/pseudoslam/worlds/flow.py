@@ -12,7 +12,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import clearance, room_mask
 from houseexpo.pseudoslam.kernels.planning import flow as kernels
-from houseexpo.pseudoslam.kernels.planning.flow import FAR, Flow
+from houseexpo.pseudoslam.kernels.planning.flow import FAR, FLOW_SIZES, Flow
 from houseexpo.pseudoslam.worlds.traversable import traversable_cells
 
 _BLOCK_M = 0.2
@@ -45,7 +45,7 @@ def make_flow(occupied: Mask, frame: GridFrame, radius_m: float, plan: FloorPlan
     if len(goals) < 2:
         goals = ways.spread(min(max(plan.room_num, _MIN_GOALS), _MAX_GOALS))
     toward = np.stack([ways.toward(goal) for goal in goals])
-    sizes = np.array([*ways.links.shape, side, len(goals)], np.int64)
+    sizes = np.array([(*ways.links.shape, side, len(goals))], FLOW_SIZES)
     return Flow(sizes, toward.ravel(), ways.spots.reshape(-1, 2), np.array(goals, np.int32))
 
 

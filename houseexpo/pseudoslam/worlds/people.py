@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.dynamics import PeopleConfig
-from houseexpo.pseudoslam.kernels.motion.bodies import HALF_DIAGONAL, Bodies, Disc, Tracks
-from houseexpo.pseudoslam.kernels.people.social_force import Walk
+from houseexpo.pseudoslam.kernels.motion.bodies import HALF_DIAGONAL, PERSON, Bodies, Disc, Tracks
+from houseexpo.pseudoslam.kernels.people.social_force import FEELER, Walk
 from houseexpo.pseudoslam.kernels.people.spawn import place_people
 from houseexpo.pseudoslam.kernels.planning.flow import Flow
 
@@ -31,7 +31,7 @@ def walk_of(config: PeopleConfig, pixels_per_metre: float) -> Walk:
         radius_px,
         float(config.relaxation_s),
         2 * radius_px,
-        np.array(feelers),
+        np.array(feelers, FEELER),
         radius_px + max(_RINGS_M) * pixels_per_metre + 1e-6,
     )
 
@@ -45,7 +45,7 @@ def _feeler(angle: float, ring_m: float, radius_px: float, ppm: float) -> tuple[
 
 def new_bodies(tracks: int, people: int) -> Bodies:
     """Return the state of so many bodies at the start, before people are placed."""
-    return Bodies(np.zeros(tracks), np.zeros((people, 8)), np.zeros((people, 2), np.int64))
+    return Bodies(np.zeros(tracks), np.zeros(people, PERSON))
 
 
 def start_people(  # noqa: PLR0917  # the kernel's arguments, in its order

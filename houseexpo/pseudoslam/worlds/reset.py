@@ -9,13 +9,20 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.kernels.episode import COVERED, KEY, KNOWN, STEPS, Episode, StepParams
+from houseexpo.pseudoslam.kernels.episode import COUNTS, POSE, READINGS, Episode, StepParams
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.motion.bodies import Disc
 from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
 from houseexpo.pseudoslam.kernels.people.advance import stamp_bodies
 from houseexpo.pseudoslam.kernels.placement.cells import count_before, nth_cell
-from houseexpo.pseudoslam.kernels.planning.distance_field import Field, field_at, find_open, march, no_field
+from houseexpo.pseudoslam.kernels.planning.distance_field import (
+    FIELD_SIZES,
+    Field,
+    field_at,
+    find_open,
+    march,
+    no_field,
+)
 from houseexpo.pseudoslam.kernels.types import Grid, Scratch
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.obstacles import Placement, place
@@ -72,18 +79,18 @@ def initial_state(
         occupied = occupied.copy()
     if own and observable is world.observable:
         observable = observable.copy()
-    poses = np.concatenate((pose, pose))  # where it is, and where it believes to be
     side, cells = config.side_px, config.observation.global_cells if complete else 0
     episode = Episode(
         occupied, observable, known, np.zeros((side, side), np.uint8),
-        np.zeros((cells, cells), np.uint8), np.zeros(len(params.sensor.fan_cos) if complete else 0), poses,
-        np.zeros(7, np.int64), np.array([0.0, 0.0, best, pose[0], pose[1]]), bodies, world.tracks, world.flow, field,
+        np.zeros((cells, cells), np.uint8), np.zeros(len(params.sensor.fan_cos) if complete else 0),
+        np.array([(*pose, *pose)], POSE),  # where it is, and where it believes to be
+        np.array([(-1, 0, 0, 0, 0, 0, key)], COUNTS), np.array([(0.0, 0.0, best, pose[0], pose[1])], READINGS),
+        bodies, world.tracks, world.flow, field,
     )  # fmt: skip
-    episode.counts[STEPS], episode.counts[KEY] = -1, key
     state = State(episode, observable_cells, placed.obstacles, goal, best / config.pixels_per_metre)
     if config.known_map:
         episode.known[:] = np.where(placed.occupied != 0, OBSTACLE, FREE)
-        episode.counts[[KNOWN, COVERED]] = occupied.size, observable_cells
+        episode.counts["known"], episode.counts["covered"] = occupied.size, observable_cells
     return state
 
 
@@ -179,7 +186,7 @@ def _goal(
     x, y = pose[0], pose[1]
     if config.goal.random:
         away = _ways(traversable, y, x, config.pixels_per_metre)
-        side, cols = int(away.sizes[2]), int(away.sizes[1])
+        side, cols = int(away.sizes[0].side_px), int(away.sizes[0].cols)
         reached = np.where(np.isfinite(away.distances), away.distances, -1.0)
         far = np.flatnonzero(reached >= min(config.goal.least_way_m * config.pixels_per_metre, reached.max()))
         block = int(far[rng.integers(len(far))])
@@ -214,4 +221,4 @@ def _ways(traversable: npt.NDArray[np.uint8], y: float, x: float, ppm: float) ->
     is_open, distances = np.zeros(shape, np.uint8), np.empty(shape, np.float32)
     find_open(traversable, side, is_open)
     march(is_open, int(y) // side, int(x) // side, side, distances)
-    return Field(np.array([*shape, side], np.int64), distances.ravel())
+    return Field(np.array([(*shape, side)], FIELD_SIZES), distances.ravel())

@@ -12,7 +12,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.config.dynamics import Trajectory
 from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Shape
-from houseexpo.pseudoslam.kernels.motion.bodies import FASTEST, HALF_DIAGONAL, MOVING, Tracks, pose_at
+from houseexpo.pseudoslam.kernels.motion.bodies import HALF_DIAGONAL, MOVING, SHAPE, Tracks, pose_at
 from houseexpo.pseudoslam.kernels.motion.sweep import first_hit, sweep
 
 _CORNERS = 32  # of an ellipse, which lies within 0.5% of them
@@ -60,8 +60,7 @@ def _tracks(trajectories: Sequence[Trajectory], frame: GridFrame) -> Tracks:
         np.zeros((n, most)),
         np.zeros((n, most, 3)),
         np.zeros((n, max((len(corners) for corners, _ in shapes), default=1), 2)),
-        np.zeros((n, 3), np.int64),
-        np.zeros((n, 4)),
+        np.zeros(n, SHAPE),
     )
     for k, (one, (corners, round_m)) in enumerate(zip(trajectories, shapes, strict=True)):
         keys = len(one.times_s)
@@ -70,12 +69,11 @@ def _tracks(trajectories: Sequence[Trajectory], frame: GridFrame) -> Tracks:
         poses[:, 2] = np.unwrap(np.radians(poses[:, 2]))
         tracks.times_s[k, :keys], tracks.poses[k, :keys] = one.times_s, poses
         tracks.corners[k, : len(corners)] = corners * ppm
-        tracks.counts[k] = keys, len(corners), one.loop
         # what is thinner than a cell's diagonal is grown to it: it covers cells wherever it is, and those hang together
         grown_px = round_m * ppm + max(HALF_DIAGONAL - one.shape.thickness_m * ppm / 2, 0.0)
         reach_px = float(np.hypot(*corners.T).max()) * ppm + grown_px
-        tracks.sizes[k, :3] = grown_px, max(_core(corners) * ppm + grown_px, 0.0), reach_px
-        tracks.sizes[k, FASTEST] = _fastest(one.times_s, poses, reach_px)
+        core_px, fastest = max(_core(corners) * ppm + grown_px, 0.0), _fastest(one.times_s, poses, reach_px)
+        tracks.shapes[k] = keys, len(corners), one.loop, grown_px, core_px, reach_px, fastest
     return tracks
 
 

@@ -192,7 +192,7 @@ def test_the_largest_values_that_are_allowed_end() -> None:
     state = simulator.start(np.random.default_rng(0))
     for action in ("forward", "left", "forward", "right", "forward"):
         simulator.step(state, action)
-    assert np.isfinite(state.episode.pose).all()
+    assert np.isfinite(state.poses_px).all()
 
 
 @pytest.mark.parametrize("dataset", [None, 5, [1], [], {}, [HALL, "hall"]])

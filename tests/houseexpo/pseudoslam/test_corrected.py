@@ -138,7 +138,7 @@ def test_7_it_never_starts_in_a_pocket_and_all_that_counts_can_be_seen() -> None
     assert 0 < behind.sum() < (simulator.world.occupied[:, 129:] == 0).sum()
     state = simulator.start(rng)
     for row, col in np.argwhere(simulator.world.traversable).tolist():
-        state.episode.pose[:] = np.tile((col + 0.5, row + 0.5, 0.0), 2)
+        state.poses_px[:] = np.tile((col + 0.5, row + 0.5, 0.0), 2)
         simulator.move(state, 0.0, 0.0)
     assert simulator.coverage(state) == 1.0
 
@@ -255,7 +255,7 @@ def test_13_a_step_touches_what_is_near_and_not_the_map(rule) -> None:
     for _ in range(2):
         occupied, observable, known = (fresh_grid(side) for _ in range(3))
         episode = state.copy().episode._replace(occupied=occupied, observable=observable, known=known)
-        episode.pose[:] = np.tile((side / 2, side / 2, 0.5), 2)
+        episode.pose.view(np.float64)[:] = np.tile((side / 2, side / 2, 0.5), 2)
         far = replace(state, episode=episode)
         before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
         simulator.move(far, 0.1, 0.1)

@@ -161,7 +161,7 @@ def test_the_robot_never_overlaps_people(seed: int) -> None:
         simulator.step(state, "forward" if rng.random() < 0.8 else "left")
         x, y = state.pose_px[:2].tolist()
         assert disc_is_free(state.occupied, x, y, 0.2 * PPM)
-        for other_x, other_y in state.episode.bodies.people[:, :2].tolist():
+        for other_x, other_y in state.episode.bodies.people[["x", "y"]].tolist():
             assert math.hypot(x - other_x, y - other_y) >= 0.4 * PPM - 1e-6
         blocked += state.blocked
     assert blocked

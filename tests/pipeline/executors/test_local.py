@@ -64,12 +64,24 @@ def test_workers_compute_with_one_thread_and_the_caller_keeps_its_own(monkeypatc
     assert "OMP_NUM_THREADS" not in os.environ
 
 
-def test_leaving_early_stops_the_workers() -> None:
-    results = run(behave, ["a", *["sleep"] * 50], workers=1, limits=Limits(60.0, 2**31))
-    start = time.perf_counter()
-    assert next(iter(results)) == ("a", "A")
+def sleep_beside(path: str) -> str:
+    """Note which process this is, and that it has slept to its end; but for the path "a", which is back at once."""
+    if path != "a":
+        Path(path).write_text(str(os.getpid()))
+        time.sleep(60)
+        Path(f"{path}.ended").touch()
+    return path
+
+
+def test_leaving_early_stops_the_workers(tmp_path: Path) -> None:
+    paths = [str(tmp_path / str(i)) for i in range(50)]
+    results = run(sleep_beside, ["a", *paths], workers=1, limits=Limits(600.0, 2**31))
+    assert next(iter(results)) == ("a", "a")
+    while not (tmp_path / "0").exists() or not (tmp_path / "0").read_text():
+        time.sleep(0.01)
     results.close()  # type: ignore[attr-defined]
-    assert time.perf_counter() - start < 10.0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["0"]  # the next did not start, this one did not end
+    assert not psutil.pid_exists(int((tmp_path / "0").read_text()))
 
 
 class Fatal:

@@ -14,7 +14,6 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.mapping.merge import UNKNOWN
-from houseexpo.pseudoslam.kernels.runtime.wide_copy import LINE, copy_line, load_eight
 from houseexpo.pseudoslam.kernels.types import Grid, Kinds
 
 _BITS = 16  # for parts of a cell, in a signed word of 32 for places within a view of up to 20,000 cells
@@ -55,6 +54,7 @@ def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
     tiles = (side + _TILE - 1) // _TILE
     to, from_x, from_y = np.empty((3, tiles), np.int32)  # of the tiles of a row that are not all the same
     cells, found = np.empty(tiles * _CELLS, np.int32), np.empty(tiles * _CELLS, np.uint8)
+    lines = found.view(np.uint64)  # of eight cells each: a tile's row
     for tile_row in range(tiles):
         i = min(tile_row * _TILE, side - _TILE)
         mixed = 0
@@ -79,7 +79,7 @@ def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
             found[np.uint64(k)] = window[np.uint32(cells[np.uint64(k)])]
         for t in range(mixed):
             for a in range(_TILE):
-                line, first = np.uint64(load_eight(found, t * _CELLS + a * _TILE)), np.uint64(to[t] + a * side)
+                line, first = lines[np.uint64(t * _TILE + a)], np.uint64(to[t] + a * side)
                 for b in range(_TILE):  # one store, for the compiler sees that it is the line
                     view[first + np.uint64(b)] = np.uint8(line >> np.uint64(8 * b))
 
@@ -106,13 +106,8 @@ def _cut(known: Grid, from_row: int, from_col: int, blocks: int, window: Grid, k
             window[np.uint64(k)] = UNKNOWN
     for i in range(top, bottom):
         line, at = i * wide, (from_row + i) * cols + from_col
-        if last - first < LINE:
-            for j in range(first, last):
-                window[line + j] = flat[at + j]
-        else:
-            for j in range(first, last, LINE):
-                k = min(j, last - LINE)  # the last ones meet those before
-                copy_line(window, line + k, flat, at + k)
+        for j in range(first, last):
+            window[np.uint64(line + j)] = flat[np.uint64(at + j)]
     down = np.empty(blocks**2, np.uint16)
     for block in range(blocks):
         for col in range(blocks):

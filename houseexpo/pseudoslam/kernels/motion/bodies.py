@@ -10,26 +10,23 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.motion.disc import TOUCH
-from houseexpo.pseudoslam.kernels.types import Floats, Grid
+from houseexpo.pseudoslam.kernels.types import Floats, Grid, Rows, row_type
 
 STATIC, MOVING = 1, 2
 """Bits of a cell."""
 HALF_DIAGONAL = math.sqrt(0.5)
 """Pixels from a cell's centre to its corner: a disc of this radius covers some cell wherever it is."""
-X, Y, VX, VY, SPEED, ANCHOR_X, ANCHOR_Y, WAITED = range(8)
-"""Columns of ``Bodies.people``: place and velocity, the speed that is wished for, where and how long it stands."""
-GOAL, VISIT = range(2)
-"""Columns of ``Bodies.errands``: the number of the goal in ``Flow.goals``, and how many there were before."""
-POSES, CORNERS, LOOPS = range(3)
-"""Columns of ``Tracks.counts``."""
-ROUND, CORE, REACH, FASTEST = range(4)
-"""Columns of ``Tracks.sizes``: by how much a shape is grown, discs within and round it, its fastest point's speed."""
-
-Counts = npt.NDArray[np.int64]
+PERSON = row_type(
+    x=float, y=float, vx=float, vy=float, speed=float, anchor_x=float, anchor_y=float, waited=float, goal=int, visit=int
+)
+"""Place and velocity; the speed that is wished for; where and how long it stands; the number of the goal in
+``Flow.goals``, and how many there were before."""
+SHAPE = row_type(poses=int, corners=int, loops=int, grown=float, core=float, reach=float, fastest=float)
+"""How many poses and corners; 1 where it starts anew after the last pose; by how much a shape is grown, the radii of
+discs within and round it, its fastest point's speed."""
 
 
 class Bodies(NamedTuple):
@@ -37,10 +34,8 @@ class Bodies(NamedTuple):
 
     clocks: Floats
     """(T,) seconds since the start, less those waited."""
-    people: Floats
-    """(P, 8) by the columns above."""
-    errands: Counts
-    """(P, 2)."""
+    people: Rows
+    """(P,) ``PERSON``."""
 
 
 class Tracks(NamedTuple):
@@ -52,10 +47,8 @@ class Tracks(NamedTuple):
     """(T, K, 3) x across, y down, heading; headings run on beyond pi rather than jump."""
     corners: Floats
     """(T, V, 2) ahead and to the left of the place."""
-    counts: Counts
-    """(T, 3) poses, corners, and 1 where it starts anew after the last pose."""
-    sizes: Floats
-    """(T, 4)."""
+    shapes: Rows
+    """(T,) ``SHAPE``."""
 
 
 class Disc(NamedTuple):
@@ -68,27 +61,25 @@ class Disc(NamedTuple):
 
 def no_tracks() -> Tracks:
     """Return the tracks where there are none."""
-    return Tracks(
-        np.zeros((0, 1)), np.zeros((0, 1, 3)), np.zeros((0, 1, 2)), np.zeros((0, 3), np.int64), np.zeros((0, 4))
-    )
+    return Tracks(np.zeros((0, 1)), np.zeros((0, 1, 3)), np.zeros((0, 1, 2)), np.zeros(0, SHAPE))
 
 
 @njit(cache=True, nogil=True)
 def bodies_of(pool: Bodies, i: int) -> Bodies:
     """Return environment ``i``'s part of a pool, a view."""
-    return Bodies(pool.clocks[i], pool.people[i], pool.errands[i])
+    return Bodies(pool.clocks[i], pool.people[i])
 
 
 @njit(cache=True, nogil=True)
 def tracks_of(pool: Tracks, i: int) -> Tracks:
     """Return environment ``i``'s part of a pool, a view."""
-    return Tracks(pool.times_s[i], pool.poses[i], pool.corners[i], pool.counts[i], pool.sizes[i])
+    return Tracks(pool.times_s[i], pool.poses[i], pool.corners[i], pool.shapes[i])
 
 
 @njit(cache=True, nogil=True)
 def pose_at(tracks: Tracks, k: int, clock: float) -> tuple[float, float, float]:
     """Return where track ``k`` is: straight from pose to pose, at rest before the first and after the last."""
-    times, poses, last = tracks.times_s[k], tracks.poses[k], tracks.counts[k, POSES] - 1
+    times, poses, last = tracks.times_s[k], tracks.poses[k], tracks.shapes[k].poses - 1
     if clock <= times[0]:
         return poses[0, 0], poses[0, 1], poses[0, 2]
     if clock >= times[last]:
@@ -118,7 +109,7 @@ def to_body(tracks: Tracks, k: int, clock: float, x: float, y: float) -> tuple[f
 @njit(cache=True, nogil=True)
 def nearest(tracks: Tracks, k: int, ahead: float, left: float) -> tuple[float, float, float]:
     """Return the distance to body ``k`` (at most 0 within) and the way from its nearest point, (ahead, left) of it."""
-    corners, n = tracks.corners[k], tracks.counts[k, CORNERS]
+    corners, n = tracks.corners[k], tracks.shapes[k].corners
     inside = False
     best, best_a, best_b = math.inf, 0.0, 0.0
     before_a, before_b = corners[n - 1, 0], corners[n - 1, 1]
@@ -137,8 +128,8 @@ def nearest(tracks: Tracks, k: int, ahead: float, left: float) -> tuple[float, f
             best, best_a, best_b = off, off_a, off_b
         before_a, before_b = a, b
     if inside:
-        return -tracks.sizes[k, ROUND], 0.0, 0.0
-    return math.sqrt(best) - tracks.sizes[k, ROUND], best_a, best_b
+        return -tracks.shapes[k].grown, 0.0, 0.0
+    return math.sqrt(best) - tracks.shapes[k].grown, best_a, best_b
 
 
 @njit(cache=True, nogil=True)
@@ -151,7 +142,7 @@ def gap_to(tracks: Tracks, k: int, clock: float, x: float, y: float) -> float:
 @njit(cache=True, nogil=True)
 def covers(tracks: Tracks, k: int, ahead: float, left: float) -> bool:
     """Whether a point lies in body ``k``."""
-    off, core, reach = ahead * ahead + left * left, tracks.sizes[k, CORE], tracks.sizes[k, REACH]
+    off, core, reach = ahead * ahead + left * left, tracks.shapes[k].core, tracks.shapes[k].reach
     if off < core * core:
         return True
     return off <= reach * reach and nearest(tracks, k, ahead, left)[0] <= 0.0
@@ -202,7 +193,7 @@ def stamp_track(occupied: Grid, tracks: Tracks, k: int, clock: float) -> None:
     """Set the moving bit where a cell's centre lies in body ``k``."""
     x, y, heading = pose_at(tracks, k, clock)
     cos, sin = math.cos(heading), math.sin(heading)
-    top, bottom, left, right = box(occupied.shape, x, y, tracks.sizes[k, REACH])
+    top, bottom, left, right = box(occupied.shape, x, y, tracks.shapes[k].reach)
     for row in range(top, bottom):
         for col in range(left, right):
             dx, dy = col + 0.5 - x, row + 0.5 - y
@@ -241,14 +232,14 @@ def erase(occupied: Grid, x: float, y: float, radius: float) -> None:
 
 
 @njit(cache=True, nogil=True)
-def way_past_people(people: Floats, radius: float, disc: Disc, right: float, down: float, distance: float) -> float:
+def way_past_people(people: Rows, radius: float, disc: Disc, right: float, down: float, distance: float) -> float:
     """Return how far of ``distance`` a disc goes in the direction (``right``, ``down``) until it touches a person.
 
     Cells alone would let it come nearer by a part of one; what it overlaps already it may leave.
     """
     way, reach = distance, radius + disc.radius
     for p in range(len(people)):
-        off_x, off_y = people[p, X] - disc.x, people[p, Y] - disc.y
+        off_x, off_y = people[p].x - disc.x, people[p].y - disc.y
         along = off_x * right + off_y * down
         inside = along * along - (off_x * off_x + off_y * off_y - reach * reach)
         if along > 0.0 and inside > 0.0:

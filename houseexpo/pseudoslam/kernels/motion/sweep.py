@@ -6,7 +6,7 @@ import math
 
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.motion.bodies import POSES, REACH, STATIC, Tracks, covers, pose_at, stamp_track
+from houseexpo.pseudoslam.kernels.motion.bodies import STATIC, Tracks, covers, pose_at, stamp_track
 from houseexpo.pseudoslam.kernels.types import Grid
 
 _STEP_PX = 0.5  # between two looks, at most, at the fastest point of a body
@@ -15,7 +15,7 @@ _STEP_PX = 0.5  # between two looks, at most, at the fastest point of a body
 @njit(cache=True, nogil=True)
 def looks(tracks: Tracks, k: int, i: int) -> int:
     """Return how often to look at track ``k`` between its poses ``i`` and ``i + 1``, the latter's included."""
-    one, other, reach = tracks.poses[k, i], tracks.poses[k, i + 1], tracks.sizes[k, REACH]
+    one, other, reach = tracks.poses[k, i], tracks.poses[k, i + 1], tracks.shapes[k].reach
     way = math.hypot(other[0] - one[0], other[1] - one[1]) + reach * abs(other[2] - one[2])
     return int(max(math.ceil(way / _STEP_PX), 1))
 
@@ -24,7 +24,7 @@ def looks(tracks: Tracks, k: int, i: int) -> int:
 def sweep(swept: Grid, tracks: Tracks, k: int) -> None:
     """Set the moving bit wherever body ``k`` passes."""
     stamp_track(swept, tracks, k, tracks.times_s[k, 0])
-    for i in range(tracks.counts[k, POSES] - 1):
+    for i in range(tracks.shapes[k].poses - 1):
         start, end, n = tracks.times_s[k, i], tracks.times_s[k, i + 1], looks(tracks, k, i)
         for j in range(1, n + 1):
             stamp_track(swept, tracks, k, start + (end - start) * j / n)
@@ -36,7 +36,7 @@ def first_hit(occupied: Grid, tracks: Tracks, k: int) -> tuple[float, int, int]:
     row, col = hit_at(occupied, tracks, k, tracks.times_s[k, 0])
     if row >= -1:
         return tracks.times_s[k, 0], row, col
-    for i in range(tracks.counts[k, POSES] - 1):
+    for i in range(tracks.shapes[k].poses - 1):
         start, end, n = tracks.times_s[k, i], tracks.times_s[k, i + 1], looks(tracks, k, i)
         for j in range(1, n + 1):
             row, col = hit_at(occupied, tracks, k, start + (end - start) * j / n)
@@ -50,7 +50,7 @@ def hit_at(occupied: Grid, tracks: Tracks, k: int, clock: float) -> tuple[int, i
     """Return a cell that stands still, or one next to the grid, which body ``k`` covers; (-2, -2): none."""
     rows, cols = occupied.shape
     x, y, heading = pose_at(tracks, k, clock)
-    cos, sin, reach = math.cos(heading), math.sin(heading), tracks.sizes[k, REACH]
+    cos, sin, reach = math.cos(heading), math.sin(heading), tracks.shapes[k].reach
     for row in range(math.floor(y - reach), math.floor(y + reach) + 1):
         for col in range(math.floor(x - reach), math.floor(x + reach) + 1):
             on_grid = 0 <= row < rows and 0 <= col < cols

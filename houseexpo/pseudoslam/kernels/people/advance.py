@@ -7,15 +7,9 @@ import math
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.motion.bodies import (
-    FASTEST,
-    LOOPS,
-    POSES,
-    REACH,
     Bodies,
     Disc,
     Tracks,
-    X,
-    Y,
     erase,
     pose_at,
     stamp_disc,
@@ -64,7 +58,7 @@ def stamp_bodies(occupied: Grid, bodies: Bodies, tracks: Tracks, walk: Walk) -> 
     for k in range(len(bodies.clocks)):
         stamp_track(occupied, tracks, k, bodies.clocks[k])
     for p in range(len(bodies.people)):
-        stamp_disc(occupied, bodies.people[p, X], bodies.people[p, Y], walk.radius_px)
+        stamp_disc(occupied, bodies.people[p].x, bodies.people[p].y, walk.radius_px)
 
 
 @njit(cache=True, nogil=True)
@@ -72,9 +66,9 @@ def erase_bodies(occupied: Grid, bodies: Bodies, tracks: Tracks, walk: Walk) -> 
     """Clear the moving bits of all bodies."""
     for k in range(len(bodies.clocks)):
         x, y, _ = pose_at(tracks, k, bodies.clocks[k])
-        erase(occupied, x, y, tracks.sizes[k, REACH])
+        erase(occupied, x, y, tracks.shapes[k].reach)
     for p in range(len(bodies.people)):
-        erase(occupied, bodies.people[p, X], bodies.people[p, Y], walk.radius_px)
+        erase(occupied, bodies.people[p].x, bodies.people[p].y, walk.radius_px)
 
 
 @njit(cache=True, nogil=True)
@@ -83,7 +77,7 @@ def _substeps(bodies: Bodies, tracks: Tracks, walk: Walk, robot_radius: float, s
     parts = math.ceil(seconds / SUBSTEP_S - 1e-9)
     least = min(robot_radius, walk.radius_px) if len(bodies.people) > 0 else robot_radius
     for k in range(len(bodies.clocks)):
-        parts = max(parts, math.ceil(tracks.sizes[k, FASTEST] * seconds / least))
+        parts = max(parts, math.ceil(tracks.shapes[k].fastest * seconds / least))
     return max(parts, 1)
 
 
@@ -98,13 +92,13 @@ def _run(
 ) -> None:
     """Let a track's clock run on unless something is in the way."""
     before = bodies.clocks[k]
-    after, end = before + seconds, tracks.times_s[k, tracks.counts[k, POSES] - 1]
+    after, end = before + seconds, tracks.times_s[k, tracks.shapes[k].poses - 1]
     if after > end:
-        after = after % end if tracks.counts[k, LOOPS] else end
+        after = after % end if tracks.shapes[k].loops else end
     if not track_keeps_off(tracks, k, before, after, robot, True):
         return
     for p in range(len(bodies.people)):
-        person = Disc(bodies.people[p, X], bodies.people[p, Y], walk.radius_px)
+        person = Disc(bodies.people[p].x, bodies.people[p].y, walk.radius_px)
         if not track_keeps_off(tracks, k, before, after, person, False):
             return
     bodies.clocks[k] = after

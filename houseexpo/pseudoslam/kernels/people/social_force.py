@@ -12,14 +12,18 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.motion.bodies import VX, VY, Bodies, Disc, Tracks, X, Y, nearest, to_body
-from houseexpo.pseudoslam.kernels.types import Floats, Grid
+from houseexpo.pseudoslam.kernels.motion.bodies import Bodies, Disc, Tracks, nearest, to_body
+from houseexpo.pseudoslam.kernels.types import Grid, Rows, row_type
 
 _PUSH_M_S2, _PUSH_M = 7.0, 0.3  # V0 / sigma and sigma of the paper
 _NEXT_STEP_S = 1.0  # how far ahead another's step is seen
 _BEHIND = 0.5  # weight of what lies more than 100 degrees off the way
 _COS_BEHIND = math.cos(math.radians(100.0))
 _NO_PUSH_M = 1.5  # beyond this, less than 1%
+
+
+FEELER = row_type(x=float, y=float, push_x=float, push_y=float)
+"""A point beside a person, pixels, and the push in pixels/s2 that it gets where the point is in a wall."""
 
 
 class Walk(NamedTuple):
@@ -31,30 +35,30 @@ class Walk(NamedTuple):
     relaxation_s: float
     arrive_px: float
     """Nearer than this to its goal, a person has arrived; two radii, so that it is never across a wall."""
-    feelers: Floats
-    """(F, 4) x, y of points round a person, pixels, and the push in pixels/s2 that it gets where one is in a wall."""
+    feelers: Rows
+    """(F,) ``FEELER``."""
     reach_px: float
     """No feeler is farther off."""
 
 
 @njit(cache=True, nogil=True)
 def push(
-    occupied: Grid, people: Floats, walk: Walk, p: int, wish_x: float, wish_y: float, robot: Disc
+    occupied: Grid, people: Rows, walk: Walk, p: int, wish_x: float, wish_y: float, robot: Disc
 ) -> tuple[float, float]:
     """Return the acceleration away from walls, the robot and others.
 
     Of person ``p``, that is, who wishes to go in the direction (``wish_x``, ``wish_y``).
     """
     ppm = walk.pixels_per_metre
-    x, y = people[p, X], people[p, Y]
+    x, y = people[p].x, people[p].y
     push_x, push_y = _by_walls(occupied, x, y, walk.feelers, walk.reach_px)
     if abs(robot.x - x) + abs(robot.y - y) < 2 * _NO_PUSH_M * ppm:
         by_x, by_y = _by_other(robot.x - x, robot.y - y, 0.0, 0.0, wish_x, wish_y, ppm)
         push_x, push_y = push_x + by_x, push_y + by_y
     for i in range(len(people)):
-        off_x, off_y = people[i, X] - x, people[i, Y] - y
+        off_x, off_y = people[i].x - x, people[i].y - y
         if i != p and abs(off_x) + abs(off_y) < 2 * _NO_PUSH_M * ppm:
-            by_x, by_y = _by_other(off_x, off_y, people[i, VX], people[i, VY], wish_x, wish_y, ppm)
+            by_x, by_y = _by_other(off_x, off_y, people[i].vx, people[i].vy, wish_x, wish_y, ppm)
             push_x, push_y = push_x + by_x, push_y + by_y
     return push_x, push_y
 
@@ -64,7 +68,7 @@ def push_by_tracks(bodies: Bodies, tracks: Tracks, p: int, ppm: float) -> tuple[
     """Return the acceleration of person ``p`` away from the nearest points of bodies on tracks."""
     push_x, push_y = 0.0, 0.0
     for k in range(len(bodies.clocks)):
-        ahead, left, cos, sin = to_body(tracks, k, bodies.clocks[k], bodies.people[p, X], bodies.people[p, Y])
+        ahead, left, cos, sin = to_body(tracks, k, bodies.clocks[k], bodies.people[p].x, bodies.people[p].y)
         gap, a, b = nearest(tracks, k, ahead, left)
         length = math.sqrt(a * a + b * b)
         if length > 0.0 and gap <= _NO_PUSH_M * ppm:
@@ -92,18 +96,18 @@ def _by_other(
 
 
 @njit(cache=True, nogil=True)
-def _by_walls(occupied: Grid, x: float, y: float, feelers: Floats, reach: float) -> tuple[float, float]:
+def _by_walls(occupied: Grid, x: float, y: float, feelers: Rows, reach: float) -> tuple[float, float]:
     """Return the sum of the pushes of all feelers that are in a wall, or off the grid."""
     rows, cols = occupied.shape
     push_x, push_y = 0.0, 0.0
     if reach <= x < cols - reach and reach <= y < rows - reach:
         for i in range(len(feelers)):
             # unsigned: compiled code asks of every signed index whether it is negative
-            if occupied[np.uint32(y + feelers[i, 1]), np.uint32(x + feelers[i, 0])] != 0:
-                push_x, push_y = push_x + feelers[i, 2], push_y + feelers[i, 3]
+            if occupied[np.uint32(y + feelers[i].y), np.uint32(x + feelers[i].x)] != 0:
+                push_x, push_y = push_x + feelers[i].push_x, push_y + feelers[i].push_y
         return push_x, push_y
     for i in range(len(feelers)):
-        at_x, at_y = x + feelers[i, 0], y + feelers[i, 1]
+        at_x, at_y = x + feelers[i].x, y + feelers[i].y
         if not (0.0 <= at_x < cols and 0.0 <= at_y < rows) or occupied[int(at_y), int(at_x)] != 0:
-            push_x, push_y = push_x + feelers[i, 2], push_y + feelers[i, 3]
+            push_x, push_y = push_x + feelers[i].push_x, push_y + feelers[i].push_y
     return push_x, push_y

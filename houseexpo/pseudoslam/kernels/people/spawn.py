@@ -7,10 +7,10 @@ import math
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.hashing import normal, uniform
-from houseexpo.pseudoslam.kernels.motion.bodies import GOAL, HALF_DIAGONAL, SPEED, Bodies, Disc, Tracks, X, Y
+from houseexpo.pseudoslam.kernels.motion.bodies import HALF_DIAGONAL, Bodies, Disc, Tracks
 from houseexpo.pseudoslam.kernels.people.social_force import Walk
 from houseexpo.pseudoslam.kernels.people.walking import draw, fits, fits_bodies, take_goal
-from houseexpo.pseudoslam.kernels.planning.flow import COLS, GOALS, ROWS, Flow
+from houseexpo.pseudoslam.kernels.planning.flow import Flow
 from houseexpo.pseudoslam.kernels.types import Grid
 
 _TRIES = 64
@@ -33,19 +33,18 @@ def place_people(
     """Put people at random places where they fit, with a speed (pixels/s) and a first goal each.
 
     A place is drawn until one fits that lies ``away_px`` from the robot's centre, at most 64 times; then any that fits
-    is taken. ``occupied`` holds what stands still only; nothing is drawn in it.
+    is taken. ``occupied`` holds what stands still only; nothing is drawn in it. All of ``bodies.people`` is 0 before.
 
     Returns
     -------
     How many found a place; all of them, unless there is no more room.
     """
     people = bodies.people
-    people[:], bodies.errands[:] = 0.0, 0
     for p in range(len(people)):
         if not _find_place(occupied, bodies, tracks, flow, walk, key, p, robot, away_px):
             return p
-        people[p, SPEED] = max(speed + speed_sd * min(max(normal(key, _SPEEDS + p), -2.0), 2.0), 0.1 * speed)
-        bodies.errands[p, GOAL] = int(uniform(key, draw(p, 0, 4)) * flow.sizes[GOALS])
+        people[p].speed = max(speed + speed_sd * min(max(normal(key, _SPEEDS + p), -2.0), 2.0), 0.1 * speed)
+        people[p].goal = int(uniform(key, draw(p, 0, 4)) * flow.sizes[0].goals)
         take_goal(bodies, flow, key, p)
     return len(people)
 
@@ -63,7 +62,7 @@ def _find_place(
     away_px: float,
 ) -> bool:
     """Draw a place for person ``p``; after so many draws, look at all spots from the last one drawn on."""
-    me, blocks = bodies.people[p], flow.sizes[ROWS] * flow.sizes[COLS]
+    me, blocks = bodies.people[p], flow.sizes[0].rows * flow.sizes[0].cols
     least = robot.radius + walk.radius_px + HALF_DIAGONAL
     block = 0
     for i in range(_TRIES + blocks):
@@ -71,13 +70,13 @@ def _find_place(
         block = int(uniform(key, draw(p, i, 5)) * blocks) if drawn else (block + 1) % blocks
         if flow.spots[block, 0] < 0:
             continue
-        me[X] = flow.spots[block, 1] + (uniform(key, draw(p, i, 6)) if drawn else 0.5)
-        me[Y] = flow.spots[block, 0] + (uniform(key, draw(p, i, 7)) if drawn else 0.5)
+        me.x = flow.spots[block, 1] + (uniform(key, draw(p, i, 6)) if drawn else 0.5)
+        me.y = flow.spots[block, 0] + (uniform(key, draw(p, i, 7)) if drawn else 0.5)
         far = max(away_px, least) if drawn else least
-        if math.hypot(robot.x - me[X], robot.y - me[Y]) < far:
+        if math.hypot(robot.x - me.x, robot.y - me.y) < far:
             continue
-        if fits(occupied, bodies.people, p, p, me[X], me[Y], walk.radius_px, robot) and (
-            fits_bodies(bodies, tracks, p, me[X], me[Y], walk.radius_px)
+        if fits(occupied, bodies.people, p, p, me.x, me.y, walk.radius_px, robot) and (
+            fits_bodies(bodies, tracks, p, me.x, me.y, walk.radius_px)
         ):
             return True
     return False

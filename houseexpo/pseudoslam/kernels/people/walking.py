@@ -12,20 +12,10 @@ from numba import njit
 
 from houseexpo.pseudoslam.kernels.hashing import uniform
 from houseexpo.pseudoslam.kernels.motion.bodies import (
-    ANCHOR_X,
-    ANCHOR_Y,
-    GOAL,
     HALF_DIAGONAL,
-    SPEED,
-    VISIT,
-    VX,
-    VY,
-    WAITED,
     Bodies,
     Disc,
     Tracks,
-    X,
-    Y,
     box,
     cell_meets_disc,
     disc_span,
@@ -33,8 +23,8 @@ from houseexpo.pseudoslam.kernels.motion.bodies import (
 )
 from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
 from houseexpo.pseudoslam.kernels.people.social_force import Walk, push, push_by_tracks
-from houseexpo.pseudoslam.kernels.planning.flow import BLOCK_PX, COLS, GOALS, NOWHERE, ROWS, STEPS, THERE, Flow
-from houseexpo.pseudoslam.kernels.types import Floats, Grid
+from houseexpo.pseudoslam.kernels.planning.flow import NOWHERE, STEPS, THERE, Flow
+from houseexpo.pseudoslam.kernels.types import Grid, Rows
 
 PEOPLE_MOST = 1024
 """People in an environment, at most: what a person draws must be nobody else's."""
@@ -55,43 +45,43 @@ def walk_on(
     occupied: Grid, bodies: Bodies, tracks: Tracks, flow: Flow, walk: Walk, key: int, robot: Disc, seconds: float
 ) -> None:
     """Move all people, one after the other; ``occupied`` holds what stands still only."""
-    people, errands = bodies.people, bodies.errands
+    people = bodies.people
     beside_tracks = len(bodies.clocks) > 0
     for p in range(len(people)):
-        people[p, WAITED] += seconds
-        spot = flow.goals[errands[p, GOAL]]
+        people[p].waited += seconds
+        spot = flow.goals[people[p].goal]
         done = _is_done(people, p, flow.spots[spot, 0], flow.spots[spot, 1], walk.arrive_px, walk.pixels_per_metre)
-        if not done and people[p, WAITED] > _TIMEOUT_S:
-            done = people[p, WAITED] > _TIMEOUT_S * (1.0 + uniform(key, draw(p, errands[p, VISIT], 1)))
+        if not done and people[p].waited > _TIMEOUT_S:
+            done = people[p].waited > _TIMEOUT_S * (1.0 + uniform(key, draw(p, people[p].visit, 1)))
         if done:
             take_goal(bodies, flow, key, p)
-        wish_x, wish_y = _direction(flow, errands[p, GOAL], people[p, X], people[p, Y])
+        wish_x, wish_y = _direction(flow, people[p].goal, people[p].x, people[p].y)
         push_x, push_y = push(occupied, people, walk, p, wish_x, wish_y, robot)
         if beside_tracks:
             by_x, by_y = push_by_tracks(bodies, tracks, p, walk.pixels_per_metre)
             push_x, push_y = push_x + by_x, push_y + by_y
         vx, vy = _faster(people, p, wish_x, wish_y, push_x, push_y, walk.relaxation_s, seconds)
-        people[p, VX], people[p, VY] = 0.0, 0.0
+        people[p].vx, people[p].vy = 0.0, 0.0
         for i in range(len(_WAYS)):
             cos, sin = _WAYS[i, 0], _WAYS[i, 1]
             new_vx, new_vy = vx * cos - vy * sin, vx * sin + vy * cos
-            x, y = people[p, X] + new_vx * seconds, people[p, Y] + new_vy * seconds
+            x, y = people[p].x + new_vx * seconds, people[p].y + new_vy * seconds
             if fits(occupied, people, len(people), p, x, y, walk.radius_px, robot) and (
                 not beside_tracks or fits_bodies(bodies, tracks, p, x, y, walk.radius_px)
             ):
-                people[p, X], people[p, Y], people[p, VX], people[p, VY] = x, y, new_vx, new_vy
+                people[p].x, people[p].y, people[p].vx, people[p].vy = x, y, new_vx, new_vy
                 break
 
 
 @njit(cache=True, nogil=True)
 def take_goal(bodies: Bodies, flow: Flow, key: int, p: int) -> None:
     """Draw a person's next goal, another one where there is another."""
-    people, errands, goals = bodies.people, bodies.errands, flow.sizes[GOALS]
-    people[p, ANCHOR_X], people[p, ANCHOR_Y], people[p, WAITED] = people[p, X], people[p, Y], 0.0
-    errands[p, VISIT] += 1
+    people, goals = bodies.people, flow.sizes[0].goals
+    people[p].anchor_x, people[p].anchor_y, people[p].waited = people[p].x, people[p].y, 0.0
+    people[p].visit += 1
     if goals > 1:
-        by = 1 + int(uniform(key, draw(p, errands[p, VISIT], 0)) * (goals - 1))
-        errands[p, GOAL] = (errands[p, GOAL] + by) % goals
+        by = 1 + int(uniform(key, draw(p, people[p].visit, 0)) * (goals - 1))
+        people[p].goal = (people[p].goal + by) % goals
 
 
 @njit(cache=True, nogil=True)
@@ -101,19 +91,19 @@ def draw(p: int, visit: int, which: int) -> int:
 
 
 @njit(cache=True, nogil=True)
-def fits(occupied: Grid, people: Floats, count: int, p: int, x: float, y: float, radius: float, robot: Disc) -> bool:
+def fits(occupied: Grid, people: Rows, count: int, p: int, x: float, y: float, radius: float, robot: Disc) -> bool:
     """Whether person ``p`` may go to a place for all that walls, the first ``count`` people and the robot are there.
 
     The robot goes by cells, so it may have come nearer to a person than their discs have room; the person may leave,
     but not approach. No cell that is drawn of a person meets the robot's disc.
     """
     for i in range(count):
-        if i != p and (people[i, X] - x) ** 2 + (people[i, Y] - y) ** 2 < 4.0 * radius * radius:
+        if i != p and (people[i].x - x) ** 2 + (people[i].y - y) ** 2 < 4.0 * radius * radius:
             return False
     off = (robot.x - x) ** 2 + (robot.y - y) ** 2
     touch = radius + robot.radius
     if off < (touch + HALF_DIAGONAL) ** 2:
-        if off < touch * touch and off <= (robot.x - people[p, X]) ** 2 + (robot.y - people[p, Y]) ** 2:
+        if off < touch * touch and off <= (robot.x - people[p].x) ** 2 + (robot.y - people[p].y) ** 2:
             return False
         if _covers_some(occupied, x, y, radius, robot):
             return False
@@ -126,17 +116,17 @@ def fits_bodies(bodies: Bodies, tracks: Tracks, p: int, x: float, y: float, radi
     for k in range(len(bodies.clocks)):
         clock = bodies.clocks[k]
         gap = gap_to(tracks, k, clock, x, y)
-        if gap < radius and gap <= gap_to(tracks, k, clock, bodies.people[p, X], bodies.people[p, Y]):
+        if gap < radius and gap <= gap_to(tracks, k, clock, bodies.people[p].x, bodies.people[p].y):
             return False
     return True
 
 
 @njit(cache=True, nogil=True)
 def _faster(
-    people: Floats, p: int, wish_x: float, wish_y: float, push_x: float, push_y: float, relaxation_s: float, s: float
+    people: Rows, p: int, wish_x: float, wish_y: float, push_x: float, push_y: float, relaxation_s: float, s: float
 ) -> tuple[float, float]:
     """Return a person's velocity after ``s`` seconds under its wish and the pushes; there is a fastest."""
-    vx, vy, speed = people[p, VX], people[p, VY], people[p, SPEED]
+    vx, vy, speed = people[p].vx, people[p].vy, people[p].speed
     vx += s * ((speed * wish_x - vx) / relaxation_s + push_x)
     vy += s * ((speed * wish_y - vy) / relaxation_s + push_y)
     most = _FASTEST * speed
@@ -145,22 +135,23 @@ def _faster(
 
 
 @njit(cache=True, nogil=True)
-def _is_done(people: Floats, p: int, row: int, col: int, arrive: float, ppm: float) -> bool:
+def _is_done(people: Rows, p: int, row: int, col: int, arrive: float, ppm: float) -> bool:
     """Whether a person has arrived at a cell; where it has got on, its waiting starts anew."""
-    x, y = people[p, X], people[p, Y]
+    x, y = people[p].x, people[p].y
     right, down = col + 0.5 - x, row + 0.5 - y
     if right * right + down * down <= arrive * arrive:
         return True
-    roamed = (x - people[p, ANCHOR_X]) ** 2 + (y - people[p, ANCHOR_Y]) ** 2
+    roamed = (x - people[p].anchor_x) ** 2 + (y - people[p].anchor_y) ** 2
     if roamed > (_ROAMED_M * ppm) ** 2:
-        people[p, ANCHOR_X], people[p, ANCHOR_Y], people[p, WAITED] = x, y, 0.0
+        people[p].anchor_x, people[p].anchor_y, people[p].waited = x, y, 0.0
     return False
 
 
 @njit(cache=True, nogil=True)
 def _direction(flow: Flow, goal: int, x: float, y: float) -> tuple[float, float]:
     """Return the unit vector towards a spot a few blocks ahead, or nothing where no way is known."""
-    rows, cols, side = flow.sizes[ROWS], flow.sizes[COLS], float(flow.sizes[BLOCK_PX])
+    size = flow.sizes[0]
+    rows, cols, side = size.rows, size.cols, float(size.block_px)
     first = goal * rows * cols
     block = int(y / side) * cols + int(x / side)
     for _ in range(_AHEAD):

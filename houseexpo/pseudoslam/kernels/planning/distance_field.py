@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 import math
 from typing import NamedTuple
 
@@ -9,21 +10,24 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid
+from houseexpo.pseudoslam.kernels.types import Grid, Rows, row_type
+
+FIELD_SIZES = row_type(rows=int, cols=int, side_px=int)
+"""Rows and columns of blocks, cells along a block's side."""
 
 
 class Field(NamedTuple):
     """Ways to a goal. In a pool the arrays are as long as the longest, behind one axis."""
 
-    sizes: Counts
-    """(3,) rows and columns of blocks, cells along a block's side."""
+    sizes: Rows
+    """(1,) ``FIELD_SIZES``."""
     distances: npt.NDArray[np.float32]
     """(rows * cols,) pixels from each block's middle; infinite where there is no way."""
 
 
 def no_field() -> Field:
     """Return the ways where there is no goal."""
-    return Field(np.zeros(3, np.int64), np.zeros(0, np.float32))
+    return Field(np.zeros(1, FIELD_SIZES), np.zeros(0, np.float32))
 
 
 @njit(cache=True, nogil=True)
@@ -35,7 +39,8 @@ def field_of(pool: Field, i: int) -> Field:
 @njit(cache=True, nogil=True)
 def field_at(field: Field, x: float, y: float) -> float:
     """Return the way to the goal from a place, pixels: between blocks' middles linearly, by those that have a way."""
-    rows, cols, side = field.sizes
+    size = field.sizes[0]
+    rows, cols, side = size.rows, size.cols, size.side_px
     across, down = x / side - 0.5, y / side - 0.5
     col, row = math.floor(across), math.floor(down)
     total, weights = 0.0, 0.0
@@ -65,12 +70,11 @@ def march(is_open: Grid, row: int, col: int, side: int, distances: npt.NDArray[n
     """Write the way from each open block to the block (row, col), pixels, into ``distances`` (rows, cols)."""
     rows, cols = is_open.shape
     distances[:] = math.inf
-    heap_at, heap_by = np.empty(4 * rows * cols + 1, np.int32), np.empty(4 * rows * cols + 1)
     done = np.zeros((rows, cols), np.uint8)
     distances[row, col] = 0.0
-    heap_at[0], heap_by[0], size = row * cols + col, 0.0, 1
-    while size > 0:
-        cell, size = heap_at[0], _pop(heap_at, heap_by, size + 0)
+    heap = [(0.0, row * cols + col)]
+    while len(heap) > 0:
+        cell = heapq.heappop(heap)[1]
         r, c = cell // cols, cell % cols
         if done[r, c] != 0:
             continue
@@ -81,7 +85,7 @@ def march(is_open: Grid, row: int, col: int, side: int, distances: npt.NDArray[n
                 found = _arrival(distances, i, j, float(side))
                 if found < distances[i, j]:
                     distances[i, j] = found
-                    size = _push(heap_at, heap_by, size, i * cols + j, found)
+                    heapq.heappush(heap, (found, i * cols + j))
 
 
 @njit(cache=True, nogil=True)
@@ -99,32 +103,3 @@ def _arrival(distances: npt.NDArray[np.float32], row: int, col: int, side: float
     if abs(one - other) >= side:  # also where one is infinite
         return min(one, other) + side
     return (one + other + math.sqrt(2.0 * side * side - (one - other) ** 2)) / 2.0
-
-
-@njit(cache=True, nogil=True)
-def _push(at: npt.NDArray[np.int32], by: Floats, size: int, cell: int, key: float) -> int:
-    """Put a cell into a binary heap; return its new size."""
-    i = size
-    while i > 0 and by[(i - 1) // 2] > key:
-        at[i], by[i] = at[(i - 1) // 2], by[(i - 1) // 2]
-        i = (i - 1) // 2
-    at[i], by[i] = cell, key
-    return size + 1
-
-
-@njit(cache=True, nogil=True)
-def _pop(at: npt.NDArray[np.int32], by: Floats, size: int) -> int:
-    """Take the least off a binary heap; return its new size."""
-    size -= 1
-    cell, key = at[size], by[size]
-    i = 0
-    while 2 * i + 1 < size:
-        child = 2 * i + 1
-        if child + 1 < size and by[child + 1] < by[child]:
-            child += 1
-        if by[child] >= key:
-            break
-        at[i], by[i] = at[child], by[child]
-        i = child
-    at[i], by[i] = cell, key
-    return size

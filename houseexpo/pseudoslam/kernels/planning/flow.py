@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.types import Cells, Grid
+from houseexpo.pseudoslam.kernels.types import Cells, Grid, Rows, row_type
 
-ROWS, COLS, BLOCK_PX, GOALS = range(4)
-"""Entries of ``Flow.sizes``."""
+FLOW_SIZES = row_type(rows=int, cols=int, block_px=int, goals=int)
+"""Rows and columns of blocks, cells along a block's side, goals."""
 THERE, NOWHERE = 8, 255
 """In ``Flow.toward``, beside the eight neighbours: the goal itself, and no way."""
 FAR = np.iinfo(np.int32).max
@@ -30,8 +30,8 @@ _STRAIGHT, _ACROSS = 5, 7  # costs: 7 / 5 is the square root of 2 by 1%
 class Flow(NamedTuple):
     """The ways to G goals on (rows, cols) blocks. In a pool the arrays are as long as the longest, behind one axis."""
 
-    sizes: npt.NDArray[np.int64]
-    """(4,) rows, columns, cells along a block's side, goals."""
+    sizes: Rows
+    """(1,) ``FLOW_SIZES``."""
     toward: npt.NDArray[np.uint8]
     """(G * rows * cols,) the neighbour to go to, ``THERE``, or ``NOWHERE``; one goal after the other."""
     spots: Cells
@@ -42,7 +42,7 @@ class Flow(NamedTuple):
 
 def no_flow() -> Flow:
     """Return the ways where nobody walks."""
-    return Flow(np.zeros(4, np.int64), np.zeros(0, np.uint8), np.zeros((0, 2), np.int32), np.zeros(0, np.int32))
+    return Flow(np.zeros(1, FLOW_SIZES), np.zeros(0, np.uint8), np.zeros((0, 2), np.int32), np.zeros(0, np.int32))
 
 
 @njit(cache=True, nogil=True)

@@ -21,7 +21,6 @@ import math
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.runtime.wide_copy import load_eight
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
 
 EDGE = 1e-9
@@ -149,7 +148,6 @@ def _quadrant(
 ) -> tuple[int, int]:
     """Go out row by row in one quadrant; steps ``along`` and ``across`` are flat, the borders so many cells off."""
     lo, hi, new_lo, new_hi = slopes
-    back = 0 if across > 0 else 7  # from a cell to the first of eight in memory
     for k in range(min(ahead, math.floor(range_px + off_u)) + 1):
         u = k - off_u
         near, far = u - 0.5, u + 0.5
@@ -172,8 +170,6 @@ def _quadrant(
             j_free_end = -1 if u < 0.0 else math.floor(high) if high < last else last
             while j <= j_end:
                 start = j
-                while j + 7 <= j_end and load_eight(flat, line + j * across - back) == 0:
-                    j += 8
                 while j <= j_end and flat[np.uint64(line + j * across)] == 0:
                     j += 1
                 one = max(start, first, math.ceil(cut * u + off_v - _GRAZE))

@@ -7,7 +7,6 @@ import math
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.runtime.wide_copy import load_eight
 from houseexpo.pseudoslam.kernels.sensing.ranges import distance
 from houseexpo.pseudoslam.kernels.types import Cells, Grid, Offsets
 
@@ -49,18 +48,15 @@ def find_standing(
     for cell in range(len(standing)):
         both[cell] = np.int32(0) if standing[cell] != 0 else far
     n_asked = 0
-    for first in range(0, len(standing), 8):
-        if first + 8 <= len(standing) and load_eight(wants, first) & ~load_eight(standing, first) == 0:
+    for at in range(len(standing)):
+        here = np.uint64(at)
+        if wants[here] <= standing[here]:
             continue  # most of a house
-        for at in range(first, min(first + 8, len(standing))):
-            here = np.uint64(at)
-            if wants[here] <= standing[here]:
-                continue
-            if len(before) > 0 and _still_stands(standing, before, at, cols, sure_px):
-                away[here, 0], away[here, 1], seen[here] = before[here, 0], before[here, 1], 1
-            else:
-                asked[np.uint64(n_asked)] = at
-                n_asked += 1
+        if len(before) > 0 and _still_stands(standing, before, at, cols, sure_px):
+            away[here, 0], away[here, 1], seen[here] = before[here, 0], before[here, 1], 1
+        else:
+            asked[np.uint64(n_asked)] = at
+            n_asked += 1
     for k in range(n_asked):
         _ask(away, asked[k], -cols, -1)
     for k in range(n_asked - 1, -1, -1):

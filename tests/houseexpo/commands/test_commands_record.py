@@ -1,0 +1,184 @@
+"""``houseexpo record``, and movies of any policy."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import gymnasium
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+import houseexpo.pseudoslam  # noqa: F401  # registers the environments
+from houseexpo.commands.app import make_app
+from houseexpo.errors import ConfigError, MissingDependencyError
+from houseexpo.plan.json_codec import encode
+from houseexpo.pseudoslam.agents.policies import policy_of
+from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
+from houseexpo.pseudoslam.envs.single import ExplorationEnv
+from houseexpo.pseudoslam.io import films as movies
+from houseexpo.pseudoslam.io.films import write_movie
+from houseexpo.pseudoslam.io.record import record
+from houseexpo.pseudoslam.render.picture import picture
+from houseexpo.pseudoslam.tasks import ROOM
+
+CONFIG = SimulatorConfig(pixels_per_metre=16.0, start=StartConfig(random=False, x_m=1.0, y_m=1.0), max_steps=500)
+
+
+def made(**other: object) -> ExplorationEnv:
+    return ExplorationEnv(ROOM, replace(CONFIG, **other), success_coverage=None)
+
+
+def frames(path: Path) -> list[np.ndarray]:
+    with Image.open(path) as movie:
+        found = []
+        for number in range(movie.n_frames):
+            movie.seek(number)
+            found.append(np.asarray(movie.convert("RGB")))
+        return found
+
+
+def test_a_gif_has_a_picture_for_each_step(tmp_path: Path) -> None:
+    env = made()
+    done = record(env, lambda _: 1, tmp_path / "new" / "run.gif", steps=12, seed=0, fps=20, shows="map")
+    shown = frames(tmp_path / "new" / "run.gif")
+    assert (done.steps, done.ended, len(shown)) == (12, False, 13)
+    with Image.open(tmp_path / "new" / "run.gif") as movie:
+        assert movie.info["duration"] == 50
+        assert movie.info["loop"] == 0
+        movie.seek(12)
+        assert movie.info["duration"] == 50 + 1500
+    last = picture(env.simulator, env.state, [env.state.poses_px] * 2, shows="map", most_px=(640, 480))
+    assert np.abs(shown[-1].astype(int) - last).mean() < 0.5  # the palette costs little
+    exact = (shown[-1] == last).all(axis=2).mean()
+    assert exact > 0.98
+
+
+def test_some_steps_can_be_left_out_and_the_last_is_not(tmp_path: Path) -> None:
+    done = record(made(max_steps=7), lambda _: 1, tmp_path / "run.gif", steps=100, every=3)
+    assert (done.steps, done.ended) == (7, True)
+    assert len(frames(tmp_path / "run.gif")) == 4  # 0, 3, 6, 7
+
+
+def test_a_film_is_an_mp4(tmp_path: Path) -> None:
+    try:
+        record(made(), lambda _: 2, tmp_path / "run.mp4", steps=5, fps=10)
+    except MissingDependencyError:
+        pytest.skip("this build of OpenCV writes no MP4")
+    film = cv2.VideoCapture(str(tmp_path / "run.mp4"))
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 6
+    assert film.get(cv2.CAP_PROP_FPS) == 10
+    frame = film.read()[1][..., ::-1]
+    assert frame.shape[0] % 2 == frame.shape[1] % 2 == 0
+    assert (frame.reshape(-1, 3).max(axis=0) > 240).all()
+
+
+def test_where_opencv_cannot_write_films_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Closed:
+        fourcc = staticmethod(lambda *_: 0)
+
+        def __init__(self, *_: object) -> None: ...
+
+        def isOpened(self) -> bool:  # noqa: N802
+            return False
+
+    monkeypatch.setattr(cv2, "VideoWriter", Closed)
+    with pytest.raises(MissingDependencyError, match=r"this build of OpenCV cannot write MP4; write a \.gif"):
+        record(made(), lambda _: 0, tmp_path / "run.mp4", steps=1)
+
+
+def test_a_policy_of_ones_own_sees_what_gymnasium_shows(tmp_path: Path) -> None:
+    env = gymnasium.make("PseudoSLAM/Exploration-v0", dataset=ROOM, config=CONFIG, success_coverage=None)
+    seen = []
+
+    def policy(observation: np.ndarray) -> int:
+        seen.append(observation)
+        return len(seen) % 3
+
+    done = record(env, policy, tmp_path / "run.gif", steps=4, seed=1, shows="beside")
+    first, _ = env.reset(seed=1)
+    assert np.array_equal(seen[0], first)
+    assert len(seen) == 4
+    assert done.info["coverage"] > 0.1
+    wide, high = Image.open(tmp_path / "run.gif").size
+    assert high > wide  # the room is wide: one below the other
+
+
+def test_random_is_seeded_and_takes_any_action(tmp_path: Path) -> None:
+    for actions in ("discrete", "continuous"):
+        env = ExplorationEnv(ROOM, CONFIG, actions=actions)
+        drawn = [[policy_of("random", env, seed)(None) for _ in range(20)] for seed in (0, 0, 1)]
+        assert np.array_equal(drawn[0], drawn[1]) or actions == "continuous"
+        assert all(env.action_space.contains(action) for action in drawn[0])
+    done = [record(made(), policy_of("random", made(), 4), tmp_path / "run.gif", 15, seed=2).reward for _ in range(2)]
+    assert done[0] == done[1]
+
+
+def test_bounce_goes_on_until_it_is_blocked() -> None:
+    env = made()
+    env.reset(seed=0)
+    policy = policy_of("bounce", env, 0)
+    taken: Counter[int] = Counter()
+    blocked = True
+    for step in range(80):
+        action = policy(None)
+        assert action == 0 or blocked or step == 0
+        *_, info = env.step(action)
+        blocked = info["collided"] or action != 0  # it goes on turning
+        taken[action] += 1
+    assert taken[0] > 20
+    assert taken[1] + taken[2] > 5
+
+
+def test_the_explorer_sees_all_and_begins_anew_with_each_episode() -> None:
+    env = made()
+    policy = policy_of("frontier", env)
+    for seed in (0, 1):
+        env.reset(seed=seed)
+        for _ in range(60):
+            *_, info = env.step(policy(None))
+        assert info["coverage"] == 1.0
+
+
+def test_the_command_writes_a_movie_of_a_plan(tmp_path: Path) -> None:
+    (tmp_path / "room.json").write_bytes(encode(ROOM))
+    words = ["record", str(tmp_path / "room.json"), "--out", str(tmp_path / "run.gif"), "--steps", "10"]
+    for policy in ("frontier", "bounce", "random"):
+        result = CliRunner().invoke(make_app(), [*words, "--policy", policy, "--size", "300", "200"])
+        assert result.exit_code == 0, result.output
+        assert "steps in plan room-5.2x3.5" in result.output
+        assert Image.open(tmp_path / "run.gif").size <= (300, 200)
+    files = [(tmp_path / "run.gif").read_bytes()]
+    for seed in ("0", "1"):
+        CliRunner().invoke(make_app(), [*words, "--policy", "random", "--size", "300", "200", "--seed", seed])
+        files.append((tmp_path / "run.gif").read_bytes())
+    assert files[0] == files[1] != files[2]
+
+
+def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
+    result = CliRunner().invoke(make_app(), ["record", "--task", "avoidance", "--out", str(tmp_path / "run.avi")])
+    assert result.exit_code == 2
+    assert "expected a file that ends in .gif or .mp4, found 'run.avi'" in result.output
+    with pytest.raises(ConfigError, match="fps: expected more than 0, at most 100, found 0"):
+        write_movie([], tmp_path / "run.gif", 0)
+    with pytest.raises(ConfigError, match="steps and every to be at least 1, found 0 and 1"):
+        record(made(), lambda _: 0, tmp_path / "run.gif", 0)
+    with pytest.raises(ConfigError, match="shows: expected one of map, both, truth, beside; found 'all'"):
+        record(made(), lambda _: 0, tmp_path / "run.gif", shows="all")  # type: ignore[arg-type]
+    with pytest.raises(ConfigError, match="env: expected an environment of PseudoSLAM"):
+        record(gymnasium.make("CartPole-v1"), lambda _: 0, tmp_path / "run.gif")
+    with pytest.raises(ConfigError, match="policy: expected one of random, bounce, frontier; found 'forward'"):
+        policy_of("forward", made())
+    with pytest.raises(ConfigError, match="policy 'bounce': expected an environment with discrete actions"):
+        policy_of("bounce", ExplorationEnv(ROOM, CONFIG, actions="continuous"))
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_palette_fits_a_gif() -> None:
+    palette = movies._palette()
+    assert palette.shape[1] == 3
+    assert len(palette) <= 256

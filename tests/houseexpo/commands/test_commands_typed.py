@@ -1,0 +1,201 @@
+"""Commands as people type them, in folders as people have them."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import subprocess
+import sys
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+import houseexpo
+from houseexpo import encode
+from houseexpo.commands import app
+from houseexpo.commands.given import plan_ids
+from houseexpo.commands.split import _shares
+from houseexpo.dataset import open_dataset
+from tests.builders.datasets import hexed, house, houses, pack
+
+ROOT = Path(__file__).parents[3]
+
+
+def call(*words: str | Path, code: int = 0) -> str:
+    done = CliRunner().invoke(app.make_app(), [str(word) for word in words], env={"COLUMNS": "200"})
+    assert done.exit_code == code, done.output
+    return done.output
+
+
+def shell(script: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHON": sys.executable}
+    command = ["bash", "-c", f"set -o pipefail; {script}"]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, env=environment, check=False)
+
+
+@pytest.fixture
+def data(tmp_path):
+    return pack(tmp_path, "zip", houses(6))
+
+
+def test_show_takes_a_data_set_as_info_does(data, tmp_path):
+    def plans_in(*words: str | Path) -> int:
+        call("show", data, "--out", tmp_path / "sheet.svg", "--size", "100", *words)
+        return (tmp_path / "sheet.svg").read_text().count("<svg ") - 1
+
+    assert plans_in() == 6
+    assert plans_in("--limit", "2") == 2
+    assert plans_in("--sample", "4") == 4
+    assert plans_in("--sample", "4", "--limit", "3") == 3
+    assert plans_in("--ids", f"{hexed(1)},{hexed(3)}") == 2
+
+
+def test_a_sample_is_the_seeds(data, tmp_path):
+    sheets = []
+    for seed in (1, 1, 2):
+        call("show", data, "--sample", "2", "--seed", str(seed), "--size", "100", "--out", tmp_path / "sheet.png")
+        sheets.append(np.asarray(Image.open(tmp_path / "sheet.png")))
+    assert np.array_equal(sheets[0], sheets[1])
+    assert not np.array_equal(sheets[0], sheets[2])
+
+
+def test_ids_are_given_alike_in_every_command(data, tmp_path):
+    (tmp_path / "ids.txt").write_text(f"{hexed(0)}\n{hexed(2)}\n")
+    assert plan_ids([f"a,b.json, {hexed(0)}", f"@{tmp_path / 'ids.txt'}"]) == ["a", "b", hexed(0), hexed(2)]
+    for words in ([f"@{tmp_path / 'ids.txt'}"], [f"{hexed(0)},{hexed(2)}"], [hexed(0), hexed(2)]):
+        call("show", *words, "--data", data, "--size", "100", "--out", tmp_path / "sheet.svg")
+        assert (tmp_path / "sheet.svg").read_text().count("<svg ") == 3
+    assert "2 plans, 2 files" in call(
+        "export", data, "--to", "json", "--ids", f"@{tmp_path / 'ids.txt'}", "--out", tmp_path
+    )
+    for words in ([data, "--ids", f"@{tmp_path / 'ids.txt'}"], [f"{hexed(0)},{hexed(2)}", "--data", data]):
+        assert [plan["plan"] for plan in json.loads(call("info", *words, "--json"))] == [hexed(0), hexed(2)]
+        assert call("info", *words).count("robot 0.20 m") == 2
+    assert "one id a line" in call("show", "@nowhere.txt", "--data", data, "--out", tmp_path / "a.svg", code=2)
+
+
+def test_info_and_validate_answer_programs(data, two_rooms, tmp_path):
+    told = json.loads(call("info", data, "--json"))
+    assert told["plans"] == 6
+    assert told["rooms"] == {"min": 1, "max": 6, "median": 3.5, "mean": 3.5, "sum": 21}
+    (tmp_path / "plan.json").write_bytes(encode(two_rooms))
+    assert json.loads(call("info", tmp_path / "plan.json", "--json"))["robot 0.20 m"]["pieces"] == 1
+    bad = pack(tmp_path, "jsonl", {"a": encode(house("a"))})
+    found = json.loads(call("validate", bad, "--json", "--workers", "1", code=1))
+    assert found["plans"] == 1
+    assert found["findings"][0]["rule"] == "identity"
+    assert found["rules"]["identity"] == {"findings": 1, "plans": 1}
+
+
+def test_info_speaks_plainly(furnished, tmp_path):
+    (tmp_path / "plan.json").write_bytes(encode(furnished))
+    said = call("info", tmp_path / "plan.json")
+    assert "None" not in said
+    assert "1 pieces" not in said
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ({}, {"train": 0.7, "val": 0.1, "test": 0.2}),
+        ({"train": 0.8, "test": 0.2}, {"train": 0.8, "test": 0.2}),
+        ({"train": 0.8}, {"train": 0.8, "test": 0.2}),
+        ({"test": 0.3, "val": 0.1}, {"train": 0.6, "val": 0.1, "test": 0.3}),
+        ({"train": 0.7, "test": 0.2}, {"train": 0.7, "val": 0.1, "test": 0.2}),
+        ({"train": 0.8, "val": 0.1, "test": 0.2}, {"train": 0.8, "val": 0.1, "test": 0.2}),
+    ],
+)
+def test_a_split_infers_the_rest(given, expected):
+    assert _shares({name: given.get(name) for name in ("train", "test", "val")}) == expected
+
+
+def test_a_split_of_two_lists(data, tmp_path):
+    call("split", data, "--train", "0.8", "--test", "0.2", "--out", tmp_path / "out", "--workers", "1")
+    assert {file.name for file in (tmp_path / "out" / "splits").glob("*.txt")} == {"train.txt", "test.txt"}
+    assert "add up to 1" in call("split", data, "--train", "0.9", "--test", "0.2", "--out", tmp_path, code=2)
+
+
+def test_a_reader_who_has_seen_enough_is_no_error(data, tmp_path):
+    done = shell(f'"$PYTHON" -m houseexpo info {data} | head -1', tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("data set")
+    assert done.stderr == ""
+
+
+def test_the_version_is_said_alike():
+    assert call("--version").strip() == f"houseexpo {houseexpo.__version__}"
+    assert houseexpo.__version__ == "0.2.0"
+
+
+def test_somebodys_own_pipeline_harms_nothing(tmp_path, data):
+    """The folder's file is found first where Python is started with -m; it is not even run."""
+    (tmp_path / "pipeline.py").write_text("raise SystemExit('a file of mine')")
+    script = f'"$PYTHON" -m houseexpo --help && "$PYTHON" -m houseexpo info {data}'
+    done = subprocess.run(
+        ["bash", "-c", script], capture_output=True, text=True, cwd=tmp_path, check=False,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)]), "PYTHON": sys.executable},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "build" in done.stdout
+    assert "Cannot be loaded" in done.stdout
+    assert "a file of mine" not in done.stdout + done.stderr
+
+
+def test_a_command_that_cannot_be_loaded_says_why(monkeypatch):
+    entries = {"broken": EntryPoint("broken", "no_such_module_here:run", app.GROUP)}
+    monkeypatch.setattr(app, "_entries", lambda: entries)
+    assert "Cannot be loaded" in call("--help")
+    assert "no_such_module_here" in call("broken", "--any", "thing", code=2)
+
+
+def test_a_command_is_loaded_when_it_is_called():
+    code = (
+        "import sys; from houseexpo.commands.app import main; sys.argv = ['houseexpo', 'info', '--help'];\n"
+        "try: main()\nexcept SystemExit: pass\n"
+        "print([name for name in sys.modules if name.startswith(('pipeline', 'stats'))])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize(("words", "level"), [([], "WARNING"), (["-v"], "INFO"), (["-vv"], "DEBUG"), (["-q"], "ERROR")])
+def test_how_much_is_said(words, level, data):
+    call(*words, "info", data)
+    logger = logging.getLogger("houseexpo")
+    assert logging.getLevelName(logger.level) == level
+
+
+def test_how_much_is_said_may_stand_at_the_end(data):
+    call("info", data, "-vv")
+    assert logging.getLogger("houseexpo").level == logging.DEBUG
+    call("-v", "info", data, "--quiet")
+    assert logging.getLogger("houseexpo").level == logging.ERROR
+    call("info", data)
+    assert logging.getLogger("houseexpo").level == logging.WARNING
+
+
+def test_completion_is_offered():
+    assert "--install-completion" in call("--help")
+    asked = {"_HOUSEEXPO_COMPLETE": "complete_bash", "COMP_WORDS": "houseexpo va", "COMP_CWORD": "1"}
+    done = CliRunner().invoke(app.make_app(), prog_name="houseexpo", env=asked)
+    assert done.output.split() == ["validate"]
+
+
+def test_the_graph_of_a_plan_has_a_type():
+    assert houseexpo.FloorPlan.graph.__annotations__["return"] == "nx.MultiGraph[int | str]"
+
+
+def test_a_notebook_shows_a_data_set(data):
+    shown = open_dataset(data)._repr_html_()
+    assert shown.count("<svg ") == 6
+    assert "6 plans" in shown
+
+
+def test_python_m_says_the_command_that_it_is(tmp_path):
+    done = shell('"$PYTHON" -m stats --help', tmp_path)
+    assert "Usage: houseexpo stats" in done.stdout

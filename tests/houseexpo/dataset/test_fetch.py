@@ -1,0 +1,219 @@
+"""Downloads that break off, lie, or bring what they should not; a server on this machine plays both sides."""
+
+from __future__ import annotations
+
+import hashlib
+import subprocess
+import tarfile
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from houseexpo import ConfigError, DatasetError, open_dataset
+from houseexpo.dataset.fetch import fetch, folder_of, git_blob
+from houseexpo.dataset.manifest import Manifest, Source, load_manifest, manifest_path
+from houseexpo.dataset.store.cache import cache_folder
+from houseexpo.dataset.unpack import unpack
+from pipeline.config import PipelineConfig
+from pipeline.config_file import load_config
+from tests.builders.datasets import hexed, houses, tar
+from tests.builders.server import serving
+
+SHARED = Path(__file__).resolve().parents[4] / "shared" / "data" / "houseexpo"
+NOISE = np.random.default_rng(0).bytes(600_000)  # breaks shorter than a packet of 64 KB would keep nothing
+ARCHIVE = tar({"noise.bin": NOISE} | {f"json/{name}.json": data for name, data in houses(120).items()})
+TRAIN = f"{hexed(3)}\n{hexed(1)}\n".encode()
+
+
+def blob(data: bytes) -> str:
+    return hashlib.sha1(b"blob %d\0" % len(data) + data).hexdigest()  # noqa: S324 - git's own
+
+
+@pytest.fixture
+def server(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr("pooch.core.time.sleep", lambda _: None)
+    with serving({"json.tar.gz": ARCHIVE, "map_id_train.txt": TRAIN}) as served:
+        yield served
+
+
+def published(server, data: bytes = ARCHIVE) -> Manifest:
+    return Manifest(
+        name="Small",
+        licence="MIT",
+        source=server.address,
+        paper="",
+        plans=120,
+        archive=Source("json.tar.gz", f"{server.address}/json.tar.gz", blob(data)),
+        lists=(Source("map_id_train.txt", f"{server.address}/map_id_train.txt", blob(TRAIN)),),
+        subsets={"demo": tuple(hexed(i) for i in range(100, 110))},
+    )
+
+
+def test_fetching_once(server):
+    seen = []
+    folder = fetch(manifest=published(server), progress=lambda *told: seen.append(told))
+    plans = open_dataset(folder)
+    assert len(plans) == 120
+    assert plans.split("train").ids == [hexed(3), hexed(1)]
+    assert ("json.tar.gz", len(ARCHIVE), len(ARCHIVE)) in seen
+    before = len(server.requests)
+    assert fetch(manifest=published(server)) == folder
+    assert len(server.requests) == before
+
+
+def test_subsets_lie_in_each_other(server):
+    ten, hundred = (set(open_dataset(fetch(n, manifest=published(server))).ids) for n in ("10", "100"))
+    assert ten == {hexed(i) for i in range(100, 110)}
+    assert len(hundred) == 100
+    assert ten < hundred
+    assert sum(name == "json.tar.gz" for name, _ in server.requests) == 1
+
+
+def test_a_break_is_resumed(server):
+    server.cut = 2
+    assert len(open_dataset(fetch(manifest=published(server)))) == 120
+    asked = [wanted for name, wanted in server.requests if name == "json.tar.gz"]
+    assert asked[0] is None
+    first, second = (int(wanted.removeprefix("bytes=").removesuffix("-")) for wanted in asked[1:])
+    assert 0.3 < first / len(ARCHIVE) < 0.5 < second / len(ARCHIVE) < 0.75
+
+
+def test_the_next_run_goes_on(server):
+    server.cut = 4
+    with pytest.raises(DatasetError, match=r"json\.tar\.gz.*run the same command again"):
+        fetch(manifest=published(server))
+    assert not folder_of("all", published(server)).exists()
+    asked = len(server.requests)
+    assert len(open_dataset(fetch(manifest=published(server)))) == 120
+    assert server.requests[asked][1].startswith("bytes=")
+
+
+def test_a_server_that_cannot_resume_sends_all_again(server):
+    server.cut, server.ranges = 1, False
+    assert len(open_dataset(fetch(manifest=published(server)))) == 120
+
+
+def test_a_corrupt_byte_is_found_and_fetched_again(server):
+    server.corrupt = 1
+    assert len(open_dataset(fetch(manifest=published(server)))) == 120
+    assert [wanted for name, wanted in server.requests if name == "json.tar.gz"] == [None, None]
+
+
+def test_what_stays_corrupt_is_thrown_away(server):
+    server.corrupt = 99
+    with pytest.raises(DatasetError, match="git blob id") as caught:
+        fetch(manifest=published(server))
+    assert blob(ARCHIVE) in str(caught.value)
+    assert not list(cache_folder("downloads").iterdir())
+    assert not folder_of("all", published(server)).exists()
+
+
+def test_a_file_that_rots_in_the_cache_is_fetched_again(server):
+    fetch("10", manifest=published(server))
+    (cache_folder("downloads") / "json.tar.gz").write_bytes(ARCHIVE[:-1] + b"x")
+    assert len(open_dataset(fetch("100", manifest=published(server)))) == 100
+
+
+def test_no_such_file_and_no_server(server):
+    lost = Source("json.tar.gz", f"{server.address}/lost", blob(ARCHIVE))
+    with pytest.raises(DatasetError, match="404"):
+        fetch(manifest=Manifest("Lost", "", "", "", 0, lost))
+    nobody = Source("json.tar.gz", "http://127.0.0.1:9/json.tar.gz", blob(ARCHIVE))
+    with pytest.raises(DatasetError, match="Check the connection"):
+        fetch(manifest=Manifest("Nobody", "", "", "", 0, nobody))
+
+
+def member(name: str, kind: bytes = tarfile.REGTYPE, link: str = "", size: int = 0) -> tarfile.TarInfo:
+    info = tarfile.TarInfo(name)
+    info.type, info.linkname, info.size = kind, link, size
+    return info
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        member("/etc/evil"),
+        member("../evil"),
+        member("json/../../evil"),
+        member("..\\evil"),
+        member("C:\\evil"),
+        member("json/link", tarfile.SYMTYPE, "/etc/passwd"),
+        member("json/hard", tarfile.LNKTYPE, "json/a.json"),
+        member("json/device", tarfile.CHRTYPE),
+        member("json/pipe", tarfile.FIFOTYPE),
+        member("json/a.json"),
+    ],
+    ids=lambda info: info.name,
+)
+def test_unpacking_refuses(tmp_path, bad):
+    archive = tmp_path / "a.tar.gz"
+    archive.write_bytes(tar({"json/a.json": b"{}"}, (bad,)))
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(DatasetError, match=r"a\.tar\.gz"):
+        unpack(archive, tmp_path / "out")
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_unpacking_has_limits(tmp_path):
+    archive = tmp_path / "a.tar.gz"
+    archive.write_bytes(tar({f"json/{i}.json": bytes(100) for i in range(20)}))
+    for limit in ({"max_files": 19}, {"max_bytes": 1999}):
+        with pytest.raises(DatasetError, match="expected at most"):
+            unpack(archive, tmp_path / "out", **limit)
+    assert unpack(archive, tmp_path / "out", max_files=20, max_bytes=2000) == 20
+    with pytest.raises(DatasetError, match="found one"):
+        unpack(archive, tmp_path / "out")
+    archive.write_bytes(archive.read_bytes()[:-9])
+    with pytest.raises(DatasetError, match="cut off"):
+        unpack(archive, tmp_path / "out2")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.tar.gz", "out"]
+
+
+def test_the_manifests_that_come_with_the_project():
+    manifest = load_manifest()
+    assert manifest.archive.git_blob == "594e09629b7d738f4000bd7e42fffb8c5ef975f9"
+    assert len(manifest.subsets["demo"]) == 10
+    assert load_config(manifest_path("suncg")).stages == PipelineConfig()
+    assert tomllib.loads(manifest_path("demo").read_text())["build"]["sources"] == ["procedural:300"]
+    with pytest.raises(ConfigError, match="known: demo"):
+        manifest_path("nothing")
+
+
+def test_a_manifest_that_is_none(tmp_path):
+    file = tmp_path / "m.toml"
+    for text in ("name = 3", "[[", 'name = "x"\nunknown = 1'):
+        file.write_text(text)
+        with pytest.raises(ConfigError, match=r"m\.toml"):
+            load_manifest(file)
+    with pytest.raises(ConfigError, match="cannot be read"):
+        load_manifest(tmp_path / "missing.toml")
+
+
+@pytest.mark.parametrize("bad", ["../evil", "a/b", "..", ".hidden", "", "/etc/passwd", "a\\b"])
+@pytest.mark.parametrize("key", ["file", "name"])
+def test_a_manifest_names_nothing_outside_its_folder(tmp_path, key, bad):
+    text = manifest_path("houseexpo").read_text()
+    own = 'name = "HouseExpo"' if key == "name" else 'file = "json.tar.gz"'
+    assert own in text
+    (tmp_path / "m.toml").write_text(text.replace(own, f"{key} = '{bad}'", 1))
+    with pytest.raises(ConfigError, match=f"{key}: expected a plain name"):
+        load_manifest(tmp_path / "m.toml")
+
+
+def test_blob_ids_are_gits(tmp_path):
+    file = tmp_path / "a"
+    file.write_bytes(b"some bytes")
+    found = subprocess.run(["git", "hash-object", file], check=True, capture_output=True, text=True).stdout.strip()
+    assert git_blob(file) == found
+
+
+def test_the_lists_are_the_published_ones():
+    if not SHARED.exists():
+        pytest.skip("the published plans are not on this machine")
+    manifest = load_manifest()
+    for source in manifest.lists:
+        assert git_blob(SHARED / source.file) == source.git_blob
+    assert manifest.subsets["demo"] == tuple((SHARED / "map_id_10.txt").read_text().split())
