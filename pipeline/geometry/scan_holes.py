@@ -27,7 +27,9 @@ STRAIGHT_M = 1.6
 HOLE_M, LONG_HOLE_M = 1.4, 2.4
 """The longer ones where something stands below all along."""
 TURNS = 24
-PASSES = 6
+PASSES, FILLING = 6, 2
+"""The first passes also fill what is rough."""
+ALONGSIDE = 2
 RUN_M = 0.3
 """A wall that goes on is at least this long, ..."""
 OBLIQUE_RUN_M = 1.2
@@ -47,13 +49,21 @@ ALONG = 0.5
 def without_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster, *, has_ceiling: bool) -> Bools:
     """Close the holes in what reaches the top of the walls; ``body`` is what stands below, ``traces`` what is faint."""
     untraced = has_ceiling
-    for _ in range(PASSES):  # R2
-        before, reaching = reaching, _pass(_between_jambs(reaching, body, raster), body, traces, raster)
-        if (before == reaching).all() and untraced:
-            break
-        if (before == reaching).all():
-            untraced, reaching = True, _without_traces(reaching, raster)
+    for k in range(PASSES):  # R2
+        found = _pass(_between_jambs(reaching, body, raster), body, traces, raster)
+        if k >= FILLING:
+            found = reaching | _holes(found, reaching)
+        if (found == reaching).all():
+            if untraced:
+                break
+            untraced, found = True, reaching | _holes(_without_traces(reaching, raster), reaching)
+        reaching = found
     return reaching
+
+
+def _holes(found: Bools, reaching: Bools) -> Bools:
+    """What was closed and does not merely lie along a wall: a wavy one would grow with each pass."""
+    return touching(found & ~reaching, ~grown(reaching, ALONGSIDE))
 
 
 def _pass(reaching: Bools, body: Bools, traces: Bools, raster: Raster) -> Bools:

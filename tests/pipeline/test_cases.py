@@ -24,8 +24,7 @@ from tests.builders.shared import (
 pytestmark = needs_shared
 BUILDINGS = [name for name in CASES if "ifc" in case(name)]
 SHORT = {
-    "fl_39": "two cuts more than the truth needs, in its core of toilets and lifts",
-    "office_a_leaves": "one cut more than the truth needs",
+    "fl_39": "a cut more than the truth needs: there a toilet and the hall around it touch in a corner of its walls",
     "osrf_cafe": "two doors whose leaves are one body with the wall, out of its line",
     "suburb_house_5": "a porch on posts is taken for a room",
 }

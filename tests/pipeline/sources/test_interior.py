@@ -95,6 +95,14 @@ def test_leaning_walls_around_a_small_floor_are_a_cabin():
     assert "a car" in look_at(cabin, floor_m2=2.0).fault
 
 
+def test_the_noisy_scan_of_a_small_flat_with_little_floor_is_no_cabin():
+    room = storey(0.0, 2.4, [(0, 0, 5, 0.1), (0, 3.9, 5, 4), (0, 0, 0.1, 4), (4.9, 0, 5, 4)])
+    scan = trimesh.util.concatenate(room).subdivide_to_size(0.12)
+    noise = np.random.default_rng(0).normal(0.0, 0.025, scan.vertices.shape)
+    flat = Mesh(np.asarray(scan.vertices + noise), np.asarray(scan.faces, np.int64))
+    assert not look_at(flat, floor_m2=2.0).fault
+
+
 def test_one_level_with_an_inside_is_enough():
     facade = joined(block())
     check_interior([(facade, None), (one_level(), 39.0)], "house.glb")
