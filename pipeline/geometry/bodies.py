@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from pipeline.geometry.mesh import Mesh
 from pipeline.geometry.pieces import closed_pieces, connected
-from pipeline.values import Mesh
 
 WELD_M = 1e-4
 MAX_FACES = 500_000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import networkx as nx
 
-from pipeline.values import Spaces
+from pipeline.geometry.spaces import Spaces
 
 
 def cells(spaces: Spaces) -> list[list[int]]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
 
 import networkx
 import numpy as np
@@ -12,10 +13,9 @@ from networkx.utils import UnionFind
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.bridges import REACH_M, bridges
+from pipeline.geometry.bridges import REACH_M, Bridge, bridges
 from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE, WALL, enclosed, locate, opened
-from pipeline.values import Closer
 
 IN_LINE_M = 0.8
 LAP_M = 0.002
@@ -24,6 +24,24 @@ ROUNDING_M2 = 1e-9
 HAIR_M = 1e-5
 TOUCH_M = 1e-3
 CONTACT_M = 1e-5
+
+
+CloserKind: TypeAlias = Literal[
+    "opening", "door", "lintel", "sill", "gap", "rail", "room_edge", "floor_edge", "wall_ends"
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Closer:
+    """A piece of the closed plane P_g that does not stand in the door plane P_d.
+
+    ``bridge`` is the straight strip that it is, from one space's face to the other's; a piece without one (a corner
+    between two lintels, the boundary of an open house) closes, but nobody passes it.
+    """
+
+    polygon: Polygon
+    kind: CloserKind
+    bridge: Bridge | None = None
 
 
 def lapped(piece: Polygon) -> Polygon:

@@ -15,10 +15,11 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.doorways import box_of
 from pipeline.geometry.overlay import polygons_of
-from pipeline.values import Evidence, Passage
+from pipeline.geometry.spaces import Passage
 
 WIDTH_M = (0.5, 2.5)
 REACH_M = 0.8
@@ -33,14 +34,15 @@ class CutPlace:
     why: str
 
 
-def cut_places(evidence: Evidence, passages: Sequence[Passage]) -> Iterator[CutPlace]:
-    """Yield the places, the likeliest first."""
+def cut_places(
+    doorways: Iterable[Polygon], leaves: Iterable[Polygon], lintels: BaseGeometry, passages: Sequence[Passage]
+) -> Iterator[CutPlace]:
+    """Yield the places, the likeliest first: doorways, leaves of doors and lintels that no passage uses."""
     ways = shapely.STRtree([p.bridge.strip() for p in passages])
-    doorways = (d.polygon for d in evidence.doorways)
     kinds: list[tuple[str, Iterable[Polygon], bool]] = [
         ("a doorway that nothing else leads through", doorways, False),
-        ("the leaf of a door", evidence.leaves, True),
-        ("a lintel", polygons_of(evidence.lintels), False),
+        ("the leaf of a door", leaves, True),
+        ("a lintel", polygons_of(lintels), False),
     ]
     return chain.from_iterable(_of_kind(why, shapes, ways, leaf) for why, shapes, leaf in kinds)
 

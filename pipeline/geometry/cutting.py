@@ -17,8 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.geometry.caps import Caps
+from pipeline.geometry.mesh import Mesh
 from pipeline.geometry.pieces import closed_pieces, connected
-from pipeline.values import Mesh
 
 STEEP = 0.5
 """A face whose unit normal has |z| below this is upright: a wall, not a floor, a roof or a slope."""

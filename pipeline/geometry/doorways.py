@@ -10,6 +10,9 @@ R2  Two walls of their own, one beside the other: the thinner one decides how de
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Literal
+
 import numpy as np
 import numpy.typing as npt
 import shapely
@@ -33,6 +36,18 @@ SAME_SLOPE = 0.04
 HAIR_M = 0.002
 
 Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Doorway:
+    """Where a door is known to be: ``polygon`` from jamb to jamb and from face to face of the wall.
+
+    ``source`` says how: "named" by the source, a "leaf" that stands in it, or a "recess" under a lintel.
+    """
+
+    polygon: Polygon
+    source: Literal["named", "leaf", "recess"]
+    has_door: bool = True
 
 
 def rectangle(box: Box, *, width: float | None = None, depth: float | None = None) -> Polygon:

@@ -6,8 +6,8 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from pipeline.geometry.mesh import Mesh
 from pipeline.geometry.overlay import EMPTY, areas
-from pipeline.values import Mesh
 
 EXACT_FACES = 2000
 GRID_M = 1e-3

@@ -14,8 +14,8 @@ R7  A leaf that hangs at the end of a lintel about as wide and stands at an angl
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -23,11 +23,11 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.bodies import Bodies, Box, box_around
-from pipeline.geometry.doorways import box_of, doorway, rectangle, seated
+from pipeline.geometry.doorways import Doorway, box_of, doorway, rectangle, seated
 from pipeline.geometry.leaves import DEEPEST_M, PLATE_M, WIDTH_M, Leaf, find_leaves
+from pipeline.geometry.mesh import Mesh
 from pipeline.geometry.overlay import clipped, overlap, polygons_of, united
 from pipeline.geometry.recesses import leaves_in_recesses
-from pipeline.values import Doorway, Level, Mesh
 
 PROUD_M = 0.04
 FRAME_M = 0.01
@@ -123,12 +123,12 @@ def _stands_ajar(box: Box, hanging: BaseGeometry) -> bool:
 
 
 def known_doorways(
-    level: Level, walls: BaseGeometry, lintels: BaseGeometry, judged: Judged
+    named: Iterable[Doorway], doors: Iterable[Mesh], walls: BaseGeometry, lintels: BaseGeometry, judged: Judged
 ) -> tuple[list[Doorway], list[Polygon]]:
-    """All doorways in ``walls`` as they stand, and the leaves, closed or open."""
-    found = [Doorway(seated(each.polygon, walls), "named", each.has_door) for each in level.openings]
+    """All doorways in ``walls`` as they stand, and the leaves, closed or open; ``doors`` are those the source names."""
+    found = [replace(each, polygon=seated(each.polygon, walls)) for each in named]
     leaves = list(judged.leaves)
-    for box in (box for each in level.leaves for box in _boxes(each.mesh)):
+    for box in (box for mesh in doors for box in _boxes(mesh)):
         leaves.append(rectangle(box, depth=max(box.thickness, SHEET_M)))
         way = None if _stands_ajar(box, lintels) else doorway(box, walls)  # R7
         if way is not None:

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.ndimage
 
-from pipeline.values import Mesh
+from pipeline.geometry.mesh import Mesh
 
 STEP_M = 0.03
 """From plane to plane."""

@@ -9,8 +9,8 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.overlay import polygons_of, united
+from pipeline.geometry.spaces import Spaces
 from pipeline.geometry.walls import close_cracks
-from pipeline.values import Spaces
 
 SPECK_M2 = 1e-3
 LAP_M = 0.01

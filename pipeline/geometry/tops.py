@@ -13,9 +13,9 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.caps import OVER_FLOOR_M
 from pipeline.geometry.cutting import Cutter
+from pipeline.geometry.mesh import Mesh
 from pipeline.geometry.overlay import EMPTY, clipped, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import opened
-from pipeline.values import Mesh
 
 SLIVER_M = 0.04
 BESIDE_M = 0.3

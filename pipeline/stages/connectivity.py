@@ -132,7 +132,8 @@ def _at_evidence(
 ) -> _Cut | None:
     """R6."""
     rules = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True, slide_m=BESIDE_M)
-    for place in cut_places(evidence, spaces.passages):
+    doorways = (each.polygon for each in evidence.doorways)
+    for place in cut_places(doorways, evidence.leaves, evidence.lintels, spaces.passages):
         for line, cut in cuts_on_lines(place.line[None], pieces, floor, spaces.walls, rules):
             if _joins_pieces(cut, pieces, floor, config.robot_radius_m):
                 return line, cut, place.why

@@ -92,7 +92,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     lintels = opened(subtract(hanging, walls), SLIVER_M)
     glazed = glazed_recesses(lintels, walls)  # R2
     walls, lintels = united([walls, *glazed]), subtract(lintels, united(glazed))
-    doorways, found_leaves = known_doorways(level, walls, lintels, judged)
+    doorways, found_leaves = known_doorways(level.named_doorways, level.door_meshes, walls, lintels, judged)
     rails = [foot, *(sections.at(height, foot) for height in heights.between)]
     standing = opened(subtract(united(rails), united([walls, lintels, cupboards])), SLIVER_M)
     thick = opened(standing, WIDEST_RAIL_M)

@@ -11,19 +11,14 @@ R6  A gap is dropped where it would part off less than a room, and all strips ar
     ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that is too narrow to stand in.
 R7  Walls that spell characters are no layout: strokes that stand apart from each other without a door in any of them,
     and that enclose little of what they span.
-R9  Where the house has floors, a space without one is no room, unless walls close it nearly all round (a stairwell);
-    nor is one without a door that a railing bounds for the most part (a roof terrace), nor one too low to stand in (a
-    void under a roof). A room that the source names is one. What a person says is no room
-    (``overrides.toml``) is none.
+R9, R10  Which of the spaces are rooms, and what of them is floor, says ``stages.habitable``.
 R11  A room that the source names, and that walls leave open (under a roof without knee walls), is closed at its edge.
-R10  What of a room lies over a void in the floor is no free space (``geometry.voids``).
 R8  What encloses less than ``area_m2`` after all this has no layout.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import cache
 
 import numpy as np
 import shapely
@@ -37,24 +32,18 @@ from pipeline.geometry.doorways import box_of
 from pipeline.geometry.gaps import gaps
 from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE, enclosed, too_narrow
-from pipeline.geometry.voids import without_voids
 from pipeline.rejection import Reason, Rejection
+from pipeline.stages.habitable import habitable, on_floor
 from pipeline.values import Closer, Evidence, Layout, Level, Planes
 
 KNOWN = frozenset({"door", "opening"})
 STROKES = 3
-KNOWN_FLOOR = 0.5
-FLOORED = 0.25
-CLOSED = 0.8
-FENCED = 0.5
 COVERED = 0.7
 IN_ROOM = 0.9
-SHAFT_M = 0.7
 SLOT_M = 0.45
 STROKE_M = 1.0
 PASSABLE_M = 0.4
 BESIDE_M = 0.25
-BESIDE_EDGE_M = 0.02
 
 
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
@@ -71,7 +60,7 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
             ground, rooms = enclosed(_plane(ground, more))
     standing = _plane(planes.door, fixed) if fixed else planes.door
     strips, ground, rooms = _settled(standing, evidence.slight, *parted(standing, pieces, ground, rooms), config)
-    rooms = _on_floor(_habitable(rooms, strips, planes, evidence, level), level)
+    rooms = on_floor(habitable(rooms, strips, planes, evidence, level), level)
     closers = with_sides(strips + fixed, rooms, ground)
     area = sum(r.area for r in rooms)
     if area < config.area_m2:  # R8
@@ -122,54 +111,6 @@ def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
             f"{len(strokes)} strokes of wall stand apart and enclose {inside:.1f} of {spanned:.1f} m2, without a door",
             "if it is a house after all, keep it in overrides.toml",
         )
-
-
-def _habitable(
-    rooms: list[Polygon], strips: list[Closer], planes: Planes, evidence: Evidence, level: Level
-) -> list[Polygon]:
-    """R9: those of the spaces that are rooms."""
-    inner = [c.bridge.sides for c in strips if c.bridge is not None and OUTSIDE not in c.bridge.sides]
-    entered = {side for sides in inner for side in sides}
-    covered = np.array([_share(room, evidence.floor) for room in rooms])
-    area = shapely.area(rooms)
-    known = evidence.floor is not None and bool((covered * area).sum() > KNOWN_FLOOR * area.sum())
-    walls = cache(lambda: shapely.buffer(planes.door, BESIDE_EDGE_M, quad_segs=2))
-    fences = shapely.buffer(planes.rails, BESIDE_EDGE_M, quad_segs=2)
-    kept = []
-    refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
-    shafts = too_narrow(rooms, SHAFT_M)
-    for k, (room, share, shaft) in enumerate(zip(rooms, covered, shafts, strict=True)):
-        if room.intersects(refused):
-            continue
-        floored = not known or share >= FLOORED or (_along(room, walls()) > CLOSED and not shaft)
-        outside = (k not in entered and _along(room, fences) > FENCED) or _share(room, evidence.low) > COVERED
-        if (floored and not outside) or _is_named(room, level):
-            kept.append(room)
-    return kept
-
-
-def _along(room: Polygon, band: BaseGeometry) -> float:
-    """The share of a room's edge that lies in a band along walls or fences."""
-    return 0.0 if band.is_empty else float(shapely.intersection(room.exterior, band).length / room.length)
-
-
-def _on_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
-    """R10: the rooms without the voids in their floors, where the source shows most of these."""
-    if level.below is None or level.floor is None:
-        return rooms
-    covered = sum(overlap(room, level.floor).area for room in rooms)
-    if covered < KNOWN_FLOOR * sum(room.area for room in rooms):
-        return rooms
-    named = united([room.polygon for room in level.rooms if room.polygon is not None])
-    return [part for room in rooms for part in without_voids(room, level.floor, level.below, named)]
-
-
-def _share(room: Polygon, area: BaseGeometry | None) -> float:
-    return 0.0 if area is None else float(overlap(room, area).area / room.area)
-
-
-def _is_named(room: Polygon, level: Level) -> bool:
-    return any(overlap(room, each.polygon).area > 0.5 * room.area for each in level.rooms if each.polygon is not None)
 
 
 def _plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:

@@ -35,7 +35,7 @@ def gather_scan(level: Level, config: EvidenceConfig) -> Evidence:
     doorways = united([Polygon(masks.raster.placed(box)) for box in masks.doorways])
     walls, lintels = subtract(closed, doorways), overlap(closed, doorways)
     judged = judge_leaves([], walls, lintels)
-    known, leaves = known_doorways(level, walls, lintels, judged)
+    known, leaves = known_doorways(level.named_doorways, level.door_meshes, walls, lintels, judged)
     return Evidence(
         walls=walls,
         tall=walls,

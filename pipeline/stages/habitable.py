@@ -1,0 +1,78 @@
+"""Which of the spaces that walls enclose are rooms, and what of them is floor (rules R9 and R10 of the layout).
+
+R9  Where the house has floors, a space without one is no room, unless walls close it nearly all round (a stairwell);
+    nor is one without a door that a railing bounds for the most part (a roof terrace), nor one too low to stand in (a
+    void under a roof). A room that the source names is one. What a person says is no room
+    (``overrides.toml``) is none.
+R10  What of a room lies over a void in the floor is no free space (``geometry.voids``).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.overlay import overlap, united
+from pipeline.geometry.regions import OUTSIDE, too_narrow
+from pipeline.geometry.voids import without_voids
+from pipeline.values import Closer, Evidence, Level, Planes
+
+KNOWN_FLOOR = 0.5
+FLOORED = 0.25
+CLOSED = 0.8
+FENCED = 0.5
+COVERED = 0.7
+SHAFT_M = 0.7
+BESIDE_EDGE_M = 0.02
+
+
+def habitable(
+    rooms: list[Polygon], strips: list[Closer], planes: Planes, evidence: Evidence, level: Level
+) -> list[Polygon]:
+    """R9: those of the spaces that are rooms."""
+    inner = [c.bridge.sides for c in strips if c.bridge is not None and OUTSIDE not in c.bridge.sides]
+    entered = {side for sides in inner for side in sides}
+    covered = np.array([_share(room, evidence.floor) for room in rooms])
+    area = shapely.area(rooms)
+    known = evidence.floor is not None and bool((covered * area).sum() > KNOWN_FLOOR * area.sum())
+    walls = cache(lambda: shapely.buffer(planes.door, BESIDE_EDGE_M, quad_segs=2))
+    fences = shapely.buffer(planes.rails, BESIDE_EDGE_M, quad_segs=2)
+    kept = []
+    refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
+    shafts = too_narrow(rooms, SHAFT_M)
+    for k, (room, share, shaft) in enumerate(zip(rooms, covered, shafts, strict=True)):
+        if room.intersects(refused):
+            continue
+        floored = not known or share >= FLOORED or (_along(room, walls()) > CLOSED and not shaft)
+        outside = (k not in entered and _along(room, fences) > FENCED) or _share(room, evidence.low) > COVERED
+        if (floored and not outside) or _is_named(room, level):
+            kept.append(room)
+    return kept
+
+
+def _along(room: Polygon, band: BaseGeometry) -> float:
+    """The share of a room's edge that lies in a band along walls or fences."""
+    return 0.0 if band.is_empty else float(shapely.intersection(room.exterior, band).length / room.length)
+
+
+def on_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
+    """R10: the rooms without the voids in their floors, where the source shows most of these."""
+    if level.below is None or level.floor is None:
+        return rooms
+    covered = sum(overlap(room, level.floor).area for room in rooms)
+    if covered < KNOWN_FLOOR * sum(room.area for room in rooms):
+        return rooms
+    named = united([room.polygon for room in level.rooms if room.polygon is not None])
+    return [part for room in rooms for part in without_voids(room, level.floor, level.below, named)]
+
+
+def _share(room: Polygon, area: BaseGeometry | None) -> float:
+    return 0.0 if area is None else float(overlap(room, area).area / room.area)
+
+
+def _is_named(room: Polygon, level: Level) -> bool:
+    return any(overlap(room, each.polygon).area > 0.5 * room.area for each in level.rooms if each.polygon is not None)

@@ -1,0 +1,34 @@
+"""What passes between sources and stages: frozen, typed values.
+
+``source`` holds what a source hands over, ``stages`` what the stages hand to each other. Values that geometry works on
+(meshes, closers, doorways, spaces) are its own and are named here too.
+"""
+
+from pipeline.geometry.closers import Closer, CloserKind
+from pipeline.geometry.doorways import Doorway
+from pipeline.geometry.mesh import Mesh
+from pipeline.geometry.spaces import JoinedPair, Passage, Spaces
+from pipeline.values.source import Input, Level, Reader, RejectedLevel, SourceObject, SourceOpening, SourceRoom
+from pipeline.values.stages import Evidence, Layout, NamedRoom, Obstacle, Planes
+
+__all__ = [
+    "Closer",
+    "CloserKind",
+    "Doorway",
+    "Evidence",
+    "Input",
+    "JoinedPair",
+    "Layout",
+    "Level",
+    "Mesh",
+    "NamedRoom",
+    "Obstacle",
+    "Passage",
+    "Planes",
+    "Reader",
+    "RejectedLevel",
+    "SourceObject",
+    "SourceOpening",
+    "SourceRoom",
+    "Spaces",
+]
