@@ -13,7 +13,8 @@ from networkx.utils import UnionFind
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.bridges import REACH_M, Bridge, bridges
+from pipeline.geometry.bridge import Bridge
+from pipeline.geometry.bridges import REACH_M, bridges
 from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE, WALL, enclosed, locate, opened
 

@@ -11,7 +11,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.bridge import Bridge
 from pipeline.geometry.overlay import clipped
 
 Vector = npt.NDArray[np.float64]

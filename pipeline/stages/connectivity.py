@@ -27,7 +27,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import ConnectivityConfig
-from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.bridge import Bridge
 from pipeline.geometry.cut_places import cut_places
 from pipeline.geometry.cuts import CutRules, cuts_on_lines
 from pipeline.geometry.overlay import clipped, overlap, polygons_of, subtract, united

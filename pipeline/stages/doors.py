@@ -20,7 +20,7 @@ from shapely import Polygon
 
 from houseexpo.plan import DoorKind
 from pipeline.config import DoorsConfig
-from pipeline.geometry.bridges import Bridge, distance_in_row
+from pipeline.geometry.bridge import Bridge, distance_in_row
 from pipeline.geometry.closers import LAP_M
 from pipeline.geometry.overlay import polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE

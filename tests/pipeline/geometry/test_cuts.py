@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.bridge import Bridge
 from pipeline.geometry.cuts import CutRules, cuts_on_lines
 from pipeline.geometry.standing import standing_pieces
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.bridge import Bridge
 from pipeline.geometry.fitting import fitted, opening_polygon
 from pipeline.geometry.regions import OUTSIDE
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.bridge import Bridge
 from pipeline.geometry.regions import OUTSIDE
 from pipeline.geometry.standing import floor_of, piece_of, sample, standing_pieces
 from pipeline.values import Passage, Spaces

@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from pipeline.config import CellsConfig, IsolatedConfig
-from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.bridge import Bridge
 from pipeline.geometry.cells import cells
 from pipeline.geometry.overlay import united
 from pipeline.stages.cells import fill_cells

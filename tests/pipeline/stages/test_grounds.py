@@ -9,7 +9,7 @@ import shapely
 from shapely import Polygon, box
 
 from houseexpo.plan import DoorKind, Frame
-from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.bridge import Bridge
 from pipeline.geometry.regions import OUTSIDE
 from pipeline.quality import GROUNDS
 from pipeline.stages.grounds import weigh
