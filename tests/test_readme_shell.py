@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from pipeline.algorithm import plan_level
 from tests.builders.batch import one_room, run_build
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -45,7 +46,7 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     command.parent.mkdir()
     command.write_text(f'#!/bin/sh\nexec {sys.executable} -m houseexpo "$@"\n')
     command.chmod(0o755)
-    run_build([folder / "houses"], folder / "data")
+    run_build([folder / "houses"], folder / "data", plan=plan_level)
     return folder
 
 
