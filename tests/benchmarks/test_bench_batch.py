@@ -5,10 +5,14 @@ Single houses are measured in processor time, which other programs on the machin
 
 from __future__ import annotations
 
+import contextlib
+import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+import psutil
 from rich.console import Console
 from rich.table import Table
 
@@ -58,22 +62,46 @@ def test_one_house_from_file_to_plan(tmp_path: Path) -> None:
     assert len(times) == HOUSES
 
 
+@contextlib.contextmanager
+def watched() -> Iterator[dict[int, float]]:
+    """Note the most megabytes that each process below this one holds meanwhile, by its number."""
+    found: dict[int, float] = {}
+    ended = threading.Event()
+
+    def look() -> None:
+        while not ended.wait(0.1):
+            for process in psutil.Process().children(recursive=True):
+                with contextlib.suppress(psutil.NoSuchProcess):
+                    found[process.pid] = max(found.get(process.pid, 0.0), process.memory_info().rss / 2**20)
+
+    thread = threading.Thread(target=look)
+    thread.start()
+    try:
+        yield found
+    finally:
+        ended.set()
+        thread.join()
+
+
 def test_a_batch_of_made_houses(tmp_path: Path) -> None:
     houses = tmp_path / "houses"
     for index in range(BATCH):
         write_house(houses, index, SEED)
     table = Table(title=f"houseexpo build, {BATCH} houses in SUNCG's layout: files to plans, deduped and packed")
-    for heading in ("workers", "seconds", "times one worker", "ms a house, median", f"minutes for {SUNCG}"):
+    figures_of = ("workers", "seconds", "times one worker", "ms a house, median", f"minutes for {SUNCG}", "MB a worker")
+    for heading in figures_of:
         table.add_column(heading, justify="right")
     alone = 0.0
     for workers in (1, 2):
         start = time.perf_counter()
-        data_set = run_build([houses], tmp_path / str(workers), workers=workers, seed=SEED, plan=plan_level)
+        with watched() as megabytes:
+            data_set = run_build([houses], tmp_path / str(workers), workers=workers, seed=SEED, plan=plan_level)
         seconds = time.perf_counter() - start
         alone = alone or seconds
         median = float(np.median([entry.seconds for entry in data_set.entries]))
         figures = (f"{seconds:.1f}", f"{alone / seconds:.2f}", f"{1000 * median:.1f}")
-        table.add_row(str(workers), *figures, f"{seconds / BATCH * SUNCG / 60:.1f}")
+        most = f"{max(megabytes.values()):.0f}"
+        table.add_row(str(workers), *figures, f"{seconds / BATCH * SUNCG / 60:.1f}", most)
         assert data_set.ids
     Console().print(table)
 
