@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache, wraps
+from functools import wraps
 from threading import RLock
 from typing import Any, TypeVar
 
@@ -18,6 +18,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import whole
 from houseexpo.pseudoslam.envs.batch import Batch
+from houseexpo.pseudoslam.envs.infos import infos_of
 from houseexpo.pseudoslam.envs.reset_arguments import Seeds, mask_of, seeds_of
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv, plan_of
 from houseexpo.pseudoslam.envs.spec import Actions, Kind, Observation, constants_of, make_env_spec, new_constants
@@ -224,11 +225,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         return found
 
     def _infos(self, after: Metrics, success: Bools, which: Bools) -> dict[str, Any]:
-        infos: dict[str, Any] = {**self.task.report(after, success), "plan_id": self._plan_ids.copy()}
-        masks = np.empty((len(infos), self.num_envs), bool)
-        masks[:] = which
-        infos.update(zip(_names(*infos), masks, strict=True))
-        return infos
+        return infos_of({**self.task.report(after, success), "plan_id": self._plan_ids.copy()}, which)
 
     def _finals(self, after: Metrics, success: Bools) -> dict[str, Any]:
         found = self._env_spec.observe(self._batch.arrays, after)
@@ -238,12 +235,6 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             last[i] = one
         masks = {"_final_obs": self._ended.copy(), "_final_info": self._ended.copy()}
         return {"final_obs": last, "final_info": self._infos(after, success, self._ended), **masks}
-
-
-@lru_cache(maxsize=8)
-def _names(*keys: str) -> list[str]:
-    """Return the names of the masks that say of which environments an info speaks."""
-    return [f"_{key}" for key in keys]
 
 
 class ExplorationVectorEnv(ExplorationMixin, PseudoSlamVectorEnv):

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.planning.distance_field import Field, field_at, find_open, march
+from houseexpo.pseudoslam.kernels.planning.distance_field import FIELD_SIZES, Field, field_at, find_open, march
 
 
 def marched(is_open: np.ndarray, row: int, col: int, side: int = 1) -> np.ndarray:
@@ -93,7 +93,7 @@ def test_a_block_is_open_where_the_robot_can_stand_in_some_cell() -> None:
 
 def field(distances: list[list[float]], side: int) -> Field:
     found = np.array(distances, np.float32)
-    return Field(np.array([*found.shape, side], np.int64), found.ravel())
+    return Field(np.array([(*found.shape, side)], FIELD_SIZES), found.ravel())
 
 
 def test_between_blocks_it_is_read_linearly() -> None:
