@@ -10,12 +10,11 @@ R1  A line of sight from a cell of a pocket to a standing cell meets a window of
     the corner is free, or the corner would be closed: that one is a window, or it is of the pocket, and then the cell
     that the line enters is a window. Either way the line meets the square of a window.
 R2  So a cell has to look only towards the windows of its own pocket (``sector.window_scan``), and it sees a standing
-    cell there exactly if it would see one all round.
-R3  A standing cell that was seen looks back through the same window, for sight goes both ways: it sees the neighbours,
-    too.
+    cell there exactly if it would see one all round. Windows side by side are looked through together.
+R3  A standing cell that was seen looks back the same way, for sight goes both ways: it sees the neighbours, too.
 R4  Through a window, the line has one slope on both sides. Only slopes at which something leads from the window to a
     standing cell are of use, and only cells that they lead to from there through the pocket have to look (``_sweep``).
-    More slopes and more cells than there are do no harm: they are looked at in vain.
+    More slopes and more cells than there are do no harm: they look in vain.
 """
 
 from __future__ import annotations
@@ -28,7 +27,8 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.sensing.sector import window_scan
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Offsets, Runs
 
-_ASKED, _FOUND = 1, 2  # bits
+_ASKED, _FOUND, _LOOKS, _LISTED = 1, 2, 4, 8
+"""Bits of a cell: whether it is asked for, is in a pocket, has to look, and is listed as a window."""
 _GRAZE = 1e-6  # by which slopes are taken wider than they are: a line may graze a corner
 
 
@@ -62,25 +62,72 @@ def mark_visible(
     if n_asked == 0:
         return
     flat, standing, seen = occupied.ravel(), traversable.ravel(), visible.ravel()
-    marks, pocket = np.zeros(len(flat), np.uint8), np.empty(len(flat), np.int32)
-    windows, beams = np.empty(len(flat), np.int32), np.empty((2, max(occupied.shape)))
+    marks, cells = np.zeros(len(flat), np.uint8), np.empty(len(flat), np.int32)
+    windows, box, beams = np.empty(len(flat), np.int32), np.empty(4, np.int32), np.empty((2, max(occupied.shape)))
     for k in range(n_asked):
         marks[asked[k]] = _ASKED
     for k in range(n_asked):
         if marks[asked[k]] != _ASKED:
             continue
-        n_windows = _find_pocket(flat, standing, away, sure_px, occupied.shape[1], asked[k], marks, pocket, windows)
+        n_windows = _find_pocket(flat, standing, away, sure_px, occupied.shape[1], asked[k], marks, cells, windows)
         for w in range(n_windows):
-            for quadrant in range(4):
-                low, top = _sweep(
-                    occupied, standing, marks, windows[w], 3 - quadrant, 0.0, math.inf, True,
-                    range_px, seen, beams, runs, hit, slopes
-                )  # fmt: skip
-                if low <= top:
-                    _sweep(
-                        occupied, standing, marks, windows[w], quadrant, low, top, False,
-                        range_px, seen, beams, runs, hit, slopes
-                    )  # fmt: skip
+            if windows[w] >= 0:
+                n_looks = _who_looks(
+                    occupied, standing, seen, marks, windows, w, n_windows, sure_px, range_px, beams, box, cells
+                )
+                for i in range(n_looks):
+                    marks[cells[i]] ^= _LOOKS
+                    if seen[cells[i]] == 0:
+                        _look(occupied, standing, cells[i], box, range_px, seen, runs, hit, slopes)
+
+
+@njit(inline="always")
+def _who_looks(
+    occupied: Grid,
+    standing: Grid,
+    seen: Grid,
+    marks: Grid,
+    windows: Cells,
+    first: int,
+    n_windows: int,
+    sure_px: float,
+    range_px: float,
+    beams: Floats,
+    box: Cells,
+    looks: Cells,
+) -> int:
+    """List the cells that have to look through a window and those near it; return how many.
+
+    ``box`` is set to those windows, which are -1 in ``windows`` then.
+    """
+    cols, n_looks = occupied.shape[1], 0
+    box[:] = len(standing), -1, len(standing), -1
+    for w in range(first, n_windows):
+        window = windows[w]
+        if window < 0 or not _takes_in(box, window // cols, window % cols, sure_px):
+            continue
+        windows[w] = -1
+        marks[window] ^= _LISTED
+        for quadrant in range(4):
+            low, top, near_px, _ = _sweep(
+                occupied, standing, marks, window, 3 - quadrant, 0.0, math.inf, True, range_px, beams, looks, 0
+            )
+            if low <= top:
+                rest_px = range_px - near_px + _GRAZE
+                _, _, _, n_looks = _sweep(
+                    occupied, seen, marks, window, quadrant, low, top, False, rest_px, beams, looks, n_looks
+                )
+    return n_looks
+
+
+@njit(inline="always")
+def _takes_in(box: Cells, row: int, col: int, side_px: float) -> bool:
+    """Make a box wider, so that a cell is in it; not where it would be too big."""
+    top, bottom, left, right = min(box[0], row), max(box[1], row), min(box[2], col), max(box[3], col)
+    if max(bottom - top, right - left) > 2.0 * side_px:
+        return False
+    box[0], box[1], box[2], box[3] = top, bottom, left, right
+    return True
 
 
 @njit(inline="always")
@@ -95,7 +142,7 @@ def _find_pocket(
     pocket: Cells,
     windows: Cells,
 ) -> int:
-    """Mark the pocket that a cell lies in, and list its windows, some of them twice; return how many are listed."""
+    """Mark the pocket that a cell lies in, and list its windows; return how many there are."""
     pocket[0], n_cells, n_windows, at = first, 1, 0, 0
     marks[first] |= _FOUND
     while at < n_cells:
@@ -107,7 +154,8 @@ def _find_pocket(
                 continue
             down, right = np.int64(away[other, 0]), np.int64(away[other, 1])
             if standing[other] != 0 or down * down + right * right <= sure_px * sure_px:
-                if n_windows == 0 or windows[n_windows - 1] != other:
+                if marks[other] & _LISTED == 0:
+                    marks[other] |= _LISTED
                     windows[n_windows] = other
                     n_windows += 1
             else:
@@ -120,7 +168,7 @@ def _find_pocket(
 @njit(cache=True, nogil=True)
 def _sweep(
     occupied: Grid,
-    standing: Grid,
+    known: Grid,
     marks: Grid,
     window: int,
     quadrant: int,
@@ -128,12 +176,10 @@ def _sweep(
     top_there: float,
     inwards: bool,
     range_px: float,
-    seen: Grid,
     beams: Floats,
-    runs: Runs,
-    hit: Cells,
-    slopes: Floats,
-) -> tuple[float, float]:
+    looks: Cells,
+    n_looks: int,
+) -> tuple[float, float, float, int]:
     """Follow lines from a window's square, of slopes ``low_there`` to ``top_there``, through one quadrant.
 
     Rows are visited outwards, as in ``sector``: ``u`` along an axis, ``v`` across it. A line that reaches a cell comes
@@ -142,14 +188,19 @@ def _sweep(
 
     Parameters
     ----------
+    known
+        Not 0 in standing cells, if ``inwards``; otherwise in cells that are seen already.
     inwards
-        Go through free cells up to standing ones. Otherwise through the pocket, and let its cells look (R2, R3).
+        Go through free cells up to standing ones. Otherwise through the pocket, and list its cells that have to look.
     beams
         (2, n) scratch: those slopes in the row before.
+    looks, n_looks
+        Cells, of which so many are listed.
 
     Returns
     -------
-    The lowest and the highest slope that lead to a standing cell, 1 and -1 where none does; only ``inwards``.
+    The lowest and the highest slope that lead to a standing cell, if ``inwards`` (lowest > highest where none does),
+    how far the nearest one is, and how many cells are listed.
     """
     rows, cols = occupied.shape
     flat = occupied.ravel()
@@ -159,7 +210,7 @@ def _sweep(
     u_end, v_end = min(reach, rows - row if down > 0 else row + 1), min(reach, cols - col if right > 0 else col + 1)
     lowest, highest = beams
     lowest[:v_end], highest[:v_end] = 1.0, -1.0
-    found_low, found_top = math.inf, -math.inf
+    found_low, found_top, nearest = math.inf, -math.inf, math.inf  # the last one squared
     first, last = 0, 0
     for u in range(u_end):
         low, top, v, next_first, next_last = 1.0, -1.0, first, v_end, -1
@@ -178,11 +229,19 @@ def _sweep(
                     low = max(low, (v - 1) / (u + 1) - _GRAZE)
                     top = min(top, (v + 1) / (u - 1) + _GRAZE) if u > 1 else top
             if low <= top:
-                if inwards and standing[cell] != 0:
+                squared = (
+                    max(u - 0.5, 0.0) ** 2 + max(v - 0.5, 0.0) ** 2
+                )  # from the window's square to the cell's middle
+                if squared > range_px * range_px:
+                    low, top = 1.0, -1.0
+                elif inwards and known[cell] != 0:
+                    nearest = min(nearest, squared)
                     found_low, found_top = min(found_low, low), max(found_top, top)
                     low, top = 1.0, -1.0
-                elif not inwards and marks[cell] == _ASKED | _FOUND and seen[cell] == 0:
-                    _look(occupied, standing, cell, window, range_px, seen, runs, hit, slopes)
+                elif not inwards and marks[cell] == _ASKED | _FOUND and known[cell] == 0:
+                    marks[cell] |= _LOOKS
+                    looks[n_looks] = cell
+                    n_looks += 1
             lowest[v], highest[v] = low, top
             if low <= top:
                 next_first, next_last = min(next_first, v), v
@@ -190,7 +249,7 @@ def _sweep(
         first, last = next_first, next_last
         if last < 0:
             break
-    return found_low, found_top
+    return found_low, found_top, math.sqrt(nearest), n_looks
 
 
 @njit(inline="always")
@@ -198,19 +257,19 @@ def _look(
     occupied: Grid,
     standing: Grid,
     cell: int,
-    window: int,
+    box: Cells,
     range_px: float,
     seen: Grid,
     runs: Runs,
     hit: Cells,
     slopes: Floats,
 ) -> None:
-    """Set ``seen`` of a cell that sees a standing cell through a window, and of what that one sees through it (R3)."""
-    n_runs = window_scan(occupied, cell, window, range_px, runs, hit, slopes)
+    """Set ``seen`` of a cell that sees a standing cell through a box, and of what that one sees through it (R3)."""
+    n_runs = window_scan(occupied, cell, box, range_px, runs, hit, slopes)
     found = _first_of(standing, runs, n_runs)
     if found >= 0:
         seen[cell] = 1
-        n_runs = window_scan(occupied, found, window, range_px, runs, hit, slopes)
+        n_runs = window_scan(occupied, found, box, range_px, runs, hit, slopes)
         for i in range(n_runs):
             for other in range(runs[i, 0], runs[i, 1] + 1):
                 seen[other] = 1

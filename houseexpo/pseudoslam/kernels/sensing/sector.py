@@ -92,15 +92,17 @@ def sector_scan(
 
 
 @njit(cache=True, nogil=True)
-def window_scan(occupied: Grid, cell: int, window: int, range_px: float, runs: Runs, hit: Cells, slopes: Floats) -> int:
-    """List the free cells that are seen from the middle of a free cell on lines through another, some of them twice.
+def window_scan(occupied: Grid, cell: int, box: Cells, range_px: float, runs: Runs, hit: Cells, slopes: Floats) -> int:
+    """List the free cells that are seen from the middle of a free cell on lines through a box, some of them twice.
 
-    It is ``sector_scan`` all round, but for directions that lead past the window's square.
+    It is ``sector_scan`` all round, but for directions that lead past the box.
 
     Parameters
     ----------
-    cell, window
-        Flat indices of two cells.
+    cell
+        Flat index.
+    box
+        (4,) first and last row, first and last column of a rectangle of cells; the cell may lie in it.
 
     Returns
     -------
@@ -109,12 +111,13 @@ def window_scan(occupied: Grid, cell: int, window: int, range_px: float, runs: R
     rows, cols = occupied.shape
     flat = occupied.ravel()
     row, col = cell // cols, cell % cols
-    down, right = window // cols - row, window % cols - col
+    top, bottom = box[0] - row - _ASIDE, box[1] - row + _ASIDE  # from the middle of the cell
+    left, right = box[2] - col - _ASIDE, box[3] - col + _ASIDE
     n_runs = 0
     for quadrant in range(4):
         up, rightwards = quadrant < 2, quadrant % 2 == 0
-        u, v = -down if up else down, right if rightwards else -right
-        near_u, far_u, near_v, far_v = u - _ASIDE, u + _ASIDE, v - _ASIDE, v + _ASIDE
+        near_u, far_u = (-bottom, -top) if up else (top, bottom)
+        near_v, far_v = (left, right) if rightwards else (-right, -left)
         if far_u <= 0.0 or far_v <= 0.0:
             continue
         slopes[0, 0] = near_v / far_u if near_v > 0.0 else -_GRAZE

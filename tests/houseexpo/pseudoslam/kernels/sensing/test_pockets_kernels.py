@@ -90,30 +90,33 @@ def test_only_what_is_asked_is_looked_for() -> None:
     assert not visible.any()
 
 
-def test_through_a_window_is_seen_what_is_seen_all_round_on_lines_through_it() -> None:
+def test_through_a_box_is_seen_what_is_seen_all_round_on_lines_through_it() -> None:
     rng = np.random.default_rng(0)
     tried = 0
     for _ in range(2 if UNCOMPILED else 12):
         occupied = rooms_behind_gaps(rng)
-        cell, window = rng.choice(np.flatnonzero(occupied == 0), 2).tolist()
+        cell = int(rng.choice(np.flatnonzero(occupied == 0)))
+        top, left = rng.integers((1, 1), (ROWS - 4, COLS - 4)).tolist()
+        box = np.array([top, top + rng.integers(3), left, left + rng.integers(3)], np.int32)
         range_px = float(rng.uniform(3.0, 50.0))
         runs, hit, slopes = scan_buffers(range_px)
-        n_runs = window_scan(occupied, cell, window, range_px, runs, hit, slopes)
+        n_runs = window_scan(occupied, cell, box, range_px, runs, hit, slopes)
         found = {one for first, last in runs[:n_runs].tolist() for one in range(first, last + 1)}
         alone = np.zeros_like(occupied)
         alone.flat[cell] = 1
         everything = set(np.flatnonzero(slow_visible(occupied, alone, range_px)).tolist())
-        on_lines = {other for other in everything if meets(cell, other, window)}
+        on_lines = {other for other in everything if meets(cell, other, box)}
         assert on_lines <= found <= everything
         tried += len(on_lines) > 1 and len(found) < len(everything)
     assert tried > 0
 
 
-def meets(cell: int, other: int, window: int) -> bool:
-    """Whether the line from one cell's middle to another's meets the square of a third."""
-    (y1, x1), (y2, x2), (top, left) = (divmod(one, COLS) for one in (cell, other, window))
+def meets(cell: int, other: int, box: np.ndarray) -> bool:
+    """Whether the line from one cell's middle to another's meets a box."""
+    (y1, x1), (y2, x2) = divmod(cell, COLS), divmod(other, COLS)
     line = shapely.LineString([(x1 + 0.5, y1 + 0.5), (x2 + 0.5, y2 + 0.5)])
-    return bool(line.intersects(shapely.box(left, top, left + 1, top + 1)))
+    top, bottom, left, right = box.tolist()
+    return bool(line.intersects(shapely.box(left, top, right + 1, bottom + 1)))
 
 
 def test_a_gap_of_one_cell_shows_a_beam() -> None:
