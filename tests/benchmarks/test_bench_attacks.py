@@ -1,6 +1,7 @@
-"""What a build does under attack: damaged inputs, kills of the whole group and of single workers, a disk that fills up.
+"""What a build does under attack: damaged inputs, kills of the whole group and of single workers.
 
-Every row counts builds and how many of them did not come to what a calm build comes to: that number should be 0.
+Every line counts builds and how many of them did not come to what a calm build comes to: that number should be 0. Disks
+that fill up have a test of their own, ``tests/pipeline/batch/test_full_disk.py``.
 """
 
 from __future__ import annotations

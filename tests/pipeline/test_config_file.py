@@ -44,6 +44,7 @@ def test_relative_sources_count_from_the_manifest(tmp_path: Path) -> None:
         ("[connectivity]\nsamples = 0", "connectivity.samples = 0: expected at least 1"),
         ("[build]\nseed = true", "build.seed = True: expected `int`, got `bool`"),
         ("[build]\nmin_quality = 80.0", "build.min_quality = 80.0: expected 0 to 1"),
+        ("[limits]\nmemory_gb = 0", "limits.memory_gb = 0.0: expected a number above 0"),
         ('[build]\nup = "w"', "build.up = 'w'"),
         ("[build", "expected TOML, found"),
     ],
