@@ -15,6 +15,7 @@ version = release = houseexpo.__version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["_build", "examples"]
+highlight_language = "none"  # blocks without a language hold commands
 source_suffix = {".md": "markdown"}
 
 myst_heading_anchors = 3
@@ -30,6 +31,8 @@ napoleon_use_rtype = False
 napoleon_preprocess_types = False
 
 html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["wide.css"]
 html_title = f"HouseExpo {version}"
 html_show_sphinx = False
 html_copy_source = False

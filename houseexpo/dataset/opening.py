@@ -164,14 +164,14 @@ class Dataset(Sequence[FloorPlan]):
             raise ConfigError("select: min_connected needs a robot_radius")
         if min_quality is not None and not 0 <= min_quality <= 1:
             raise ConfigError(f"select: min_quality: expected 0 to 1, found {min_quality!r}")
-        from houseexpo.dataset.store.columns import column, shares, within
+        from houseexpo.dataset.store.columns import column, known_label, shares, within
 
         rows = self._rows
         least_quality = None if min_quality is None else (min_quality, None)
         for name, limits in {"room_num": rooms, "area": area, "quality": least_quality}.items():
             if limits is not None:
                 rows = rows[within(self._catalogue.numbers(name)[rows], limits, name)]
-        if wanted := {_canonical(label) for label in labels}:
+        if wanted := {known_label(label) for label in labels}:
             found = self._catalogue.table.column("labels").take(rows).to_pylist()
             rows = rows[np.array([wanted.issubset(has) for has in found], dtype=bool)]
         if doors is not None:
@@ -235,16 +235,6 @@ class Dataset(Sequence[FloorPlan]):
         if plan.id != expected:
             raise PlanError(f"expected {expected!r}, as the index of {self.path} says; it was changed", "id", plan.id)
         return plan
-
-
-def _canonical(label: str) -> str:
-    from houseexpo.dataset.store.catalogue import nearest
-    from houseexpo.plan.categories import LABELS, canonical
-
-    found = canonical(label)
-    if found is None:
-        raise ConfigError(f"select: labels: {nearest(label, LABELS)}")
-    return found
 
 
 def _reopened(path: Path, ids: list[str]) -> Dataset:

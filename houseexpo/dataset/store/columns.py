@@ -39,6 +39,16 @@ def shares(catalogue: Catalogue, rows: Rows, radius: float) -> npt.NDArray[np.fl
     return np.array(values, dtype=np.float64)
 
 
+def known_label(word: str) -> str:
+    """Return the label that a word stands for, spelt in any way; ConfigError where it is none."""
+    from houseexpo.plan.categories import LABELS, canonical
+
+    found = canonical(word)
+    if found is None:
+        raise ConfigError(f"select: labels: {nearest(word, LABELS)}")
+    return found
+
+
 def within(values: npt.NDArray[np.float64], limits: Any, name: str) -> npt.NDArray[np.bool_]:
     """Whether each value is the number given, or lies between the two given; None leaves an end open."""
     low, high = (limits, limits) if isinstance(limits, int | float) else limits
