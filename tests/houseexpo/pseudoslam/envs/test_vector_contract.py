@@ -322,7 +322,7 @@ def test_an_interrupted_reset_can_be_made_again(monkeypatch: pytest.MonkeyPatch)
     env.step(np.zeros(2, np.int64))
 
 
-def interrupted(*_: Any) -> None:
+def interrupted(*_: Any, **__: Any) -> None:
     raise KeyboardInterrupt
 
 
