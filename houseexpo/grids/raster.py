@@ -139,10 +139,11 @@ def _fill(mask: npt.NDArray[np.generic], rings: list[Ring], frame: GridFrame, va
         int(row.max()) - top,
         right - left,
     )  # what toggles in the last row, or below the grid, paints nothing
-    toggles = np.bincount((row - top) * width + col - left, minlength=(height + 1) * width)
-    parity = toggles.reshape(height + 1, width)[:height].astype(np.uint8) & 1
-    inside = np.bitwise_xor.accumulate(parity, axis=0).view(bool)
-    mask[top : top + height, left:right][inside] = value
+    parity = np.zeros((height + 1) * width, np.uint8)
+    np.bitwise_xor.at(parity, (row - top) * width + col - left, 1)  # few cells toggle: most of the grid is not touched
+    rows = parity.reshape(height + 1, width)[:height]
+    np.bitwise_xor.accumulate(rows, axis=0, out=rows)
+    np.copyto(mask[top : top + height, left:right], np.asarray(value, mask.dtype), where=rows.view(bool))
 
 
 def _crossings(rings: list[Ring], frame: GridFrame) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:

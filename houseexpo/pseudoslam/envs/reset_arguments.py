@@ -1,4 +1,4 @@
-"""What ``reset`` of a vector environment takes: seeds, and a mask of those to reset."""
+"""What ``reset`` of a vector environment takes: seeds, plans, and a mask of those to reset."""
 
 from __future__ import annotations
 
@@ -34,3 +34,15 @@ def mask_of(mask: object, number: int) -> npt.NDArray[np.bool_]:
             f"options['reset_mask']: expected a boolean array of shape ({number},), not all False, found {mask!r}"
         )
     return mask
+
+
+def plans_of(plan_id: object, number: int) -> list[str | None]:
+    """Return a plan's id for each of so many environments, None for a random one; ConfigError for anything else."""
+    if plan_id is None or isinstance(plan_id, str):
+        return [plan_id] * number
+    ids = list(plan_id) if isinstance(plan_id, Iterable) else []
+    if len(ids) != number or not all(one is None or isinstance(one, str) for one in ids):
+        raise ConfigError(
+            f"options['plan_id']: expected an id, or a list of {number} ids or None (a random plan), found {plan_id!r}"
+        )
+    return ids

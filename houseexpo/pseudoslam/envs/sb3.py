@@ -37,7 +37,8 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
     Parameters
     ----------
     env
-        Made with ``autoreset_mode="SameStep"``, as Stable-Baselines3 resets; ConfigError otherwise.
+        Made with ``autoreset_mode="SameStep"``, as Stable-Baselines3 resets, and without gymnasium's wrappers, which
+        would be passed over; ConfigError otherwise.
     """
 
     def __init__(self, env: PseudoSlamVectorEnv) -> None:
@@ -47,15 +48,22 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
                 'env: expected a PseudoSLAM vector environment with autoreset_mode="SameStep", '
                 f"found {env!r} with {env.metadata.get('autoreset_mode')}"
             )
+        if env is not inner:
+            raise ConfigError(
+                f"env: expected a PseudoSLAM vector environment without wrappers, found {env!r}; Stable-Baselines3 has "
+                "its own (VecMonitor, VecNormalize, VecFrameStack): put them round the SB3VecEnv"
+            )
         self.env = inner
         self._actions: npt.NDArray[Any]
         super().__init__(inner.num_envs, inner.single_observation_space, inner.single_action_space)
 
     def reset(self) -> Any:
         """Start episodes everywhere, with the seeds of ``seed()`` and the options of ``set_options()``, if any."""
-        options = dict(self._options[0]) or None
-        if any(given != self._options[0] for given in self._options):
-            raise ConfigError("options: expected the same for all environments")
+        plans = [given.get("plan_id") for given in self._options]
+        strange = {key for given in self._options for key in given} - {"plan_id"}
+        if strange:
+            raise ConfigError(f"options: unknown key {min(strange)!r}; known: 'plan_id'")
+        options = {"plan_id": plans} if any(plan is not None for plan in plans) else None
         observation, infos = self.env.reset(seed=list(self._seeds), options=options)
         self.reset_infos = _split_infos(infos, self.num_envs)
         self._reset_seeds()

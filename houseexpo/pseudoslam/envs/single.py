@@ -179,7 +179,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         return {**info, "plan_id": self.simulator.world.plan_id}
 
 
-def plan_of(options: dict[str, Any] | None) -> str | None:
+def plan_of(options: dict[str, Any] | None) -> Any:
     """Return the plan that options name; ConfigError for other options."""
     unknown = set(options or {}) - {"plan_id"}
     if unknown:

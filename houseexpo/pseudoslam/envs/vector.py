@@ -19,7 +19,8 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import whole
 from houseexpo.pseudoslam.envs.batch import Batch
 from houseexpo.pseudoslam.envs.infos import infos_of
-from houseexpo.pseudoslam.envs.reset_arguments import Seeds, mask_of, seeds_of
+from houseexpo.pseudoslam.envs.reset_arguments import Seeds, mask_of, plans_of, seeds_of
+from houseexpo.pseudoslam.envs.shared_attributes import SharedAttributes
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv, plan_of
 from houseexpo.pseudoslam.envs.spec import Actions, Kind, Observation, constants_of, make_env_spec, new_constants
 from houseexpo.pseudoslam.envs.task_mixins import ExplorationMixin, NavigationMixin, ObstacleAvoidanceMixin
@@ -48,11 +49,12 @@ def _one_at_a_time(method: Method) -> Method:
     return called  # type: ignore[return-value]  # it takes and returns what the method does
 
 
-class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
+class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
     """N environments as ``env.PseudoSlamEnv``, each in a house of its own, stepped together on all cores.
 
     They agree with N single environments bit by bit: ``reset(seed=s)`` is theirs with the seeds s to s + N - 1, and a
-    list gives each its own. ``options`` may hold ``plan_id``, and ``reset_mask`` (N,) of those to reset.
+    list gives each its own. ``options`` may hold ``plan_id``, one for all or a list of N (None: at random), and
+    ``reset_mask`` (N,) of those to reset.
 
     What happens at an episode's end is ``autoreset_mode``'s to say:
 
@@ -130,12 +132,12 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         seeds = seeds_of(seed, self.num_envs)
         rest = dict(options or {})
         which = mask_of(rest.pop("reset_mask", None), self.num_envs)
-        plan_id = plan_of(rest)
+        plan_ids = plans_of(plan_of(rest), self.num_envs)
         self._are_begun, self._begun = False, self._begun & ~which  # where a start fails, none of them is half begun
         for i in np.flatnonzero(which).tolist():
             if seeds[i] is not None or i not in self._rngs:
                 self._rngs[i] = seeding.np_random(seeds[i])[0]
-            self._start_episode(i, plan_id)
+            self._start_episode(i, plan_ids[i])
         self._look_round(which, REDRAW)
         self._begun |= which
         infos = self._infos(self._after, self.task.success(self._after), which)

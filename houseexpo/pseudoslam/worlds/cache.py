@@ -6,6 +6,7 @@ import os
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 from threading import Lock
 from typing import Generic, TypeAlias, TypeVar, Union
 
@@ -129,10 +130,15 @@ class WorldCache:
 
     def number_of(self, plan_id: str) -> int:
         """Return the number of a plan; ConfigError where there is none of that id."""
+        if not isinstance(plan_id, str) or plan_id not in self._numbers:
+            raise ConfigError(f"plan_id: none of the {len(self._numbers)} plans has the id {plan_id!r}")
+        return self._numbers[plan_id]
+
+    @cached_property
+    def _numbers(self) -> dict[str, int]:
+        """The plans' numbers by their ids; the first of those with one id."""
         ids: Sequence[str] = getattr(self._plans, "ids", None) or [plan.id for plan in self._plans]
-        if plan_id not in ids:
-            raise ConfigError(f"plan_id: none of the {len(ids)} plans has the id {plan_id!r}")
-        return ids.index(plan_id)
+        return {plan_id: number for number, plan_id in reversed(list(enumerate(ids)))}
 
 
 class _Recent(Generic[Thing]):

@@ -111,9 +111,18 @@ def test_seeds_and_options_are_used_once(adapter: Any) -> None:
     assert starts[0][1] == starts[1][1]
     ours.reset()  # without: other starts, any plan
     assert [info["pose"].tolist() for info in ours.reset_infos] != starts[0][1]
-    ours.set_options([{"plan_id": "large"}, {}, {}])
-    with pytest.raises(ConfigError, match="options: expected the same for all environments"):
+    ours.set_options([{"plan_id": "large"}, {"plan_id": "small"}, {"plan_id": "large"}])
+    ours.reset()
+    assert [info["plan_id"] for info in ours.reset_infos] == ["large", "small", "large"]
+    ours.set_options([{"plan": "large"}, {}, {}])
+    with pytest.raises(ConfigError, match="options: unknown key 'plan'; known: 'plan_id'"):
         ours.reset()
+
+
+def test_wrappers_that_it_would_pass_over_are_refused(adapter: Any) -> None:
+    wrapped = gymnasium.wrappers.vector.RecordEpisodeStatistics(explorers())
+    with pytest.raises(ConfigError, match="without wrappers, found <RecordEpisodeStatistics"):
+        adapter(wrapped)
 
 
 def test_attributes_and_methods_are_those_of_all(adapter: Any) -> None:

@@ -259,6 +259,9 @@ def test_wrong_arguments_are_refused(given: dict[str, Any], text: str) -> None:
         ({"seed": "12"}, "found '12'"),
         ({"options": {"plan": 3}}, "options: unknown key 'plan'; known: 'plan_id'"),
         ({"options": {"plan_id": "tiny"}}, "plan_id: none of the 3 plans has the id 'tiny'"),
+        ({"options": {"plan_id": ["small", "tiny"]}}, "plan_id: none of the 3 plans has the id 'tiny'"),
+        ({"options": {"plan_id": ["small"]}}, r"a list of 2 ids or None \(a random plan\), found \['small'\]"),
+        ({"options": {"plan_id": 3}}, "found 3"),
         (
             {"options": {"reset_mask": [True, False]}},
             r"options\['reset_mask'\]: expected a boolean array of shape \(2,\)",
