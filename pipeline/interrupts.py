@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 EXIT_CODE = 130
-_PATIENCE_S = 4.0
+_TIMEOUT_S = 4.0
 
 
 @contextmanager
@@ -27,7 +27,7 @@ def interruptible(last_words: str) -> Iterator[Callable[[], None]]:
         sys.stderr.flush()
         os._exit(EXIT_CODE)
 
-    deadline = threading.Timer(_PATIENCE_S, end)
+    deadline = threading.Timer(_TIMEOUT_S, end)
     deadline.daemon = True
 
     def interrupt(*_: object) -> None:

@@ -35,7 +35,7 @@ from pipeline.report import RULES, longest, refused_of, stage_seconds
 SHOWN: Final = 50
 """How many of the other plans are drawn, at random: enough to look at, quick to make."""
 
-MOST: Final = 200
+MAX_SHOWN: Final = 200
 """How many doubtful plans, and how many duplicates, are drawn; the data set has all of them."""
 
 _ROWS: Final = 2000
@@ -48,12 +48,12 @@ def write_report(data_set: DataSet, progress: Progress) -> None:
     folder.mkdir(exist_ok=True)
     for old in folder.glob("*.png"):
         old.unlink()
-    doubtful = doubtful_ids(data_set)[:MOST]
+    doubtful = doubtful_ids(data_set)[:MAX_SHOWN]
     others = _some([name for name in data_set.ids if name not in set(doubtful)], SHOWN)
     copies = _duplicates(data_set)
-    wanted = dict.fromkeys([*doubtful, *others, *(copy.kept_id for copy in copies[:MOST])])
+    wanted = dict.fromkeys([*doubtful, *others, *(copy.kept_id for copy in copies[:MAX_SHOWN])])
     plans = {name: load_plan(data_set.root / "json" / f"{name}.json") for name in wanted}
-    plans |= _kept_apart(data_set, [copy.id for copy in copies[:MOST]])
+    plans |= _kept_apart(data_set, [copy.id for copy in copies[:MAX_SHOWN]])
     images = {}
     for name, plan in plans.items():
         images[name] = draw_plan(plan, size=_TILE_PX)
@@ -68,8 +68,8 @@ def write_report(data_set: DataSet, progress: Progress) -> None:
         table((), list(_counts(data_set))),
         section(f"Doubtful plans: {count}", [_plan_figure(plans[name]) for name in doubtful]),
         *_refused(data_set),
-        section(f"Duplicates: {len(copies)}", [_duplicate_figure(copy) for copy in copies[:MOST]]),
-        table(("id", "repeats", "difference"), [(c.id, c.kept_id, f"{c.difference:.4f}") for c in copies[MOST:]]),
+        section(f"Duplicates: {len(copies)}", [_duplicate_figure(copy) for copy in copies[:MAX_SHOWN]]),
+        table(("id", "repeats", "difference"), [(c.id, c.kept_id, f"{c.difference:.4f}") for c in copies[MAX_SHOWN:]]),
         section(f"Plans{some}", [_plan_figure(plans[name]) for name in others]) if others else "",
         *_time(data_set),
     )

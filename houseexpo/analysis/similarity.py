@@ -37,7 +37,7 @@ SYMMETRIES: Final[Mapping[str, tuple[bool, bool, bool]]] = {
 SHIFT_PX: Final = 2
 """How far from meeting two crops may lie."""
 
-_HAIR: Final = 1e-4
+_EPS: Final = 1e-4
 _BINS: Final = 64
 _BIN_PX: Final = 8
 
@@ -74,7 +74,7 @@ def comparison_frame(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) -
     """Return the grid of ``comparison_mask``."""
     corners = np.concatenate(rings_of(space))
     low, high = corners.min(axis=0), corners.max(axis=0)
-    scale = pixels_per_metre * (1 + _HAIR)
+    scale = pixels_per_metre * (1 + _EPS)
     cols, rows = (2 * math.ceil(size * scale / 2) for size in (high - low).tolist())
     x, y = ((low + high) / 2 - np.array([cols, rows]) / (2 * scale)).tolist()
     return GridFrame((x, y), scale, (max(rows, 2), max(cols, 2)))

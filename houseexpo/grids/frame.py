@@ -18,7 +18,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 
-MOST_CELLS = 1 << 29
+MAX_CELLS = 1 << 29
 """Cells of one grid: half a gigabyte of bytes, 900 x 900 m at 25 px/m."""
 
 
@@ -54,10 +54,10 @@ class GridFrame:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.pixels_per_metre) and self.pixels_per_metre > 0):
             raise ConfigError(f"pixels_per_metre: expected a positive number, found {self.pixels_per_metre!r}")
-        if math.prod(self.shape) > MOST_CELLS:
+        if math.prod(self.shape) > MAX_CELLS:
             rows, cols = self.shape
             raise ConfigError(
-                f"grid: expected at most {MOST_CELLS:,} cells, found {rows:,} x {cols:,}; choose fewer pixels per metre"
+                f"grid: expected at most {MAX_CELLS:,} cells, found {rows:,} x {cols:,}; choose fewer pixels per metre"
             )
 
     @classmethod

@@ -20,10 +20,10 @@ _LONGEST_ID = 200  # with its extension it still fits a file name
 FARTHEST_M = 20_000.0
 """Metres from the origin: beyond are no houses, but numbers in another unit, in map coordinates, or damaged."""
 
-MOST_VERTICES = 100_000
+MAX_VERTICES = 100_000
 """Vertices of one ring; the largest published one has 12,000."""
 
-_MOST = 2**31 - 1  # counts fit the index's 32 bits
+_MAX = 2**31 - 1  # counts fit the index's 32 bits
 
 
 def plan_id(value: object) -> str:
@@ -53,8 +53,8 @@ def ring(value: object, key: str) -> npt.NDArray[np.float64]:
             f"expected finite metres, {FARTHEST_M:g} from the origin at most, found {array[row].tolist()}",
             f"{key}[{row}]",
         )
-    if len(array) > MOST_VERTICES:
-        raise PlanError(f"expected at most {MOST_VERTICES} vertices, found {len(array)}; simplify the ring", key)
+    if len(array) > MAX_VERTICES:
+        raise PlanError(f"expected at most {MAX_VERTICES} vertices, found {len(array)}; simplify the ring", key)
     if array[0, 0] == array[-1, 0] and array[0, 1] == array[-1, 1]:
         raise PlanError("expected an unclosed ring, found the first vertex repeated at the end; leave it out", key)
     array.flags.writeable = False
@@ -68,8 +68,8 @@ def rings(value: Iterable[object], key: str) -> tuple[npt.NDArray[np.float64], .
 
 def count(value: object, key: str) -> int:
     """Return an integer >= 0 that fits 32 bits."""
-    if isinstance(value, bool) or not isinstance(value, Integral) or not 0 <= int(value) <= _MOST:
-        raise PlanError(f"expected an integer from 0 to {_MOST}, found {_short(value)}", key)
+    if isinstance(value, bool) or not isinstance(value, Integral) or not 0 <= int(value) <= _MAX:
+        raise PlanError(f"expected an integer from 0 to {_MAX}, found {_short(value)}", key)
     return int(value)
 
 

@@ -22,7 +22,7 @@ IN_LINE_M = 0.8
 LAP_M = 0.002
 """A piece laps so far over what it joins, so that no crack of rounding stays open between them."""
 ROUNDING_M2 = 1e-9
-HAIR_M = 1e-5
+EPS_M = 1e-5
 TOUCH_M = 1e-3
 CONTACT_M = 1e-5
 
@@ -75,7 +75,7 @@ def _less(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
     for strip in strips:
         left = subtract(left, strip)
     # a hair wider: along an oblique cut, rounding would leave a crack between strip and rest
-    return [polygons_of(mitred(p, HAIR_M))[0] for p in polygons_of(left) if p.area > ROUNDING_M2]
+    return [polygons_of(mitred(p, EPS_M))[0] for p in polygons_of(left) if p.area > ROUNDING_M2]
 
 
 def _divided(piece: Closer, in_line: BaseGeometry) -> list[Closer]:
@@ -97,7 +97,7 @@ def needed(door: BaseGeometry, kept: list[Closer], pieces: list[Closer]) -> list
     plane, rooms = enclosed(_plane(door, [*kept, *pieces]))
     spaces = [*rooms, _outside(plane)]
     standing = _plane(door, kept)
-    shapes = [opened(subtract(piece.polygon, standing), 4 * HAIR_M) for piece in pieces]
+    shapes = [opened(subtract(piece.polygon, standing), 4 * EPS_M) for piece in pieces]
     grown = shapely.buffer(shapes, TOUCH_M, join_style="mitre")
     meets = networkx.Graph()
     for (k, other), area in _shared_areas(grown, spaces).items():

@@ -33,7 +33,7 @@ ASKEW = np.tan(np.deg2rad(15.0))
 ALIKE_M = 0.03
 FARTHER_M = 0.15
 SAME_SLOPE = 0.04
-HAIR_M = 0.002
+EPS_M = 0.002
 
 Floats = npt.NDArray[np.float64]
 
@@ -129,7 +129,7 @@ def _turned(box: Box, ends: list[float], faces: list[tuple[float, float]], walls
     longer = float(np.hypot(1.0, slope))
     centre = box.centre + middle * box.along + aside * box.across
     along = (box.along + slope * box.across) / longer
-    depth = float(np.ptp(faces, axis=1).mean()) / longer + 2 * HAIR_M  # or a hair of the wall would be left
+    depth = float(np.ptp(faces, axis=1).mean()) / longer + 2 * EPS_M  # or a hair of the wall would be left
     return Box(centre, along, sum(ends) * longer, depth, box.low, box.high)
 
 

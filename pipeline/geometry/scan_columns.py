@@ -25,12 +25,12 @@ FLAT = 0.8
 """A face whose unit normal has |z| above this is floor, ceiling or the top of something."""
 DENSE_M = 0.35
 """The faces of a scan have shorter edges; the walls of a drawn house have few and large faces."""
-MOST = 0.7
+UPRIGHT_SHARE = 0.7
 FEW = 3000
 MARGIN_M = 1.0
 SLOT_M, SAMPLE = 0.03, 30_000
 CLOSE_DEG = np.arange(-4.0, 4.1, 0.25)
-MOST_CELLS = 4_000_000
+MAX_CELLS = 4_000_000
 SPREAD = 1
 """So many cells on each side of a cut are marked too."""
 
@@ -101,7 +101,7 @@ def is_scan(mesh: Mesh) -> bool:
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
     upright = np.abs(normal[:, 2]) < 0.5 * area
-    return bool(area[upright & (edges < DENSE_M)].sum() > MOST * area[upright].sum() > 0)
+    return bool(area[upright & (edges < DENSE_M)].sum() > UPRIGHT_SHARE * area[upright].sum() > 0)
 
 
 def columns_of(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> Columns:
@@ -151,7 +151,7 @@ def raster_over(plan: Floats, along: Floats, cell_m: float) -> Raster:
     turned = plan @ axes.T
     low = turned.min(axis=0, initial=0.0 if not len(turned) else np.inf) - MARGIN_M
     high = turned.max(axis=0, initial=0.0 if not len(turned) else -np.inf) + MARGIN_M
-    while np.prod((high - low) / cell_m) > MOST_CELLS:
+    while np.prod((high - low) / cell_m) > MAX_CELLS:
         cell_m *= 1.25
     columns, rows = (np.ceil((high - low) / cell_m).astype(int) + 1).tolist()
     return Raster(low, cell_m, (rows, columns), along)

@@ -21,7 +21,7 @@ REACH_M = 0.03
 STEPS = 4
 USUAL = 0.9
 FEW = 0.15
-MOST_PIXELS = 16_000_000
+MAX_PIXELS = 16_000_000
 
 
 def drawn_in(points: Floats) -> Floats:
@@ -38,7 +38,7 @@ def _of_band(points: Floats) -> Floats:
         return points
     low = points[:, :2].min(axis=0) - 4 * REACH_M
     size = points[:, :2].max(axis=0) + 4 * REACH_M - low
-    pixel = max(PIXEL_M, float(np.sqrt(np.prod(size) / MOST_PIXELS)))
+    pixel = max(PIXEL_M, float(np.sqrt(np.prod(size) / MAX_PIXELS)))
     columns, rows = (np.ceil(size / pixel).astype(int) + 1).tolist()
     at = (points[:, :2] - low) / pixel
     cell = np.floor(at).astype(np.int64)

@@ -24,7 +24,7 @@ THINNEST_M = 0.01
 SLIVER_M = 0.04
 CRACK_M = 0.005
 LIKE_A_SHEET = 1.3
-HAIR_M = 1e-4
+EPS_M = 1e-4
 CLOSED = 0.3
 FEW_M2 = 0.05
 
@@ -38,9 +38,9 @@ def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
     slits = united(p for p in _slits(sheets, walls) if _closed(p, walls) > CLOSED)  # R1
     if slits.is_empty:
         return walls
-    around = mitred(slits, sheet_m + HAIR_M)
+    around = mitred(slits, sheet_m + EPS_M)
     outer = overlap(walls, subtract(around, mitred(slits, sheet_m / 2)))
-    more = opened(subtract(walls, mitred(slits, sheet_m + 2 * HAIR_M)), SLIVER_M)
+    more = opened(subtract(walls, mitred(slits, sheet_m + 2 * EPS_M)), SLIVER_M)
     left = subtract(united([walls, slits]), subtract(outer, mitred(more, 2 * sheet_m)))  # R2
     return close_cracks(left, sheet_m / 2 + CRACK_M)  # R3
 
@@ -59,4 +59,4 @@ def _closed(slit: Polygon, walls: BaseGeometry) -> float:
     """The share of a slit's edge that lies along walls."""
     x1, y1, x2, y2 = slit.bounds
     near = clipped(walls, x1 - SLIVER_M, y1 - SLIVER_M, x2 + SLIVER_M, y2 + SLIVER_M)
-    return float(shapely.intersection(slit.exterior, shapely.buffer(near, HAIR_M)).length / slit.exterior.length)
+    return float(shapely.intersection(slit.exterior, shapely.buffer(near, EPS_M)).length / slit.exterior.length)

@@ -21,8 +21,8 @@ Floats = npt.NDArray[np.float64]
 Elements = Mapping[str, Xml.Element]
 
 HEAD_BYTES = 1 << 16
-MOST_NODES = 1_000_000
-MOST_DEEP = 200
+MAX_NODES = 1_000_000
+MAX_DEEP = 200
 
 
 def load(path: Path, max_faces: int) -> Iterator[Piece]:
@@ -73,8 +73,8 @@ def _instances(
     while stack:
         node, names, above = stack.pop()
         seen += 1
-        if len(names) > MOST_DEEP or seen > MOST_NODES:
-            raise ValueError(f"its nodes are nested more than {MOST_DEEP} deep, or more than {MOST_NODES:,}")
+        if len(names) > MAX_DEEP or seen > MAX_NODES:
+            raise ValueError(f"its nodes are nested more than {MAX_DEEP} deep, or more than {MAX_NODES:,}")
         matrix = above @ _matrix(node)
         path = (*names, node.get("name") or node.get("id") or "")
         for placed_here in children(node, "instance_geometry", "instance_controller"):

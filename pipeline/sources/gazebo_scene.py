@@ -22,8 +22,8 @@ from pipeline.sources.uris import Places
 from pipeline.sources.xml_tree import Element, parse_xml
 from pipeline.values import Mesh
 
-MOST_MODELS = 5_000
-MOST_FACES = 5_000_000
+MAX_MODELS = 5_000
+MAX_FACES = 5_000_000
 _ADVICE = "correct it, or leave the model out"
 
 
@@ -87,8 +87,8 @@ class Scene:
 
     def _model(self, model: Element, name: str, place: _Place, pose: Matrix) -> Iterator[Body]:
         self._met += 1
-        if self._met > MOST_MODELS:
-            detail = f"{self._path.name} holds more than {MOST_MODELS:,} models"
+        if self._met > MAX_MODELS:
+            detail = f"{self._path.name} holds more than {MAX_MODELS:,} models"
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave models out")
         fixed = place.fixed or _is_true(model.findtext("static"))  # R3
         here = _Place(place.folder, place.files, placed(model, pose, name), fixed)
@@ -96,8 +96,8 @@ class Scene:
         parts = [self._link(link, here, frames, name) for link in model.findall("link")]
         mesh = united(parts)
         self._faces += len(mesh.faces)
-        if self._faces > MOST_FACES:
-            detail = f"{self._path.name} has more than {MOST_FACES:,} faces"
+        if self._faces > MAX_FACES:
+            detail = f"{self._path.name} has more than {MAX_FACES:,} faces"
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave its furniture out")
         if len(mesh.faces):
             yield Body(name, fixed, mesh)

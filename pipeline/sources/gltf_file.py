@@ -22,7 +22,7 @@ Floats = npt.NDArray[np.float64]
 
 READ_EXTENSIONS = frozenset({"KHR_draco_mesh_compression", "KHR_mesh_quantization", "KHR_texture_transform"})
 COMPRESSED = frozenset({"EXT_meshopt_compression", "KHR_meshopt_compression"})
-MOST_NODES = 1_000_000
+MAX_NODES = 1_000_000
 TRIANGLES, STRIP, FAN = 4, 5, 6
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -105,8 +105,8 @@ def _nodes(tree: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], dict[str, An
     while stack:
         index, names, above, ancestors = stack.pop()
         seen += 1
-        if index in ancestors or seen > MOST_NODES:
-            raise ValueError(f"node {index} is its own ancestor, or there are more than {MOST_NODES:,}")
+        if index in ancestors or seen > MAX_NODES:
+            raise ValueError(f"node {index} is its own ancestor, or there are more than {MAX_NODES:,}")
         node = nodes[index]
         matrix = above @ _matrix(node)
         path = (*names, _name(node))

@@ -36,7 +36,7 @@ CABIN_M = 7.0
 CABIN_FLOOR = 0.4
 THINNEST_M = 0.02
 THICKEST_M = 0.7
-MOST_SAMPLES = 2_000
+MAX_SAMPLES = 2_000
 TWO_FACED = 0.5  # share of the outline with a second face behind it
 OUTWARD = 0.7
 INNER_M = 1.5
@@ -45,7 +45,7 @@ INNER_AREA = 0.08  # metres of inner wall in a square metre; dwellings have 0.2 
 ENCLOSED = 0.5  # of what the outline's hull covers
 ADVICE = "take a model with rooms inside, or cut the part that has them out"
 MANY_BLOCKS = 5
-MOST_CELLS = 40_000_000
+MAX_CELLS = 40_000_000
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def look_at(walls: Mesh, floor_m2: float | None = None) -> Look:
     if not len(sections[0][0]):
         return Look(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
     low, high = ends.min(axis=0), ends.max(axis=0)
-    size = max(CELL_M, float(np.sqrt(np.prod(high - low + 2.0) / MOST_CELLS)))
+    size = max(CELL_M, float(np.sqrt(np.prod(high - low + 2.0) / MAX_CELLS)))
     grid = PlanGrid.over(low, high, size_m=size)
     traces = [grid.trace(segments) for segments, _ in sections]
     standing = traces[0] & grid.grown(traces[1], LEAN_M)
@@ -189,7 +189,7 @@ def _length(grid: PlanGrid, mask: Cells) -> float:
 
 def _two_faced(points: Floats, normals: Floats, outer: Bools, outward: Floats) -> float:
     """Share of the outline's points behind which a second face stands within a wall's thickness."""
-    chosen = np.flatnonzero(outer)[:: max(1, int(outer.sum()) // MOST_SAMPLES)]
+    chosen = np.flatnonzero(outer)[:: max(1, int(outer.sum()) // MAX_SAMPLES)]
     if not len(chosen):
         return 0.0
     near = KDTree(points).query_ball_point(points[chosen], THICKEST_M)

@@ -1,7 +1,7 @@
 """A point cloud as the voxels that it fills, put together while its file is read.
 
 R1  Points that are not finite are passed over; a cloud of nothing else is none.
-R2  A cloud longer than LONGEST_M, or with more than MOST_VOXELS, is no flat.
+R2  A cloud longer than LONGEST_M, or with more than MAX_VOXELS, is no flat.
 R3  Up is z, unless the fullest level layer along y is clearly fuller: floors and ceilings are the largest faces.
 """
 
@@ -18,7 +18,7 @@ from pipeline.rejection import Reason, Rejection
 VOXEL_M = 0.02
 LONGEST_M = 200.0
 FEWEST_VOXELS = 500
-MOST_VOXELS = 30_000_000
+MAX_VOXELS = 30_000_000
 Y_UP = 1.4
 _BITS = 20
 _HALF = 1 << (_BITS - 1)
@@ -59,13 +59,13 @@ def fill(blocks: Iterable[npt.NDArray[np.float64]], metres: float, up: str, name
         waiting.append(np.unique(packed))
         if sum(map(len, waiting)) > max(len(keys), 4_000_000):
             keys, waiting = np.unique(np.concatenate([keys, *waiting])), []
-            if len(keys) > MOST_VOXELS:
+            if len(keys) > MAX_VOXELS:
                 raise _too_large(name, len(keys))
     keys = np.unique(np.concatenate([keys, *waiting]))
     if origin is None:
         reason, what = (Reason.NOT_FINITE, "no point that is finite") if seen else (Reason.EMPTY, "no point")
         raise Rejection("source", reason, f"{name} has {what}", "export the cloud again")
-    if len(keys) > MOST_VOXELS:
+    if len(keys) > MAX_VOXELS:
         raise _too_large(name, len(keys))
     if len(keys) < FEWEST_VOXELS:
         detail = f"{name} fills {len(keys):,} voxels of 2 cm, expected {FEWEST_VOXELS} at least"
@@ -90,5 +90,5 @@ def _fullest(layer: npt.NDArray[np.int32]) -> int:
 
 
 def _too_large(name: str, count: int) -> Rejection:
-    detail = f"{name} fills {count:,} voxels of 2 cm, expected {MOST_VOXELS:,} at most"
+    detail = f"{name} fills {count:,} voxels of 2 cm, expected {MAX_VOXELS:,} at most"
     return Rejection("source", Reason.TOO_LARGE, detail, "cut the flat out of the cloud")

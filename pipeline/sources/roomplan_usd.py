@@ -24,7 +24,7 @@ from pipeline.sources.json_house import check_lengths
 from pipeline.sources.roomplan_scan import Floor, Scan, Thing, box_thing
 
 LARGEST_BYTES = 1 << 28
-MOST_MESHES = 20_000
+MAX_MESHES = 20_000
 _KINDS = ("wall", "door", "opening", "window", "floor")
 _ADVICE = "export the scan again"
 
@@ -93,8 +93,8 @@ def _read(stage: Any, geometry: Any, name: str) -> Scan:
     floors = []
     cache = geometry.XformCache()
     for count, prim in enumerate(prim for prim in stage.Traverse() if prim.IsA(geometry.Mesh)):
-        if count >= MOST_MESHES:
-            raise Rejection("source", Reason.TOO_LARGE, f"{name} has more than {MOST_MESHES:,} meshes", _ADVICE)
+        if count >= MAX_MESHES:
+            raise Rejection("source", Reason.TOO_LARGE, f"{name} has more than {MAX_MESHES:,} meshes", _ADVICE)
         mesh = geometry.Mesh(prim)
         local = np.array(mesh.GetPointsAttr().Get() or [], np.float64).reshape(-1, 3)
         matrix = np.array(cache.GetLocalToWorldTransform(prim), np.float64)

@@ -17,7 +17,7 @@ SQUARE = 0.85  # roofs, stairs and furniture may be the rest
 BINS = 400
 HEAD = 0.03  # of the walls' usual length: what a door or two of a house add over their heads
 LEVEL = 0.002  # of the plan: the undersides of a lintel or two
-MOST_HEADS = 2
+MAX_HEADS = 2
 PLINTH = 0.04  # of the upright area: what the side of the base adds on which a model stands
 AS_STRONG = 0.75
 UPPER, LOWER = (0.5, 0.96), (0.15, 0.5)  # of a storey
@@ -117,7 +117,7 @@ def _heads(heights: Floats, evidence: Floats, part: tuple[float, float], least: 
     """Heights in one part of a storey at which the evidence peaks, the strongest few; both are shares of a storey."""
     left = np.where((heights > part[0]) & (heights < part[1]), evidence, 0.0)
     found: list[float] = []
-    while len(found) < MOST_HEADS and left.max() > least:
+    while len(found) < MAX_HEADS and left.max() > least:
         best = int(left.argmax())
         found.append(float(heights[best]))
         left[max(best - 4, 0) : best + 5] = 0.0

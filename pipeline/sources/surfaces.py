@@ -15,7 +15,7 @@ Bools = npt.NDArray[np.bool_]
 VERTICAL = 0.2  # |n . up| of a wall: within 11.5 degrees, as scans lean
 HORIZONTAL = 0.985  # |n . up| of a floor: within 10 degrees
 ENDED = 0.2  # of a storey's usual wall length; where less goes on, its walls have ended
-MOST_BINS = 100_000
+MAX_BINS = 100_000
 CHUNK = 1 << 18
 
 
@@ -76,7 +76,7 @@ class WallProfile:
         """Integrate each wall's plan length (its area over its height) between the edges, exactly."""
         low, high = surfaces.low[walls, axis], surfaces.high[walls, axis]
         length = surfaces.area[walls] / (high - low)
-        step = max(step, float(high.max() - low.min()) / MOST_BINS)
+        step = max(step, float(high.max() - low.min()) / MAX_BINS)
         edges = np.arange(low.min() - step, high.max() + 2 * step, step)
         below = _ramp_sum(edges, low, length) - _ramp_sum(edges, high, length)
         return cls(edges, np.maximum(np.diff(below) / step, 0.0), float(high.max()))

@@ -24,7 +24,7 @@ from pipeline.sources.drawn import Hole, Wall
 from pipeline.sources.sweethome_home import DoorOrWindow, DrawnWall, Piece
 
 STEP_M = 0.1
-MOST_STEPS = 40
+MAX_STEPS = 40
 ARC_STEP_RAD = math.radians(7.5)
 SHARPEST = 3.0  # a corner is filled up to so many times the walls' thickness
 ALONG = math.cos(math.radians(20))
@@ -111,7 +111,7 @@ def _sloped(strip: Strip) -> Iterable[Wall]:
     rise = wall.end_height_m - wall.height_m
     if abs(rise) < STEP_M:
         return [Wall(strip.shape, 0.0, max(wall.height_m, wall.end_height_m))]
-    count = min(MOST_STEPS, math.ceil(abs(rise) / STEP_M))
+    count = min(MAX_STEPS, math.ceil(abs(rise) / STEP_M))
     line = LineString(strip.line)
     found = []
     for k in range(count):

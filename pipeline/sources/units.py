@@ -42,7 +42,7 @@ DOOR_M = (1.5, 3.2)
 CUSTOM_WEIGHT = 0.9  # a house outweighs it that is 1.5 times as deep as high when stood on the other axis
 BINDING_WEIGHT = 1.6  # here twice as deep as high: exporters forget to turn their models
 DECLARED_WEIGHT = 6.0
-MOST_FACES = 500_000  # of a larger mesh every second, third ... face is looked at
+MAX_FACES = 500_000  # of a larger mesh every second, third ... face is looked at
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def detect(
     Rejection
         BAD_UNITS where no unit, or not the given one, makes a house of the mesh.
     """
-    step = -(-len(mesh.faces) // MOST_FACES)
+    step = -(-len(mesh.faces) // MAX_FACES)
     surfaces = Surfaces.of(Mesh(mesh.vertices, mesh.faces[::step]))
     candidates = [wish.up] if wish.up in UPS else sorted(UPS)
     shapes = {axis: shape for axis in candidates if (shape := measured(surfaces, UPS[axis]))}

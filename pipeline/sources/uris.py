@@ -14,7 +14,7 @@ from functools import cached_property
 from pathlib import Path
 from urllib.parse import unquote
 
-MOST_FOLDERS = 20_000
+MAX_FOLDERS = 20_000
 VARIABLES = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH")
 
 
@@ -54,7 +54,7 @@ class Places:
         found: dict[str, list[Path]] = {}
         for count, (folder, inner, _) in enumerate(os.walk(self._roots[0])):
             inner.sort()
-            if count >= MOST_FOLDERS:
+            if count >= MAX_FOLDERS:
                 break
             found.setdefault(Path(folder).name, []).append(Path(folder))
         return {name: sorted(each, key=lambda p: (len(p.parts), p)) for name, each in found.items()}

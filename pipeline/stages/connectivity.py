@@ -35,7 +35,7 @@ from pipeline.geometry.standing import SPECK_M2, floor_of, piece_of, sample, sta
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Evidence, JoinedPair, Passage, Spaces
 
-MOST_PAIRS = 300
+MAX_PAIRS = 300
 DEEPEST_WALL_M = 1.5
 DEEPEST_M = 2.5
 BESIDE_M = 0.5
@@ -163,7 +163,7 @@ def _pairs_apart(points: npt.NDArray[np.float64], piece: npt.NDArray[np.int64]) 
     i, j = np.triu_indices(len(points), 1)
     apart = piece[i] != piece[j]
     i, j = i[apart], j[apart]
-    order = np.argsort(np.hypot(*(points[i] - points[j]).T), kind="stable")[:MOST_PAIRS]
+    order = np.argsort(np.hypot(*(points[i] - points[j]).T), kind="stable")[:MAX_PAIRS]
     return np.stack([points[i[order]], points[j[order]]], axis=1)
 
 

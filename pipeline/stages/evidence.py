@@ -47,7 +47,7 @@ from pipeline.geometry.walls import close_cracks
 from pipeline.stages.scan_evidence import gather_scan
 from pipeline.values import Evidence, Level
 
-MOST_HEIGHTS = 8
+MAX_HEIGHTS = 8
 SMALLEST_GAP_M = 0.03
 HANDRAIL_M = 0.02  # a handrail may be no higher, and closes what its balusters do not
 WIDEST_RAIL_M = 0.3
@@ -137,8 +137,8 @@ class _Heights:
         z = cutter.heights
         sill, breast, head = (clear_of(h, z) for h in (config.sill_m, config.breast_m, config.head_m - 0.1))
         top = max(level.ceiling_m, config.head_m + SMALLEST_GAP_M)
-        above = between(z, config.head_m, top, smallest_gap=SMALLEST_GAP_M, most=MOST_HEIGHTS)
-        railings = between(z, config.sill_m, config.head_m, smallest_gap=HANDRAIL_M, most=MOST_HEIGHTS // 2)
+        above = between(z, config.head_m, top, smallest_gap=SMALLEST_GAP_M, most=MAX_HEIGHTS)
+        railings = between(z, config.sill_m, config.head_m, smallest_gap=HANDRAIL_M, most=MAX_HEIGHTS // 2)
         return cls(sill, breast, head, above, railings)
 
     @property

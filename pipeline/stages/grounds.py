@@ -3,7 +3,7 @@
 R1  ``cut_share``: inner doors that are cuts, of all inner doors. ``cut_off_share``: rooms that only cuts lead into.
 R2  ``patch_share``: closers that nobody passes, of all: guesses that mend walls with holes. ``given_edge``: 1 where
     the house is open, so that its edge was taken from its floor or from the ends of its walls.
-R3  ``guesses``: things that the reader had to guess (levels, units, scale, axis), of ``MOST_GUESSES``.
+R3  ``guesses``: things that the reader had to guess (levels, units, scale, axis), of ``MAX_GUESSES``.
 R4  ``floorless_room``: the largest share of a room without the source's floor under it, and which no room of the
     source's covers; 0 where the source has no floor, or no more than scraps of one.
 R5  ``roomless_floor_share``: floor between the rooms that is neither room nor wall. ``roomless_wall_share``: walls
@@ -13,7 +13,7 @@ R7  ``twin_door_share``: doors between two rooms that another door joins already
     ``odd_doors``: how far the middle width of the doors is from that of doors.
 R8  ``odd_room_share``: rooms too small, too narrow, too large or too ragged for a room. ``loose_end_share``: rooms in
     the middle of which a wall ends.
-R9  ``left_out``: parts, cells and pockets that were left out or filled, of ``MOST_LEFT_OUT``.
+R9  ``left_out``: parts, cells and pockets that were left out or filled, of ``MAX_LEFT_OUT``.
 R10 ``unlike_spaces``: how far the rooms are from those that the source draws, or from as many as it counts.
 """
 
@@ -32,8 +32,8 @@ from pipeline.geometry.regions import OUTSIDE
 from pipeline.geometry.room_shapes import odd, with_loose_ends
 from pipeline.values import Evidence, Layout, Level, Passage, Spaces
 
-MOST_GUESSES: Final = 2
-MOST_LEFT_OUT: Final = 3
+MAX_GUESSES: Final = 2
+MAX_LEFT_OUT: Final = 3
 LEFT_OUT: Final = ("erased_parts", "filled_cells", "filled_pockets", "left_out")
 FLOORED: Final = 0.5
 THICKEST_M: Final = 0.6
@@ -54,7 +54,7 @@ def weigh(level: Level, evidence: Evidence, layout: Layout, spaces: Spaces) -> d
         "cut_off_share": _cut_off(spaces),
         "patch_share": _share(sum(c.bridge is None for c in layout.closers), len(layout.closers)),
         "given_edge": float("boundary" in spaces.notes),
-        "guesses": _share(len(level.guesses), MOST_GUESSES),
+        "guesses": _share(len(level.guesses), MAX_GUESSES),
         **_floors(_floored(level), rooms, layout.ground, spaces.rooms),
         "roomless_wall_share": _roomless(evidence.walls, [rooms, *layout.rooms]),
         "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
@@ -62,7 +62,7 @@ def weigh(level: Level, evidence: Evidence, layout: Layout, spaces: Spaces) -> d
         "odd_doors": _odd_doors(spaces.passages),
         "odd_room_share": float(odd(list(spaces.rooms)).mean()),
         "loose_end_share": float(with_loose_ends(list(spaces.rooms)).mean()),
-        "left_out": _share(left_out, MOST_LEFT_OUT),
+        "left_out": _share(left_out, MAX_LEFT_OUT),
         "unlike_spaces": _unlike(level, spaces.rooms),
     }
 

@@ -19,7 +19,7 @@ Move = tuple[float, float, float]
 
 _WALL_M = 0.35  # walls up to so thick between rooms belong to the region
 _SURE = 140  # of 255: brighter is free
-_MOST_M, _MOST_RAD = 0.3, math.radians(3.0)
+_MAX_M, _MAX_RAD = 0.3, math.radians(3.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ def compare(run: Run, found: SlamMap) -> Comparison:
             better = False
             for change in np.concatenate([np.diag(step), -np.diag(step)]):
                 tried = tuple(np.add(move, change).tolist())
-                if max(abs(tried[0]), abs(tried[1])) > _MOST_M or abs(tried[2]) > _MOST_RAD:
+                if max(abs(tried[0]), abs(tried[1])) > _MAX_M or abs(tried[2]) > _MAX_RAD:
                     continue
                 if (found_iou := fit(tried)) > best:
                     best, move, better = found_iou, tried, True

@@ -16,7 +16,7 @@ import pytest
 from tests.builders.needs import need
 
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "scancel", "squeue", "scontrol")
-MOST_TASKS = 3
+MAX_TASKS = 3
 """The cluster takes arrays of so many tasks: a build has to split what is more."""
 
 _PATH = f"{os.environ.get('PATH', '')}:/usr/sbin:/sbin"
@@ -106,7 +106,7 @@ def _write(folder: Path) -> None:
     key.touch(mode=0o600)
     key.write_bytes(secrets.token_bytes(1024))
     host = socket.gethostname().partition(".")[0]
-    conf = _CONF.format(host=host, folder=folder, ports=ports, arrays=MOST_TASKS + 1)
+    conf = _CONF.format(host=host, folder=folder, ports=ports, arrays=MAX_TASKS + 1)
     (folder / "slurm.conf").write_text(conf)
 
 

@@ -15,7 +15,7 @@ Broken = tuple[str, str]
 """The key, and what was expected and found."""
 
 CORNER: Final = (0.1, 0.1)
-_HAIR: Final = 1e-6
+_EPS: Final = 1e-6
 
 
 def rings(plan: PlanData) -> Iterator[tuple[str, Ring, bool]]:
@@ -32,7 +32,7 @@ def grid(plan: PlanData) -> Iterator[Broken]:
     parts += [(f"objects[{i}].polygon", thing.polygon) for i, thing in enumerate(plan.objects)]
     for key, ring in [*((key, ring) for key, ring, _ in rings(plan)), *parts]:
         cells = ring * 100
-        off = np.abs(cells - np.round(cells)).max(axis=1) > _HAIR
+        off = np.abs(cells - np.round(cells)).max(axis=1) > _EPS
         if off.any():
             row = int(off.argmax())
             yield f"{key}[{row}]", f"expected whole centimetres, found {ring[row].tolist()}"
@@ -41,7 +41,7 @@ def grid(plan: PlanData) -> Iterator[Broken]:
 def origin(plan: PlanData) -> Iterator[Broken]:
     """``min(verts)`` is (0.1, 0.1)."""
     low = plan.bbox[:2]
-    if max(abs(low[0] - CORNER[0]), abs(low[1] - CORNER[1])) > _HAIR:
+    if max(abs(low[0] - CORNER[0]), abs(low[1] - CORNER[1])) > _EPS:
         yield "verts", f"expected the least x and y to be {CORNER}, found {low}"
 
 
@@ -59,7 +59,7 @@ def direction(plan: PlanData) -> Iterator[Broken]:
 def directions(plan: PlanData) -> Iterator[Broken]:
     """Edges of a published ring are axis-parallel or at 45 degrees."""
     across, up = np.abs(_edges(plan.verts)).T
-    odd = (across > _HAIR) & (up > _HAIR) & (np.abs(across - up) > _HAIR)
+    odd = (across > _EPS) & (up > _EPS) & (np.abs(across - up) > _EPS)
     if odd.any():
         row = int(odd.argmax())
         yield f"verts[{row}]", f"expected edges along an axis or at 45 degrees, found ({across[row]:g}, {up[row]:g})"
@@ -68,7 +68,7 @@ def directions(plan: PlanData) -> Iterator[Broken]:
 def repeated(plan: PlanData) -> Iterator[Broken]:
     """No vertex follows itself."""
     for key, ring, _ in rings(plan):
-        same = (np.abs(_edges(ring)) < _HAIR).all(axis=1)
+        same = (np.abs(_edges(ring)) < _EPS).all(axis=1)
         if same.any():
             yield f"{key}[{int(same.argmax())}]", "expected vertices that differ from the next, found the same twice"
 
@@ -78,7 +78,7 @@ def collinear(plan: PlanData) -> Iterator[Broken]:
     for key, ring, _ in rings(plan):
         after = _edges(ring)
         before = np.roll(after, 1, axis=0)
-        straight = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]) < _HAIR
+        straight = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]) < _EPS
         if straight.any():
             yield f"{key}[{int(straight.argmax())}]", "expected a corner, found a vertex between two others in line"
 

@@ -33,7 +33,7 @@ from houseexpo.pseudoslam.render.terminal import Terminal, half_blocks
 from houseexpo.pseudoslam.tasks import ROOM
 
 CONFIG = SimulatorConfig(pixels_per_metre=20.0, start=StartConfig(random=False, x_m=1.0, y_m=1.0), max_steps=30)
-PATIENCE_S = 60.0  # the first one compiles
+TIMEOUT_S = 60.0  # the first one compiles
 
 
 class Person:
@@ -52,7 +52,7 @@ class Person:
 
     def wait_for(self, words: bytes) -> None:
         """Read on until these words come."""
-        start, end = len(self.seen), time.monotonic() + PATIENCE_S
+        start, end = len(self.seen), time.monotonic() + TIMEOUT_S
         while words not in self.seen[start:]:
             assert time.monotonic() < end, self.seen[-2000:]
             assert self.program.poll() is None, self.seen[-2000:]
@@ -64,7 +64,7 @@ class Person:
 
     def leaves(self) -> int:
         """Return the exit status; the terminal must be as it was."""
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + TIMEOUT_S
         while self.program.poll() is None:
             assert time.monotonic() < end
             if select.select([self.ours], [], [], 0.1)[0]:

@@ -10,7 +10,7 @@ import pytest
 
 from pipeline.batch.slurm import Queue, Request, Scripts, ranges
 from tests.builders.batch import contents
-from tests.builders.slurm import MOST_TASKS, call, cluster, need_slurm, wait_for
+from tests.builders.slurm import MAX_TASKS, call, cluster, need_slurm, wait_for
 
 HOUSES, SHARDS = 12, 5
 
@@ -37,7 +37,7 @@ def test_the_scripts_run_and_what_was_cancelled_is_submitted_again(tmp_path: Pat
         assert f"{SHARDS} of {SHARDS} shards" in houseexpo(*asked)
         tasks = {line.split()[0] for line in queued()}
         assert len(tasks) == SHARDS + 1  # the last one assembles
-        assert len({task.rpartition("_")[0] for task in tasks}) == -(-SHARDS // MOST_TASKS) + 1
+        assert len({task.rpartition("_")[0] for task in tasks}) == -(-SHARDS // MAX_TASKS) + 1
         victim = call("squeue", "-h", "-r", "-t", "PENDING", "-o", "%i %j").splitlines()
         [cancelled] = [line.split()[0] for line in victim if line.split()[0].endswith("_1") and line.endswith("-0")]
         call("scancel", cancelled)
