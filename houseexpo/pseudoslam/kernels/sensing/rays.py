@@ -18,6 +18,10 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
 
+_EVEN = 6755399441055744.0  # 1.5 * 2**52: adding and taking it away rounds, halves to even, as np.rint does
+_BLOCK, _FEW = 32, 12  # samples whose cells are found at once: the processor does four together; near their end, few
+_MIN = 1e-300  # for a ray along the grid: it leaves the other way nowhere
+
 
 @njit(cache=True, nogil=True)
 def ray_scan(
@@ -38,23 +42,30 @@ def ray_scan(
     How many entries there are in ``runs`` and in ``hit``.
     """
     flat, (rows, cols) = occupied.ravel(), occupied.shape
-    cos, sin = math.cos(heading), math.sin(heading)
-    samples = int(np.rint(range_px)) + 1
+    n = len(fan_cos)
+    rights, ups, starts, stops = np.empty(n), np.empty(n), np.empty(n, np.int32), np.empty(n, np.int32)
+    samples = _lay(occupied, x, y, heading, fan_cos, fan_sin, range_px, False, rights, ups, starts, stops)
+    places, offsets = np.empty(_BLOCK), np.arange(_BLOCK).astype(np.float64)
+    cells = places.view(np.uint32)
     n_runs, n_hit = 0, 0
-    for i in range(len(fan_cos)):
-        right, up = fan_cos[i] * cos - fan_sin[i] * sin, fan_sin[i] * cos + fan_cos[i] * sin
-        for k in range(samples):
-            cell = _sample(x, y, right, up, k, rows, cols)
-            if cell < 0:
+    for i in range(n):
+        k, safe, right, up = 0, stops[i], rights[i], ups[i]
+        while k < samples:
+            found = _find(places, offsets, x, y, right, up, k, safe, rows, cols, _BLOCK)
+            if found == 0:
                 break
-            if flat[cell] == 0:
-                runs[n_runs, 0], runs[n_runs, 1] = cell, cell
-                n_runs += 1
-                continue
-            if k > 0:  # inside an obstacle nothing is seen
-                hit[n_hit] = cell
-                n_hit += 1
-            break
+            for t in range(found):
+                cell = np.uint64(cells[np.uint64(2 * t)])
+                if flat[cell] == 0:
+                    runs[n_runs, 0], runs[n_runs, 1] = cell, cell
+                    n_runs += 1
+                    continue
+                if k + t > 0:  # inside an obstacle nothing is seen
+                    hit[n_hit] = cell
+                    n_hit += 1
+                k = samples
+                break
+            k += found
     return n_runs, n_hit
 
 
@@ -73,65 +84,78 @@ def ray_merge(
     How many cells were unknown before, how many of those count, and how many entries there are in ``hit``.
     """
     flat, counts, drawn, (rows, cols) = occupied.ravel(), observable.ravel(), known.ravel(), occupied.shape
-    cos, sin = math.cos(heading), math.sin(heading)
-    samples = int(np.rint(range_px)) + 1
-    room = _free_room(known, x, y, range_px) if settled else np.full((2, 2, 2), -1.0)
+    n = len(fan_cos)
+    rights, ups, starts, stops = np.empty(n), np.empty(n), np.empty(n, np.int32), np.empty(n, np.int32)
+    samples = _lay(known, x, y, heading, fan_cos, fan_sin, range_px, settled, rights, ups, starts, stops)
+    places, offsets = np.empty(_BLOCK), np.arange(_BLOCK).astype(np.float64)
+    cells = places.view(np.uint32)
+    most = _FEW if settled else _BLOCK  # settled, rays begin near the wall
     new, covered, n_hit = 0, 0, 0
-    for i in range(len(fan_cos)):
-        right, up = fan_cos[i] * cos - fan_sin[i] * sin, fan_sin[i] * cos + fan_cos[i] * sin
-        above, left = int(up > 0.0), int(right < 0.0)
-        k = _samples_within(room[above, left, 0], room[above, left, 1], right, up, samples)
+    for i in range(n):
+        k, safe, right, up = starts[i], stops[i], rights[i], ups[i]
         while k < samples:
-            cell = _sample(x, y, right, up, k, rows, cols)
-            k += 1
-            if cell < 0:
+            found = _find(places, offsets, x, y, right, up, k, safe, rows, cols, most)
+            if found == 0:
                 break
-            state = drawn[np.uint64(cell)]
-            if settled and state == FREE:
-                continue
-            if settled and state != UNKNOWN:
-                break
-            if flat[np.uint64(cell)] != 0:
-                if k > 1:  # inside an obstacle nothing is seen
+            for t in range(found):
+                cell = np.uint64(cells[np.uint64(2 * t)])
+                state = drawn[cell]
+                if settled and state != UNKNOWN:
+                    if state == FREE:
+                        continue
+                    k = samples
+                    break
+                if flat[cell] == 0:
+                    if state == UNKNOWN:
+                        new += 1
+                        covered += int(counts[cell])
+                    drawn[cell] = FREE
+                    continue
+                if k + t > 0:
                     hit[n_hit] = cell
                     n_hit += 1
+                k = samples
                 break
-            if state == UNKNOWN:
-                new += 1
-                covered += int(counts[np.uint64(cell)])
-            drawn[np.uint64(cell)] = FREE
+            k += found
     return new, covered, n_hit
 
 
-@njit(inline="always")
-def _sample(x: float, y: float, right: float, up: float, k: int, rows: int, cols: int) -> int:
-    """Return the cell of sample k, flat; -1 off the grid."""
-    col, row = np.rint(x - 0.5 + k * right), np.rint(y - 0.5 - k * up)  # cells' centres at whole numbers
-    return int(row * cols + col) if 0.0 <= col < cols and 0.0 <= row < rows else -1
-
-
-@njit(inline="always")
-def _samples_within(wide: float, high: float, right: float, up: float, samples: int) -> int:
-    """Return how many samples of a ray lie in a rectangle of so many cells across and along."""
-    steps = min(wide / max(abs(right), 1e-9), high / max(abs(up), 1e-9))
-    return int(min(max(steps, 0.0), float(samples)))
-
-
 @njit(cache=True, nogil=True)
-def _free_room(known: Grid, x: float, y: float, range_px: float) -> Floats:
-    """Return (2, 2, 2): below and above, right and left of a place, how far known free cells go across and along."""
+def _lay(
+    known: Grid, x: float, y: float, heading: float, fan_cos: Floats, fan_sin: Floats, range_px: float, settled: bool,
+    rights: Floats, ups: Floats, starts: Cells, stops: Cells,
+) -> int:  # fmt: skip
+    """Write each ray's direction, right and up, and the samples from which and up to which it needs no care.
+
+    All four are (n,). Samples before the first of the two lie in cells known to be free; those before the second, on
+    the grid. Return how many there are within range. All rays at once: the processor does four at a time.
+    """
     rows, cols = known.shape
-    x0, y0 = x - 0.5, y - 0.5
-    col, row = int(np.rint(x0)), int(np.rint(y0))
-    room = np.full((2, 2, 2), -1.0)
-    if 0 <= col < cols and 0 <= row < rows:
-        for above in range(2):
-            for left in range(2):
-                across, along = 1 - 2 * left, 1 - 2 * above
-                free_cols, free_rows = free_corner(known, col, row, across, along, int(range_px))
-                room[above, left, 0] = free_cols + (col - x0) * across
-                room[above, left, 1] = free_rows + (row - y0) * along
-    return room
+    cos, sin = math.cos(heading), math.sin(heading)
+    x0, y0 = x - 0.5, y - 0.5  # cells' centres at whole numbers
+    col, row = int(x0 + _EVEN - _EVEN), int(y0 + _EVEN - _EVEN)
+    inside = 0 <= col < cols and 0 <= row < rows
+    samples = range_px + _EVEN - _EVEN + 1.0 if inside else 0.0
+    room = np.full((4, 2), -1.0)  # for each quadrant, to the last free cell's centre across and along
+    if settled and inside:
+        for q in range(4):
+            across, along = 1 - 2 * (q & 1), 1 - (q & 2)
+            free_cols, free_rows = free_corner(known, col, row, across, along, int(range_px))
+            room[q, 0], room[q, 1] = free_cols + (col - x0) * across, free_rows + (row - y0) * along
+    (wide_se, high_se), (wide_sw, high_sw), (wide_ne, high_ne), (wide_nw, high_nw) = room
+    east, south = cols - 1.0 - x0, rows - 1.0 - y0
+    for k in range(len(fan_cos)):
+        i = np.uint64(k)
+        right, up = fan_cos[i] * cos - fan_sin[i] * sin, fan_sin[i] * cos + fan_cos[i] * sin
+        is_west, is_north = right < 0.0, up > 0.0
+        per_col, per_row = 1.0 / max(abs(right), _MIN), 1.0 / max(abs(up), _MIN)
+        wide = (wide_nw if is_west else wide_ne) if is_north else (wide_sw if is_west else wide_se)
+        high = (high_nw if is_west else high_ne) if is_north else (high_sw if is_west else high_se)
+        stop = min((x0 if is_west else east) * per_col, (y0 if is_north else south) * per_row)
+        rights[i], ups[i] = right, up
+        starts[i] = np.int32(min(max(min(wide * per_col, high * per_row), 0.0), samples))
+        stops[i] = np.int32(min(max(stop, 0.0), samples))
+    return int(samples)
 
 
 @njit(cache=True, nogil=True)
@@ -160,3 +184,26 @@ def free_corner(known: Grid, col: int, row: int, across: int, along: int, far: i
         elif (wide + 1) * (last + 1) <= best:  # nor can be
             break
     return best_wide, best_high
+
+
+@njit(inline="always")
+def _find(
+    places: Floats, offsets: Floats, x: float, y: float, right: float, up: float, k: int, safe: int,
+    rows: int, cols: int, most: int,
+) -> int:  # fmt: skip
+    """Write the flat indices of up to ``most`` samples, k and on, into the lower halves of ``places``; return how many.
+
+    Before ``safe`` they lie on the grid; from there on they are found one by one, none where the grid ends.
+    """
+    x0, y0 = x - 0.5, y - 0.5
+    first, width = float(k), float(cols)
+    if k < safe:
+        found = min(safe - k, most)
+        for t in range(found):
+            at = first + offsets[np.uint64(t)]
+            col, row = x0 + at * right + _EVEN - _EVEN, y0 - at * up + _EVEN - _EVEN
+            places[np.uint64(t)] = row * width + col + _EVEN
+        return found
+    col, row = x0 + first * right + _EVEN - _EVEN, y0 - first * up + _EVEN - _EVEN
+    places[0] = row * width + col + _EVEN
+    return 1 if 0.0 <= col < cols and 0.0 <= row < rows else 0
