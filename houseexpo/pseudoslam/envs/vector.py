@@ -33,8 +33,7 @@ from houseexpo.pseudoslam.worlds.cache import Plans
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
-MAX_ENVS = (1 << 20) - 1
-"""Environments in one vector, at most."""
+MAX_ENVS = (1 << 20) - 1  # in one vector
 Method = TypeVar("Method", bound=Callable[..., Any])
 
 
