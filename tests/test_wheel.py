@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -86,3 +87,9 @@ def test_the_commands_run_outside_the_repository(installed: Path, tmp_path: Path
     call(installed / "houseexpo", "inspect", houses / "villa.ply", "--out", "seen", cwd=tmp_path)
     assert (tmp_path / "seen" / "stages.png").exists()
     call(installed / "python", "-m", "pipeline", houses, "--out", "again", cwd=tmp_path)
+
+
+def test_every_package_is_named_in_pyproject() -> None:
+    said = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
+    found = {path.parent.relative_to(ROOT) for name in PACKAGES for path in (ROOT / name).rglob("__init__.py")}
+    assert sorted(said) == sorted([".".join(path.parts) for path in found] + ["houseexpo.data_manifests"])
