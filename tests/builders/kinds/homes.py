@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 from numpy.random import Generator
-from shapely import box
+from shapely import Polygon, box
 
 from tests.builders.kinds.alterations import draft_home
 from tests.builders.kinds.layout import Draft
@@ -74,6 +74,8 @@ def one_storey(
     """Walls and openings for a layout; None where a room cannot be reached or is none."""
     outer, inner, height = sizes
     cells = [Cell(label, shape, 0, label != "Void") for label, shape in zip(draft.labels, draft.shapes, strict=True)]
+    if any(not isinstance(shape, Polygon) for shape in draft.shapes):  # a line is left beside a room
+        return None
     bare = storey_of(cells, draft.merged, outer, inner, height)
     if any(shapely.get_num_geometries(c.polygon.difference(bare.wall_area)) != 1 or r.area < 0.7
            for c, r in zip(cells, bare.rooms, strict=True)):  # fmt: skip
