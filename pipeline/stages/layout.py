@@ -7,8 +7,9 @@ R3  An open or half-open house gets its boundary from the floor slab where the s
 R4  ... else from the ends of its walls. Either is marked in the plan.
 R5  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that bridges more than
     ``beam_m`` between walls that cross its line, or more than ``header_m`` and hangs down by a hand's breadth at most.
-R6  A gap is dropped where it would part off less than a room, and all strips around a space that has less than
-    ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that is too narrow to stand in.
+R6  A gap is dropped where it would part off less than a room, but for a closet that is wider than it. So are all strips
+    around a space that has less than ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that
+    is too narrow to stand in.
 R7  Walls that spell characters are no layout: strokes that stand apart from each other without a door in any of them,
     and that enclose little of what they span.
 R9, R10  Which of the spaces are rooms, and what of them is floor, says ``stages.habitable``.
@@ -27,6 +28,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import LayoutConfig
 from pipeline.geometry.boundary import closes_most, from_floor, from_rooms, from_wall_ends
+from pipeline.geometry.bridge import Bridge
 from pipeline.geometry.closers import lapped, needed, parted, with_sides
 from pipeline.geometry.doorways import box_of
 from pipeline.geometry.gaps import gaps
@@ -40,6 +42,8 @@ KNOWN = frozenset({"door", "opening"})
 STROKES = 3
 COVERED = 0.7
 IN_ROOM = 0.9
+CLOSET_M2 = 0.9
+JAMBS = 0.8
 SLOT_M = 0.45
 STROKE_M = 1.0
 PASSABLE_M = 0.4
@@ -192,9 +196,18 @@ def _widest_gap_of_a_niche(closers: list[Closer], rooms: list[Polygon], least_m2
     """The widest gap of the first room that is smaller than ``least_m2`` and has nothing but gaps to leave by."""
     for index, room in enumerate(rooms):
         ways = [k for k, c in enumerate(closers) if c.bridge is not None and index in c.bridge.sides]
-        if room.area < least_m2 and ways and all(closers[k].kind == "gap" for k in ways):
-            return {max(ways, key=lambda k: closers[k].polygon.length)}
+        if room.area >= least_m2 or not ways or any(closers[k].kind != "gap" for k in ways):
+            continue
+        bridge = closers[widest := max(ways, key=lambda k: closers[k].polygon.length)].bridge
+        if bridge is not None and not _is_closet(room, bridge):
+            return {widest}
     return set()
+
+
+def _is_closet(room: Polygon, bridge: Bridge) -> bool:
+    """R6: whether one steps through a gap into a small room that is wider than the gap, as a closet is."""
+    breadth = np.ptp(shapely.get_coordinates(room.exterior) @ bridge.along)
+    return bool(room.area >= CLOSET_M2 and bridge.width < JAMBS * breadth)
 
 
 def _railings(

@@ -57,16 +57,22 @@ def test_a_gap_within_one_room_of_the_source_parts_nothing(
     assert len(found.rooms) == rooms
 
 
-def test_a_gap_that_parts_off_a_niche_is_none() -> None:
+@pytest.mark.parametrize(
+    ("depth", "nibs", "rooms"), [(1.4, (0.05, 0.05), 1), (1.4, (0.1, 0.2), 2), (0.7, (0.1, 0.2), 1)]
+)
+def test_a_gap_that_parts_off_a_niche_is_none_but_of_a_closet(
+    depth: float, nibs: tuple[float, float], rooms: int
+) -> None:
+    """A niche 1 m wide: as wide as its gap, wider as closets are, and wider but too small to step in."""
     found = layout(
         [
             *shell((0, 0, 5, 4)),
-            *wall((0, 1.0, 1.5, 1.1)),
-            *wall((1.4, 0.9, 1.5, 1.1), foot=0),
-            *wall((1.4, 0.0, 1.5, 0.2)),
+            *wall((0, 1.0, depth + 0.1, 1.1)),
+            *wall((depth, 1.0 - nibs[0], depth + 0.1, 1.1), foot=0),
+            *wall((depth, 0.0, depth + 0.1, nibs[1])),
         ]
     )
-    assert len(found.rooms) == 1
+    assert len(found.rooms) == rooms
 
 
 @pytest.mark.parametrize(
