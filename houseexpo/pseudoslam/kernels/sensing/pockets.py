@@ -13,8 +13,8 @@ R2  So a cell has to look only towards the windows of its own pocket (``sector.w
     cell there exactly if it would see one all round. Windows side by side are looked through together.
 R3  A standing cell that was seen looks back the same way, for sight goes both ways: it sees the neighbours, too.
 R4  Through a window, the line has one slope on both sides. Only slopes at which something leads from the window to a
-    standing cell are of use, and only cells that they lead to from there through the pocket have to look (``_sweep``).
-    More slopes and more cells than there are do no harm: they look in vain.
+    standing cell are of use, and only cells that they lead to from there through the pocket have to look
+    (``window_sweep``). More slopes and more cells than there are do no harm: they look in vain.
 """
 
 from __future__ import annotations
@@ -25,11 +25,8 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.sensing.sector import window_scan
+from houseexpo.pseudoslam.kernels.sensing.window_sweep import ASKED, FOUND, GRAZE, LISTED, LOOKS, sweep
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Offsets, Runs
-
-_ASKED, _FOUND, _LOOKS, _LISTED = 1, 2, 4, 8
-"""Bits of a cell: whether it is asked for, is in a pocket, has to look, and is listed as a window."""
-_GRAZE = 1e-6  # by which slopes are taken wider than they are: a line may graze a corner
 
 
 @njit(cache=True, nogil=True)
@@ -65,9 +62,9 @@ def mark_visible(
     marks, cells = np.zeros(len(flat), np.uint8), np.empty(len(flat), np.int32)
     windows, box, beams = np.empty(len(flat), np.int32), np.empty(4, np.int32), np.empty((2, max(occupied.shape)))
     for k in range(n_asked):
-        marks[asked[k]] = _ASKED
+        marks[asked[k]] = ASKED
     for k in range(n_asked):
-        if marks[asked[k]] != _ASKED:
+        if marks[asked[k]] != ASKED:
             continue
         n_windows = _find_pocket(flat, standing, away, sure_px, occupied.shape[1], asked[k], marks, cells, windows)
         for w in range(n_windows):
@@ -76,7 +73,7 @@ def mark_visible(
                     occupied, standing, seen, marks, windows, w, n_windows, sure_px, range_px, beams, box, cells
                 )
                 for i in range(n_looks):
-                    marks[cells[i]] ^= _LOOKS
+                    marks[cells[i]] ^= LOOKS
                     if seen[cells[i]] == 0:
                         _look(occupied, standing, cells[i], box, range_px, seen, runs, hit, slopes)
 
@@ -107,14 +104,14 @@ def _who_looks(
         if window < 0 or not _takes_in(box, window // cols, window % cols, sure_px):
             continue
         windows[w] = -1
-        marks[window] ^= _LISTED
+        marks[window] ^= LISTED
         for quadrant in range(4):
-            low, top, near_px, _ = _sweep(
+            low, top, near_px, _ = sweep(
                 occupied, standing, marks, window, 3 - quadrant, 0.0, math.inf, True, range_px, beams, looks, 0
             )
             if low <= top:
-                rest_px = range_px - near_px + _GRAZE
-                _, _, _, n_looks = _sweep(
+                rest_px = range_px - near_px + GRAZE
+                _, _, _, n_looks = sweep(
                     occupied, seen, marks, window, quadrant, low, top, False, rest_px, beams, looks, n_looks
                 )
     return n_looks
@@ -144,112 +141,25 @@ def _find_pocket(
 ) -> int:
     """Mark the pocket that a cell lies in, and list its windows; return how many there are."""
     pocket[0], n_cells, n_windows, at = first, 1, 0, 0
-    marks[first] |= _FOUND
+    marks[first] |= FOUND
     while at < n_cells:
         cell = np.int64(pocket[at])
         at += 1
         for step in (-cols, -1, 1, cols):
             other = cell + step
-            if flat[other] != 0 or marks[other] & _FOUND != 0:
+            if flat[other] != 0 or marks[other] & FOUND != 0:
                 continue
             down, right = np.int64(away[other, 0]), np.int64(away[other, 1])
             if standing[other] != 0 or down * down + right * right <= sure_px * sure_px:
-                if marks[other] & _LISTED == 0:
-                    marks[other] |= _LISTED
+                if marks[other] & LISTED == 0:
+                    marks[other] |= LISTED
                     windows[n_windows] = other
                     n_windows += 1
             else:
-                marks[other] |= _FOUND
+                marks[other] |= FOUND
                 pocket[n_cells] = other
                 n_cells += 1
     return n_windows
-
-
-@njit(cache=True, nogil=True)
-def _sweep(
-    occupied: Grid,
-    known: Grid,
-    marks: Grid,
-    window: int,
-    quadrant: int,
-    low_there: float,
-    top_there: float,
-    inwards: bool,
-    range_px: float,
-    beams: Floats,
-    looks: Cells,
-    n_looks: int,
-) -> tuple[float, float, float, int]:
-    """Follow lines from a window's square, of slopes ``low_there`` to ``top_there``, through one quadrant.
-
-    Rows are visited outwards, as in ``sector``: ``u`` along an axis, ``v`` across it. A line that reaches a cell comes
-    from the cell before it in the row, or in the column. So each cell has the lowest and the highest slope that may
-    reach it: those of either neighbour, as far as they lead from the window to the cell at all.
-
-    Parameters
-    ----------
-    known
-        Not 0 in standing cells, if ``inwards``; otherwise in cells that are seen already.
-    inwards
-        Go through free cells up to standing ones. Otherwise through the pocket, and list its cells that have to look.
-    beams
-        (2, n) scratch: those slopes in the row before.
-    looks, n_looks
-        Cells, of which so many are listed.
-
-    Returns
-    -------
-    The lowest and the highest slope that lead to a standing cell, if ``inwards`` (lowest > highest where none does),
-    how far the nearest one is, and how many cells are listed.
-    """
-    rows, cols = occupied.shape
-    flat = occupied.ravel()
-    row, col = window // cols, window % cols
-    down, right = 1 if quadrant >= 2 else -1, 1 if quadrant % 2 == 0 else -1
-    reach = math.ceil(range_px) + 1
-    u_end, v_end = min(reach, rows - row if down > 0 else row + 1), min(reach, cols - col if right > 0 else col + 1)
-    lowest, highest = beams
-    lowest[:v_end], highest[:v_end] = 1.0, -1.0
-    found_low, found_top, nearest = math.inf, -math.inf, math.inf  # the last one squared
-    first, last = 0, 0
-    for u in range(u_end):
-        low, top, v, next_first, next_last = 1.0, -1.0, first, v_end, -1
-        while v < v_end and (v <= last or low <= top):
-            cell = window + u * down * cols + v * right
-            if u == 0 and v == 0:
-                low, top = low_there, top_there
-            elif flat[cell] != 0 if inwards else marks[cell] & _FOUND == 0:
-                low, top = 1.0, -1.0
-            else:
-                if low > top:
-                    low, top = lowest[v], highest[v]
-                elif lowest[v] <= highest[v]:
-                    low, top = min(low, lowest[v]), max(top, highest[v])
-                if low <= top:
-                    low = max(low, (v - 1) / (u + 1) - _GRAZE)
-                    top = min(top, (v + 1) / (u - 1) + _GRAZE) if u > 1 else top
-            if low <= top:
-                squared = (
-                    max(u - 0.5, 0.0) ** 2 + max(v - 0.5, 0.0) ** 2
-                )  # from the window's square to the cell's middle
-                if squared > range_px * range_px:
-                    low, top = 1.0, -1.0
-                elif inwards and known[cell] != 0:
-                    nearest = min(nearest, squared)
-                    found_low, found_top = min(found_low, low), max(found_top, top)
-                    low, top = 1.0, -1.0
-                elif not inwards and marks[cell] == _ASKED | _FOUND and known[cell] == 0:
-                    marks[cell] |= _LOOKS
-                    looks[n_looks] = cell
-                    n_looks += 1
-            lowest[v], highest[v] = low, top
-            if low <= top:
-                next_first, next_last = min(next_first, v), v
-            v += 1
-        first, last = next_first, next_last
-        if last < 0:
-            break
-    return found_low, found_top, math.sqrt(nearest), n_looks
 
 
 @njit(inline="always")
