@@ -1,4 +1,4 @@
-"""Doors and windows of a storey.
+"""Doors and windows of a storey:
 
 R1  Every zone is reached: rooms from the corridor first, then from the living room, then from any room; closets and
     private bathrooms only from their bedroom.
@@ -24,8 +24,7 @@ LIVING = {"Living_Room", "Kitchen", "Dining_Room"}
 NO_WINDOW = {"Wardrobe", "Storage", "Stair"}
 SMALL = {"Toilet", "Storage", "Wardrobe"}
 JAMB_M = 0.08
-WIDEST_GAP_M = 1.4
-"""A wider gap of full height would be no door, but one room."""
+WIDEST_GAP_M = 1.4  # a wider gap of full height would be no door, but one room
 
 
 @dataclass(frozen=True)

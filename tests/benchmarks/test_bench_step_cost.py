@@ -1,0 +1,186 @@
+"""Where a step's time goes: a scan with its map, the parts of a step, the size of the map, resets, the cold start."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from houseexpo import FloorPlan
+from houseexpo.pseudoslam import ObservationConfig, Simulator, SimulatorConfig, StartConfig
+from houseexpo.pseudoslam.kernels.mapping.crop import crop
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, merge_cells, merge_runs
+from houseexpo.pseudoslam.kernels.sensing.rays import ray_merge
+from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
+from houseexpo.pseudoslam.step_params import step_params_of
+from houseexpo.pseudoslam.worlds.world import scan_buffers
+from tests.benchmarks.vector_runs import (
+    GMAPPING_MS,
+    PICTURE,
+    RUNS,
+    N,
+    arguments,
+    batch_of,
+    configured,
+    id_of,
+    kernel_run,
+    rates,
+)
+from tests.builders.shared import needs_shared
+
+
+def microseconds(call: Callable[[], object], times: int) -> float:
+    call()
+    found = []
+    for _ in range(RUNS):
+        start = time.process_time()
+        for _ in range(times):
+            call()
+        found.append((time.process_time() - start) / times * 1e6)
+    return float(np.median(found))
+
+
+@needs_shared
+def test_one_scan_with_its_map(houses: list[FloorPlan]) -> None:
+    """20 px/m, 5 m, half a circle, from anywhere; beside gMapping's time."""
+    table = Table(title="One scan with map update, 20 px/m, 5 m, 180 rays (microseconds, mean of 500 places)")
+    for heading in ("house (m2)", "sector", "rays", "gMapping / sector"):
+        table.add_column(heading, justify="right")
+    fan = np.arange(-np.pi / 2, np.pi / 2, np.pi / 180)
+    fan_cos, fan_sin = np.cos(fan), np.sin(fan)
+    runs, hit, slopes = scan_buffers(100.0)
+    for plan in houses:
+        world = Simulator.of(plan, SimulatorConfig(20.0)).world
+        cells = (np.random.default_rng(0).choice(np.argwhere(world.traversable), 500) + 0.5).tolist()
+        known, observable, occupied = np.zeros_like(world.occupied), world.observable.copy(), world.occupied.copy()
+
+        def sector(cells=cells, known=known, observable=observable, occupied=occupied) -> None:
+            for y, x in cells:
+                n_runs, n_hit = sector_scan(occupied, x, y, x + y, np.pi / 2, 100.0, runs, hit, slopes)
+                merge_runs(known, observable, runs, n_runs, FREE)
+                merge_cells(known, observable, hit, n_hit, OBSTACLE)
+
+        def rays(cells=cells, known=known, observable=observable, occupied=occupied) -> None:
+            for y, x in cells:
+                *_, n_hit = ray_merge(occupied, observable, known, x, y, x + y, fan_cos, fan_sin, 100.0, hit, True)
+                merge_cells(known, observable, hit, n_hit, OBSTACLE)
+
+        one, other = (microseconds(call, 4) / len(cells) for call in (sector, rays))
+        table.add_row(f"{plan.area:.0f}", f"{one:.1f}", f"{other:.1f}", f"{1000 * GMAPPING_MS / one:,.0f}")
+        assert known.any()
+    Console().print(table)
+
+
+@needs_shared
+def test_where_the_time_goes(houses: list[FloorPlan]) -> None:
+    config = configured("exploration", "sector")
+    table = Table(title="Where a step's time goes, exploration, microseconds (medians)")
+    for heading in ("house (m2)", "whole step", "crop", "scan and map", "motion and the rest"):
+        table.add_column(heading, justify="right")
+    for plan in houses:
+        batch = batch_of(config, [plan])
+        state, sensor = batch.state(0), step_params_of(config).sensor
+        shown, pose, occupied = state.view.copy(), state.pose_px, state.occupied
+        runs, hit, slopes = scan_buffers(sensor.range_px)
+        known, observable = state.known.copy(), state.episode.observable
+        whole = 1e6 / rates(kernel_run(config, [plan], lambda b, m: b.step(m, np.ones(N, np.uint8))))[0]
+        cut = microseconds(lambda: crop(known, pose[0], pose[1], pose[2], shown), 500)  # noqa: B023  # called at once
+
+        def scan(
+            batch=batch, known=known, observable=observable, occupied=occupied, runs=runs, hit=hit, slopes=slopes
+        ) -> None:
+            for x, y, heading in batch.arrays.pose.view(np.float64)[:, :3].tolist():
+                n_runs, n_hit = sector_scan(occupied, x, y, heading, np.pi / 2, 125.0, runs, hit, slopes)
+                merge_runs(known, observable, runs, n_runs, FREE)
+                merge_cells(known, observable, hit, n_hit, OBSTACLE)
+
+        look = microseconds(scan, 20) / N
+        table.add_row(f"{plan.area:.0f}", f"{whole:.1f}", f"{cut:.1f}", f"{look:.1f}", f"{whole - cut - look:.1f}")
+    Console().print(table)
+
+
+def lattice(side_m: float) -> FloorPlan:
+    """A hall with a pillar every 4 m: a robot sees as much of a small one as of a big one."""
+    at = np.arange(2.0, side_m - 1, 4.0)
+    holes = [[(x, y), (x + 0.5, y), (x + 0.5, y + 0.5), (x, y + 0.5)] for x in at for y in at]
+    return FloorPlan(f"hall-{side_m:g}", [(0, 0), (0, side_m), (side_m, side_m), (side_m, 0)], 1, {}, holes=holes)
+
+
+def test_the_cost_of_a_step_does_not_grow_with_the_map() -> None:
+    sides, costs = (10, 12, 20, 50, 100, 200), []
+    for side in sides:
+        middle = side / 2 + (0.0 if side in {10, 50} else 1.0)
+        start = StartConfig(random=False, x_m=middle, y_m=middle, heading_deg=30.0)
+        config = SimulatorConfig(20.0, observation=ObservationConfig(4.0), start=start)
+        simulator = Simulator.of(lattice(side), config)
+        state = simulator.start(np.random.default_rng(0))
+        costs.append(microseconds(lambda: simulator.step(state, "left"), 2000))  # noqa: B023  # called at once
+    table = Table(title="Microseconds a step against the side of the map (20 px/m, 5 m; Simulator.step)")
+    for side in sides:
+        table.add_column(f"{side} m", justify="right")
+    table.add_row(*(f"{cost:.1f}" for cost in costs))
+    table.caption = f"200 m: {costs[-1] / costs[1]:.2f} times 12 m (asked: 1.3)"
+    Console().print(table)
+    draw(sides, costs)
+
+
+def draw(sides: tuple[int, ...], costs: list[float]) -> None:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5.2, 3.2), layout="constrained")
+    axes = figure.subplots()
+    axes.semilogy(sides, np.array(costs) / 1000, "o-", color="#0b6e99", label="PseudoSLAM, a step")
+    axes.axhline(GMAPPING_MS, color="#b5651d", linestyle="--", label="gMapping, a processed scan")
+    axes.set(xlabel="side of the map (m)", ylabel="milliseconds", ylim=(1e-3, 2e2))
+    axes.legend(frameon=False, loc="center right")
+    axes.spines[["top", "right"]].set_visible(False)
+    figure.savefig(PICTURE, dpi=150)
+
+
+@needs_shared
+def test_resets(houses: list[FloorPlan]) -> None:
+    table = Table(title="A reset, rasters cached, milliseconds (medians of 50)")
+    for heading in ("environment", "house", "ms"):
+        table.add_column(heading, justify="right" if heading == "ms" else "left")
+    big = lattice(20.0)
+    for name, plan in (("exploration", houses[1]), ("exploration", big), ("obstacle avoidance", None)):
+        kwargs = arguments(name, "sector", [plan] if plan else [])
+        env = gymnasium.make(id_of(name), **kwargs)
+        env.reset(seed=0)
+        found = []
+        for _ in range(50):
+            start = time.perf_counter()
+            env.reset()
+            found.append(time.perf_counter() - start)
+        table.add_row(name, plan.id[:12] if plan else "the paper's room", f"{1000 * np.median(found):.2f}")
+    table.caption = "asked: 1 ms"
+    Console().print(table)
+
+
+def test_cold_start(tmp_path: Path) -> None:
+    """The first reset and step in a fresh process: compiled anew, and from the cache."""
+    code = (
+        "import time; start = time.perf_counter()\n"
+        "import gymnasium, houseexpo.pseudoslam\n"
+        "env = gymnasium.make('PseudoSLAM/ObstacleAvoidance-v0'); env.reset(seed=0); env.step(0)\n"
+        "print(time.perf_counter() - start)"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    times = [
+        float(subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, check=True).stdout)
+        for _ in range(2)
+    ]
+    table = Table(title="From nothing to the first step, imports included, seconds")
+    table.add_column("once, compiling (asked: 20)", justify="right")
+    table.add_column("afterwards (asked: 2)", justify="right")
+    table.add_row(*(f"{seconds:.1f}" for seconds in times))
+    Console().print(table)
+    assert times[1] < times[0]
