@@ -44,7 +44,7 @@ def test_every_kind_of_door_has_its_row() -> None:
     ("key", "part"), [("rooms", "Room"), ("doors", "Door"), ("objects", "Object"), ("frame", "Frame")]
 )
 def test_an_example_has_every_key_of_its_part(key: str, part: str) -> None:
-    (example,) = re.findall(r"```json\n(.*?)\n```", section(f"`{key}`"))
+    (example,) = re.findall(r"```json\n(.*?)\n```", section(f"`{key}`"), re.DOTALL)
     assert set(json.loads(example)) == set(PARTS[part]["properties"])
 
 

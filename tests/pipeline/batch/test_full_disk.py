@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -28,12 +30,16 @@ def mount(options: str, place: Path) -> None:
 
 
 @pytest.fixture
-def disk(tmp_path: Path) -> Iterator[Disk]:
-    """Mount a disk of a size, under a name; mounting it again gives it another size."""
+def disk() -> Iterator[Disk]:
+    """Mount a disk of a size, under a name; mounting it again gives it another size.
+
+    Its path is short: sockets of worker processes lie in the temporary folder, and their names have a limit.
+    """
+    home = Path(tempfile.mkdtemp(prefix="disk-"))
     mounted: list[Path] = []
 
     def sized(name: str, size: str) -> Path:
-        place = tmp_path / name
+        place = home / name
         again = place in mounted
         place.mkdir(exist_ok=True)
         mount(f"{'remount,' if again else ''}size={size}", place)
@@ -43,6 +49,7 @@ def disk(tmp_path: Path) -> Iterator[Disk]:
     yield sized
     for place in mounted:
         subprocess.run(["umount", "-l", str(place)], check=False)
+    shutil.rmtree(home, ignore_errors=True)
 
 
 def build(source: str, out: Path, **environment: str) -> subprocess.CompletedProcess[str]:

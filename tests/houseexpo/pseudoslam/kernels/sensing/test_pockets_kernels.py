@@ -93,7 +93,7 @@ def test_only_what_is_asked_is_looked_for() -> None:
 def test_through_a_box_is_seen_what_is_seen_all_round_on_lines_through_it() -> None:
     rng = np.random.default_rng(0)
     tried = 0
-    for _ in range(2 if UNCOMPILED else 12):
+    for _ in range(8 if UNCOMPILED else 12):
         occupied = rooms_behind_gaps(rng)
         cell = int(rng.choice(np.flatnonzero(occupied == 0)))
         top, left = rng.integers((1, 1), (ROWS - 4, COLS - 4)).tolist()
