@@ -5,11 +5,19 @@ from __future__ import annotations
 import os
 import tempfile
 from pathlib import Path
+from typing import Any
+
+import msgspec
 
 from houseexpo.errors import ConfigError
 
 PARTIAL = ".partial-"
 """What is being written bears a name that begins so; what is left of it was interrupted."""
+
+
+def as_json(values: Any) -> bytes:
+    """Return JSON that people can read and diff, keys as they come."""
+    return msgspec.json.format(msgspec.json.encode(values), indent=2) + b"\n"
 
 
 def write_whole(file: Path, data: bytes, *, durable: bool = False) -> None:

@@ -41,10 +41,6 @@ def figure(sources: str | Sequence[str], lines: Iterable[str]) -> str:
     return f"<figure>{images}<figcaption>{caption}</figcaption></figure>"
 
 
-def _image(source: str) -> str:
-    return f'<a href="{source}"><img src="{source}" alt="" loading="lazy"></a>'
-
-
 _PAGE: Final = """<!doctype html>
 <html lang="en">
 <meta charset="utf-8">

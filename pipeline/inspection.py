@@ -18,6 +18,7 @@ from pipeline.batch.job import rng_of
 from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig
 from pipeline.corrections import concerns, corrected_input, corrected_level
+from pipeline.geometry.overlay import quiet
 from pipeline.overrides import Override
 from pipeline.pictures import stage_pictures
 from pipeline.png import as_png
@@ -68,6 +69,7 @@ class Inspection:
         return None if self.plan is None else self.plan.quality
 
 
+@quiet()
 def inspect_house(
     config: BuildConfig, overrides: Mapping[str, Override], number: int, out: Path, name: str | None = None
 ) -> Inspection:

@@ -6,11 +6,9 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Final
 
-import msgspec
-
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError
-from houseexpo.files import write_whole
+from houseexpo.files import as_json, write_whole
 from stats.page import page
 from stats.report import Report
 
@@ -35,7 +33,7 @@ def write_page(report: Report, data_set: Dataset, path: Path) -> None:
 
 def write_json(report: Report, data_set: Dataset, path: Path) -> None:  # noqa: ARG001 - called as write_page is
     """Write the numbers, histograms included."""
-    write_whole(path, msgspec.json.format(msgspec.json.encode(report.values()), indent=2) + b"\n")
+    write_whole(path, as_json(report.values()))
 
 
 _WRITERS: Final[dict[str, Callable[[Report, Dataset, Path], None]]] = {".html": write_page, ".json": write_json}

@@ -24,7 +24,7 @@ import numpy as np
 from houseexpo.analysis.similarity import THRESHOLD, candidates, compare, comparison_mask, fingerprint
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, DatasetError
-from houseexpo.files import write_whole
+from houseexpo.files import as_json, write_whole
 from houseexpo.floorplan import FloorPlan
 from houseexpo.progress import watched
 
@@ -136,7 +136,7 @@ def write_split(found: Split, folder: Path) -> list[Path]:
         written.append(home / f"{name}.txt")
         write_whole(written[-1], list_bytes(ids))
     written.append(home / "splits.json")
-    write_whole(written[-1], _pretty(found.record()))
+    write_whole(written[-1], as_json(found.record()))
     if (folder / "index.parquet").exists():
         _into_index(found, folder / "index.parquet")
     if (folder / "manifest.json").exists():
@@ -207,8 +207,4 @@ def _into_manifest(folder: Path, files: Sequence[Path]) -> None:
         raise DatasetError(f"{file}: expected the manifest of a data set, found {error}") from None
     digest: Callable[[Path], str] = lambda path: hashlib.sha256(path.read_bytes()).hexdigest()  # noqa: E731
     known |= {path.relative_to(folder).as_posix(): digest(path) for path in files if path.exists()}
-    write_whole(file, _pretty({**said, "files": dict(sorted(known.items()))}))
-
-
-def _pretty(values: Any) -> bytes:
-    return msgspec.json.format(msgspec.json.encode(values), indent=2) + b"\n"
+    write_whole(file, as_json({**said, "files": dict(sorted(known.items()))}))

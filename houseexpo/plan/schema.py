@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import msgspec
 
+from houseexpo.files import as_json
 from houseexpo.plan.json_codec import FORMAT, RECORDS
 
 SHIPPED: Final = Path(__file__).with_name("houseexpo-2.schema.json")
@@ -37,7 +38,7 @@ def schema() -> dict[str, Any]:
 
 def schema_text() -> bytes:
     """Return the bytes of the shipped file."""
-    return msgspec.json.format(msgspec.json.encode(schema()), indent=2) + b"\n"
+    return as_json(schema())
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ import msgspec
 
 from houseexpo.analysis.similarity import Duplicate
 from houseexpo.dataset.index import index_table, row
-from houseexpo.files import write_whole
+from houseexpo.files import as_json, write_whole
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import FORMAT, encode
 from houseexpo.summaries import new_summaries
@@ -96,12 +96,12 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
     beside = {
         "rejected.jsonl": _lines(r.line() for r in refused),
         "duplicates.jsonl": _lines(d._asdict() for d in dropped),
-        "stats.json": pretty(stats),
+        "stats.json": as_json(stats),
     }
     for name, data in beside.items():
         write_whole(folder.root / name, data, durable=True)
     os.sync()  # the plans, whose names the manifest is about to vouch for
-    write_whole(folder.root / MANIFEST, pretty(_manifest(parts, kept, stats)), durable=True)
+    write_whole(folder.root / MANIFEST, as_json(_manifest(parts, kept, stats)), durable=True)
     disk.sync_folder(folder.root)
     files = {name: folder.described(name, _sha256(folder.root / name)) for name in (*_BESIDE, MANIFEST)}
     folder.finish(Finished(parts.state(), {**written, **files}))
@@ -132,11 +132,6 @@ def _dropped(parts: Parts, kept: Mapping[str, Kept]) -> list[Duplicate]:
     pairs = copies(parts.folder.build / "copies.npz", parts.plans, list(kept.values()), parts.config.stages.dedupe)
     keep = {name for name, plan in kept.items() if _override(name, plan, parts.overrides).keep}
     return dedupe(list(kept), pairs, keep)
-
-
-def pretty(values: Any) -> bytes:
-    """Return JSON that people can read and diff, keys as they come."""
-    return msgspec.json.format(msgspec.json.encode(values), indent=2) + b"\n"
 
 
 def _settled(parts: Parts) -> dict[str, Kept]:

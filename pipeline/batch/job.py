@@ -22,6 +22,7 @@ from pipeline.batch.passing import passing_fault
 from pipeline.batch.plans import Plans
 from pipeline.config import PipelineConfig
 from pipeline.corrections import corrected_level
+from pipeline.geometry.overlay import quiet
 from pipeline.overrides import Override
 from pipeline.quality import check_quality
 from pipeline.rejection import Reason, Rejection
@@ -93,8 +94,7 @@ def work(settings: Settings, job: Job) -> Entry:
         return job.refused(not_yet(error.strerror or str(error)), passing=True)
     if job.known is not None and (files := known_again(job.item, job.known.files, began_ns)) is not None:
         return msgspec.structs.replace(job.known, files=files, source=job.source, gone=False)
-    quiet = np.errstate(divide="ignore", invalid="ignore")  # GEOS divides by the length of edges, which may be none
-    with recorded(*folders_of(job.item)) as names, measured() as seconds, quiet:
+    with recorded(*folders_of(job.item)) as names, measured() as seconds, quiet():
         try:
             outcomes = list(_outcomes(job.item, settings))
         except OSError as error:  # a fault of the moment: it says nothing about the house

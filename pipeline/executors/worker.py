@@ -20,11 +20,9 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
-from typing import Any, Generic, Literal
+from typing import Any, Generic
 
 from pipeline.executors.outcome import Failure, Item, Limits
-
-Message = tuple[Literal["ready", "unfit", "answer", "leaving"], Any]
 
 _GRACE_S = 10.0
 """How much longer than the limit a worker lives whose parent is gone."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
@@ -94,9 +95,9 @@ def needed(door: BaseGeometry, kept: list[Closer], pieces: list[Closer]) -> list
     """
     if not pieces:
         return []
-    plane, rooms = enclosed(_plane(door, [*kept, *pieces]))
+    plane, rooms = enclosed(closed_plane(door, [*kept, *pieces]))
     spaces = [*rooms, _outside(plane)]
-    standing = _plane(door, kept)
+    standing = closed_plane(door, kept)
     shapes = [opened(subtract(piece.polygon, standing), 4 * EPS_M) for piece in pieces]
     grown = shapely.buffer(shapes, TOUCH_M, join_style="mitre")
     meets = networkx.Graph()
@@ -122,7 +123,8 @@ def needed(door: BaseGeometry, kept: list[Closer], pieces: list[Closer]) -> list
     return [pieces[k] for k in sorted(left)]
 
 
-def _plane(door: BaseGeometry, closers: list[Closer]) -> BaseGeometry:
+def closed_plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:
+    """The door plane with these pieces in it."""
     return united([door, *(c.polygon for c in closers)])
 
 

@@ -35,9 +35,14 @@ def areas(shape: BaseGeometry) -> BaseGeometry:
     return MultiPolygon(polygons_of(shape))
 
 
+def quiet() -> np.errstate:
+    """Keep still NumPy's warnings that GEOS divides by the length of edges, which may be none."""
+    return np.errstate(divide="ignore", invalid="ignore")
+
+
 def mitred(shape: Any, distance_m: float, limit: float = 2.0) -> Any:
     """Grow (or, negative, draw in) an area, or each of an array of them, the corners kept square."""
-    with np.errstate(divide="ignore", invalid="ignore"):  # GEOS divides by the length of edges
+    with quiet():
         return shapely.buffer(shape, distance_m, join_style="mitre", mitre_limit=limit)
 
 

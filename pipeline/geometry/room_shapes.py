@@ -18,7 +18,6 @@ THICKEST_M = 0.4
 THINNEST_M = 0.03
 SHORTEST_M = 0.5
 
-Polygons = npt.NDArray[np.object_]
 Bools = npt.NDArray[np.bool_]
 
 

@@ -20,11 +20,9 @@ from pipeline.sources.scene import Part, Piece, placed
 
 Floats = npt.NDArray[np.float64]
 
-READ_EXTENSIONS = frozenset({"KHR_draco_mesh_compression", "KHR_mesh_quantization", "KHR_texture_transform"})
 COMPRESSED = frozenset({"EXT_meshopt_compression", "KHR_meshopt_compression"})
 MAX_NODES = 1_000_000
 TRIANGLES, STRIP, FAN = 4, 5, 6
-IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 def read_tree(path: Path) -> tuple[dict[str, Any], bytes]:

@@ -21,7 +21,6 @@ from pipeline.sources.room_names import is_outside_the_count, labels_for
 from pipeline.values import SourceRoom
 
 HEAD_M = 1.8
-STANDS_M = 0.6  # a space without a storey starts at most so far from its level's floor
 SAME = 0.9  # intersection over union of two spaces that are one
 FILLED = 0.8  # share of a space that others cover where it only groups them
 WITHIN = 0.95  # share of a space that lies in another where it is cut out of it

@@ -20,7 +20,6 @@ from pipeline.sources.mesh_count import HEAD_BYTES, declared_faces
 from pipeline.sources.named_scene import without_starting_cube
 from pipeline.sources.naming import check_file
 from pipeline.sources.scene import Part, Piece, Scene
-from pipeline.values import Mesh
 
 SUFFIXES = (".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 MAX_FACES = 5_000_000
@@ -93,11 +92,6 @@ def load_scene(path: Path, max_faces: int = MAX_FACES) -> Scene:
         detail = f"{path.name} cannot be read as {path.suffix[1:]}: {type(error).__name__}: {found}"
         raise Rejection("source", Reason.UNREADABLE, detail, "export or copy the file again") from error
     return without_starting_cube(_checked(path, scene, declared, max_faces))
-
-
-def load_triangles(path: Path, max_faces: int = MAX_FACES) -> Mesh:
-    """Read the file's triangles as ``load_scene`` does, without their names."""
-    return load_scene(path, max_faces).mesh
 
 
 def _reader(path: Path) -> Callable[[Path, int], Iterator[Piece]]:

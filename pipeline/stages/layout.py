@@ -19,8 +19,6 @@ R8  What encloses less than ``area_m2`` after all this has no layout.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 import shapely
 from shapely import Polygon
@@ -29,7 +27,7 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.config import LayoutConfig
 from pipeline.geometry.boundary import closes_most, from_floor, from_rooms, from_wall_ends
 from pipeline.geometry.bridge import Bridge
-from pipeline.geometry.closers import lapped, needed, parted, with_sides
+from pipeline.geometry.closers import closed_plane, lapped, needed, parted, with_sides
 from pipeline.geometry.doorways import box_of
 from pipeline.geometry.gaps import gaps
 from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
@@ -54,15 +52,15 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
     """Close the walls of the door plane; raises Rejection where nothing worth a plan is enclosed."""
     pieces = _pieces(level, planes, config)
     fixed: list[Closer] = []
-    ground, rooms = enclosed(_plane(planes.door, pieces))
+    ground, rooms = enclosed(closed_plane(planes.door, pieces))
     if config.characters:
         _reject_characters(planes, rooms)
     for close in (_railings, _boundary):
         more = close(level, planes, ground, rooms, config)
         if more:
             fixed += more
-            ground, rooms = enclosed(_plane(ground, more))
-    standing = _plane(planes.door, fixed) if fixed else planes.door
+            ground, rooms = enclosed(closed_plane(ground, more))
+    standing = closed_plane(planes.door, fixed) if fixed else planes.door
     strips, ground, rooms = _settled(standing, evidence.slight, *parted(standing, pieces, ground, rooms), config)
     rooms = on_floor(habitable(rooms, strips, planes, evidence, level), level)
     closers = with_sides(strips + fixed, rooms, ground)
@@ -117,10 +115,6 @@ def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
         )
 
 
-def _plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:
-    return united([door, *(c.polygon for c in closers)])
-
-
 def _settled(
     door: BaseGeometry, slight: BaseGeometry, strips: list[Closer], rest: list[Closer], config: LayoutConfig
 ) -> tuple[list[Closer], BaseGeometry, list[Polygon]]:
@@ -130,7 +124,7 @@ def _settled(
     """
     pruned = not rest
     while True:
-        plane, rooms = enclosed(_plane(door, strips + rest))
+        plane, rooms = enclosed(closed_plane(door, strips + rest))
         strips = with_sides(strips, rooms, plane)
         useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, door, slight, config)}  # R5
         if not useless:

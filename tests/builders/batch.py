@@ -40,6 +40,13 @@ def one_room(path: Path, width: float = 5.0, depth: float = 4.0) -> Path:
     return path
 
 
+def three_rooms(folder: Path) -> Path:
+    """Write houses a, b and c, each of one room and each a metre wider."""
+    for i, name in enumerate("abc"):
+        one_room(folder / f"{name}.ply", 4.0 + i, 4.0)
+    return folder
+
+
 def boxed(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan]:
     """Return the room of a ``one_room`` house; ids of a few words misbehave as they say."""
     if "crash" in level.id:

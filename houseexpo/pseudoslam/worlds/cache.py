@@ -11,14 +11,13 @@ from threading import Lock
 from typing import Generic, TypeAlias, TypeVar, Union
 
 import numpy as np
-import numpy.typing as npt
 
 from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.worlds.flow import make_flow
-from houseexpo.pseudoslam.worlds.records import encode_world
+from houseexpo.pseudoslam.worlds.records import encode_world, raster_of
 from houseexpo.pseudoslam.worlds.store import WorldStore
 from houseexpo.pseudoslam.worlds.trajectories import make_tracks
 from houseexpo.pseudoslam.worlds.world import World, make_world
@@ -186,10 +185,5 @@ class _Packed:
 
     def unpacked(self) -> World:
         """Return the world."""
-        occupied, traversable, observable = (self._raster(bits) for bits in self._bits)
+        occupied, traversable, observable = (raster_of(bits, *self._shape) for bits in self._bits)
         return replace(self._world, occupied=occupied, traversable=traversable, observable=observable)
-
-    def _raster(self, bits: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-        cells = np.unpackbits(bits, count=self._shape[0] * self._shape[1]).reshape(self._shape)
-        cells.flags.writeable = False
-        return cells

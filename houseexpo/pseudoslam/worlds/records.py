@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
 from functools import cache
 from typing import Any, Final
 
@@ -49,20 +48,20 @@ def decode_world(data: bytes | memoryview, pixels_per_metre: float) -> World:
         name = bytes(data[_HEAD.size : begin]).decode()
         each = -(-cells // 8)
         bits = np.frombuffer(_codec().decompress(data[begin:], 3 * each), np.uint8)
-        rasters = _rasters(bits.reshape(3, each), rows, cols)
+        rasters = [raster_of(packed, rows, cols) for packed in bits.reshape(3, each)]
         frame = GridFrame((x, y), pixels_per_metre, (rows, cols), y_up=True)
-        world = World(name, frame, next(rasters), next(rasters), next(rasters))
+        world = World(name, frame, *rasters)
     except (struct.error, UnicodeDecodeError, OSError, ValueError) as error:  # OSError: the codec's
         raise RecordError(str(error)) from None
     world.__dict__["observable_cells"] = observable  # it is known: nobody has to count
     return world
 
 
-def _rasters(bits: npt.NDArray[np.uint8], rows: int, cols: int) -> Iterator[npt.NDArray[np.uint8]]:
-    for packed in bits:
-        raster = np.unpackbits(packed, count=rows * cols).reshape(rows, cols)
-        raster.flags.writeable = False
-        yield raster
+def raster_of(bits: npt.NDArray[np.uint8], rows: int, cols: int) -> npt.NDArray[np.uint8]:
+    """Return a raster of its bits, as ``np.packbits`` makes them; it is not to be written to."""
+    raster = np.unpackbits(bits, count=rows * cols).reshape(rows, cols)
+    raster.flags.writeable = False
+    return raster
 
 
 @cache

@@ -88,9 +88,8 @@ class WorldStore:
                 self.flush()
             except OSError as error:  # R3
                 _log.warning("worlds are not kept on disk, they stay in memory: %s: %s", self._folder, error)
-                self._kept.update(self._pending)
-                self._pending.clear()
                 self._folder = None
+                self.flush()
 
     def flush(self) -> None:
         """Write what waits; OSError where it cannot be written: it waits on."""

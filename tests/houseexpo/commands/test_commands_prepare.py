@@ -10,18 +10,15 @@ from typer.testing import CliRunner
 
 from houseexpo.commands.prepare import prepare
 from houseexpo.errors import ConfigError
-from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.config import RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.worlds.store import WorldStore
-from tests.builders.vectors import HUTS
+from tests.builders.world_stores import write_huts
 
 
 @pytest.fixture
 def plans(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
-    file = tmp_path / "huts.jsonl"
-    file.write_bytes(b"\n".join(map(encode, HUTS)))
-    return file
+    return write_huts(tmp_path)
 
 
 def said(*words: object) -> str:

@@ -7,9 +7,17 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 
 import numpy as np
+import pytest
 import shapely
 import trimesh
 from shapely.geometry.base import BaseGeometry
+
+from houseexpo import FloorPlan
+
+
+def near(plan: FloorPlan) -> object:
+    """Return what an area equals that is the plan's to 1 %."""
+    return pytest.approx(plan.area, rel=0.01)
 
 
 def enclosed(walls: Iterable[BaseGeometry]) -> BaseGeometry:

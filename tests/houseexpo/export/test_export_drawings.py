@@ -25,11 +25,7 @@ from houseexpo.export import (
     svg,
 )
 from houseexpo.plan import PlanObject, Quality
-from tests.houseexpo.export.readers import enclosed, parsed
-
-
-def near(plan):
-    return pytest.approx(plan.area, rel=0.01)
+from tests.houseexpo.export.readers import enclosed, near, parsed
 
 
 def _filled(rings):

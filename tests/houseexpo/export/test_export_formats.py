@@ -19,11 +19,7 @@ from houseexpo.export import (
     sdf,
     stage,
 )
-from tests.houseexpo.export.readers import box_of, enclosed, parsed, polyline_of, solid_at, stage_blocks
-
-
-def near(plan):
-    return pytest.approx(plan.area, rel=0.01)
+from tests.houseexpo.export.readers import box_of, enclosed, near, parsed, polyline_of, solid_at, stage_blocks
 
 
 def test_ros_map_through_yaml_and_pillow(plans):

@@ -13,14 +13,12 @@ from houseexpo.dataset.splits import split, write_split
 from houseexpo.errors import ConfigError
 from pipeline.batch.folder import Others
 from pipeline.overrides import Override
-from tests.builders.batch import contents, killed_once, lines, one_room, run_build
+from tests.builders.batch import contents, killed_once, lines, one_room, run_build, three_rooms
 
 
 @pytest.fixture
 def street(tmp_path: Path) -> Path:
-    for i, name in enumerate("abc"):
-        one_room(tmp_path / "street" / f"{name}.ply", 4.0 + i, 4.0)
-    return tmp_path / "street"
+    return three_rooms(tmp_path / "street")
 
 
 def journal(out: Path) -> list[str]:

@@ -11,14 +11,12 @@ from houseexpo.errors import ConfigError
 from pipeline.batch.folder import Others
 from pipeline.batch.lock import locked
 from pipeline.batch.verify import verify
-from tests.builders.batch import contents, lines, one_room, run_build
+from tests.builders.batch import contents, lines, one_room, run_build, three_rooms
 
 
 @pytest.fixture
 def street(tmp_path: Path) -> Path:
-    for i, name in enumerate("abc"):
-        one_room(tmp_path / "street" / f"{name}.ply", 4.0 + i, 4.0)
-    return tmp_path / "street"
+    return three_rooms(tmp_path / "street")
 
 
 @pytest.fixture

@@ -8,19 +8,16 @@ from typing import Any
 
 import pytest
 
-from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.worlds import cache as cache_module
 from houseexpo.pseudoslam.worlds.world import World
-from tests.builders.vectors import HUTS
+from tests.builders.world_stores import write_huts
 
 
 @pytest.fixture
 def plans(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A data set of three huts, and a cache of its own."""
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
-    file = tmp_path / "huts.jsonl"
-    file.write_bytes(b"\n".join(map(encode, HUTS)))
-    return file
+    return write_huts(tmp_path)
 
 
 @pytest.fixture
