@@ -178,6 +178,6 @@ def edges_in_pixels(rings: list[Ring], frame: GridFrame) -> tuple[npt.NDArray[np
     """
     ends = [frame.pixels_from_points(ring) for ring in rings]
     here = np.concatenate(ends)
-    there = np.concatenate([np.roll(ring, -1, axis=0) for ring in ends])
+    there = np.concatenate([part for ring in ends for part in (ring[1:], ring[:1])])
     swap = (here[:, 0] > there[:, 0])[:, None]
     return np.where(swap, there, here), np.where(swap, here, there)

@@ -30,7 +30,7 @@ __all__ = ["Failure", "Limits", "run"]
 
 _AHEAD = 4  # items handed over to each worker, so that none of them waits for the next
 _DEATHS = 3  # R2
-_STILLBORN = 8  # R3: how many workers in a row may die before they are ready, for each that is wanted
+_FAILED_STARTS = 8  # R3: how many workers in a row may die before they are ready, for each that is wanted
 _PAUSE_S = 0.1
 _LONGEST_S = 3600.0  # how long to sleep at most
 
@@ -54,16 +54,16 @@ def run(
         Where no worker can be started.
     """
     with single_threaded():
-        crew = _Crew(function, iter(items), workers, limits, preload)
+        pool = _Pool(function, iter(items), workers, limits, preload)
         try:
-            while crew.hand_over():
-                yield from crew.collect()
+            while pool.hand_over():
+                yield from pool.collect()
         finally:
-            crew.dismiss()
+            pool.stop()
 
 
 @dataclass
-class _Crew(Generic[Item, Result]):
+class _Pool(Generic[Item, Result]):
     """The workers at work, the items that wait for one, and how many workers in a row were never ready (R3)."""
 
     function: Callable[[Item], Result]
@@ -72,8 +72,8 @@ class _Crew(Generic[Item, Result]):
     limits: Limits
     preload: Sequence[str]
     workers: list[Worker[Item]] = field(default_factory=list)
-    back: deque[Task[Item]] = field(default_factory=deque)
-    stillborn: int = 0
+    again: deque[Task[Item]] = field(default_factory=deque)
+    failed_starts: int = 0
 
     def hand_over(self) -> bool:
         """Give every worker that is ready something to do; False where all is done."""
@@ -82,8 +82,8 @@ class _Crew(Generic[Item, Result]):
                 if worker.ready and len(worker.given) <= ahead and (task := self._next()) is not None:
                     self._give(worker, task)
         while len(self.workers) < self.size and self._too_few():
-            self._hire()
-        return bool(self.back) or any(worker.given for worker in self.workers)
+            self._start_worker()
+        return bool(self.again) or any(worker.given for worker in self.workers)
 
     def collect(self) -> Iterator[tuple[Item, Result | Failure]]:
         """Wait until something happens, and yield what has ended by then."""
@@ -98,22 +98,22 @@ class _Crew(Generic[Item, Result]):
                 worker.kill()
                 yield task.item, Failure("timeout", f"took longer than {self.limits.seconds:g} s")
 
-    def dismiss(self) -> None:
+    def stop(self) -> None:
         """Stop all workers at once."""
         for worker in self.workers:
             worker.kill()
         self.workers.clear()
 
     def _next(self) -> Task[Item] | None:
-        if self.back:
-            return self.back.popleft()
+        if self.again:
+            return self.again.popleft()
         return next((Task(item) for item in self.items), None)
 
     def _too_few(self) -> bool:
         """Tell whether more items wait than workers are on their way."""
         coming = sum(not worker.ready for worker in self.workers)
-        self.back.extend(Task(item) for item in islice(self.items, max(coming + 1 - len(self.back), 0)))
-        return len(self.back) > coming
+        self.again.extend(Task(item) for item in islice(self.items, max(coming + 1 - len(self.again), 0)))
+        return len(self.again) > coming
 
     def _give(self, worker: Worker[Item], task: Task[Item]) -> None:
         if not worker.given:
@@ -124,11 +124,11 @@ class _Crew(Generic[Item, Result]):
         except OSError:  # it has just died: its pipe tells when it is listened to
             return
 
-    def _hire(self) -> None:
+    def _start_worker(self) -> None:
         try:
             self.workers.append(start(self.function, self.limits, self.preload))
         except (OSError, EOFError) as error:  # the server has just been killed, or there is no room for a process
-            self._mourn(f"{type(error).__name__}: {error}")
+            self._note_failed_start(f"{type(error).__name__}: {error}")
             time.sleep(_PAUSE_S)
 
     def _listen(self, worker: Worker[Item]) -> Iterator[tuple[Item, Result | Failure]]:
@@ -136,44 +136,44 @@ class _Crew(Generic[Item, Result]):
         try:
             kind, content = worker.pipe.recv()
         except (EOFError, OSError):
-            yield from self._buried(worker)
+            yield from self._ended(worker)
             return
         if kind == "answer":
             worker.since = time.monotonic()
             yield worker.given.popleft().item, content
         elif kind == "ready":
-            worker.ready, self.stillborn = True, 0
+            worker.ready, self.failed_starts = True, 0
         else:
             self._lose(worker)
             worker.close()
             if kind == "unfit":
-                self._mourn(content)
+                self._note_failed_start(content)
 
-    def _buried(self, worker: Worker[Item]) -> Iterator[tuple[Item, Result | Failure]]:
+    def _ended(self, worker: Worker[Item]) -> Iterator[tuple[Item, Result | Failure]]:
         """Draw the consequences of a worker's death."""
         task = worker.given[0] if worker.given else None
         self._lose(worker)
         end = worker.close()
         if not worker.ready:
-            self._mourn(f"it ended with {end}")  # R3
+            self._note_failed_start(f"it ended with {end}")  # R3
         elif task is not None:
             task.deaths += 1
             if task.deaths >= _DEATHS:  # R2
-                self.back.popleft()
+                self.again.popleft()
                 yield task.item, _failure(end)
 
     def _lose(self, worker: Worker[Item]) -> None:
         """Strike a worker off; what it was given is the next to be done, in its order (R1)."""
         self.workers.remove(worker)
-        self.back.extendleft(reversed(worker.given))
+        self.again.extendleft(reversed(worker.given))
         worker.given.clear()
 
-    def _mourn(self, why: str) -> None:
-        self.stillborn += 1
-        if self.stillborn > _STILLBORN * self.size:
+    def _note_failed_start(self, why: str) -> None:
+        self.failed_starts += 1
+        if self.failed_starts > _FAILED_STARTS * self.size:
             raise HouseExpoError(
-                f"workers cannot be started: {self.stillborn} in a row ended before their first house, the last since "
-                f"{why}; try fewer --workers, or a higher limits.memory_gb"
+                f"workers cannot be started: {self.failed_starts} in a row ended before their first house, the last "
+                f"since {why}; try fewer --workers, or a higher limits.memory_gb"
             )
 
     def _patience(self) -> float:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import tempfile
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -22,11 +23,13 @@ from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
 from typing import Any, Generic
 
+from houseexpo.errors import HouseExpoError
 from pipeline.executors.outcome import Failure, Item, Limits
 
 _GRACE_S = 10.0
 """How much longer than the limit a worker lives whose parent is gone."""
 _LONGEST_S = 1e8
+_LONGEST_FOLDER = 75  # bytes: a socket's path has 107, and 32 of them are multiprocessing's
 
 
 @dataclass
@@ -152,6 +155,12 @@ def _peak_bytes() -> int:
 def _context(preload: Sequence[str]) -> BaseContext:
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
+    folder = tempfile.gettempdir()
+    if len(os.fsencode(folder)) > _LONGEST_FOLDER:
+        raise HouseExpoError(
+            f"the folder for temporary files: expected a path of at most {_LONGEST_FOLDER} bytes, because sockets of "
+            f"the workers lie in it; found {folder}; set TMPDIR to a shorter one"
+        )
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["__main__", *preload])
     return context

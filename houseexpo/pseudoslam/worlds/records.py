@@ -48,9 +48,9 @@ def decode_world(data: bytes | memoryview, pixels_per_metre: float) -> World:
         name = bytes(data[_HEAD.size : begin]).decode()
         each = -(-cells // 8)
         bits = np.frombuffer(_codec().decompress(data[begin:], 3 * each), np.uint8)
-        rasters = [raster_of(packed, rows, cols) for packed in bits.reshape(3, each)]
+        occupied, traversable, seen = (raster_of(packed, rows, cols) for packed in bits.reshape(3, each))
         frame = GridFrame((x, y), pixels_per_metre, (rows, cols), y_up=True)
-        world = World(name, frame, *rasters)
+        world = World(name, frame, occupied, traversable, seen)
     except (struct.error, UnicodeDecodeError, OSError, ValueError) as error:  # OSError: the codec's
         raise RecordError(str(error)) from None
     world.__dict__["observable_cells"] = observable  # it is known: nobody has to count

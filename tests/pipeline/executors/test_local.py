@@ -163,3 +163,14 @@ if __name__ == "__main__":
     parent.kill()
     _, alive = psutil.wait_procs([parent, *found], timeout=10.0)
     assert not alive
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a socket's path may have another length")
+def test_a_folder_for_temporary_files_that_is_too_deep_for_sockets_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    deep = tmp_path / ("d" * 80)
+    deep.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(deep))
+    with pytest.raises(HouseExpoError, match=f"at most 75 bytes.* found {deep}; set TMPDIR"):
+        list(run(behave, ["word"], workers=1, limits=LIMITS))

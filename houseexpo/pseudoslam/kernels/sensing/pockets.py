@@ -27,6 +27,7 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.sensing.sector import window_scan
 from houseexpo.pseudoslam.kernels.sensing.window_sweep import ASKED, FOUND, GRAZE, LISTED, LOOKS, sweep
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Offsets, Runs
+from houseexpo.pseudoslam.kernels.whole import whole
 
 
 @njit(cache=True, nogil=True)
@@ -97,8 +98,8 @@ def _who_looks(
 
     ``box`` is set to those windows, which are -1 in ``windows`` then.
     """
-    cols, n_looks = occupied.shape[1], 0
-    box[:] = len(standing), -1, len(standing), -1
+    cols, n_looks = occupied.shape[1], whole(0)
+    box[0], box[1], box[2], box[3] = len(standing), -1, len(standing), -1  # one by one: a slice compiles for seconds
     for w in range(first, n_windows):
         window = windows[w]
         if window < 0 or not _takes_in(box, window // cols, window % cols, sure_px):
@@ -106,14 +107,15 @@ def _who_looks(
         windows[w] = -1
         marks[window] ^= LISTED
         for quadrant in range(4):
-            low, top, near_px, _ = sweep(
-                occupied, standing, marks, window, 3 - quadrant, 0.0, math.inf, True, range_px, beams, looks, 0
-            )
-            if low <= top:
+            low, top, rest_px = 0.0, math.inf, range_px
+            for inwards in (True, False):  # a constant in place of the variable would be compiled for itself
+                low, top, near_px, n_looks = sweep(
+                    occupied, standing if inwards else seen, marks, window, 3 - quadrant if inwards else quadrant,
+                    low, top, inwards, rest_px, beams, looks, n_looks,
+                )  # fmt: skip
+                if low > top:
+                    break
                 rest_px = range_px - near_px + GRAZE
-                _, _, _, n_looks = sweep(
-                    occupied, seen, marks, window, quadrant, low, top, False, rest_px, beams, looks, n_looks
-                )
     return n_looks
 
 
@@ -175,11 +177,11 @@ def _look(
     slopes: Floats,
 ) -> None:
     """Set ``seen`` of a cell that sees a standing cell through a box, and of what that one sees through it (R3)."""
-    n_runs = window_scan(occupied, cell, box, range_px, runs, hit, slopes)
+    n_runs = window_scan(occupied, whole(cell), box, range_px, runs, hit, slopes)
     found = _first_of(standing, runs, n_runs)
     if found >= 0:
         seen[cell] = 1
-        n_runs = window_scan(occupied, found, box, range_px, runs, hit, slopes)
+        n_runs = window_scan(occupied, whole(found), box, range_px, runs, hit, slopes)
         for i in range(n_runs):
             for other in range(runs[i, 0], runs[i, 1] + 1):
                 seen[other] = 1

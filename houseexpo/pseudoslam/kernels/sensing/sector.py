@@ -22,6 +22,7 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
+from houseexpo.pseudoslam.kernels.whole import whole
 
 EDGE = 1e-9
 """Radians by which the fan is wider than asked for, so that cells on its edge are in it in spite of rounding."""
@@ -75,7 +76,7 @@ def sector_scan(
         return 0, 0  # inside an obstacle nothing is seen
     here = row * cols + col
     runs[0, 0], runs[0, 1] = here, here
-    n_runs, n_hit = 1, 0
+    n_runs, n_hit = whole(1), whole(0)
     right, down = x - col - 0.5, y - row - 0.5  # from the middle of the robot's cell
     east, south = cols - 1 - col, rows - 1 - row  # cells up to the border
     for quadrant in range(4):
@@ -113,7 +114,7 @@ def window_scan(occupied: Grid, cell: int, box: Cells, range_px: float, runs: Ru
     row, col = cell // cols, cell % cols
     top, bottom = box[0] - row - _ASIDE, box[1] - row + _ASIDE  # from the middle of the cell
     left, right = box[2] - col - _ASIDE, box[3] - col + _ASIDE
-    n_runs = 0
+    n_runs = whole(0)
     for quadrant in range(4):
         up, rightwards = quadrant < 2, quadrant % 2 == 0
         near_u, far_u = (-bottom, -top) if up else (top, bottom)
@@ -126,12 +127,12 @@ def window_scan(occupied: Grid, cell: int, box: Cells, range_px: float, runs: Ru
             flat, cell, 0.0, 0.0,
             -cols if up else cols, 1 if rightwards else -1,
             row if up else rows - 1 - row, cols - 1 - col if rightwards else col,
-            range_px, slopes, 1, runs, n_runs, hit, 0,
+            range_px, slopes, whole(1), runs, n_runs, hit, whole(0),
         )  # fmt: skip
     return n_runs
 
 
-@njit(inline="always")
+@njit(nogil=True)
 def _quadrant(
     flat: Grid,
     here: int,
