@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.kernels.step_pool import (
     steps_in_full,
     steps_with_people,
 )
-from houseexpo.pseudoslam.kernels.types import Errors, Robot, Scratch, Sensor
+from houseexpo.pseudoslam.kernels.types import Errors, Robot, Scratch, Sensor, known_ways_of
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.people import walk_of
 from houseexpo.pseudoslam.worlds.world import scan_buffers
@@ -68,7 +68,13 @@ def scratch_of(config: SimulatorConfig) -> Scratch:
         samples = rays * (round(range_px) + 1) if config.noise.any else 0
         runs = np.empty((max(samples, len(runs)), 2), np.int32)
     side = 2 * math.ceil(range_px) + 3
-    return Scratch(runs, hit, slopes, np.zeros((side, side) if config.noise.any else (1, 1), np.uint8))
+    patch = np.zeros((side, side) if config.noise.any else (1, 1), np.uint8)
+    return Scratch(runs, hit, slopes, patch, known_ways_of(0))
+
+
+def with_room(scratch: Scratch, cells: int) -> Scratch:
+    """Return memory for plans on grids of so many cells, too; what there is may be enough."""
+    return scratch if cells <= len(scratch.ways.ways) else scratch._replace(ways=known_ways_of(cells))
 
 
 def kernel_for(episode: Episode, params: StepParams) -> Any:

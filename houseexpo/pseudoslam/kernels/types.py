@@ -28,6 +28,10 @@ def row_type(**parts: type) -> np.dtype[Any]:
     return np.dtype((np.record, list(parts.items())))
 
 
+NO_STAND, NO_WAY = -1, np.iinfo(np.int32).max
+"""In ``KnownWays.ways``: where the robot may not stand, and where it may, but cannot get to."""
+
+
 class Robot(NamedTuple):
     """A disc, and how far it goes or turns at most between two scans."""
 
@@ -67,10 +71,40 @@ class Errors(NamedTuple):
     turn_rad_px: float
 
 
+class KnownWays(NamedTuple):
+    """Memory for a thread's plans (``planning.known_ways``), for grids of so many cells; they lie flat.
+
+    ``find_ways`` fills it anew at each call; nothing has to be reset between houses.
+    """
+
+    box: Counts
+    """(5,) the rows and columns, ends excluded, that hold something, and the grid's columns."""
+    closed: Grid
+    """(cells,) within the box, 1 where a cell is not open."""
+    ways: Cells
+    """(cells,) the way to each standing cell, ``NO_STAND`` or ``NO_WAY``; ``NO_STAND`` outside the box."""
+    queue: Cells
+    """(3, cells) scratch."""
+    marks: Grid
+    """(cells,) scratch: what is left in it is 0."""
+
+
 class Scratch(NamedTuple):
-    """Memory that a thread's scans use: ``sector_scan``'s and ``ray_scan``'s, and an empty patch for noisy ones."""
+    """Memory that a thread uses: ``sector_scan``'s and ``ray_scan``'s, an empty patch for noisy ones, and for plans."""
 
     runs: Runs
     hit: Cells
     slopes: Floats
     patch: Grid
+    ways: KnownWays
+
+
+def known_ways_of(cells: int) -> KnownWays:
+    """Return memory for grids of so many cells."""
+    return KnownWays(
+        np.zeros(5, np.int64),
+        np.zeros(cells, np.uint8),
+        np.full(cells, NO_STAND, np.int32),
+        np.empty((3, cells), np.int32),
+        np.zeros(cells, np.uint8),
+    )

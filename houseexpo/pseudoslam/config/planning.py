@@ -1,0 +1,44 @@
+"""Actions that planners use: how many frontiers there are to choose from, and how far one action goes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from houseexpo.pseudoslam.config.checks import number, whole
+
+MAX_FRONTIERS = 1024
+
+
+@dataclass(frozen=True)
+class PlanningConfig:
+    """What ``actions="frontier"`` and ``actions="waypoint"`` are told beside the simulator's configuration.
+
+    Parameters
+    ----------
+    frontiers
+        How many frontiers a robot chooses from at most.
+    large_m, least_m
+        Frontiers so long come first in the ranking; those shorter than ``least_m`` are left out.
+    settled_m
+        A frontier counts as seen when its middle is known and no unknown cell beside a free one is left so near to it
+        (in x and in y).
+    reach_m
+        Where a waypoint of (1, 1) lies, ahead and to the left; None: half the side of the view.
+    max_steps
+        Steps of the simulator that one action takes at most.
+    """
+
+    frontiers: int = 16
+    large_m: float = 0.4
+    least_m: float = 0.0
+    settled_m: float = 0.5
+    reach_m: float | None = None
+    max_steps: int = 60
+
+    def __post_init__(self) -> None:
+        whole(self.frontiers, "planning.frontiers", at_least=1, at_most=MAX_FRONTIERS)
+        whole(self.max_steps, "planning.max_steps", at_least=1)
+        for name in ("large_m", "least_m", "settled_m"):
+            number(getattr(self, name), f"planning.{name}", at_least=0.0, at_most=1000.0)
+        if self.reach_m is not None:
+            number(self.reach_m, "planning.reach_m", above=0.0, at_most=1000.0)

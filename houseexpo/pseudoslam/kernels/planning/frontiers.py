@@ -1,0 +1,262 @@
+"""Where the map of a robot ends in free space: unknown cells beside free ones, in clusters, and where to see them from.
+
+R1  A frontier's cell is unknown and shares a side with a free cell. Cells within reach of one that was given up are
+    left out.
+R2  Cells that share a side or a corner are one cluster. Its middle is the cell nearest to the mean of its cells; of
+    several the first, row by row.
+R3  Its goal is the nearest standing cell, within ``near``, with a way to it and a clear line to the cluster's middle:
+    no square between them but of free cells. Where there is none, it is the nearest within the laser's range that no
+    obstacle hides the middle from (``sector_scan``): unknown cells do not, for they will be seen first. Of places
+    equally near, the first counts, row by row.
+R4  What can be seen from nowhere is left out.
+R5  Clusters of ``large`` cells or more come first, by the ways to their goals; then the smaller ones, by theirs. Of
+    ways equally long, the first middle, row by row, comes first.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE, UNKNOWN
+from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways
+from houseexpo.pseudoslam.kernels.planning.plan import FrontierRules
+from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
+from houseexpo.pseudoslam.kernels.types import NO_WAY, Cells, Grid, KnownWays, Offsets, Rows, Scratch
+
+_LINES = 32  # standing cells whose lines to a middle are followed, at most
+
+
+@njit(cache=True, nogil=True)
+def find_frontiers(
+    known: Grid,
+    x: float,
+    y: float,
+    rules: FrontierRules,
+    given_up: Cells,
+    scratch: Scratch,
+    frontiers: Rows,
+) -> int:
+    """Find the ways (``find_ways``, all of them), and the frontiers; return how many are written.
+
+    Parameters
+    ----------
+    known
+        (rows, cols) the map: 0 unknown, 127 free, 255 obstacle.
+    x, y
+        Where the robot is, or believes to be, pixels.
+    given_up
+        Flat indices of cells that stayed unknown though they were looked at (R1).
+    scratch
+        Room for a scan all round within ``rules.range_px``; its ``ways`` are filled.
+    frontiers
+        (n,) ``FRONTIER``: filled with the first n of them (R5).
+    """
+    found = scratch.ways
+    find_ways(known, x, y, rules.radius_px, -1, found)
+    n_edges = _find_edges(known, rules.spare_px, given_up, found)
+    edges, members, marks = found.queue[0], found.queue[1], found.marks
+    cols, n, sees_through = known.shape[1], 0, False
+    for k in range(n_edges):
+        if marks[edges[k]] == 0:
+            continue  # it is in a cluster
+        cells = _flood(known.shape, marks, edges[k], members)
+        if cells < rules.least or len(frontiers) == 0:
+            continue
+        middle = _middle(members, cells, cols)
+        goal = _goal_near(known, middle, rules.near, found)
+        if goal < 0:
+            if not sees_through:
+                _open_unknown(known, found)
+                sees_through = True
+            goal = _goal_in_sight(known, middle, rules.range_px, scratch)
+        if goal >= 0:
+            n = _insert(frontiers, n, middle, goal, cells, found.ways[goal], rules.large)
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _find_edges(known: Grid, spare_px: float, given_up: Cells, found: KnownWays) -> int:
+    """List the frontiers' cells (R1) row by row in the queue's first row, and mark them; return how many."""
+    rows, cols = known.shape
+    flat, edges, marks, box = known.ravel(), found.queue[0], found.marks, found.box
+    first_col, wide = box[2], box[3] - box[2]
+    line = np.zeros((wide + 7) // 8 * 8, np.uint8)
+    words = line.view(np.uint64)
+    n = 0
+    for row in range(box[0], box[1]):
+        line[:] = 0
+        start = np.uint64(row * cols + first_col)
+        if row > 0:
+            for j in range(np.uint64(wide)):
+                line[j] |= flat[start - np.uint64(cols) + j] == FREE
+        if row < rows - 1:
+            for j in range(np.uint64(wide)):
+                line[j] |= flat[start + np.uint64(cols) + j] == FREE
+        for j in range(np.uint64(1), np.uint64(max(wide, 1))):
+            line[j] |= flat[start + j - np.uint64(1)] == FREE
+        for j in range(np.uint64(max(wide - 1, 0))):
+            line[j] |= flat[start + j + np.uint64(1)] == FREE
+        for j in range(np.uint64(wide)):
+            line[j] &= flat[start + j] == UNKNOWN
+        for word in range(len(words)):
+            if words[word] == 0:
+                continue
+            for j in range(8 * word, 8 * word + 8):
+                if line[j] != 0 and _is_wanted(row, first_col + j, cols, spare_px, given_up):
+                    edges[n] = row * cols + first_col + j
+                    marks[edges[n]] = 1
+                    n += 1
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _is_wanted(row: int, col: int, cols: int, spare_px: float, given_up: Cells) -> bool:
+    """Whether no cell so near was given up."""
+    for k in range(len(given_up)):
+        down, right = given_up[k] // cols - row, given_up[k] % cols - col
+        if down * down + right * right <= spare_px * spare_px:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _flood(shape: tuple[int, int], marks: Grid, start: int, members: Cells) -> int:
+    """List the marked cells that hang together with one (R2), and take their marks away; return how many."""
+    rows, cols = shape
+    members[0], n, done = start, 1, 0
+    marks[start] = 0
+    while done < n:
+        row, col = members[done] // cols, members[done] % cols
+        done += 1
+        for r in range(max(row - 1, 0), min(row + 2, rows)):
+            for c in range(max(col - 1, 0), min(col + 2, cols)):
+                if marks[r * cols + c] != 0:
+                    marks[r * cols + c] = 0
+                    members[n] = r * cols + c
+                    n += 1
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _middle(members: Cells, n: int, cols: int) -> int:
+    """Return the cell nearest to the mean (R2), compared in whole numbers."""
+    rows_sum, cols_sum = 0, 0
+    for k in range(n):
+        rows_sum += members[k] // cols
+        cols_sum += members[k] % cols
+    best, least = -1, 0
+    for k in range(n):
+        cell = int(members[k])
+        down, right = cell // cols * n - rows_sum, cell % cols * n - cols_sum
+        off = down * down + right * right
+        if best < 0 or off < least or (off == least and cell < best):
+            best, least = cell, off
+    return best
+
+
+@njit(cache=True, nogil=True)
+def _goal_near(known: Grid, middle: int, near: Offsets, found: KnownWays) -> int:
+    """Return the nearest standing cell with a way and a clear line to a cell (R3); -1: none of the first few has."""
+    rows, cols = known.shape
+    row, col = middle // cols, middle % cols
+    lines = 0
+    for k in range(len(near)):
+        r, c = row + np.int64(near[k, 0]), col + np.int64(near[k, 1])
+        if not (0 <= r < rows and 0 <= c < cols):
+            continue
+        way = found.ways[r * cols + c]
+        if way < 0 or way == NO_WAY:
+            continue
+        if is_clear(known, r, c, row, col):
+            return int(r * cols + c)
+        lines += 1
+        if lines >= _LINES:
+            break
+    return -1
+
+
+@njit(cache=True, nogil=True)
+def is_clear(known: Grid, row: int, col: int, to_row: int, to_col: int) -> bool:
+    """Whether the line between the middles of two cells passes free cells only, the two left aside.
+
+    A line through a corner passes where one of the two squares beside it is free.
+    """
+    down, right = abs(to_row - row), abs(to_col - col)
+    step_row, step_col = (1 if to_row > row else -1), (1 if to_col > col else -1)
+    i, j = 0, 0
+    while i < down or j < right:
+        turn = (1 + 2 * j) * down - (1 + 2 * i) * right  # below 0: the next side that is crossed is between columns
+        if turn == 0:
+            beside, above = known[row, col + step_col], known[row + step_row, col]
+            if FREE not in (beside, above):
+                return False
+        if turn <= 0:
+            j, col = j + 1, col + step_col
+        if turn >= 0:
+            i, row = i + 1, row + step_row
+        if (row != to_row or col != to_col) and known[row, col] != FREE:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _open_unknown(known: Grid, found: KnownWays) -> None:
+    """Leave only obstacles closed, and the box's rim."""
+    flat, closed, box = known.ravel(), found.closed, found.box
+    for row in range(box[0] + 1, box[1] - 1):
+        line = row * known.shape[1]
+        for cell in range(np.uint64(line + box[2] + 1), np.uint64(max(line + box[3] - 1, 0))):
+            closed[cell] &= flat[cell] != UNKNOWN
+
+
+@njit(cache=True, nogil=True)
+def _goal_in_sight(known: Grid, middle: int, range_px: float, scratch: Scratch) -> int:
+    """Return the nearest standing cell with a way that sees a cell (R3); -1: there is none."""
+    found, (rows, cols) = scratch.ways, known.shape
+    closed = found.closed[: rows * cols].reshape((rows, cols))
+    row, col = middle // cols, middle % cols
+    before, closed[row, col] = closed[row, col], 0
+    n_runs, _ = sector_scan(
+        closed, col + 0.5, row + 0.5, 0.0, math.pi, range_px, scratch.runs, scratch.hit, scratch.slopes
+    )
+    closed[row, col] = before
+    best, least = -1, 0
+    for k in range(n_runs):
+        for cell in range(scratch.runs[k, 0], scratch.runs[k, 1] + 1):
+            way = found.ways[cell]
+            if way >= 0 and way != NO_WAY:
+                off = (cell // cols - row) ** 2 + (cell % cols - col) ** 2
+                if best < 0 or off < least or (off == least and cell < best):
+                    best, least = cell, off
+    return best
+
+
+@njit(cache=True, nogil=True)
+def _insert(frontiers: Rows, n: int, middle: int, goal: int, cells: int, way: int, large: int) -> int:
+    """Put a cluster in its place among n others (R5), the last of which is lost where there is no room; return n."""
+    at = min(n, len(frontiers) - 1)
+    is_large = cells >= large
+    if n == len(frontiers):
+        last = frontiers[at]
+        if not _is_before(is_large, way, middle, last.cells >= large, last.way, last.middle):
+            return n
+    while at > 0:
+        other = frontiers[at - 1]
+        if not _is_before(is_large, way, middle, other.cells >= large, other.way, other.middle):
+            break
+        frontiers[at].middle, frontiers[at].goal = other.middle, other.goal
+        frontiers[at].cells, frontiers[at].way = other.cells, other.way
+        at -= 1
+    frontiers[at].middle, frontiers[at].goal, frontiers[at].cells, frontiers[at].way = middle, goal, cells, way
+    return min(n + 1, len(frontiers))
+
+
+@njit(cache=True, nogil=True)
+def _is_before(is_large: bool, way: int, middle: int, other_large: bool, other_way: int, other_middle: int) -> bool:
+    """Whether a cluster comes before another one (R5)."""
+    if is_large != other_large:
+        return is_large
+    return way < other_way or (way == other_way and middle < other_middle)

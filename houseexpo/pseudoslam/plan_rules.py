@@ -1,0 +1,56 @@
+"""How planners find frontiers and travel, as the kernels take it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.config.planning import PlanningConfig
+from houseexpo.pseudoslam.kernels.planning.plan import FrontierRules, PlanRules, TravelRules
+from houseexpo.pseudoslam.kernels.types import Offsets
+
+LARGE_M = 0.4
+"""Frontiers so long come before the others."""
+_NEAR_M = 1.0  # how far from a frontier a goal is looked for before all that see it are
+_AIM_M = 1.5  # how far along its way the robot looks for where to head
+
+
+def plan_rules(config: SimulatorConfig, planning: PlanningConfig) -> PlanRules:
+    """Return what actions of planners go by."""
+    robot, ppm = config.robot, float(config.pixels_per_metre)
+    return PlanRules(
+        frontier_rules(config, planning.large_m, planning.least_m),
+        TravelRules(
+            float(robot.radius_m * ppm),
+            float(robot.step_m * ppm),
+            math.radians(robot.turn_deg),
+            round(planning.settled_m * ppm),
+            max(round(_AIM_M * ppm), 4),
+            planning.max_steps,
+        ),
+    )
+
+
+def frontier_rules(config: SimulatorConfig, large_m: float = LARGE_M, least_m: float = 0.0) -> FrontierRules:
+    """Return what frontiers are found by."""
+    ppm = config.pixels_per_metre
+    radius_px = config.robot.radius_m * ppm
+    return FrontierRules(
+        float(radius_px),
+        float(config.laser.range_m * ppm),
+        max(round(large_m * ppm), 1),
+        max(round(least_m * ppm), 1),
+        float(radius_px),
+        near_offsets(max(_NEAR_M * ppm, 2 * radius_px)),
+    )
+
+
+def near_offsets(reach_px: float) -> Offsets:
+    """Return the offsets of the cells within reach, nearest first, as ``FrontierRules.near`` has them."""
+    reach = math.ceil(reach_px)
+    found = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1).T
+    squared = (found**2).sum(axis=1)
+    order = np.lexsort((found[:, 1], found[:, 0], squared))
+    return np.ascontiguousarray(found[order[squared[order] <= reach_px**2]].astype(np.int16))

@@ -1,0 +1,85 @@
+"""What a robot can plan by its own map: where it may stand, how far that is, and where the map ends in free space."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
+from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways, trace
+from houseexpo.pseudoslam.kernels.planning.plan import FRONTIER, STRAIGHT
+from houseexpo.pseudoslam.plan_rules import LARGE_M, frontier_rules
+from houseexpo.pseudoslam.step_params import scratch_of, with_room
+
+
+class MapPlanner:
+    """Plans by maps, one after the other, in memory of its own: one object serves one thread.
+
+    Cells are flat indices of the map, ``row * cols + col``; the middle of a cell is at (col + 0.5, row + 0.5).
+
+    Parameters
+    ----------
+    config
+        The robot's radius, the laser's range and the resolution count.
+    most
+        Frontiers that are told at most.
+    large_m, least_m
+        Clusters so long come first; shorter ones than ``least_m`` are left out.
+
+    Examples
+    --------
+    >>> planner = MapPlanner(SimulatorConfig())
+    >>> x, y, _ = state.believed_px  # doctest: +SKIP
+    >>> frontiers = planner.frontiers(state.known, x, y)  # doctest: +SKIP
+    >>> path = planner.path(frontiers["goal"][0])  # doctest: +SKIP
+    """
+
+    def __init__(
+        self, config: SimulatorConfig, *, most: int = 256, large_m: float = LARGE_M, least_m: float = 0.0
+    ) -> None:
+        self._rules = frontier_rules(config, large_m, least_m)
+        self._cell_m = 1.0 / config.pixels_per_metre
+        self._scratch = scratch_of(config)
+        self._table = np.zeros(most, FRONTIER)
+        self._shape = (0, 0)
+
+    def frontiers(self, known: npt.NDArray[np.uint8], x: float, y: float, given_up: Sequence[int] = ()) -> Any:
+        """Return the frontiers of a map, (n,) rows ``FRONTIER`` in the order of ``kernels.planning.frontiers``.
+
+        They are valid until the next call. ``goal`` is where to stand, ``middle`` the cell to look at, ``cells`` the
+        size, ``way`` the way to the goal (``metres`` makes metres of it). What lies within the robot's radius of the
+        cells ``given_up`` is no frontier. It finds the ways, too.
+        """
+        self._prepare(known)
+        lost = np.asarray(given_up, np.int32)
+        n = find_frontiers(known, float(x), float(y), self._rules, lost, self._scratch, self._table)
+        return self._table[:n]
+
+    def find_ways(self, known: npt.NDArray[np.uint8], x: float, y: float, until: int = -1) -> None:
+        """Find the ways alone; those up to the cell ``until``, or all of them."""
+        self._prepare(known)
+        find_ways(known, float(x), float(y), self._rules.radius_px, int(until), self._scratch.ways)
+
+    @property
+    def ways(self) -> npt.NDArray[np.int32]:
+        """(rows, cols) the way to each cell, as ``KnownWays.ways`` has it, until the next call."""
+        return self._scratch.ways.ways[: self._shape[0] * self._shape[1]].reshape(self._shape)
+
+    def path(self, cell: int) -> npt.NDArray[np.int32]:
+        """Return the cells on the shortest way to a cell, from the robot on; none where there is no way."""
+        path = np.empty(max(self._shape[0] * self._shape[1], 1), np.int32)
+        return path[: trace(self._scratch.ways, int(cell), path)]
+
+    def metres(self, ways: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+        """Return ways in metres."""
+        found: npt.NDArray[np.float64] = ways * (self._cell_m / STRAIGHT)
+        return found
+
+    def _prepare(self, known: npt.NDArray[np.uint8]) -> None:
+        """Have memory for a map."""
+        self._scratch = with_room(self._scratch, known.size)
+        self._shape = known.shape
