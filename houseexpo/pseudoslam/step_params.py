@@ -10,6 +10,7 @@ import numpy as np
 
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
+from houseexpo.pseudoslam.kernels.planning.plan import PlanRules, no_rules
 from houseexpo.pseudoslam.kernels.step_pool import (
     STEP,
     steps_by_rays,
@@ -27,10 +28,11 @@ BETWEEN_M, BETWEEN_DEG = 0.3, 10.0
 _ONE_STEP = np.full(1, STEP, np.uint8)
 
 
-def step_params_of(config: SimulatorConfig, clearance_m: float = 0.0) -> StepParams:
+def step_params_of(config: SimulatorConfig, clearance_m: float = 0.0, plan: PlanRules | None = None) -> StepParams:
     """Return what is the same in all steps of all environments.
 
-    ``clearance_m`` is how far round the robot its clearance is measured; 0: it is not.
+    ``clearance_m`` is how far round the robot its clearance is measured; 0: it is not. ``plan`` is for actions of
+    planners.
     """
     ppm, laser, noise = float(config.pixels_per_metre), config.laser, config.noise  # a whole number makes other kernels
     half = math.radians(laser.fov_deg) / 2
@@ -55,6 +57,7 @@ def step_params_of(config: SimulatorConfig, clearance_m: float = 0.0) -> StepPar
         float(config.step_s),
         clearance_m * ppm,
         config.observation.global_size_m / config.observation.global_cells * ppm,
+        plan or no_rules(),
     )
 
 
@@ -78,7 +81,18 @@ def with_room(scratch: Scratch, cells: int) -> Scratch:
 
 
 def kernel_for(episode: Episode, params: StepParams) -> Any:
-    """Return the kernel of ``step_pool`` that steps such episodes: what is not asked for need not be compiled."""
+    """Return the kernel that steps such episodes, or makes planners' actions of them.
+
+    What is not asked for need not be compiled.
+    """
+    if len(episode.plans.state) > 0:
+        from houseexpo.pseudoslam.kernels import travel_pool
+
+        if len(episode.bodies.people) + len(episode.bodies.clocks) > 0:
+            return travel_pool.travels_with_people
+        if params.errors.any or len(episode.ranges) > 0:
+            return travel_pool.travels_in_full
+        return travel_pool.travels_by_rays if params.sensor.by_rays else travel_pool.travels_by_sector
     if len(episode.bodies.people) + len(episode.bodies.clocks) > 0:
         return steps_with_people
     if params.errors.any or len(episode.ranges) > 0:

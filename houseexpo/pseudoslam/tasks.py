@@ -26,6 +26,8 @@ class Task(ABC):
 
     default: SimulatorConfig
     clearance_m: float = 0.0
+    rewards_add_up: bool = False
+    """Whether ``rewards`` from before several steps to after them is the sum of theirs: planners' actions need it."""
 
     def configured(self, config: SimulatorConfig | None) -> SimulatorConfig:
         """Return the configuration that is used where this one is asked for; None: the task's own."""
@@ -45,6 +47,13 @@ class Task(ABC):
     def terminated(self, after: Metrics, success: Bools) -> Bools:  # noqa: ARG002  # other tasks use it
         """Return where the episode ends for the task's sake, an array of its own."""
         return success.copy()
+
+    def enough_cells(self, observable_cells: int) -> int:  # noqa: ARG002  # other tasks use it
+        """Return how many of the cells that coverage counts are to be known for success; more than there can be: any.
+
+        Planners' actions end there, for an action is many steps.
+        """
+        return np.iinfo(np.int64).max
 
     def report(self, after: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
         """Return what ``info`` says, a value for each episode: arrays of the caller's own."""
@@ -67,6 +76,7 @@ class Exploration(Task):
 
     success_coverage: float | None = 0.95
     default = SimulatorConfig()
+    rewards_add_up = True
 
     def __post_init__(self) -> None:
         if self.success_coverage is not None:
@@ -83,6 +93,14 @@ class Exploration(Task):
         """Return where enough is known."""
         least = math.inf if self.success_coverage is None else self.success_coverage
         return after.coverage >= least
+
+    def enough_cells(self, observable_cells: int) -> int:
+        """Return how many cells ``success_coverage`` is, by the same division."""
+        if self.success_coverage is None:
+            return super().enough_cells(observable_cells)
+        all_cells = max(observable_cells, 1)
+        enough = math.floor(self.success_coverage * all_cells)
+        return enough if enough / all_cells >= self.success_coverage else enough + 1
 
 
 @dataclass(frozen=True)
@@ -141,6 +159,7 @@ class Navigation(Task):
 
     success_reward: float = 2.5
     default = SimulatorConfig(goal=GoalConfig(), known_map=True)
+    rewards_add_up = True
 
     def __post_init__(self) -> None:
         number(self.success_reward, "success_reward")

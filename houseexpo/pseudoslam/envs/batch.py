@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.pools import MAP, RASTERS, SHOWN, Array, flatten, one_of, unflatten
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_params import entry_point, kernel_for, scratch_of
+from houseexpo.pseudoslam.step_params import entry_point, kernel_for, scratch_of, with_room
 from houseexpo.workers import cores
 
 _SPARE = 1.25  # room for the next bigger house
@@ -58,6 +58,9 @@ class Batch:
         """
         parts = flatten(state.episode)
         parts[:RASTERS] = [raster.ravel() for raster in parts[:RASTERS]]
+        cells = state.episode.occupied.size if len(state.episode.plans.state) else 0
+        if cells > len(self._scratch[0].ways.ways):
+            self._scratch = [with_room(scratch, int(_SPARE * cells)) for scratch in self._scratch]
         if not self._leaves:
             self._begin(state, parts)
         if any(len(part) > pool.shape[1] for part, pool in zip(parts, self._leaves, strict=True)):

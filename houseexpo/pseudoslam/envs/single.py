@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.config.planning import PlanningConfig
 from houseexpo.pseudoslam.envs.spec import (
     MAPS,
     Actions,
@@ -24,7 +25,7 @@ from houseexpo.pseudoslam.envs.task_mixins import ExplorationMixin, NavigationMi
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_params import look_round, step_one
+from houseexpo.pseudoslam.step_params import look_round, step_one, with_room
 from houseexpo.pseudoslam.tasks import Task
 from houseexpo.pseudoslam.worlds.cache import Plans
 
@@ -50,9 +51,11 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     config
         What is simulated; the task's values where it is left out.
     actions
-        "discrete" or "continuous".
+        "discrete", "continuous", "frontier" or "waypoint".
     observation
         "map" or "dict".
+    planning
+        What planners' actions are told; the defaults where it is left out.
     render_mode
         "rgb_array", "human", or None.
     """
@@ -67,11 +70,12 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         *,
         actions: Actions = "discrete",
         observation: Kind = "map",
+        planning: PlanningConfig | None = None,
         render_mode: str | None = None,
     ) -> None:
         if render_mode not in {None, *self.metadata["render_modes"]}:
             raise ConfigError(f"render_mode: expected one of {self.metadata['render_modes']}, found {render_mode!r}")
-        self._env_spec: EnvSpec = make_env_spec(task, dataset, config, actions, observation)
+        self._env_spec: EnvSpec = make_env_spec(task, dataset, config, actions, observation, planning=planning)
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
         self.action_space, self.observation_space = self._env_spec.action_space(), self._env_spec.observation_space()
         self._params, self._scratch = self._env_spec.params(), self._env_spec.scratch()
@@ -102,6 +106,8 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         """Start an episode."""
         super().reset(seed=seed)
         world = self._env_spec.draw(self.np_random, plan_of(options))
+        if self._env_spec.planner:
+            self._scratch = with_room(self._scratch, world.occupied.size)
         self._simulator = Simulator(world, self.config, self._params, self._scratch)
         self._state = self._env_spec.initial_state(world, self._params, self._scratch, self.np_random)
         look_round(self._state, self._params, self._scratch)
@@ -146,6 +152,11 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         self._window.show(image, fps=self.metadata["render_fps"])
         return None
 
+    def action_masks(self) -> npt.NDArray[np.bool_]:
+        """Return (K,) which frontiers there are to choose from, as sb3-contrib's MaskablePPO asks."""
+        masks: npt.NDArray[np.bool_] = self._env_spec.masks(self.state.pool)[0]
+        return masks
+
     def close(self) -> None:
         """Close the window, if there is one."""
         if self._window is not None:
@@ -174,7 +185,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         return one
 
     def _info(self, after: Metrics, success: Bools) -> dict[str, Any]:
-        report = self.task.report(after, success)
+        report = self._env_spec.report(self.state.pool, after, success)
         info = {key: value[0] if value.ndim > 1 else value.item() for key, value in report.items()}
         return {**info, "plan_id": self.simulator.world.plan_id}
 

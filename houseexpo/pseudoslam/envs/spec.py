@@ -13,10 +13,12 @@ from gymnasium import spaces
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.config.planning import PlanningConfig
+from houseexpo.pseudoslam.envs.planners import PlannerSpec, make_planner_spec
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.motion.actions import look_up
 from houseexpo.pseudoslam.kernels.types import Scratch
-from houseexpo.pseudoslam.metrics import EpisodeConstants, Metrics
+from houseexpo.pseudoslam.metrics import Bools, EpisodeConstants, Metrics
 from houseexpo.pseudoslam.simulator import ACTIONS, motions
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_params import scratch_of, step_params_of
@@ -25,7 +27,7 @@ from houseexpo.pseudoslam.worlds.cache import Plans, WorldCache
 from houseexpo.pseudoslam.worlds.reset import initial_state
 from houseexpo.pseudoslam.worlds.world import World
 
-Actions = Literal["discrete", "continuous"]
+Actions = Literal["discrete", "continuous", "frontier", "waypoint"]
 Kind = Literal["map", "dict"]
 MAPS = ("map", "global_map")
 """What ``EnvSpec.observe`` returns as views."""
@@ -41,7 +43,8 @@ class EnvSpec:
     ----------
     actions
         "discrete": 0 forward, 1 left, 2 right. "continuous": (linear, angular) in [-1, 1], as shares of a step's way
-        (backward where negative) and turn (left where positive); the turn comes first.
+        (backward where negative) and turn (left where positive); the turn comes first. "frontier" and "waypoint":
+        travels along the robot's own map, see ``planners.PlannerSpec``.
     kind
         "map": the map round the robot, (1, side, side) uint8, heading up: 0 unknown, 127 free, 255 obstacle. "dict":
         that as "map", "global_map" (1, cells, cells) uint8, the whole map round the start, "pose" (3,) float32, where
@@ -54,6 +57,7 @@ class EnvSpec:
     worlds: WorldCache
     actions: Actions
     kind: Kind
+    planner: PlannerSpec | None = None
 
     @property
     def complete(self) -> bool:
@@ -62,7 +66,7 @@ class EnvSpec:
 
     def params(self) -> StepParams:
         """Return what is the same in all steps."""
-        return step_params_of(self.config, self.task.clearance_m)
+        return step_params_of(self.config, self.task.clearance_m, self.planner.rules() if self.planner else None)
 
     def scratch(self) -> Scratch:
         """Return memory for the scans of one thread."""
@@ -70,6 +74,8 @@ class EnvSpec:
 
     def action_space(self) -> spaces.Space[Any]:
         """Return the space of one environment's actions."""
+        if self.planner:
+            return self.planner.action_space()
         if self.actions == "discrete":
             return spaces.Discrete(len(ACTIONS))
         return spaces.Box(-1.0, 1.0, (2,), np.float32)
@@ -86,6 +92,8 @@ class EnvSpec:
             parts["ranges"] = spaces.Box(0.0, float(reach), (beams,), np.float32)
         if config.goal:
             parts["goal"] = spaces.Box(-_FAR_M, _FAR_M, (2,), np.float32)
+        if self.planner:
+            parts |= self.planner.spaces()
         return spaces.Dict(parts) if len(parts) > 1 else parts["map"]
 
     def motions(self, actions: object, *number: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
@@ -94,7 +102,7 @@ class EnvSpec:
         ``actions`` are so many, (N,) or (N, 2); without a number they are one, () or (2,). ConfigError where there is
         no such action.
         """
-        discrete = self.actions == "discrete"
+        discrete = self.actions in {"discrete", "frontier"}
         shape = number if discrete else (*number, 2)
         try:
             values = np.asarray(actions)
@@ -102,6 +110,8 @@ class EnvSpec:
             raise ConfigError(f"action: expected an array of shape {shape}, found {actions!r}") from error
         if values.shape != shape:
             raise ConfigError(f"action: expected an array of shape {shape}, found {values.shape}")
+        if self.planner:
+            return self.planner.meant(values), np.zeros(math.prod(number), bool)
         return self._looked_up(values) if discrete else self._scaled(values)
 
     def _looked_up(self, values: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
@@ -143,6 +153,8 @@ class EnvSpec:
             parts["ranges"] = (episode.ranges * measures.cell_m).astype(np.float32)
         if self.config.goal:
             parts["goal"] = measures.goal_ahead().astype(np.float32)
+        if self.planner:
+            parts |= self.planner.observe(episode, measures)
         return parts if len(parts) > 1 else parts["map"]
 
     def draw(self, rng: np.random.Generator, plan_id: str | None) -> World:
@@ -155,11 +167,31 @@ class EnvSpec:
         self, world: World, params: StepParams, scratch: Scratch, rng: np.random.Generator, *, own: bool = True
     ) -> State:
         """Return the start of an episode, see ``worlds.reset``; its first look round is the next step's to take."""
-        return initial_state(world, self.config, params, scratch, rng, complete=self.complete, own=own)
+        state = initial_state(world, self.config, params, scratch, rng, complete=self.complete, own=own)
+        if self.planner:
+            state.episode = state.episode._replace(plans=self.planner.plans(state, world, self.task))
+        return state
+
+    def report(self, episode: Episode, measures: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
+        """Return what ``info`` says of a pool of episodes: arrays of the caller's own."""
+        found = self.task.report(measures, success)
+        return {**found, **self.planner.report(episode, measures.cell_m)} if self.planner else found
+
+    def masks(self, episode: Episode) -> npt.NDArray[np.bool_]:
+        """Return (N, K) which of a planner's actions are allowed; ConfigError where all always are."""
+        if not self.planner or not self.planner.choices:
+            raise ConfigError(f'action_masks: there are masks with actions="frontier", found {self.actions!r}')
+        return self.planner.masks(episode)
 
 
 def make_env_spec(
-    task: Task, dataset: Plans, config: SimulatorConfig | None, actions: Actions, observation: Kind
+    task: Task,
+    dataset: Plans,
+    config: SimulatorConfig | None,
+    actions: Actions,
+    observation: Kind,
+    *,
+    planning: PlanningConfig | None = None,
 ) -> EnvSpec:
     """Return an environment's face; ConfigError where an argument is not one of those that there are."""
     for name, value, kinds in (("actions", actions, Actions), ("observation", observation, Kind)):
@@ -168,7 +200,8 @@ def make_env_spec(
     if config is not None and not isinstance(config, SimulatorConfig):
         raise ConfigError(f"config: expected a SimulatorConfig or None, found {config!r}")
     config = task.configured(config)
-    return EnvSpec(task, config, WorldCache(dataset, config), actions, observation)
+    planner = make_planner_spec(actions, planning, config, task)
+    return EnvSpec(task, config, WorldCache(dataset, config), actions, observation, planner)
 
 
 def new_constants(number: int) -> EpisodeConstants:

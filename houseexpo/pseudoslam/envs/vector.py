@@ -17,6 +17,7 @@ from gymnasium.vector.utils import batch_space
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import whole
+from houseexpo.pseudoslam.config.planning import PlanningConfig
 from houseexpo.pseudoslam.envs.batch import Batch
 from houseexpo.pseudoslam.envs.infos import infos_of
 from houseexpo.pseudoslam.envs.reset_arguments import Seeds, mask_of, plans_of, seeds_of
@@ -84,6 +85,7 @@ class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[A
         num_envs: int = 1,
         actions: Actions = "discrete",
         observation: Kind = "map",
+        planning: PlanningConfig | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         copy: bool = True,
         threads: int | None = None,
@@ -99,7 +101,7 @@ class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[A
         self._mode = AutoresetMode(autoreset_mode)
         self.metadata = {**PseudoSlamEnv.metadata, "autoreset_mode": self._mode}
         self._lock = RLock()
-        self._env_spec = make_env_spec(task, dataset, config, actions, observation)
+        self._env_spec = make_env_spec(task, dataset, config, actions, observation, planning=planning)
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
         self.num_envs, self._copy = num_envs, copy
         self.single_action_space = self._env_spec.action_space()
@@ -194,6 +196,12 @@ class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[A
 
         return [picture(self._simulators[i], self.state(i)) for i in range(self.num_envs)]
 
+    @_one_at_a_time
+    def action_masks(self, i: int | None = None) -> Bools:
+        """Return (N, K) which frontiers there are to choose from, or (K,) those of one environment."""
+        masks = self._env_spec.masks(self._batch.arrays)
+        return masks if i is None else masks[i]
+
     def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002  # gymnasium's signature
         """End the threads."""
         self._batch.close()
@@ -226,7 +234,8 @@ class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[A
         return found
 
     def _infos(self, after: Metrics, success: Bools, which: Bools) -> dict[str, Any]:
-        return infos_of({**self.task.report(after, success), "plan_id": self._plan_ids.copy()}, which)
+        report = self._env_spec.report(self._batch.arrays, after, success)
+        return infos_of({**report, "plan_id": self._plan_ids.copy()}, which)
 
     def _finals(self, after: Metrics, success: Bools) -> dict[str, Any]:
         found = self._env_spec.observe(self._batch.arrays, after)

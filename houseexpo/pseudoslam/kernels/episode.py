@@ -11,6 +11,7 @@ from houseexpo.pseudoslam.kernels.motion.bodies import Bodies, Tracks, bodies_of
 from houseexpo.pseudoslam.kernels.people.social_force import Walk
 from houseexpo.pseudoslam.kernels.planning.distance_field import Field, field_of
 from houseexpo.pseudoslam.kernels.planning.flow import Flow, flow_of
+from houseexpo.pseudoslam.kernels.planning.plan import PlanRules, Plans, plans_of
 from houseexpo.pseudoslam.kernels.types import Counts, Errors, Floats, Grid, Robot, Rows, Sensor, row_type
 
 POSE = row_type(x=float, y=float, heading=float, seen_x=float, seen_y=float, seen_heading=float)
@@ -49,6 +50,7 @@ class Episode(NamedTuple):
     tracks: Tracks
     flow: Flow
     field: Field
+    plans: Plans
 
 
 class StepParams(NamedTuple):
@@ -62,6 +64,7 @@ class StepParams(NamedTuple):
     clearance_px: float
     overview_px: float
     """Pixels along the side of an overview's cell."""
+    plan: PlanRules
 
 
 @njit(inline="always")
@@ -73,7 +76,7 @@ def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
         pool.occupied[i, :cells].reshape((rows, cols)), pool.observable[i, :cells].reshape((rows, cols)),
         pool.known[i, :cells].reshape((rows, cols)), pool.shown[i], pool.overview[i], pool.ranges[i],
         pool.pose[i, 0], pool.counts[i, 0], pool.readings[i, 0], bodies_of(pool.bodies, i), tracks_of(pool.tracks, i),
-        flow_of(pool.flow, i), field_of(pool.field, i),
+        flow_of(pool.flow, i), field_of(pool.field, i), plans_of(pool.plans, i),
     )  # fmt: skip
 
 

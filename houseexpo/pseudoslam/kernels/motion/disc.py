@@ -10,7 +10,8 @@ from houseexpo.pseudoslam.kernels.types import Grid
 
 TOUCH = 1e-9
 """Pixels by which rounding may press a disc into a square."""
-_REST = 1e-6  # pixels before contact at which the disc stops
+REST = 1e-6
+"""Pixels before contact at which the disc stops."""
 
 
 @njit(cache=True, nogil=True)
@@ -46,12 +47,12 @@ def free_way(occupied: Grid, x: float, y: float, right: float, down: float, dist
     for row in range(top, bottom):
         for col in range(left, last):
             if occupied[row, col] != 0:
-                way = min(way, _contact(x - col - 0.5, y - row - 0.5, right, down, r, way))
-    return way if way == distance else max(way - _REST, 0.0)
+                way = min(way, contact(x - col - 0.5, y - row - 0.5, right, down, r, way))
+    return way if way == distance else max(way - REST, 0.0)
 
 
 @njit(cache=True, nogil=True)
-def _contact(x: float, y: float, right: float, down: float, r: float, way: float) -> float:
+def contact(x: float, y: float, right: float, down: float, r: float, way: float) -> float:
     """Return where on its way a disc's centre enters the unit square at the origin grown by ``r``, else ``way``.
 
     The grown square is two rectangles and four discs round the corners.

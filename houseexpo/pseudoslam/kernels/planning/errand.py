@@ -1,0 +1,108 @@
+"""A planner's action, from its first step to its last: where it leads, how it stands, and what may be chosen next."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.mapping.merge import UNKNOWN
+from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
+from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways, trace
+from houseexpo.pseudoslam.kernels.planning.plan import (
+    ARRIVED,
+    BLOCKED,
+    DONE,
+    GIVEN_UP,
+    GOING,
+    LIMIT,
+    NO_CHOICE,
+    NOTHING,
+    SEEN,
+    PlanRules,
+    Plans,
+    TravelRules,
+)
+from houseexpo.pseudoslam.kernels.planning.travel import is_settled, nearest_place
+from houseexpo.pseudoslam.kernels.types import Floats, Grid, KnownWays, Rows, Scratch
+
+
+@njit(cache=True, nogil=True)
+def set_out(known: Grid, pose: Rows, plan: Plans, choice: Floats, rules: PlanRules, found: KnownWays) -> None:
+    """Find the way that an action means, into ``found``; ``plan.state`` says how it stands.
+
+    Parameters
+    ----------
+    choice
+        (2,) the number of a frontier and 0; or a waypoint, pixels ahead and to the left.
+    """
+    state, x, y = plan.state, pose.seen_x, pose.seen_y
+    state.outcome, state.target, state.path, state.at, state.steps, state.moved_px = NOTHING, -1, 0, 0, 0, 0.0
+    radius = rules.frontiers.radius_px
+    if len(plan.frontiers) > 0:
+        chosen = plan.frontiers[int(choice[0])]
+        goal = chosen.goal
+        if goal == NO_CHOICE:
+            return
+        if known.ravel()[chosen.middle] == UNKNOWN:
+            state.target = chosen.middle
+        find_ways(known, x, y, radius, goal, found)
+    else:
+        find_ways(known, x, y, radius, -1, found)
+        cos, sin = math.cos(pose.seen_heading), math.sin(pose.seen_heading)
+        to_x, to_y = x + choice[0] * cos - choice[1] * sin, y - choice[0] * sin - choice[1] * cos
+        goal = nearest_place(found, to_x, to_y)
+        if goal < 0:
+            return
+        row, col = goal // known.shape[1], goal % known.shape[1]
+        if math.floor(to_x) != col or math.floor(to_y) != row:
+            state.moved_px = math.hypot(col + 0.5 - to_x, row + 0.5 - to_y)
+    state.path = trace(found, goal, found.queue[0])
+    state.outcome = GOING if state.path > 0 else NOTHING
+
+
+@njit(cache=True, nogil=True)
+def look_back(known: Grid, pose: Rows, counts: Rows, plan: Plans, rules: TravelRules) -> None:
+    """Say how a travel stands after a step."""
+    state = plan.state
+    state.steps += 1
+    if counts.covered >= state.enough or math.hypot(pose.x - state.goal_x, pose.y - state.goal_y) <= state.goal_px:
+        state.outcome = DONE
+    elif counts.blocked != 0:
+        state.outcome = BLOCKED
+    elif state.outcome == GOING and state.target >= 0 and is_settled(known, state.target, rules.settled_px):
+        state.outcome = SEEN
+    elif state.outcome == GOING and (state.steps >= rules.most_steps or counts.steps >= state.time):
+        state.outcome = LIMIT
+
+
+@njit(cache=True, nogil=True)
+def survey(known: Grid, pose: Rows, plan: Plans, rules: PlanRules, scratch: Scratch) -> None:
+    """Find the frontiers to choose from next; what was looked at in vain is given up."""
+    state = plan.state
+    in_vain = state.outcome == ARRIVED or (state.outcome == BLOCKED and state.gone_px == 0.0)
+    if in_vain and state.target >= 0 and known.ravel()[state.target] == UNKNOWN:
+        plan.given_up[state.lost % GIVEN_UP] = state.target
+        state.lost += 1
+    choices = len(plan.frontiers)
+    if choices == 0:
+        return
+    has_goal = not math.isnan(state.goal_x)
+    given_up = plan.given_up[: min(state.lost, GIVEN_UP)]
+    n = find_frontiers(
+        known, pose.seen_x, pose.seen_y, rules.frontiers, given_up, scratch,
+        plan.frontiers[: choices - 1] if has_goal else plan.frontiers[:choices],
+    )  # fmt: skip
+    for k in range(n, choices):
+        row = plan.frontiers[k]
+        row.middle, row.goal, row.cells, row.way = 0, NO_CHOICE, 0, 0
+    if has_goal:
+        found = scratch.ways
+        goal = nearest_place(found, state.goal_x, state.goal_y)
+        cols = known.shape[1]
+        if (
+            goal >= 0
+            and math.hypot(goal % cols + 0.5 - state.goal_x, goal // cols + 0.5 - state.goal_y) < state.goal_px
+        ):
+            row = plan.frontiers[choices - 1]
+            row.middle, row.goal, row.cells, row.way = goal, goal, 1, found.ways[goal]

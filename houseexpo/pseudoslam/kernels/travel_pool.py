@@ -1,0 +1,103 @@
+"""Actions that planners use, in some of the environments of a pool: each is as many steps as its travel takes.
+
+The kernels are those of ``step_pool`` with such an action in the place of a step, and take what those take; each is
+compiled when it is asked for.
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.episode import Episode, StepParams, episode_of
+from houseexpo.pseudoslam.kernels.look import look, look_along_rays, look_at_sector
+from houseexpo.pseudoslam.kernels.planning.errand import look_back, set_out, survey
+from houseexpo.pseudoslam.kernels.planning.plan import GOING, NOTHING
+from houseexpo.pseudoslam.kernels.planning.travel import next_motion
+from houseexpo.pseudoslam.kernels.step import Look, Move, move_people, show, stand_still, step
+from houseexpo.pseudoslam.kernels.step_pool import SKIP, STEP
+from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Scratch
+
+
+@njit(cache=True, nogil=True)
+def travels_by_sector(
+    pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int,
+) -> None:  # fmt: skip
+    """Travel in environments that look at sectors, without errors; the other kernels do as this one.
+
+    Parameters
+    ----------
+    pool, sizes, wanted, params, scratch, first, end
+        As ``steps_by_sector`` takes them.
+    choices
+        (N, 2) the actions, as ``set_out`` takes them.
+    """
+    _travels(pool, sizes, choices, wanted, params, scratch, first, end, stand_still, look_at_sector, False)
+
+
+@njit(cache=True, nogil=True)
+def travels_by_rays(
+    pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int,
+) -> None:  # fmt: skip
+    """Look along rays."""
+    _travels(pool, sizes, choices, wanted, params, scratch, first, end, stand_still, look_along_rays, False)
+
+
+@njit(cache=True, nogil=True)
+def travels_in_full(
+    pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int,
+) -> None:  # fmt: skip
+    """Look as the parameters say."""
+    _travels(pool, sizes, choices, wanted, params, scratch, first, end, stand_still, look, True)
+
+
+@njit(cache=True, nogil=True)
+def travels_with_people(
+    pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int,
+) -> None:  # fmt: skip
+    """Do as ``travels_in_full`` does, while people and what is on a trajectory move."""
+    _travels(pool, sizes, choices, wanted, params, scratch, first, end, move_people, look, True)
+
+
+@njit(inline="always")
+def _travels(
+    pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int, move: Move, look: Look, full: bool,
+) -> None:  # fmt: skip
+    for i in range(first, end):
+        if wanted[i] == SKIP:
+            continue
+        episode = episode_of(pool, sizes, i)
+        if wanted[i] == STEP:
+            plan, rules, found = episode.plans, params.plan, scratch.ways
+            state, pose, readings = plan.state, episode.pose, episode.readings
+            before_px = readings.path_length
+            begins = episode.counts.steps < 0
+            if begins:
+                state.lost = 0
+            else:
+                set_out(episode.known, pose, plan, choices[i], rules, found)
+            turn, forward = 0.0, 0.0
+            if not begins and state.outcome == NOTHING:
+                turn = rules.travel.turn_rad
+            while True:
+                if not begins and state.outcome == GOING:
+                    turn, forward, state.at, state.outcome = next_motion(
+                        episode.known, pose.seen_x, pose.seen_y, pose.seen_heading, found, state.path, state.at,
+                        state.target, rules.travel,
+                    )  # fmt: skip
+                    if state.outcome != GOING and state.steps > 0:
+                        break
+                step(episode, turn, forward, params, scratch, move, look, full)
+                if begins:
+                    state.outcome, state.steps, state.target = NOTHING, 0, -1
+                    break
+                look_back(episode.known, pose, episode.counts, plan, rules.travel)
+                if state.outcome != GOING:
+                    break
+            state.gone_px = readings.path_length - before_px
+            survey(episode.known, pose, plan, rules, scratch)
+        show(episode)
