@@ -8,7 +8,15 @@ import numpy as np
 
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.planning import PlanningConfig
-from houseexpo.pseudoslam.kernels.planning.plan import FrontierRules, PlanRules, TravelRules
+from houseexpo.pseudoslam.kernels.planning.plan import (
+    BY_FRONTIER,
+    BY_NEIGHBOUR,
+    BY_WAYPOINT,
+    FrontierRules,
+    GraphRules,
+    PlanRules,
+    TravelRules,
+)
 from houseexpo.pseudoslam.kernels.types import Offsets
 
 LARGE_M = 0.4
@@ -17,11 +25,16 @@ _NEAR_M = 1.0  # how far from a frontier a goal is looked for before all that se
 _AIM_M = 1.5  # how far along its way the robot looks for where to head
 
 
-def plan_rules(config: SimulatorConfig, planning: PlanningConfig) -> PlanRules:
-    """Return what actions of planners go by."""
+KINDS = {"frontier": BY_FRONTIER, "waypoint": BY_WAYPOINT, "neighbour": BY_NEIGHBOUR}
+
+
+def plan_rules(config: SimulatorConfig, planning: PlanningConfig, actions: str) -> PlanRules:
+    """Return what a planner's actions go by: one of ``KINDS``."""
     robot, ppm = config.robot, float(config.pixels_per_metre)
+    frontiers = frontier_rules(config, planning.large_m, planning.least_m)
     return PlanRules(
-        frontier_rules(config, planning.large_m, planning.least_m),
+        KINDS[actions],
+        frontiers,
         TravelRules(
             float(robot.radius_m * ppm),
             float(robot.step_m * ppm),
@@ -30,6 +43,7 @@ def plan_rules(config: SimulatorConfig, planning: PlanningConfig) -> PlanRules:
             max(round(_AIM_M * ppm), 4),
             planning.max_steps,
         ),
+        GraphRules(max(round(planning.spacing_m * ppm), 1), frontiers.range_px, frontiers.spare_px),
     )
 
 

@@ -1,4 +1,4 @@
-"""Actions that planners use: how many frontiers there are to choose from, and how far one action goes."""
+"""What planners use: how many frontiers there are to choose from, how far an action goes, how dense a graph is."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from houseexpo.pseudoslam.config.checks import number, whole
 
-MAX_FRONTIERS = 1024
+MAX_FRONTIERS, MAX_NODES, MAX_NEIGHBOURS = 1024, 4096, 24
 
 
 @dataclass(frozen=True)
 class PlanningConfig:
-    """What ``actions="frontier"`` and ``actions="waypoint"`` are told beside the simulator's configuration.
+    """What planners' actions and ``observation="graph"`` are told beside the simulator's configuration.
 
     Parameters
     ----------
@@ -26,6 +26,10 @@ class PlanningConfig:
         Where a waypoint of (1, 1) lies, ahead and to the left; None: half the side of the view.
     max_steps
         Steps of the simulator that one action takes at most.
+    spacing_m
+        How far apart the graph's nodes are, or nearly.
+    nodes, neighbours
+        How many nodes a graph has at most, and how many neighbours each.
     """
 
     frontiers: int = 16
@@ -34,10 +38,16 @@ class PlanningConfig:
     settled_m: float = 0.5
     reach_m: float | None = None
     max_steps: int = 60
+    spacing_m: float = 0.8
+    nodes: int = 256
+    neighbours: int = 8
 
     def __post_init__(self) -> None:
         whole(self.frontiers, "planning.frontiers", at_least=1, at_most=MAX_FRONTIERS)
         whole(self.max_steps, "planning.max_steps", at_least=1)
+        whole(self.nodes, "planning.nodes", at_least=1, at_most=MAX_NODES)
+        whole(self.neighbours, "planning.neighbours", at_least=1, at_most=MAX_NEIGHBOURS)
+        number(self.spacing_m, "planning.spacing_m", above=0.0, at_most=1000.0)
         for name in ("large_m", "least_m", "settled_m"):
             number(getattr(self, name), f"planning.{name}", at_least=0.0, at_most=1000.0)
         if self.reach_m is not None:

@@ -27,8 +27,8 @@ from houseexpo.pseudoslam.worlds.cache import Plans, WorldCache
 from houseexpo.pseudoslam.worlds.reset import initial_state
 from houseexpo.pseudoslam.worlds.world import World
 
-Actions = Literal["discrete", "continuous", "frontier", "waypoint"]
-Kind = Literal["map", "dict"]
+Actions = Literal["discrete", "continuous", "frontier", "waypoint", "neighbour"]
+Kind = Literal["map", "dict", "graph"]
 MAPS = ("map", "global_map")
 """What ``EnvSpec.observe`` returns as views."""
 _FAR_M = 10_000.0  # nothing is further away: a grid has at most 1e8 cells
@@ -43,13 +43,14 @@ class EnvSpec:
     ----------
     actions
         "discrete": 0 forward, 1 left, 2 right. "continuous": (linear, angular) in [-1, 1], as shares of a step's way
-        (backward where negative) and turn (left where positive); the turn comes first. "frontier" and "waypoint":
-        travels along the robot's own map, see ``planners.PlannerSpec``.
+        (backward where negative) and turn (left where positive); the turn comes first. "frontier",
+        "waypoint" and "neighbour": travels along the robot's own map, see ``planners.PlannerSpec``.
     kind
         "map": the map round the robot, (1, side, side) uint8, heading up: 0 unknown, 127 free, 255 obstacle. "dict":
         that as "map", "global_map" (1, cells, cells) uint8, the whole map round the start, "pose" (3,) float32, where
         odometry has the robot since then (m, m, rad), and "ranges" (beams,) float32, metres, from the fan's right.
-        Where there is a goal, either is a dict that has "goal", (2,) float32, metres ahead and to the left.
+        "graph": that as "map", and a graph of what is known, see ``planners.PlannerSpec``.
+        Where there is a goal, each is a dict that has "goal", (2,) float32, metres ahead and to the left.
     """
 
     task: Task
@@ -102,7 +103,7 @@ class EnvSpec:
         ``actions`` are so many, (N,) or (N, 2); without a number they are one, () or (2,). ConfigError where there is
         no such action.
         """
-        discrete = self.actions in {"discrete", "frontier"}
+        discrete = self.planner.numbers > 0 if self.planner else self.actions == "discrete"
         shape = number if discrete else (*number, 2)
         try:
             values = np.asarray(actions)
@@ -169,7 +170,9 @@ class EnvSpec:
         """Return the start of an episode, see ``worlds.reset``; its first look round is the next step's to take."""
         state = initial_state(world, self.config, params, scratch, rng, complete=self.complete, own=own)
         if self.planner:
-            state.episode = state.episode._replace(plans=self.planner.plans(state, world, self.task))
+            state.episode = state.episode._replace(
+                plans=self.planner.plans(state, world, self.task), graph=self.planner.graph()
+            )
         return state
 
     def report(self, episode: Episode, measures: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
@@ -179,8 +182,9 @@ class EnvSpec:
 
     def masks(self, episode: Episode) -> npt.NDArray[np.bool_]:
         """Return (N, K) which of a planner's actions are allowed; ConfigError where all always are."""
-        if not self.planner or not self.planner.choices:
-            raise ConfigError(f'action_masks: there are masks with actions="frontier", found {self.actions!r}')
+        if not self.planner or not self.planner.numbers:
+            wanted = 'actions="frontier" or "neighbour"'
+            raise ConfigError(f"action_masks: expected {wanted}, found {self.actions!r}")
         return self.planner.masks(episode)
 
 
@@ -200,7 +204,7 @@ def make_env_spec(
     if config is not None and not isinstance(config, SimulatorConfig):
         raise ConfigError(f"config: expected a SimulatorConfig or None, found {config!r}")
     config = task.configured(config)
-    planner = make_planner_spec(actions, planning, config, task)
+    planner = make_planner_spec(actions, observation, planning, config, task)
     return EnvSpec(task, config, WorldCache(dataset, config), actions, observation, planner)
 
 

@@ -11,7 +11,7 @@ from houseexpo.pseudoslam.kernels.motion.bodies import Bodies, Tracks, bodies_of
 from houseexpo.pseudoslam.kernels.people.social_force import Walk
 from houseexpo.pseudoslam.kernels.planning.distance_field import Field, field_of
 from houseexpo.pseudoslam.kernels.planning.flow import Flow, flow_of
-from houseexpo.pseudoslam.kernels.planning.plan import PlanRules, Plans, plans_of
+from houseexpo.pseudoslam.kernels.planning.plan import Graph, PlanRules, Plans, graph_of, plans_of
 from houseexpo.pseudoslam.kernels.types import Counts, Errors, Floats, Grid, Robot, Rows, Sensor, row_type
 
 POSE = row_type(x=float, y=float, heading=float, seen_x=float, seen_y=float, seen_heading=float)
@@ -51,6 +51,7 @@ class Episode(NamedTuple):
     flow: Flow
     field: Field
     plans: Plans
+    graph: Graph
 
 
 class StepParams(NamedTuple):
@@ -77,6 +78,7 @@ def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
         pool.known[i, :cells].reshape((rows, cols)), pool.shown[i], pool.overview[i], pool.ranges[i],
         pool.pose[i, 0], pool.counts[i, 0], pool.readings[i, 0], bodies_of(pool.bodies, i), tracks_of(pool.tracks, i),
         flow_of(pool.flow, i), field_of(pool.field, i), plans_of(pool.plans, i),
+        graph_of(pool.graph, i),
     )  # fmt: skip
 
 

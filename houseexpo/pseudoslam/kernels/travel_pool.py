@@ -72,14 +72,16 @@ def _travels(
             continue
         episode = episode_of(pool, sizes, i)
         if wanted[i] == STEP:
-            plan, rules, found = episode.plans, params.plan, scratch.ways
-            state, pose, readings = plan.state, episode.pose, episode.readings
+            plan, graph, rules, found = episode.plans, episode.graph, params.plan, scratch.ways
+            state, pose, readings = plan.state[0], episode.pose, episode.readings
             before_px = readings.path_length
             begins = episode.counts.steps < 0
             if begins:
                 state.lost = 0
+                if len(graph.state) > 0:
+                    graph.state[0].visits = 0
             else:
-                set_out(episode.known, pose, plan, choices[i], rules, found)
+                set_out(episode.known, pose, plan, graph, choices[i], rules, found)
             turn, forward = 0.0, 0.0
             if not begins and state.outcome == NOTHING:
                 turn = rules.travel.turn_rad
@@ -99,5 +101,5 @@ def _travels(
                 if state.outcome != GOING:
                     break
             state.gone_px = readings.path_length - before_px
-            survey(episode.known, pose, plan, rules, scratch)
+            survey(episode.known, pose, plan, graph, rules, scratch)
         show(episode)

@@ -23,7 +23,7 @@ from houseexpo.pseudoslam.kernels.planning.distance_field import (
     march,
     no_field,
 )
-from houseexpo.pseudoslam.kernels.planning.plan import no_plans
+from houseexpo.pseudoslam.kernels.planning.plan import new_graph, no_plans
 from houseexpo.pseudoslam.kernels.types import Grid, Scratch
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.obstacles import Placement, place
@@ -86,7 +86,7 @@ def initial_state(
         np.zeros((cells, cells), np.uint8), np.zeros(len(params.sensor.fan_cos) if complete else 0),
         np.array([(*pose, *pose)], POSE),  # where it is, and where it believes to be
         np.array([(-1, 0, 0, 0, 0, 0, key)], COUNTS), np.array([(0.0, 0.0, best, pose[0], pose[1])], READINGS),
-        bodies, world.tracks, world.flow, field, no_plans(),
+        bodies, world.tracks, world.flow, field, no_plans(), new_graph(0, 0),
     )  # fmt: skip
     state = State(episode, observable_cells, placed.obstacles, goal, best / config.pixels_per_metre)
     if config.known_map:

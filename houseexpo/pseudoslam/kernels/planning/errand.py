@@ -8,10 +8,13 @@ from numba import njit
 
 from houseexpo.pseudoslam.kernels.mapping.merge import UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
+from houseexpo.pseudoslam.kernels.planning.graph import draw_graph, note_visit
 from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways, trace
 from houseexpo.pseudoslam.kernels.planning.plan import (
     ARRIVED,
     BLOCKED,
+    BY_FRONTIER,
+    BY_NEIGHBOUR,
     DONE,
     GIVEN_UP,
     GOING,
@@ -19,33 +22,42 @@ from houseexpo.pseudoslam.kernels.planning.plan import (
     NO_CHOICE,
     NOTHING,
     SEEN,
+    Graph,
     PlanRules,
     Plans,
     TravelRules,
 )
 from houseexpo.pseudoslam.kernels.planning.travel import is_settled, nearest_place
-from houseexpo.pseudoslam.kernels.types import Floats, Grid, KnownWays, Rows, Scratch
+from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, KnownWays, Rows, Scratch
 
 
 @njit(cache=True, nogil=True)
-def set_out(known: Grid, pose: Rows, plan: Plans, choice: Floats, rules: PlanRules, found: KnownWays) -> None:
+def set_out(
+    known: Grid, pose: Rows, plan: Plans, graph: Graph, choice: Floats, rules: PlanRules, found: KnownWays
+) -> None:
     """Find the way that an action means, into ``found``; ``plan.state`` says how it stands.
 
     Parameters
     ----------
     choice
-        (2,) the number of a frontier and 0; or a waypoint, pixels ahead and to the left.
+        (2,) the number of a frontier or a neighbour, and 0; or a waypoint, pixels ahead and to the left.
     """
-    state, x, y = plan.state, pose.seen_x, pose.seen_y
+    state, x, y = plan.state[0], pose.seen_x, pose.seen_y
     state.outcome, state.target, state.path, state.at, state.steps, state.moved_px = NOTHING, -1, 0, 0, 0, 0.0
     radius = rules.frontiers.radius_px
-    if len(plan.frontiers) > 0:
+    if rules.kind == BY_FRONTIER:
         chosen = plan.frontiers[int(choice[0])]
         goal = chosen.goal
         if goal == NO_CHOICE:
             return
         if known.ravel()[chosen.middle] == UNKNOWN:
             state.target = chosen.middle
+        find_ways(known, x, y, radius, goal, found)
+    elif rules.kind == BY_NEIGHBOUR:
+        neighbour = graph.edges[0, int(choice[0])]
+        if neighbour < 0:
+            return
+        goal = graph.nodes[neighbour].cell
         find_ways(known, x, y, radius, goal, found)
     else:
         find_ways(known, x, y, radius, -1, found)
@@ -64,7 +76,7 @@ def set_out(known: Grid, pose: Rows, plan: Plans, choice: Floats, rules: PlanRul
 @njit(cache=True, nogil=True)
 def look_back(known: Grid, pose: Rows, counts: Rows, plan: Plans, rules: TravelRules) -> None:
     """Say how a travel stands after a step."""
-    state = plan.state
+    state = plan.state[0]
     state.steps += 1
     if counts.covered >= state.enough or math.hypot(pose.x - state.goal_x, pose.y - state.goal_y) <= state.goal_px:
         state.outcome = DONE
@@ -77,18 +89,28 @@ def look_back(known: Grid, pose: Rows, counts: Rows, plan: Plans, rules: TravelR
 
 
 @njit(cache=True, nogil=True)
-def survey(known: Grid, pose: Rows, plan: Plans, rules: PlanRules, scratch: Scratch) -> None:
-    """Find the frontiers to choose from next; what was looked at in vain is given up."""
-    state = plan.state
+def survey(known: Grid, pose: Rows, plan: Plans, graph: Graph, rules: PlanRules, scratch: Scratch) -> None:
+    """Find the frontiers to choose from next, and draw the graph; what was looked at in vain is given up."""
+    state = plan.state[0]
     in_vain = state.outcome == ARRIVED or (state.outcome == BLOCKED and state.gone_px == 0.0)
     if in_vain and state.target >= 0 and known.ravel()[state.target] == UNKNOWN:
         plan.given_up[state.lost % GIVEN_UP] = state.target
         state.lost += 1
-    choices = len(plan.frontiers)
-    if choices == 0:
-        return
-    has_goal = not math.isnan(state.goal_x)
     given_up = plan.given_up[: min(state.lost, GIVEN_UP)]
+    if len(plan.frontiers) > 0:
+        _find_choices(known, pose, plan, given_up, rules, scratch)
+    if len(graph.nodes) > 0:
+        if len(plan.frontiers) == 0:
+            find_ways(known, pose.seen_x, pose.seen_y, rules.frontiers.radius_px, -1, scratch.ways)
+        note_visit(graph, pose.seen_x, pose.seen_y, known.shape[1], rules.graph)
+        draw_graph(known, graph, rules.graph, given_up, scratch.ways)
+
+
+@njit(cache=True, nogil=True)
+def _find_choices(known: Grid, pose: Rows, plan: Plans, given_up: Cells, rules: PlanRules, scratch: Scratch) -> None:
+    """Find the frontiers, and the goal where the map shows a way to it."""
+    state, choices = plan.state[0], len(plan.frontiers)
+    has_goal = not math.isnan(state.goal_x)
     n = find_frontiers(
         known, pose.seen_x, pose.seen_y, rules.frontiers, given_up, scratch,
         plan.frontiers[: choices - 1] if has_goal else plan.frontiers[:choices],

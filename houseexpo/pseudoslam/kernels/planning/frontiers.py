@@ -15,18 +15,14 @@ R5  Clusters of ``large`` cells or more come first, by the ways to their goals; 
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways
 from houseexpo.pseudoslam.kernels.planning.plan import FrontierRules
-from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.kernels.types import NO_WAY, Cells, Grid, KnownWays, Offsets, Rows, Scratch
-
-_LINES = 32  # standing cells whose lines to a middle are followed, at most
+from houseexpo.pseudoslam.kernels.planning.viewpoints import goal_in_sight, goal_near, open_unknown
+from houseexpo.pseudoslam.kernels.types import Cells, Grid, KnownWays, Rows, Scratch
 
 
 @njit(cache=True, nogil=True)
@@ -66,14 +62,23 @@ def find_frontiers(
         if cells < rules.least or len(frontiers) == 0:
             continue
         middle = _middle(members, cells, cols)
-        goal = _goal_near(known, middle, rules.near, found)
+        goal = goal_near(known, middle, rules.near, found)
         if goal < 0:
             if not sees_through:
-                _open_unknown(known, found)
+                open_unknown(known, found)
                 sees_through = True
-            goal = _goal_in_sight(known, middle, rules.range_px, scratch)
+            goal = goal_in_sight(known, middle, rules.range_px, scratch)
         if goal >= 0:
             n = _insert(frontiers, n, middle, goal, cells, found.ways[goal], rules.large)
+    return n
+
+
+@njit(cache=True, nogil=True)
+def list_edges(known: Grid, spare_px: float, given_up: Cells, found: KnownWays) -> int:
+    """List the frontiers' cells (R1) row by row in the queue's first row; return how many. ``found`` has its box."""
+    n = _find_edges(known, spare_px, given_up, found)
+    for k in range(n):
+        found.marks[found.queue[0, k]] = 0
     return n
 
 
@@ -154,83 +159,6 @@ def _middle(members: Cells, n: int, cols: int) -> int:
         off = down * down + right * right
         if best < 0 or off < least or (off == least and cell < best):
             best, least = cell, off
-    return best
-
-
-@njit(cache=True, nogil=True)
-def _goal_near(known: Grid, middle: int, near: Offsets, found: KnownWays) -> int:
-    """Return the nearest standing cell with a way and a clear line to a cell (R3); -1: none of the first few has."""
-    rows, cols = known.shape
-    row, col = middle // cols, middle % cols
-    lines = 0
-    for k in range(len(near)):
-        r, c = row + np.int64(near[k, 0]), col + np.int64(near[k, 1])
-        if not (0 <= r < rows and 0 <= c < cols):
-            continue
-        way = found.ways[r * cols + c]
-        if way < 0 or way == NO_WAY:
-            continue
-        if is_clear(known, r, c, row, col):
-            return int(r * cols + c)
-        lines += 1
-        if lines >= _LINES:
-            break
-    return -1
-
-
-@njit(cache=True, nogil=True)
-def is_clear(known: Grid, row: int, col: int, to_row: int, to_col: int) -> bool:
-    """Whether the line between the middles of two cells passes free cells only, the two left aside.
-
-    A line through a corner passes where one of the two squares beside it is free.
-    """
-    down, right = abs(to_row - row), abs(to_col - col)
-    step_row, step_col = (1 if to_row > row else -1), (1 if to_col > col else -1)
-    i, j = 0, 0
-    while i < down or j < right:
-        turn = (1 + 2 * j) * down - (1 + 2 * i) * right  # below 0: the next side that is crossed is between columns
-        if turn == 0:
-            beside, above = known[row, col + step_col], known[row + step_row, col]
-            if FREE not in (beside, above):
-                return False
-        if turn <= 0:
-            j, col = j + 1, col + step_col
-        if turn >= 0:
-            i, row = i + 1, row + step_row
-        if (row != to_row or col != to_col) and known[row, col] != FREE:
-            return False
-    return True
-
-
-@njit(cache=True, nogil=True)
-def _open_unknown(known: Grid, found: KnownWays) -> None:
-    """Leave only obstacles closed, and the box's rim."""
-    flat, closed, box = known.ravel(), found.closed, found.box
-    for row in range(box[0] + 1, box[1] - 1):
-        line = row * known.shape[1]
-        for cell in range(np.uint64(line + box[2] + 1), np.uint64(max(line + box[3] - 1, 0))):
-            closed[cell] &= flat[cell] != UNKNOWN
-
-
-@njit(cache=True, nogil=True)
-def _goal_in_sight(known: Grid, middle: int, range_px: float, scratch: Scratch) -> int:
-    """Return the nearest standing cell with a way that sees a cell (R3); -1: there is none."""
-    found, (rows, cols) = scratch.ways, known.shape
-    closed = found.closed[: rows * cols].reshape((rows, cols))
-    row, col = middle // cols, middle % cols
-    before, closed[row, col] = closed[row, col], 0
-    n_runs, _ = sector_scan(
-        closed, col + 0.5, row + 0.5, 0.0, math.pi, range_px, scratch.runs, scratch.hit, scratch.slopes
-    )
-    closed[row, col] = before
-    best, least = -1, 0
-    for k in range(n_runs):
-        for cell in range(scratch.runs[k, 0], scratch.runs[k, 1] + 1):
-            way = found.ways[cell]
-            if way >= 0 and way != NO_WAY:
-                off = (cell // cols - row) ** 2 + (cell % cols - col) ** 2
-                if best < 0 or off < least or (off == least and cell < best):
-                    best, least = cell, off
     return best
 
 

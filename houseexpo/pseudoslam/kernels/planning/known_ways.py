@@ -17,13 +17,18 @@ import math
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, UNKNOWN
-from houseexpo.pseudoslam.kernels.motion.bodies import cell_meets_disc
 from houseexpo.pseudoslam.kernels.planning.plan import ACROSS, STRAIGHT
-from houseexpo.pseudoslam.kernels.types import NO_STAND, NO_WAY, Cells, Counts, Grid, KnownWays
-
-_EPS = 1e-9  # pixels
-_TOP, _BOTTOM, _LEFT, _RIGHT, _COLS = range(5)
+from houseexpo.pseudoslam.kernels.planning.standing import (
+    BOTTOM,
+    COLS,
+    LEFT,
+    RIGHT,
+    TOP,
+    close_cells,
+    find_box,
+    find_standing_cells,
+)
+from houseexpo.pseudoslam.kernels.types import NO_STAND, NO_WAY, Cells, Grid, KnownWays
 
 
 @njit(cache=True, nogil=True)
@@ -41,9 +46,9 @@ def find_ways(known: Grid, x: float, y: float, radius_px: float, until: int, fou
         -1: all are found.
     """
     _clear(found)
-    _find_box(known, x, y, radius_px, found.box)
-    _close(known, x, y, radius_px, found)
-    _find_standing(radius_px, found)
+    find_box(known, x, y, radius_px, found.box)
+    close_cells(known, x, y, radius_px, found)
+    find_standing_cells(radius_px, found)
     _find_lengths(known.shape[0], x, y, radius_px, until, found)
 
 
@@ -53,7 +58,7 @@ def trace(found: KnownWays, goal: int, path: Cells) -> int:
 
     Of ways equally long it is always the same one. 0 where there is no way, or ``path`` is too short.
     """
-    ways, cols = found.ways, found.box[_COLS]
+    ways, cols = found.ways, found.box[COLS]
     if goal < 0 or goal >= len(ways) or ways[goal] < 0 or ways[goal] == NO_WAY:
         return 0
     steps = (1, -1, cols, -cols)
@@ -83,94 +88,8 @@ def trace(found: KnownWays, goal: int, path: Cells) -> int:
 def _clear(found: KnownWays) -> None:
     """Forget the last ways."""
     box, ways = found.box, found.ways
-    for row in range(box[_TOP], box[_BOTTOM]):
-        ways[row * box[_COLS] + box[_LEFT] : row * box[_COLS] + box[_RIGHT]] = NO_STAND
-
-
-@njit(cache=True, nogil=True)
-def _find_box(known: Grid, x: float, y: float, radius_px: float, box: Counts) -> None:
-    """Write the rows and columns in which something is known or the robot stands, and one more on each side."""
-    rows, cols = known.shape
-    flat = known.ravel()
-    by_col = np.zeros(cols, np.uint8)
-    top, bottom = rows, 0
-    for row in range(rows):
-        some, first = np.uint8(0), np.uint64(row * cols)
-        for col in range(np.uint64(cols)):
-            some |= flat[first + col]
-            by_col[col] |= flat[first + col]
-        if some != UNKNOWN:
-            top, bottom = min(top, row), row + 1
-    left, right = cols, 0
-    for col in range(cols):
-        if by_col[col] != UNKNOWN:
-            left, right = min(left, col), col + 1
-    reach = radius_px + 1.0
-    top, bottom = min(top, math.floor(y - reach)), max(bottom, math.floor(y + reach) + 1)
-    left, right = min(left, math.floor(x - reach)), max(right, math.floor(x + reach) + 1)
-    box[_TOP], box[_LEFT] = min(max(top - 1, 0), rows), min(max(left - 1, 0), cols)
-    box[_BOTTOM], box[_RIGHT] = max(min(bottom + 1, rows), box[_TOP]), max(min(right + 1, cols), box[_LEFT])
-    box[_COLS] = cols
-
-
-@njit(cache=True, nogil=True)
-def _close(known: Grid, x: float, y: float, radius_px: float, found: KnownWays) -> None:
-    """Say which cells are not open (R1, R2); those on the box's rim are not, for they are unknown or on the grid's."""
-    rows, cols = known.shape
-    flat, closed, box = known.ravel(), found.closed, found.box
-    for row in range(box[_TOP], box[_BOTTOM]):
-        for cell in range(np.uint64(row * cols + box[_LEFT]), np.uint64(row * cols + box[_RIGHT])):
-            closed[cell] = flat[cell] != FREE
-    for row in range(max(math.floor(y - radius_px), 1), min(math.floor(y + radius_px) + 1, rows - 1)):
-        for col in range(max(math.floor(x - radius_px), 1), min(math.floor(x + radius_px) + 1, cols - 1)):
-            if cell_meets_disc(row, col, x, y, radius_px):
-                closed[row * cols + col] = 0
-    if box[_BOTTOM] > box[_TOP] and box[_RIGHT] > box[_LEFT]:
-        for row in range(box[_TOP], box[_BOTTOM]):
-            closed[row * cols + box[_LEFT]], closed[row * cols + box[_RIGHT] - 1] = 1, 1
-        for col in range(box[_LEFT], box[_RIGHT]):
-            closed[box[_TOP] * cols + col], closed[(box[_BOTTOM] - 1) * cols + col] = 1, 1
-
-
-@njit(cache=True, nogil=True)
-def _find_standing(radius_px: float, found: KnownWays) -> None:
-    """Set ``ways`` to ``NO_WAY`` in standing cells (R3): column by column how far closed cells are, then along rows.
-
-    Columns and rows are taken many cells at a time: each inner loop runs over cells side by side in memory.
-    """
-    closed, ways, box = found.closed, found.ways, found.box
-    cols, left, wide = box[_COLS], box[_LEFT], box[_RIGHT] - box[_LEFT]
-    high = box[_BOTTOM] - box[_TOP]
-    reach = math.ceil(radius_px + 0.5)
-    far = np.int16(reach + 2)
-    within = np.empty(reach + 1, np.int64)  # rows up or down within which a closed cell so many columns off is met
-    for across in range(reach + 1):
-        within[across] = -1
-        for down in range(reach + 1):
-            if math.hypot(max(across - 0.5, 0.0), max(down - 0.5, 0.0)) < radius_px - _EPS:
-                within[across] = down
-    above = np.zeros((high + 2, wide), np.int16)  # rows to the next closed cell; the first and last stand for outside
-    for i in range(high):
-        line = (box[_TOP] + i) * cols + left
-        for j in range(np.uint64(wide)):
-            nearer = min(np.int16(above[i, j] + np.int16(1)), far)
-            above[i + 1, j] = np.int16(0) if closed[np.uint64(line) + j] != 0 else nearer
-    for i in range(high, 0, -1):
-        for j in range(np.uint64(wide)):
-            above[i, j] = min(above[i, j], np.int16(above[i + 1, j] + np.int16(1)))
-    met = np.empty(wide, np.uint8)
-    for i in range(high):
-        near = above[i + 1]
-        met[:] = 0
-        for across in range(-reach, reach + 1):
-            rows_off = within[abs(across)]
-            if rows_off >= 0:
-                least = np.int16(rows_off)
-                for j in range(np.uint64(max(0, -across)), np.uint64(max(min(wide, wide - across), 0))):
-                    met[j] |= near[np.uint64(np.int64(j) + across)] <= least
-        line = np.uint64((box[_TOP] + i) * cols + left)
-        for j in range(np.uint64(wide)):
-            ways[line + j] = np.int32(NO_STAND) if met[j] != 0 else np.int32(NO_WAY)
+    for row in range(box[TOP], box[BOTTOM]):
+        ways[row * box[COLS] + box[LEFT] : row * box[COLS] + box[RIGHT]] = NO_STAND
 
 
 @njit(cache=True, nogil=True)
@@ -180,7 +99,7 @@ def _start(rows: int, x: float, y: float, radius_px: float, found: KnownWays, st
     They are the robot's own and those of its eight neighbours where it may stand, those across a corner by R4; where
     there is none, the nearest within its radius and two cells.
     """
-    ways, cols = found.ways, found.box[_COLS]
+    ways, cols = found.ways, found.box[COLS]
     col, row = math.floor(x), math.floor(y)
     n, reach, best = 0, math.ceil(radius_px) + 2, math.inf
     for r in range(max(row - reach, 1), min(row + reach + 1, rows - 1)):
@@ -210,7 +129,7 @@ def _find_lengths(rows: int, x: float, y: float, radius_px: float, until: int, f
     A cell's neighbours are in the two buckets after its own, so three are enough, in turns. A cell is at most once in
     a bucket; where a shorter way was found meanwhile, it has had its turn in an earlier one.
     """
-    ways, queue, cols = found.ways, found.queue, found.box[_COLS]
+    ways, queue, cols = found.ways, found.queue, found.box[COLS]
     starts = np.empty(9, np.int32)
     n = _start(rows, x, y, radius_px, found, starts)
     if n == 0:

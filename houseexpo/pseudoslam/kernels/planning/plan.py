@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.types import Cells, Offsets, Rows, row_type
@@ -30,6 +31,17 @@ GIVEN_UP = 64
 """Cells that were given up last are remembered."""
 NO_CHOICE = -1
 """In ``FRONTIER.goal``: there is no such frontier."""
+
+
+NODE = row_type(cell=int, way=int, utility=int, visited=int)
+"""A place of the graph: its flat index, -1 where there is none; the way there; the frontiers' cells in sight; 1 where
+the robot has been."""
+GRAPH = row_type(nodes=int, visits=int)
+"""How many nodes there are, and how many blocks the robot has been in."""
+VISITED = 1024
+"""Blocks that the robot has been in last are remembered."""
+BY_FRONTIER, BY_WAYPOINT, BY_NEIGHBOUR = range(3)
+"""What an action names: a frontier, a point, or a neighbour of the graph's first node."""
 
 
 class FrontierRules(NamedTuple):
@@ -63,22 +75,61 @@ class TravelRules(NamedTuple):
     """Of one travel."""
 
 
+class GraphRules(NamedTuple):
+    """How a graph is drawn."""
+
+    block_px: int
+    """Cells along the side of a node's block."""
+    range_px: float
+    """The laser's."""
+    spare_px: float
+    """As ``FrontierRules``'s."""
+
+
 class PlanRules(NamedTuple):
     """What is the same for all environments."""
 
+    kind: int
+    """What actions name."""
     frontiers: FrontierRules
     travel: TravelRules
+    graph: GraphRules
 
 
 class Plans(NamedTuple):
     """The plans of one environment. In a pool the arrays have one axis more in front."""
 
     frontiers: Rows
-    """(K,) ``FRONTIER``, to choose from: ranked; with a goal, the last is the goal. (0,) for waypoints."""
+    """(K,) ``FRONTIER``, to choose from: ranked; with a goal, the last is the goal. (0,) for other actions."""
     given_up: Cells
     """(GIVEN_UP,) the cells that stayed unknown though they were looked at, in turns."""
     state: Rows
-    """(1,) ``PLAN``; in a kernel's view of one environment the row itself."""
+    """(1,) ``PLAN``; (0,) where actions are single steps."""
+
+
+class Graph(NamedTuple):
+    """The graph of one environment, at most M nodes with k neighbours. In a pool arrays have one axis more in front."""
+
+    nodes: Rows
+    """(M,) ``NODE``; the first is the robot's. (0,) where nobody asks."""
+    edges: npt.NDArray[np.int32]
+    """(M, k) each node's neighbours, nearest first; -1 where there are no more."""
+    visited: Cells
+    """(VISITED,) the blocks that the robot has been in, in turns."""
+    state: Rows
+    """(1,) ``GRAPH``."""
+
+
+def new_graph(nodes: int, neighbours: int) -> Graph:
+    """Return the graph of an environment that has not begun."""
+    graph = Graph(
+        np.zeros(nodes, NODE),
+        np.full((nodes, neighbours), -1, np.int32),
+        np.zeros(VISITED if nodes else 0, np.int32),
+        np.zeros(1 if nodes else 0, GRAPH),
+    )
+    graph.nodes["cell"] = -1
+    return graph
 
 
 def new_plans(choices: int) -> Plans:
@@ -96,11 +147,20 @@ def no_plans() -> Plans:
 def no_rules() -> PlanRules:
     """Return rules for environments that plan nothing."""
     return PlanRules(
-        FrontierRules(0.0, 0.0, 1, 1, 0.0, np.zeros((0, 2), np.int16)), TravelRules(0.0, 0.0, 0.0, 0, 0, 0)
+        BY_WAYPOINT,
+        FrontierRules(0.0, 0.0, 1, 1, 0.0, np.zeros((0, 2), np.int16)),
+        TravelRules(0.0, 0.0, 0.0, 0, 0, 0),
+        GraphRules(1, 0.0, 0.0),
     )
 
 
 @njit(inline="always")
 def plans_of(pool: Plans, i: int) -> Plans:
     """Return environment ``i``'s part of a pool, views."""
-    return Plans(pool.frontiers[i], pool.given_up[i], pool.state[i, 0])
+    return Plans(pool.frontiers[i], pool.given_up[i], pool.state[i])
+
+
+@njit(inline="always")
+def graph_of(pool: Graph, i: int) -> Graph:
+    """Return environment ``i``'s part of a pool, views."""
+    return Graph(pool.nodes[i], pool.edges[i], pool.visited[i], pool.state[i])

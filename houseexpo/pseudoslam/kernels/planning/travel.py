@@ -139,14 +139,14 @@ def _aim(path: Cells, n: int, at: int, x: float, y: float, found: KnownWays, col
     """Return the furthest cell of the way up to which straight lines lead over standing cells."""
     furthest = min(at + 1, n - 1)
     for k in range(furthest + 1, min(at + reach, n - 1) + 1):
-        if not _line_stands(found, x, y, path[k] % cols + 0.5, path[k] // cols + 0.5, cols):
+        if not line_stands(found, x, y, path[k] % cols + 0.5, path[k] // cols + 0.5, cols):
             break
         furthest = k
     return furthest
 
 
 @njit(cache=True, nogil=True)
-def _line_stands(found: KnownWays, x: float, y: float, to_x: float, to_y: float, cols: int) -> bool:
+def line_stands(found: KnownWays, x: float, y: float, to_x: float, to_y: float, cols: int) -> bool:
     """Whether a line lies in standing cells, looked at twice a cell, but for where it begins."""
     right, down = to_x - x, to_y - y
     length = math.hypot(right, down)

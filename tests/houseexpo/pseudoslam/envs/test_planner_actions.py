@@ -34,7 +34,8 @@ def env_of(actions: str, task: str = "Exploration", **given: Any) -> gymnasium.E
     ("task", "actions"), [("Exploration", "frontier"), ("Exploration", "waypoint"), ("Navigation", "frontier")]
 )
 def test_gymnasium_finds_no_fault(task: str, actions: str) -> None:
-    check_env(env_of(actions, task).unwrapped, skip_render_check=True)
+    for observation in ("map", "graph"):
+        check_env(env_of(actions, task, observation=observation).unwrapped, skip_render_check=True)
 
 
 def test_the_nearest_frontier_again_and_again_sees_the_whole_house() -> None:
@@ -240,6 +241,7 @@ def test_a_goal_on_an_unknown_map_is_no_choice_until_there_is_a_way() -> None:
         ("frontier", -1, "a frontier's number"),
         ("frontier", 0.0, "a frontier's number"),
         ("frontier", [0, 1], "shape"),
+        ("neighbour", 8, "a neighbour's number, 0 to 7"),
         ("waypoint", [math.nan, 0.0], r"waypoint .* found .*nan"),
         ("waypoint", [0.0, 1.1], "numbers from -1 to 1"),
         ("waypoint", ["a", "b"], "numbers from -1 to 1"),
@@ -247,7 +249,7 @@ def test_a_goal_on_an_unknown_map_is_no_choice_until_there_is_a_way() -> None:
     ],
 )
 def test_what_is_no_action_is_refused(actions: str, action: Any, words: str) -> None:
-    env = env_of(actions).unwrapped
+    env = env_of(actions, observation="graph").unwrapped
     env.reset(seed=0)
     with pytest.raises(ConfigError, match=words):
         env.step(np.array(action))
@@ -256,7 +258,7 @@ def test_what_is_no_action_is_refused(actions: str, action: Any, words: str) -> 
 def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"ObstacleAvoidance .* do not add up"):
         env_of("frontier", "ObstacleAvoidance")
-    with pytest.raises(ConfigError, match="planning: it is for actions"):
+    with pytest.raises(ConfigError, match="planning: it goes with actions"):
         env_of("discrete", planning=PlanningConfig())
     with pytest.raises(ConfigError, match="expected a PlanningConfig"):
         env_of("frontier", planning=3)
@@ -265,10 +267,17 @@ def test_what_cannot_be_is_refused() -> None:
         ("max_steps", 0),
         ("reach_m", 0.0),
         ("large_m", -1.0),
+        ("nodes", 0),
+        ("neighbours", 25),
+        ("spacing_m", 0.0),
         ("settled_m", math.nan),
     ):
         with pytest.raises(ConfigError, match=f"planning.{name}"):
             PlanningConfig(**{name: value})
+    with pytest.raises(ConfigError, match="observation='graph': it goes with actions"):
+        env_of("continuous", observation="graph")
+    with pytest.raises(ConfigError, match="expected observation='graph'"):
+        env_of("neighbour", observation="dict")
     for actions in ("waypoint", "discrete"):
         env = env_of(actions).unwrapped
         env.reset(seed=0)

@@ -44,6 +44,20 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
         "Exploration",
         {"dataset": HOUSES, "config": replace(SMALL, noise=NOISE), "actions": "waypoint"},
     ),
+    "neighbours": (
+        "Exploration",
+        {
+            "dataset": HOUSES,
+            "config": SMALL,
+            "actions": "neighbour",
+            "observation": "graph",
+            "planning": PlanningConfig(nodes=30, neighbours=5, spacing_m=0.6),
+        },
+    ),
+    "waypoints, a graph": (
+        "Navigation",
+        {"dataset": HOUSES, "config": SMALL, "actions": "waypoint", "observation": "graph"},
+    ),
     "frontiers, rays, navigation": (
         "Navigation",
         {
@@ -68,7 +82,7 @@ def test_it_is_single_environments_action_by_action(case: str, mode: str) -> Non
     observation, ends = first[0], 0
     for step in range(30):
         actions = many.action_space.sample()
-        if given["actions"] == "frontier":  # mostly ones that there are
+        if "action_mask" in observation:  # mostly ones that there are
             masks = observation["action_mask"].astype(bool)
             chosen = [int(rng.choice(np.flatnonzero(mask))) for mask in masks]
             actions = np.where(rng.random(4) < 0.9, chosen, actions)

@@ -1,0 +1,143 @@
+"""A graph of the places where the robot may stand by its map, with what there is to see from each (as ARiADNE has it).
+
+R1  The map is cut into blocks of cells. A block's node is the standing cell with a way to it that is nearest to the
+    block's middle; of several the first, row by row.
+R2  Nodes are ordered by the ways to them, so that the first is the robot's own; of ways equally long, the first block
+    comes first. Where there are more than there is room for, the last are left out.
+R3  A node's neighbours are nodes at most two blocks off to which a straight line leads over standing cells; the nearest
+    come first, of those equally far the first node. No more than there is room for.
+R4  A node's utility is the length of the frontiers in sight: cells of frontiers within the laser's range to which a
+    line over free cells leads. Of many cells only every n-th is looked at, and counts n times.
+R5  A node is visited where some action ended, or the episode began, in its block.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.planning.frontiers import list_edges
+from houseexpo.pseudoslam.kernels.planning.plan import Graph, GraphRules
+from houseexpo.pseudoslam.kernels.planning.travel import line_stands
+from houseexpo.pseudoslam.kernels.planning.viewpoints import is_clear
+from houseexpo.pseudoslam.kernels.types import NO_WAY, Cells, Grid, KnownWays
+
+_LOOKS = 128  # cells of frontiers that each node looks for, about
+_BLOCKS_OFF = 2
+
+
+@njit(cache=True, nogil=True)
+def draw_graph(known: Grid, graph: Graph, rules: GraphRules, given_up: Cells, found: KnownWays) -> None:
+    """Fill a graph by a map whose ways have been found, all of them.
+
+    Parameters
+    ----------
+    known
+        (rows, cols) the map.
+    given_up
+        Cells that are no frontiers any more.
+    found
+        The ways (``find_ways``).
+    """
+    n = _find_nodes(known, graph, rules, found)
+    _link(known.shape[1], graph, rules, n, found)
+    _value(known, graph, rules, n, given_up, found)
+
+
+@njit(cache=True, nogil=True)
+def _find_nodes(known: Grid, graph: Graph, rules: GraphRules, found: KnownWays) -> int:
+    """Write the nodes (R1, R2); return how many."""
+    cols = known.shape[1]
+    side, box, ways = rules.block_px, found.box, found.ways
+    first_row, first_col = box[0] // side, box[2] // side
+    high = max((box[1] + side - 1) // side - first_row, 0)
+    wide = max((box[3] + side - 1) // side - first_col, 0)
+    cells, lengths = np.empty(high * wide, np.int64), np.empty(high * wide, np.int64)
+    n = 0
+    for i in range(high * wide):
+        top, left = (first_row + i // wide) * side, (first_col + i % wide) * side
+        best, least = np.int64(-1), np.int64(0)
+        for row in range(max(top, box[0]), min(top + side, box[1])):
+            for col in range(max(left, box[2]), min(left + side, box[3])):
+                way = ways[row * cols + col]
+                off = (2 * (row - top) - side + 1) ** 2 + (2 * (col - left) - side + 1) ** 2
+                if way >= 0 and way != NO_WAY and (best < 0 or off < least):
+                    best, least = row * cols + col, off
+        if best >= 0:
+            cells[n], lengths[n] = best, ways[best]
+            n += 1
+    order = np.argsort(lengths[:n], kind="mergesort")
+    n = min(n, len(graph.nodes))
+    blocks = (cols + side - 1) // side
+    for k in range(len(graph.nodes)):
+        node = graph.nodes[k]
+        node.cell, node.way, node.utility, node.visited = -1, 0, 0, 0
+        if k < n:
+            node.cell, node.way = cells[order[k]], lengths[order[k]]
+            block = node.cell // cols // side * blocks + node.cell % cols // side
+            for j in range(min(graph.state[0].visits, len(graph.visited))):
+                if graph.visited[j] == block:
+                    node.visited = 1
+                    break
+    graph.state[0].nodes = n
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _link(cols: int, graph: Graph, rules: GraphRules, n: int, found: KnownWays) -> None:
+    """Write each node's neighbours (R3); -1 where there are no more."""
+    side, room = rules.block_px, graph.edges.shape[1]
+    near = np.empty(room, np.int64)
+    graph.edges[:] = -1
+    for i in range(n):
+        cell = graph.nodes[i].cell
+        row, col = cell // cols, cell % cols
+        count = 0
+        for j in range(n):
+            other = graph.nodes[j].cell
+            r, c = other // cols, other % cols
+            if i == j or max(abs(r // side - row // side), abs(c // side - col // side)) > _BLOCKS_OFF:
+                continue
+            off = (r - row) ** 2 + (c - col) ** 2
+            if count == room and off >= near[room - 1]:
+                continue
+            if not line_stands(found, col + 0.5, row + 0.5, c + 0.5, r + 0.5, cols):
+                continue
+            at = min(count, room - 1)
+            while at > 0 and off < near[at - 1]:
+                near[at], graph.edges[i, at] = near[at - 1], graph.edges[i, at - 1]
+                at -= 1
+            near[at], graph.edges[i, at] = off, j
+            count = min(count + 1, room)
+
+
+@njit(cache=True, nogil=True)
+def _value(known: Grid, graph: Graph, rules: GraphRules, n: int, given_up: Cells, found: KnownWays) -> None:
+    """Write the nodes' utilities (R4)."""
+    cols = known.shape[1]
+    edges = found.queue[0]
+    n_edges = list_edges(known, rules.spare_px, given_up, found)
+    stride = (n_edges + _LOOKS - 1) // _LOOKS
+    for i in range(n):
+        cell, seen = graph.nodes[i].cell, 0
+        row, col = cell // cols, cell % cols
+        for k in range(0, n_edges, max(stride, 1)):
+            to_row, to_col = edges[k] // cols, edges[k] % cols
+            off = (to_row - row) ** 2 + (to_col - col) ** 2
+            if off <= rules.range_px * rules.range_px and is_clear(known, row, col, to_row, to_col):
+                seen += stride
+        graph.nodes[i].utility = seen
+
+
+@njit(cache=True, nogil=True)
+def note_visit(graph: Graph, x: float, y: float, cols: int, rules: GraphRules) -> None:
+    """Note that the robot has been in the block of a place (R5)."""
+    side = rules.block_px
+    block = math.floor(y) // side * ((cols + side - 1) // side) + math.floor(x) // side
+    for k in range(min(graph.state[0].visits, len(graph.visited))):
+        if graph.visited[k] == block:
+            return
+    graph.visited[graph.state[0].visits % len(graph.visited)] = block
+    graph.state[0].visits += 1
