@@ -95,6 +95,16 @@ class Metrics(NamedTuple):
         found: Bools = self.counts["steps"] >= self.config.max_steps
         return found
 
+    def way_since(self, before: Metrics) -> Floats:
+        """Return (N,) metres gone since then."""
+        way: Floats = (self.readings["path_length"] - before.readings["path_length"]) * self.cell_m
+        return way
+
+    def turn_since(self, before: Metrics) -> Floats:
+        """Return (N,) radians from the heading that the robot had then, 0 to pi."""
+        turn: Floats = np.abs(self.pose[:, 2] - before.pose[:, 2])
+        return np.minimum(turn, 2.0 * np.pi - turn)
+
     def since_start(self) -> Floats:
         """Return (N, 3) the believed pose: x, y in metres from where the episode started, heading in radians."""
         scale = _scale(self.config.pixels_per_metre, 1)[0, 3:]

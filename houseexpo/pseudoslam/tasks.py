@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,9 @@ from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, Simulator
 from houseexpo.pseudoslam.config.checks import number
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.metrics import Bools, Floats, Metrics
+
+ExplorationReward = Literal["area", "coverage"]
+AvoidanceReward = Literal["paper", "way"]
 
 
 class Task(ABC):
@@ -69,25 +72,51 @@ class Task(ABC):
 
 @dataclass(frozen=True)
 class Exploration(Task):
-    """See the whole house: the reward is the newly known area, m2.
+    """See the whole house.
 
     An episode ends when ``success_coverage`` of what the robot can see is known; None: when time is up.
+
+    Parameters
+    ----------
+    reward
+        "area": the newly known area, m2. "coverage": the newly known share of what can be seen, so that small houses
+        count as much as big ones; an episode's rewards add up to 1 at most.
+    cost_per_metre, cost_per_turn
+        What a metre of the way gone and a full turn on the spot take off the reward, in its unit.
     """
 
     success_coverage: float | None = 0.95
+    reward: ExplorationReward = "area"
+    cost_per_metre: float = 0.0
+    cost_per_turn: float = 0.0
     default = SimulatorConfig()
-    rewards_add_up = True
 
     def __post_init__(self) -> None:
+        _one_of(self.reward, get_args(ExplorationReward))
+        number(self.cost_per_metre, "cost_per_metre", at_least=0.0)
+        number(self.cost_per_turn, "cost_per_turn", at_least=0.0)
         if self.success_coverage is not None:
             number(self.success_coverage, "success_coverage", above=0.0)
             if self.success_coverage > 1:
                 raise ConfigError(f"success_coverage: expected at most 1, found {self.success_coverage!r}")
 
+    @property
+    def rewards_add_up(self) -> bool:  # type: ignore[override]  # a constant of other tasks
+        """Whether they do: turns on the way are seen only step by step."""
+        return self.cost_per_turn == 0
+
     def rewards(self, before: Metrics, after: Metrics, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
-        """Return the newly known area."""
-        area: Floats = np.multiply(after.counts["known"] - before.counts["known"], after.cell_m**2)
-        return area
+        """Return what became known, less what that cost."""
+        found: Floats
+        if self.reward == "area":
+            found = np.multiply(after.counts["known"] - before.counts["known"], after.cell_m**2)
+        else:
+            found = after.coverage - before.coverage
+        if self.cost_per_metre > 0:
+            found = found - self.cost_per_metre * after.way_since(before)
+        if self.cost_per_turn > 0:
+            found = found - self.cost_per_turn * after.turn_since(before) / (2.0 * math.pi)
+        return found
 
     def success(self, after: Metrics) -> Bools:
         """Return where enough is known."""
@@ -105,14 +134,24 @@ class Exploration(Task):
 
 @dataclass(frozen=True)
 class ObstacleAvoidance(Task):
-    """Keep moving and off everything (section IV-B): -1 for a collision, else 0.9 r_s + 0.1 for going forward.
+    """Keep moving and off everything (section IV-B).
 
-    r_s is the room round the robot as a share of ``safe_m``, at most 1. A collision leaves the robot where it touches;
-    ``terminate_on_collision`` ends the episode there. An episode without a collision is a success.
+    A collision leaves the robot where it touches; ``terminate_on_collision`` ends the episode there. An episode without
+    a collision is a success.
+
+    Parameters
+    ----------
+    safe_m
+        r_s is the room round the robot as a share of this, at most 1.
+    reward
+        "paper": -1 for a collision, else 0.9 r_s + 0.1 for going forward. Who spins on the spot in an open place gets
+        nearly all of it. "way": -1 for a collision, else 0.9 r_s + 0.1, times the way gone forward as a share of a
+        whole step: who spins, stands or backs gets nothing.
     """
 
     terminate_on_collision: bool = False
     safe_m: float = 0.5
+    reward: AvoidanceReward = "paper"
     default = SimulatorConfig(
         pixels_per_metre=33.0,
         observation=ObservationConfig(size_m=3.0),
@@ -121,6 +160,7 @@ class ObstacleAvoidance(Task):
 
     def __post_init__(self) -> None:
         number(self.safe_m, "safe_m", above=0.0)
+        _one_of(self.reward, get_args(AvoidanceReward))
 
     @property
     def clearance_m(self) -> float:  # type: ignore[override]  # a constant of other tasks
@@ -128,7 +168,10 @@ class ObstacleAvoidance(Task):
         return self.safe_m
 
     def rewards(self, before: Metrics, after: Metrics, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
-        """Return the paper's reward."""
+        """Return the paper's reward, or that for the way gone."""
+        if self.reward == "way":
+            share = np.minimum(after.way_since(before) / after.config.robot.step_m, 1.0) * ahead
+            return np.where(after.collided, -1.0, share * (0.9 * self._safety(after) + 0.1))
         return np.where(after.collided, -1.0, 0.9 * self._safety(after) + 0.1 * ahead)
 
     def _safety(self, after: Metrics) -> Floats:
@@ -192,6 +235,11 @@ class Navigation(Task):
             "goal": after.constants.goal_m.copy(),
             "spl": np.where(success, share, 0.0),
         }
+
+
+def _one_of(name: str, known: tuple[str, ...]) -> None:
+    if name not in known:
+        raise ConfigError(f"reward: expected one of {', '.join(known)}; found {name!r}")
 
 
 ROOM = FloorPlan("room-5.2x3.5", np.array([(0.0, 0.0), (0.0, 3.5), (5.2, 3.5), (5.2, 0.0)]), 1, {})

@@ -104,14 +104,26 @@ class ObservationConfig:
 
     The global map of ``Dict`` observations is a square of ``global_size_m`` round the start, of ``global_cells`` cells
     a side.
+
+    Parameters
+    ----------
+    pixels
+        Pixels along a side of what is shown, of whatever resolution the map is; a pixel shows an obstacle where there
+        is one, else free, else unknown. None: as many as there are cells.
+    far_size_m
+        The second, wider square of observations at several scales, of as many pixels as the first.
     """
 
     size_m: float = 4.0
     global_size_m: float = 32.0
     global_cells: int = 128
+    pixels: int | None = None
+    far_size_m: float = 16.0
 
     def __post_init__(self) -> None:
-        above_zero(self, "observation", "size_m", "global_size_m")
+        above_zero(self, "observation", "size_m", "global_size_m", "far_size_m")
+        if self.pixels is not None:
+            whole(self.pixels, "observation.pixels", at_least=2, at_most=MAX_SIDE_PX)
         whole(self.global_cells, "observation.global_cells", at_least=2, at_most=MAX_SIDE_PX)
 
 

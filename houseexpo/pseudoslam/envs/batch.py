@@ -99,28 +99,34 @@ class Batch:
         """
         if fresh:
             self.arrays = self.arrays._replace(shown=np.empty_like(self.arrays.shown))
+        run, pool, sizes, params = self._step, self.arrays, self.sizes, self._params
+        self._share(lambda scratch, first, end: run(pool, sizes, motions, wanted, params, scratch, first, end))
+
+    def share(self, work: Callable[[int, int], None]) -> None:
+        """Have all threads do what is to be done for the environments from one number to another, excluded."""
+        self._share(lambda _, first, end: work(first, end))
+
+    def _share(self, work: Callable[[Scratch, int, int], None]) -> None:
         blocks, running = iter(self._blocks), []  # all threads share the blocks: each takes the next one
         if self._executor:
-            others = self._scratch[1:]
-            running = [self._executor.submit(self._run, blocks, motions, wanted, scratch) for scratch in others]
+            running = [self._executor.submit(_run, work, scratch, blocks) for scratch in self._scratch[1:]]
         try:
-            self._run(blocks, motions, wanted, self._scratch[0])
+            _run(work, self._scratch[0], blocks)
         finally:
             for other in running:
                 if not other.cancel():  # in a forked process none of them ever starts
                     other.result()
 
-    def _run(
-        self, blocks: Iterator[tuple[int, int]], motions: npt.NDArray[Any], wanted: npt.NDArray[Any], scratch: Scratch
-    ) -> None:
-        """Step blocks of environments until there are no more."""
-        for first, end in blocks:
-            self._step(self.arrays, self.sizes, motions, wanted, self._params, scratch, first, end)
-
     def close(self) -> None:
         """End the threads."""
         if self._executor:
             self._executor.shutdown()
+
+
+def _run(work: Callable[[Scratch, int, int], None], scratch: Scratch, blocks: Iterator[tuple[int, int]]) -> None:
+    """Do the work for blocks of environments until there are no more."""
+    for first, end in blocks:
+        work(scratch, first, end)
 
 
 def _batch_of(

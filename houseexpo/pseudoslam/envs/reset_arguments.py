@@ -1,8 +1,10 @@
-"""What ``reset`` of a vector environment takes: seeds, plans, and a mask of those to reset."""
+"""What ``reset`` takes: seeds, plans, poses, and in a vector environment a mask of those to reset."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +12,19 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 
 Seeds = int | Sequence[int | None] | None
+Pose: TypeAlias = tuple[float, float, float]
+"""x, y in the plan's metres, heading in radians, counter-clockwise from x."""
+OPTIONS = ("plan_id", "pose")
+"""What options may hold, beside the mask."""
+
+
+def options_of(options: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return options; ConfigError where there is one that is not known."""
+    found = dict(options or {})
+    for key in found:
+        if key not in OPTIONS:
+            raise ConfigError(f"options: unknown key {key!r}; known: {', '.join(map(repr, OPTIONS))}")
+    return found
 
 
 def seeds_of(seed: Seeds, number: int) -> list[int | None]:
@@ -46,3 +61,32 @@ def plans_of(plan_id: object, number: int) -> list[str | None]:
             f"options['plan_id']: expected an id, or a list of {number} ids or None (a random plan), found {plan_id!r}"
         )
     return ids
+
+
+def pose_of(pose: object) -> Pose | None:
+    """Return where an episode starts, None where chance or the configuration decides; ConfigError for anything else."""
+    return None if pose is None else _pose(pose, f"(x, y, heading) in metres and radians or None, found {pose!r}")
+
+
+def poses_of(poses: object, number: int) -> list[Pose | None]:
+    """Return a pose for each of so many environments: (3,) for all, or a list or array of as many poses or None."""
+    expected = f"(x, y, heading) in metres and radians, a list of {number} of them or None, found {poses!r}"
+    if poses is None:
+        return [None] * number
+    parts = list(poses) if isinstance(poses, Iterable) else []
+    if len(parts) == 3 and all(isinstance(part, (int, float, np.number)) for part in parts):
+        return [_pose(parts, expected)] * number
+    if len(parts) != number:
+        raise ConfigError(f"options['pose']: expected {expected}")
+    return [None if part is None else _pose(part, expected) for part in parts]
+
+
+def _pose(pose: object, expected: str) -> Pose:
+    """Return three finite numbers, the heading within half a turn; one that lies there already keeps its bits."""
+    try:
+        x, y, heading = (float(part) for part in pose)  # type: ignore[attr-defined]  # TypeError where it is no list
+    except (TypeError, ValueError):
+        raise ConfigError(f"options['pose']: expected {expected}") from None
+    if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(heading)):
+        raise ConfigError(f"options['pose']: expected {expected}")
+    return x, y, math.remainder(heading, 2.0 * math.pi)

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 
 from houseexpo.errors import ConfigError, MissingDependencyError
+from houseexpo.pseudoslam.envs.reset_arguments import OPTIONS, options_of
 from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
 
 try:
@@ -59,11 +60,8 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
 
     def reset(self) -> Any:
         """Start episodes everywhere, with the seeds of ``seed()`` and the options of ``set_options()``, if any."""
-        plans = [given.get("plan_id") for given in self._options]
-        strange = {key for given in self._options for key in given} - {"plan_id"}
-        if strange:
-            raise ConfigError(f"options: unknown key {min(strange)!r}; known: 'plan_id'")
-        options = {"plan_id": plans} if any(plan is not None for plan in plans) else None
+        each = [options_of(given) for given in self._options]
+        options = {key: [given.get(key) for given in each] for key in OPTIONS if any(key in given for given in each)}
         observation, infos = self.env.reset(seed=list(self._seeds), options=options)
         self.reset_infos = _split_infos(infos, self.num_envs)
         self._reset_seeds()
@@ -93,9 +91,11 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
         """Return an attribute, which all environments share."""
         return [getattr(self.env, attr_name)] * len(self._indices(indices))
 
-    def set_attr(self, attr_name: str, value: Any, indices: Indices = None) -> None:  # noqa: ARG002  # SB3's signature
-        """Refuse: the environments share what could be set."""
-        raise ConfigError(f"{attr_name}: the environments are one, and made with what they are; make new ones")
+    def set_attr(self, attr_name: str, value: Any, indices: Indices = None) -> None:
+        """Set what all environments share, see ``SharedAttributes.set_attr``; ConfigError where only some are meant."""
+        if sorted(self._indices(indices)) != list(range(self.num_envs)):
+            raise ConfigError(f"{attr_name}: the environments share it; set it for all of them (indices=None)")
+        self.env.set_attr(attr_name, value)
 
     def env_method(self, method_name: str, *args: Any, indices: Indices = None, **kwargs: Any) -> list[Any]:
         """Call a method of the vector environment that takes an environment's number first, such as ``state``."""

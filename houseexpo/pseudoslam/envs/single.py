@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import gymnasium
 import numpy as np
@@ -11,17 +11,20 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.planning import PlanningConfig
+from houseexpo.pseudoslam.envs.make_spec import make_env_spec
+from houseexpo.pseudoslam.envs.options import EnvOptions
+from houseexpo.pseudoslam.envs.plan_choice import TakesPlans
+from houseexpo.pseudoslam.envs.reset_arguments import options_of, pose_of
 from houseexpo.pseudoslam.envs.spec import (
     MAPS,
     Actions,
-    EnvSpec,
     Kind,
     Observation,
     constants_of,
-    make_env_spec,
     new_constants,
 )
 from houseexpo.pseudoslam.envs.task_mixins import ExplorationMixin, NavigationMixin, ObstacleAvoidanceMixin
+from houseexpo.pseudoslam.kernels.step_pool import STEP
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
@@ -33,7 +36,10 @@ if TYPE_CHECKING:
     from houseexpo.pseudoslam.render.window import Window
 
 
-class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
+_WANTED = np.full(1, STEP, np.uint8)
+
+
+class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
     """A robot with a task in a house.
 
     - *Action* and *observation*: as ``interface.EnvSpec`` says, for ``actions`` and ``observation``.
@@ -41,23 +47,27 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     - *Info*: ``explored_m2``, ``coverage`` (0 to 1), ``collisions`` so far, ``collided`` in this step, ``pose`` (x, y
       in the plan's metres, heading in radians), ``is_success``, ``plan_id``, and what the task adds.
 
-    ``reset(seed=...)`` alone decides plan, start, obstacles, people and noise; ``options={"plan_id": ...}`` names the
-    plan. ConfigError for actions, options and arguments that there are not.
+    ``reset(seed=...)`` alone decides plan, start, obstacles, people and noise. ``options={"plan_id": ...}`` names the
+    plan, ``"pose"`` where the robot starts: x, y in the plan's metres, heading in radians. ConfigError for actions,
+    options and arguments that there are not.
 
     Parameters
     ----------
     dataset
         Path of a data set, a data set, a plan or a list of plans; each episode takes one at random.
     config
-        What is simulated; the task's values where it is left out.
+        What is simulated; the task's values where it is left out, or with the laser and the view of one of
+        ``config.presets.PRESETS``, by its name.
     actions
         "discrete", "continuous", "frontier" or "waypoint".
     observation
-        "map" or "dict".
+        "map", "dict", "scales" or "graph".
     planning
         What planners' actions are told; the defaults where it is left out.
     render_mode
         "rgb_array", "human", or None.
+    more
+        ``options.EnvOptions``.
     """
 
     metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 10}  # noqa: RUF012  # as gymnasium declares it
@@ -66,19 +76,22 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         self,
         task: Task,
         dataset: Plans,
-        config: SimulatorConfig | None = None,
+        config: SimulatorConfig | str | None = None,
         *,
         actions: Actions = "discrete",
         observation: Kind = "map",
         planning: PlanningConfig | None = None,
         render_mode: str | None = None,
+        **more: Unpack[EnvOptions],
     ) -> None:
         if render_mode not in {None, *self.metadata["render_modes"]}:
             raise ConfigError(f"render_mode: expected one of {self.metadata['render_modes']}, found {render_mode!r}")
-        self._env_spec: EnvSpec = make_env_spec(task, dataset, config, actions, observation, planning=planning)
+        self._env_spec = make_env_spec(task, dataset, config, actions, observation, planning=planning, **more)
+        self._choice = self._env_spec.choice
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
         self.action_space, self.observation_space = self._env_spec.action_space(), self._env_spec.observation_space()
         self._params, self._scratch = self._env_spec.params(), self._env_spec.scratch()
+        self._pictures = self._env_spec.pictures(1)
         self._simulator: Simulator | None = None
         self._state: State | None = None
         self._constants = new_constants(1)
@@ -105,11 +118,15 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Start an episode."""
         super().reset(seed=seed)
-        world = self._env_spec.draw(self.np_random, plan_of(options))
+        given = options_of(options)
+        pose = pose_of(given.get("pose"))
+        if seed is not None:
+            self._choice.start_over()
+        world = self._choice.draw(self.np_random, given.get("plan_id"))
         if self._env_spec.planner:
             self._scratch = with_room(self._scratch, world.occupied.size)
         self._simulator = Simulator(world, self.config, self._params, self._scratch)
-        self._state = self._env_spec.initial_state(world, self._params, self._scratch, self.np_random)
+        self._state = self._env_spec.initial_state(world, self._params, self._scratch, self.np_random, pose_m=pose)
         look_round(self._state, self._params, self._scratch)
         self._constants.rows[0] = constants_of(self._state, world)
         after = self._after = self._measures()
@@ -178,7 +195,10 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         return Metrics.of(self._constants, self.state.pool, self.config)
 
     def _observation(self, after: Metrics) -> Observation:
-        found = self._env_spec.observe(self.state.pool, after)
+        if self._pictures:
+            pool, sizes = self.state.pool, self.state.sizes
+            self._pictures.draw(pool, sizes, _WANTED, self._constants, lambda draw: draw(0, 1))
+        found = self._env_spec.observe(self.state.pool, after, self._pictures)
         if isinstance(found, dict):
             return {key: part[0].copy() if key in MAPS else part[0] for key, part in found.items()}
         one: npt.NDArray[Any] = found[0].copy()
@@ -188,14 +208,6 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         report = self._env_spec.report(self.state.pool, after, success)
         info = {key: value[0] if value.ndim > 1 else value.item() for key, value in report.items()}
         return {**info, "plan_id": self.simulator.world.plan_id}
-
-
-def plan_of(options: dict[str, Any] | None) -> Any:
-    """Return the plan that options name; ConfigError for other options."""
-    unknown = set(options or {}) - {"plan_id"}
-    if unknown:
-        raise ConfigError(f"options: unknown key {min(unknown)!r}; known: 'plan_id'")
-    return (options or {}).get("plan_id")
 
 
 class ExplorationEnv(ExplorationMixin, PseudoSlamEnv):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -13,8 +13,11 @@ from gymnasium import spaces
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.planning import PlanningConfig
-from houseexpo.pseudoslam.envs.planners import PlannerSpec, make_planner_spec
+from houseexpo.pseudoslam.envs.options import Layout
+from houseexpo.pseudoslam.envs.pictures import Pictures, channels_of, side_of
+from houseexpo.pseudoslam.envs.plan_choice import PlanChoice
+from houseexpo.pseudoslam.envs.planners import PlannerSpec
+from houseexpo.pseudoslam.envs.reset_arguments import Pose
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.motion.actions import look_up
 from houseexpo.pseudoslam.kernels.types import Scratch
@@ -23,14 +26,14 @@ from houseexpo.pseudoslam.simulator import ACTIONS, motions
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_params import scratch_of, step_params_of
 from houseexpo.pseudoslam.tasks import Task
-from houseexpo.pseudoslam.worlds.cache import Plans, WorldCache
 from houseexpo.pseudoslam.worlds.reset import initial_state
 from houseexpo.pseudoslam.worlds.world import World
 
 Actions = Literal["discrete", "continuous", "frontier", "waypoint", "neighbour"]
-Kind = Literal["map", "dict", "graph"]
+Kind = Literal["map", "dict", "graph", "scales"]
 MAPS = ("map", "global_map")
 """What ``EnvSpec.observe`` returns as views."""
+_NO_VIEW_PX = 2  # the smallest: nobody looks at it
 _FAR_M = 10_000.0  # nothing is further away: a grid has at most 1e8 cells
 Observation: TypeAlias = npt.NDArray[Any] | dict[str, npt.NDArray[Any]]
 
@@ -51,19 +54,35 @@ class EnvSpec:
         odometry has the robot since then (m, m, rad), and "ranges" (beams,) float32, metres, from the fan's right.
         "graph": that as "map", and a graph of what is known, see ``planners.PlannerSpec``.
         Where there is a goal, each is a dict that has "goal", (2,) float32, metres ahead and to the left.
+        "scales": one picture (4, side, side) uint8: the map near the robot and, ``observation.far_size_m`` wide,
+        farther round it, both heading up; the whole map round the start, the plan's y up, and on a picture of its own
+        where odometry has the robot on that, 255, with a disc of 127 before it. Where there is a goal, a fifth picture
+        has it, at the rim where it lies outside.
+    layout
+        ``options.EnvOptions``.
     """
 
     task: Task
     config: SimulatorConfig
-    worlds: WorldCache
+    choice: PlanChoice
     actions: Actions
     kind: Kind
+    layout: Layout = "CHW"
     planner: PlannerSpec | None = None
 
     @property
     def complete(self) -> bool:
         """Whether the overview and the ranges are wanted."""
         return self.kind == "dict"
+
+    @property
+    def has_pictures(self) -> bool:
+        """Whether what is shown is not the plain view (``pictures``)."""
+        return self.kind == "scales" or self.config.observation.pixels is not None
+
+    def pictures(self, number: int) -> Pictures | None:
+        """Return what draws the maps of so many environments; None where the step does, in their plain view."""
+        return Pictures(number, self.config, several=self.kind == "scales") if self.has_pictures else None
 
     def params(self) -> StepParams:
         """Return what is the same in all steps."""
@@ -83,19 +102,25 @@ class EnvSpec:
 
     def observation_space(self) -> spaces.Space[Any]:
         """Return the space of one environment's observations."""
-        side, config = self.config.side_px, self.config
-        parts: dict[str, spaces.Space[Any]] = {"map": spaces.Box(0, 255, (1, side, side), np.uint8)}
+        config, several = self.config, self.kind == "scales"
+        parts: dict[str, spaces.Space[Any]] = {
+            "map": self._image_space(channels_of(config, several=several), side_of(config))
+        }
         if self.complete:
             cells, reach = config.observation.global_cells, np.float32(config.laser.range_m)
             beams = len(self.params().sensor.fan_cos)
-            parts["global_map"] = spaces.Box(0, 255, (1, cells, cells), np.uint8)
+            parts["global_map"] = self._image_space(1, cells)
             parts["pose"] = spaces.Box(-_FAR_M, _FAR_M, (3,), np.float32)
             parts["ranges"] = spaces.Box(0.0, float(reach), (beams,), np.float32)
-        if config.goal:
+        if config.goal and not several:
             parts["goal"] = spaces.Box(-_FAR_M, _FAR_M, (2,), np.float32)
         if self.planner:
             parts |= self.planner.spaces()
         return spaces.Dict(parts) if len(parts) > 1 else parts["map"]
+
+    def _image_space(self, channels: int, side: int) -> spaces.Box:
+        shape = (channels, side, side) if self.layout == "CHW" else (side, side, channels)
+        return spaces.Box(0, 255, shape, np.uint8)
 
     def motions(self, actions: object, *number: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
         """Return the turns and ways (N, 2), radians and pixels, that actions mean, and which go ahead.
@@ -145,30 +170,39 @@ class EnvSpec:
         robot = self.config.robot
         return np.array([math.radians(robot.turn_deg), robot.step_m * self.config.pixels_per_metre])
 
-    def observe(self, episode: Episode, measures: Metrics) -> Observation:
-        """Return the observations of a pool of episodes; ``MAPS`` are views."""
-        parts: dict[str, npt.NDArray[Any]] = {"map": episode.shown[:, None]}
+    def observe(self, episode: Episode, measures: Metrics, pictures: Pictures | None) -> Observation:
+        """Return the observations of a pool of episodes, whose ``pictures`` are drawn; ``MAPS`` are views."""
+        shown = pictures.shown if pictures else episode.shown[:, None]
+        parts: dict[str, npt.NDArray[Any]] = {"map": self._laid_out(shown)}
         if self.complete:
-            parts["global_map"] = episode.overview[:, None]
+            parts["global_map"] = self._laid_out(episode.overview[:, None])
             parts["pose"] = measures.since_start().astype(np.float32)
             parts["ranges"] = (episode.ranges * measures.cell_m).astype(np.float32)
-        if self.config.goal:
+        if self.config.goal and self.kind != "scales":
             parts["goal"] = measures.goal_ahead().astype(np.float32)
         if self.planner:
             parts |= self.planner.observe(episode, measures)
         return parts if len(parts) > 1 else parts["map"]
 
-    def draw(self, rng: np.random.Generator, plan_id: str | None) -> World:
-        """Return the world of a plan, a random one where none is named."""
-        if plan_id is not None:
-            return self.worlds[self.worlds.number_of(plan_id)]
-        return self.worlds[int(rng.integers(len(self.worlds)))]
+    def _laid_out(self, images: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+        """Return (N, channels, rows, cols) as the layout has it."""
+        return images if self.layout == "CHW" else np.moveaxis(images, 1, -1)
 
     def initial_state(
-        self, world: World, params: StepParams, scratch: Scratch, rng: np.random.Generator, *, own: bool = True
+        self,
+        world: World,
+        params: StepParams,
+        scratch: Scratch,
+        rng: np.random.Generator,
+        *,
+        own: bool = True,
+        pose_m: Pose | None = None,
     ) -> State:
         """Return the start of an episode, see ``worlds.reset``; its first look round is the next step's to take."""
-        state = initial_state(world, self.config, params, scratch, rng, complete=self.complete, own=own)
+        state = initial_state(
+            world, self.config, params, scratch, rng, complete=self.complete, own=own, pose_m=pose_m,
+            view_px=_NO_VIEW_PX if self.has_pictures else None,
+        )  # fmt: skip
         if self.planner:
             state.episode = state.episode._replace(
                 plans=self.planner.plans(state, world, self.task), graph=self.planner.graph()
@@ -186,26 +220,6 @@ class EnvSpec:
             wanted = 'actions="frontier" or "neighbour"'
             raise ConfigError(f"action_masks: expected {wanted}, found {self.actions!r}")
         return self.planner.masks(episode)
-
-
-def make_env_spec(
-    task: Task,
-    dataset: Plans,
-    config: SimulatorConfig | None,
-    actions: Actions,
-    observation: Kind,
-    *,
-    planning: PlanningConfig | None = None,
-) -> EnvSpec:
-    """Return an environment's face; ConfigError where an argument is not one of those that there are."""
-    for name, value, kinds in (("actions", actions, Actions), ("observation", observation, Kind)):
-        if value not in get_args(kinds):
-            raise ConfigError(f"{name}: expected one of {', '.join(get_args(kinds))}; found {value!r}")
-    if config is not None and not isinstance(config, SimulatorConfig):
-        raise ConfigError(f"config: expected a SimulatorConfig or None, found {config!r}")
-    config = task.configured(config)
-    planner = make_planner_spec(actions, observation, planning, config, task)
-    return EnvSpec(task, config, WorldCache(dataset, config), actions, observation, planner)
 
 
 def new_constants(number: int) -> EpisodeConstants:

@@ -5,7 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.tasks import ROOM, Exploration, Navigation, ObstacleAvoidance
+from houseexpo.pseudoslam.tasks import (
+    ROOM,
+    AvoidanceReward,
+    Exploration,
+    ExplorationReward,
+    Navigation,
+    ObstacleAvoidance,
+)
 from houseexpo.pseudoslam.worlds.cache import Plans
 
 
@@ -15,12 +22,16 @@ class ExplorationMixin:
     def __init__(
         self,
         dataset: Plans,
-        config: SimulatorConfig | None = None,
+        config: SimulatorConfig | str | None = None,
         *,
         success_coverage: float | None = 0.95,
+        reward: ExplorationReward = "area",
+        cost_per_metre: float = 0.0,
+        cost_per_turn: float = 0.0,
         **kwargs: Any,
     ) -> None:
-        super().__init__(Exploration(success_coverage), dataset, config, **kwargs)  # type: ignore[call-arg]  # the next base's
+        task = Exploration(success_coverage, reward, cost_per_metre, cost_per_turn)
+        super().__init__(task, dataset, config, **kwargs)  # type: ignore[call-arg]  # the next base's
 
 
 class ObstacleAvoidanceMixin:
@@ -29,13 +40,14 @@ class ObstacleAvoidanceMixin:
     def __init__(
         self,
         dataset: Plans = ROOM,
-        config: SimulatorConfig | None = None,
+        config: SimulatorConfig | str | None = None,
         *,
         terminate_on_collision: bool = False,
         safe_m: float = 0.5,
+        reward: AvoidanceReward = "paper",
         **kwargs: Any,
     ) -> None:
-        task = ObstacleAvoidance(terminate_on_collision, safe_m)
+        task = ObstacleAvoidance(terminate_on_collision, safe_m, reward)
         super().__init__(task, dataset, config, **kwargs)  # type: ignore[call-arg]  # the next base's
 
 
@@ -45,7 +57,7 @@ class NavigationMixin:
     def __init__(
         self,
         dataset: Plans,
-        config: SimulatorConfig | None = None,
+        config: SimulatorConfig | str | None = None,
         *,
         success_reward: float = 2.5,
         **kwargs: Any,

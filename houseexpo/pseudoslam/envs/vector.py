@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import wraps
-from threading import RLock
-from typing import Any, TypeVar
+from typing import Any, Unpack
 
 import gymnasium
 import numpy as np
@@ -14,16 +11,18 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.checks import whole
 from houseexpo.pseudoslam.config.planning import PlanningConfig
 from houseexpo.pseudoslam.envs.batch import Batch
-from houseexpo.pseudoslam.envs.infos import infos_of
-from houseexpo.pseudoslam.envs.reset_arguments import Seeds, mask_of, plans_of, seeds_of
+from houseexpo.pseudoslam.envs.infos import infos_of, last_of
+from houseexpo.pseudoslam.envs.make_spec import checked_vector, make_env_spec
+from houseexpo.pseudoslam.envs.one_at_a_time import Locked, one_at_a_time
+from houseexpo.pseudoslam.envs.options import EnvOptions
+from houseexpo.pseudoslam.envs.plan_choice import TakesPlans
+from houseexpo.pseudoslam.envs.reset_arguments import Pose, Seeds, mask_of, options_of, plans_of, poses_of, seeds_of
 from houseexpo.pseudoslam.envs.shared_attributes import SharedAttributes
-from houseexpo.pseudoslam.envs.single import PseudoSlamEnv, plan_of
-from houseexpo.pseudoslam.envs.spec import Actions, Kind, Observation, constants_of, make_env_spec, new_constants
+from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
+from houseexpo.pseudoslam.envs.spec import Actions, Kind, Observation, constants_of, new_constants
 from houseexpo.pseudoslam.envs.task_mixins import ExplorationMixin, NavigationMixin, ObstacleAvoidanceMixin
 from houseexpo.pseudoslam.kernels.step_pool import REDRAW, SKIP, STEP
 from houseexpo.pseudoslam.metrics import Metrics
@@ -34,27 +33,18 @@ from houseexpo.pseudoslam.worlds.cache import Plans
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
-MAX_ENVS = (1 << 20) - 1  # in one vector
-Method = TypeVar("Method", bound=Callable[..., Any])
+PICTURE_PX = (480, 360)
+"""Width and height of each environment's picture."""
 
 
-def _one_at_a_time(method: Method) -> Method:
-    """Let a thread that calls wait for another thread's call: the pools are one."""
-
-    @wraps(method)
-    def called(self: PseudoSlamVectorEnv, *args: Any, **kwargs: Any) -> Any:
-        with self._lock:
-            return method(self, *args, **kwargs)
-
-    return called  # type: ignore[return-value]  # it takes and returns what the method does
-
-
-class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
+class PseudoSlamVectorEnv(
+    SharedAttributes, TakesPlans, Locked, VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
+):
     """N environments as ``env.PseudoSlamEnv``, each in a house of its own, stepped together on all cores.
 
     They agree with N single environments bit by bit: ``reset(seed=s)`` is theirs with the seeds s to s + N - 1, and a
-    list gives each its own. ``options`` may hold ``plan_id``, one for all or a list of N (None: at random), and
-    ``reset_mask`` (N,) of those to reset.
+    list gives each its own. ``options`` may hold ``plan_id`` and ``pose`` as for one of them, one for all or a list of
+    N (None: at random), and ``reset_mask`` (N,) of those to reset.
 
     What happens at an episode's end is ``autoreset_mode``'s to say:
 
@@ -80,7 +70,7 @@ class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[A
         self,
         task: Task,
         dataset: Plans,
-        config: SimulatorConfig | None = None,
+        config: SimulatorConfig | str | None = None,
         *,
         num_envs: int = 1,
         actions: Actions = "discrete",
@@ -90,18 +80,13 @@ class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[A
         copy: bool = True,
         threads: int | None = None,
         render_mode: str | None = None,
+        **more: Unpack[EnvOptions],
     ) -> None:
-        whole(num_envs, "num_envs", at_least=1, at_most=MAX_ENVS)
-        whole(1 if threads is None else threads, "threads", at_least=1)
-        if autoreset_mode not in set(AutoresetMode) | {mode.value for mode in AutoresetMode}:
-            modes = ", ".join(mode.value for mode in AutoresetMode)
-            raise ConfigError(f"autoreset_mode: expected one of {modes}; found {autoreset_mode!r}")
-        if render_mode not in {None, "rgb_array"}:
-            raise ConfigError(f"render_mode: expected 'rgb_array' or None, found {render_mode!r}")
-        self._mode = AutoresetMode(autoreset_mode)
+        Locked.__init__(self)
+        self._mode = checked_vector(num_envs, threads, autoreset_mode, render_mode)
         self.metadata = {**PseudoSlamEnv.metadata, "autoreset_mode": self._mode}
-        self._lock = RLock()
-        self._env_spec = make_env_spec(task, dataset, config, actions, observation, planning=planning)
+        self._env_spec = make_env_spec(task, dataset, config, actions, observation, planning=planning, **more)
+        self._choice = self._env_spec.choice
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
         self.num_envs, self._copy = num_envs, copy
         self.single_action_space = self._env_spec.action_space()
@@ -109,6 +94,7 @@ class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[A
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._params, self._scratch = self._env_spec.params(), self._env_spec.scratch()
+        self._pictures = self._env_spec.pictures(num_envs)
         self._batch = Batch(num_envs, self.config, self._params, threads)
         self._rngs: dict[int, np.random.Generator] = {}
         self._plan_ids = np.full(num_envs, None, object)
@@ -120,31 +106,27 @@ class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[A
         self._constants = new_constants(num_envs)
         self._after: Metrics
 
-    def __getstate__(self) -> dict[str, Any]:
-        """Pickle and copy all but the lock; the batch knows what of it goes along."""
-        return {name: value for name, value in self.__dict__.items() if name != "_lock"}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state, _lock=RLock())
-
-    @_one_at_a_time
+    @one_at_a_time
     def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Start episodes in all environments, or in those of ``options["reset_mask"]``."""
         seeds = seeds_of(seed, self.num_envs)
         rest = dict(options or {})
         which = mask_of(rest.pop("reset_mask", None), self.num_envs)
-        plan_ids = plans_of(plan_of(rest), self.num_envs)
+        rest = options_of(rest)
+        plan_ids, poses = plans_of(rest.get("plan_id"), self.num_envs), poses_of(rest.get("pose"), self.num_envs)
+        if which.all() and any(one is not None for one in seeds):
+            self._choice.start_over()
         self._are_begun, self._begun = False, self._begun & ~which  # where a start fails, none of them is half begun
         for i in np.flatnonzero(which).tolist():
             if seeds[i] is not None or i not in self._rngs:
                 self._rngs[i] = seeding.np_random(seeds[i])[0]
-            self._start_episode(i, plan_ids[i])
+            self._start_episode(i, plan_ids[i], poses[i])
         self._look_round(which, REDRAW)
         self._begun |= which
         infos = self._infos(self._after, self.task.success(self._after), which)
         return self._observations(self._after), infos
 
-    @_one_at_a_time
+    @one_at_a_time
     def step(self, actions: npt.NDArray[Any]) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
         """Take one action in each environment; actions (N,) or (N, 2)."""
         if not self._are_begun or (self._mode == AutoresetMode.DISABLED and np.count_nonzero(self._ended)):
@@ -156,9 +138,9 @@ class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[A
         motions, ahead = self._env_spec.motions(actions, self.num_envs)
         starting = self._ended.nonzero()[0].tolist()  # in NEXT_STEP, or where a start has failed
         for i in starting:
-            self._start_episode(i, None)
+            self._start_episode(i)
             motions[i] = 0.0
-        self._batch.step(motions, self._all, fresh=self._copy)
+        self._advance(motions, self._all, fresh=self._copy)
         before, after = self._after, self._measures()
         self._after = after
         success = self.task.success(after)
@@ -171,13 +153,13 @@ class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[A
         if self._mode == AutoresetMode.SAME_STEP and np.count_nonzero(self._ended):
             final, ended = self._finals(after, success), self._ended
             for i in ended.nonzero()[0].tolist():
-                self._start_episode(i, None)
+                self._start_episode(i)
             self._look_round(ended, SKIP)
             success = self.task.success(self._after)
         infos = self._infos(self._after, success, self._everywhere) | final
         return self._observations(self._after), rewards, terminated, truncated, infos
 
-    @_one_at_a_time
+    @one_at_a_time
     def state(self, i: int) -> State:
         """Return environment ``i``'s episode: its arrays are views, which the next step changes.
 
@@ -187,16 +169,20 @@ class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[A
             raise gymnasium.error.ResetNeeded(f"environment {i}: call reset() before anything else")
         return self._batch.state(i)
 
-    @_one_at_a_time
+    @one_at_a_time
     def render(self) -> list[npt.NDArray[np.uint8] | None] | None:  # type: ignore[override]  # a picture or none
-        """Return a picture of each environment, as ``PseudoSlamEnv.render`` does; None without a render mode."""
+        """Return a picture of each environment, as ``PseudoSlamEnv.render`` does, all of ``PICTURE_PX``, as films want.
+
+        None without a render mode.
+        """
         if self.render_mode is None:
             return None
-        from houseexpo.pseudoslam.render.picture import picture
+        from houseexpo.pseudoslam.render.picture import framed, picture
 
-        return [picture(self._simulators[i], self.state(i)) for i in range(self.num_envs)]
+        drawn = (picture(self._simulators[i], self.state(i), most_px=PICTURE_PX) for i in range(self.num_envs))
+        return [framed(image, PICTURE_PX) for image in drawn]
 
-    @_one_at_a_time
+    @one_at_a_time
     def action_masks(self, i: int | None = None) -> Bools:
         """Return (N, K) which frontiers there are to choose from, or (K,) those of one environment."""
         masks = self._env_spec.masks(self._batch.arrays)
@@ -206,11 +192,11 @@ class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[A
         """End the threads."""
         self._batch.close()
 
-    def _start_episode(self, i: int, plan_id: str | None) -> None:
+    def _start_episode(self, i: int, plan_id: str | None = None, pose: Pose | None = None) -> None:
         """Put the start of an episode in place ``i``; it has not looked round yet."""
         rng = self._rngs[i]
-        world = self._env_spec.draw(rng, plan_id)
-        state = self._env_spec.initial_state(world, self._params, self._scratch, rng, own=False)
+        world = self._choice.draw(rng, plan_id)
+        state = self._env_spec.initial_state(world, self._params, self._scratch, rng, own=False, pose_m=pose)
         self._batch.put(i, state)
         self._constants.rows[i], self._plan_ids[i] = constants_of(state, world), world.plan_id
         if self.render_mode is not None:  # a simulator keeps its world's rasters
@@ -219,16 +205,23 @@ class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[A
     def _look_round(self, which: Bools, others: int) -> None:
         """Take the first looks of the episodes that have just begun, together; the views are new if all are shown."""
         wanted = np.where(which, STEP, others).astype(np.uint8)
-        self._batch.step(np.zeros((self.num_envs, 2)), wanted, fresh=self._copy and others == REDRAW)
+        self._advance(np.zeros((self.num_envs, 2)), wanted, fresh=self._copy and others == REDRAW)
         self._after = self._measures()
         self._ended = self._ended & ~which
+
+    def _advance(self, motions: Floats, wanted: npt.NDArray[np.uint8], *, fresh: bool) -> None:
+        """Do what is wanted, and draw what is shown of it."""
+        self._batch.step(motions, wanted, fresh=fresh)
+        if self._pictures:
+            pool, sizes = self._batch.arrays, self._batch.sizes
+            self._pictures.draw(pool, sizes, wanted, self._constants, self._batch.share, fresh=fresh)
 
     def _measures(self) -> Metrics:
         return Metrics.of(self._constants, self._batch.arrays, self.config)
 
     def _observations(self, after: Metrics) -> Observation:
         """Return what is observed, the caller's own where he wants copies."""
-        found = self._env_spec.observe(self._batch.arrays, after)
+        found = self._env_spec.observe(self._batch.arrays, after, self._pictures)
         if self._copy and isinstance(found, dict) and "global_map" in found:
             found["global_map"] = found["global_map"].copy()  # the view was drawn into an array of the caller's own
         return found
@@ -238,11 +231,7 @@ class PseudoSlamVectorEnv(SharedAttributes, VectorEnv[Observation, npt.NDArray[A
         return infos_of({**report, "plan_id": self._plan_ids.copy()}, which)
 
     def _finals(self, after: Metrics, success: Bools) -> dict[str, Any]:
-        found = self._env_spec.observe(self._batch.arrays, after)
-        last = np.full(self.num_envs, None, object)
-        for i in np.flatnonzero(self._ended).tolist():
-            one = {key: part[i].copy() for key, part in found.items()} if isinstance(found, dict) else found[i].copy()
-            last[i] = one
+        last = last_of(self._env_spec.observe(self._batch.arrays, after, self._pictures), self._ended)
         masks = {"_final_obs": self._ended.copy(), "_final_info": self._ended.copy()}
         return {"final_obs": last, "final_info": self._infos(after, success, self._ended), **masks}
 

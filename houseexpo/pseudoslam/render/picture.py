@@ -116,6 +116,16 @@ def beside(
     return np.concatenate([truth, strip, known], axis=axis)
 
 
+def framed(image: Image, size_px: tuple[int, int]) -> Image:
+    """Return a picture in the middle of one of this width and height, which it does not pass; the rest is unknown."""
+    wide, high = size_px
+    found = np.full((high, wide, 3), UNKNOWN_COLOUR, np.uint8)
+    rows, cols = image.shape[:2]
+    top, left = (high - rows) // 2, (wide - cols) // 2
+    found[top : top + rows, left : left + cols] = image
+    return found
+
+
 def _colours(simulator: Simulator, state: State, shows: Shows) -> npt.NDArray[np.uint8]:
     """Return (rows, cols): the number of each cell's colour."""
     still = state.occupied & STATIC

@@ -127,10 +127,10 @@ class WorldCache:
             store.put(key, encode_world(world))
         return world
 
-    def number_of(self, plan_id: str) -> int:
-        """Return the number of a plan; ConfigError where there is none of that id."""
+    def number_of(self, plan_id: str, key: str = "plan_id") -> int:
+        """Return the number of a plan; ConfigError, which names the ``key``, where there is none of that id."""
         if not isinstance(plan_id, str) or plan_id not in self._numbers:
-            raise ConfigError(f"plan_id: none of the {len(self._numbers)} plans has the id {plan_id!r}")
+            raise ConfigError(f"{key}: none of the {len(self._numbers)} plans has the id {plan_id!r}")
         return self._numbers[plan_id]
 
     @cached_property

@@ -46,6 +46,8 @@ def initial_state(
     *,
     complete: bool = False,
     own: bool = True,
+    pose_m: tuple[float, float, float] | None = None,
+    view_px: int | None = None,
 ) -> State:
     """Return the state at the start of an episode in a world, before its first look (``params.look_round``).
 
@@ -57,6 +59,10 @@ def initial_state(
         Have the overview and the ranges drawn, too.
     own
         Give the state rasters of its own; otherwise they may be the world's, not to be written to.
+    pose_m
+        Where the robot starts, whatever the configuration says: x, y in the plan's metres, heading in radians.
+    view_px
+        Cells along a side of the view, whatever the configuration says.
     """
     key = int(rng.integers(2**62))
     placed = _furnished(world, config, rng)
@@ -65,8 +71,10 @@ def initial_state(
     if config.trajectories:
         stamp_bodies(occupied, new_bodies(len(config.trajectories), 0), world.tracks, params.walk)
     pose = _random_pose(placed.traversable, occupied, world, config, rng)
-    if not config.start.random:
-        pose = _given_pose(config.start, placed.traversable, occupied, world, config)
+    if pose_m is not None:
+        pose = _given_pose(pose_m, placed.traversable, occupied, world, config, key="options['pose']")
+    elif not config.start.random:
+        pose = _given_pose(_start_m(config.start, world), placed.traversable, occupied, world, config)
     goal, field, best = _goal(config, placed.traversable, world, pose, rng)
     robot = Disc(float(pose[0]), float(pose[1]), params.robot.radius_px)
     if config.people.number:
@@ -80,7 +88,7 @@ def initial_state(
         occupied = occupied.copy()
     if own and observable is world.observable:
         observable = observable.copy()
-    side, cells = config.side_px, config.observation.global_cells if complete else 0
+    side, cells = view_px or config.side_px, config.observation.global_cells if complete else 0
     episode = Episode(
         occupied, observable, known, np.zeros((side, side), np.uint8),
         np.zeros((cells, cells), np.uint8), np.zeros(len(params.sensor.fan_cos) if complete else 0),
@@ -144,31 +152,40 @@ def _random_pose(
     )
 
 
+def _start_m(start: StartConfig, world: World) -> tuple[float, float, float]:
+    """Return the configured start: x, y in the plan's metres, heading in radians."""
+    x_m, y_m = start.x_m, start.y_m
+    if start.origin == "centre":
+        centre = world.frame.points_from_pixels([world.frame.shape[1] / 2, world.frame.shape[0] / 2])
+        x_m, y_m = x_m + float(centre[0]), y_m + float(centre[1])
+    return x_m, y_m, math.radians(start.heading_deg)
+
+
 def _given_pose(
-    start: StartConfig,
+    pose_m: tuple[float, float, float],
     traversable: npt.NDArray[np.uint8],
     occupied: npt.NDArray[np.uint8],
     world: World,
     config: SimulatorConfig,
+    *,
+    key: str = "start",
 ) -> Floats:
+    """Return a pose in pixels; ConfigError, which names the ``key``, where the robot cannot start there."""
     frame, radius_m = world.frame, config.robot.radius_m
-    x_m, y_m = start.x_m, start.y_m
-    if start.origin == "centre":
-        centre = frame.points_from_pixels([frame.shape[1] / 2, frame.shape[0] / 2])
-        x_m, y_m = x_m + float(centre[0]), y_m + float(centre[1])
+    x_m, y_m, heading = pose_m
     x, y = frame.pixels_from_points([x_m, y_m]).tolist()
     row, col = math.floor(y), math.floor(x)
     if not bool(frame.contains([row, col])) or not disc_is_free(occupied, x, y, radius_m * config.pixels_per_metre):
         raise ConfigError(
-            f"start: a robot of radius {radius_m:g} m does not fit at ({x_m:g}, {y_m:g}) m "
+            f"{key}: a robot of radius {radius_m:g} m does not fit at ({x_m:g}, {y_m:g}) m "
             f"in plan {world.plan_id!r}; start at random, or at another pose"
         )
     if not traversable[max(row - 1, 0) : row + 2, max(col - 1, 0) : col + 2].any():
         raise ConfigError(
-            f"start: a robot of radius {radius_m:g} m cannot leave the place at "
+            f"{key}: a robot of radius {radius_m:g} m cannot leave the place at "
             f"({x_m:g}, {y_m:g}) m for the biggest part of plan {world.plan_id!r}; start at random, or there"
         )
-    return np.array([x, y, math.radians(start.heading_deg)])
+    return np.array([x, y, heading])
 
 
 def _goal(

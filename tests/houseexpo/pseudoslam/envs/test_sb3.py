@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from dataclasses import replace
 from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
@@ -16,12 +15,12 @@ import pytest
 
 from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
+from houseexpo.pseudoslam.tasks import Exploration
 from tests.builders.vectors import HUTS, assert_same, native
 
 MODULE = "houseexpo.pseudoslam.envs.sb3"
 HAS_SB3 = find_spec("stable_baselines3") is not None
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=36), max_steps=9)
-needs_sb3 = pytest.mark.skipif(not HAS_SB3, reason="Stable-Baselines3, which is no dependency, is not installed")
 
 
 class StandIn:
@@ -114,6 +113,10 @@ def test_seeds_and_options_are_used_once(adapter: Any) -> None:
     ours.set_options([{"plan_id": "large"}, {"plan_id": "small"}, {"plan_id": "large"}])
     ours.reset()
     assert [info["plan_id"] for info in ours.reset_infos] == ["large", "small", "large"]
+    ours.set_options([{"pose": (1.0, 1.5, 0.5)}, {"plan_id": "small"}, {}])
+    ours.reset()
+    assert ours.reset_infos[0]["pose"].tolist() == pytest.approx([1.0, 1.5, 0.5])
+    assert ours.reset_infos[1]["plan_id"] == "small"
     ours.set_options([{"plan": "large"}, {}, {}])
     with pytest.raises(ConfigError, match="options: unknown key 'plan'; known: 'plan_id'"):
         ours.reset()
@@ -136,6 +139,10 @@ def test_attributes_and_methods_are_those_of_all(adapter: Any) -> None:
     assert [image.shape[2] for image in ours.get_images()] == [3] * 3
     with pytest.raises(ConfigError, match="config: the environments are one"):
         ours.set_attr("config", SMALL)
+    with pytest.raises(ConfigError, match="task: the environments share it; set it for all of them"):
+        ours.set_attr("task", Exploration(), indices=[0])
+    ours.set_attr("task", Exploration(0.7))
+    assert ours.get_attr("task") == [Exploration(0.7)] * 3
     ours.close()
 
 
@@ -157,28 +164,3 @@ def test_without_the_library_the_message_says_what_to_do(monkeypatch: pytest.Mon
     monkeypatch.delitem(sys.modules, MODULE, raising=False)
     with pytest.raises(MissingDependencyError, match=r"needs Stable-Baselines3.*: pip install stable-baselines3"):
         import_module(MODULE)
-
-
-@needs_sb3
-@pytest.mark.parametrize(
-    ("task", "given", "policy"),
-    [
-        ("ObstacleAvoidance", {}, "CnnPolicy"),
-        ("Exploration", {"dataset": HUTS}, "CnnPolicy"),
-        ("Navigation", {"dataset": HUTS, "actions": "continuous"}, "MultiInputPolicy"),
-    ],
-)
-def test_a_policy_learns(adapter: Any, task: str, given: dict[str, Any], policy: str) -> None:
-    from stable_baselines3 import PPO
-    from stable_baselines3.common.env_checker import check_env
-    from stable_baselines3.common.vec_env import VecMonitor
-
-    given = {"config": replace(SMALL, max_steps=20), **given}
-    check_env(gymnasium.make(f"PseudoSLAM/{task}-v0", **given))
-    env = VecMonitor(adapter(native(task, 4, "SameStep", **given)))
-    model = PPO(policy, env, n_steps=32, batch_size=32, n_epochs=1, seed=0).learn(4 * 32 * 2)
-    lengths = [episode["l"] for episode in model.ep_info_buffer]
-    assert len(lengths) >= 8
-    assert max(lengths) <= 20
-    actions, _ = model.predict(env.reset(), deterministic=True)
-    assert len(actions) == 4

@@ -1,0 +1,45 @@
+"""Sensors and views by name, for what the paper's 180 degrees and 5 m do not show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.config.simulator import SimulatorConfig
+
+
+@dataclass(frozen=True)
+class Preset:
+    """How far and how widely the robot sees, and how much of its map it is shown, in pixels."""
+
+    range_m: float
+    fov_deg: float
+    size_m: float
+    pixels: int | None
+
+
+PRESETS: Final = {
+    "paper": Preset(range_m=5.0, fov_deg=180.0, size_m=4.0, pixels=None),
+    "view-10m": Preset(range_m=5.0, fov_deg=180.0, size_m=10.0, pixels=64),
+    "round-10m": Preset(range_m=10.0, fov_deg=360.0, size_m=20.0, pixels=80),
+    "round-20m": Preset(range_m=20.0, fov_deg=360.0, size_m=40.0, pixels=80),
+}
+"""The paper's; its laser with a view of all that it can see; and lasers that see all round, as is usual today, with
+views that hide nothing of it."""
+
+
+def with_preset(name: str, config: SimulatorConfig) -> SimulatorConfig:
+    """Return a configuration with another laser and view; ConfigError where there is no preset of that name.
+
+    Examples
+    --------
+    >>> with_preset("round-10m", SimulatorConfig()).laser.fov_deg
+    360.0
+    """
+    if name not in PRESETS:
+        raise ConfigError(f"config: expected a SimulatorConfig or one of {', '.join(PRESETS)}; found {name!r}")
+    preset = PRESETS[name]
+    laser = replace(config.laser, range_m=preset.range_m, fov_deg=preset.fov_deg)
+    view = replace(config.observation, size_m=preset.size_m, pixels=preset.pixels)
+    return replace(config, laser=laser, observation=view)

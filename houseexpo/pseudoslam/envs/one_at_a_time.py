@@ -1,0 +1,34 @@
+"""Methods that wait for each other, where several threads call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from threading import RLock
+from typing import Any, TypeVar
+
+Method = TypeVar("Method", bound=Callable[..., Any])
+
+
+class Locked:
+    """Something with a lock of its own, which pickles and copies leave out: they make another."""
+
+    def __init__(self) -> None:
+        self._lock = RLock()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_lock"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state, _lock=RLock())
+
+
+def one_at_a_time(method: Method) -> Method:
+    """Let a thread that calls a method of a ``Locked`` wait for another thread's call."""
+
+    @wraps(method)
+    def called(self: Locked, *args: Any, **kwargs: Any) -> Any:
+        with self._lock:
+            return method(self, *args, **kwargs)
+
+    return called  # type: ignore[return-value]  # it takes and returns what the method does

@@ -1,0 +1,93 @@
+"""The maps that environments are shown where the plain view will not do: of another size in pixels, at several scales.
+
+The plain view is drawn by the step itself, a cell a pixel. What is said here is drawn after it, by all threads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.kernels.episode import Episode
+from houseexpo.pseudoslam.kernels.pictures import GOAL, NEAR, ROBOT, Scales, draw_pictures
+from houseexpo.pseudoslam.metrics import EpisodeConstants
+from houseexpo.pseudoslam.step_params import entry_point
+
+Bytes: TypeAlias = npt.NDArray[np.uint8]
+Work: TypeAlias = Callable[[int, int], None]
+"""Does something for the environments from one number to another, excluded."""
+
+
+def channels_of(config: SimulatorConfig, *, several: bool) -> int:
+    """Return how many pictures there are: one, or those of several scales with their marks."""
+    if not several:
+        return NEAR + 1
+    return (GOAL if config.goal else ROBOT) + 1
+
+
+def side_of(config: SimulatorConfig) -> int:
+    """Return how many pixels a picture is wide and high."""
+    return config.observation.pixels or config.side_px
+
+
+class Pictures:
+    """The pictures of N environments: (N, channels, side, side) uint8.
+
+    Parameters
+    ----------
+    several
+        Near, far and whole map, and the marks of the robot and of the goal, where there is one; False: near alone.
+    """
+
+    def __init__(self, number: int, config: SimulatorConfig, *, several: bool) -> None:
+        side, view, ppm = side_of(config), config.observation, config.pixels_per_metre
+        near_px = 1.0 if view.pixels is None else view.size_m * ppm / side
+        self._scales = Scales(
+            near_px,
+            view.far_size_m * ppm / side,
+            view.global_size_m * ppm / side,
+            config.robot.radius_m * ppm,
+            config.goal.radius_m * ppm if config.goal else 0.0,
+        )
+        self._pixels_per_metre = float(ppm)
+        self._goals = np.full((number, 2), np.nan)
+        self._draw: Callable[..., None] | None = None
+        self.shown = np.zeros((number, channels_of(config, several=several), side, side), np.uint8)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickle and copy without what is compiled: the copy finds it again."""
+        return {**self.__dict__, "_draw": None}
+
+    def draw(
+        self,
+        pool: Episode,
+        sizes: npt.NDArray[np.int64],
+        wanted: Bytes,
+        constants: EpisodeConstants,
+        share: Callable[[Work], None],
+        *,
+        fresh: bool = False,
+    ) -> Bytes:
+        """Draw what is ``wanted`` (N,), see ``kernels.step_pool``, of the episodes of a pool.
+
+        Parameters
+        ----------
+        share
+            Calls the work for all environments, on one thread or on several.
+        fresh
+            Draw into a new array, as ``Batch.step`` does.
+        """
+        if fresh:
+            self.shown = np.empty_like(self.shown)
+        np.subtract(constants.goal_m, constants.corner_m[:, :2], out=self._goals)
+        self._goals *= self._pixels_per_metre, -self._pixels_per_metre
+        if self._draw is None:
+            given = pool, sizes, self._goals, wanted, self._scales, self.shown, 0, 0
+            self._draw = entry_point(draw_pictures, *given)
+        run = self._draw
+        share(lambda first, end: run(pool, sizes, self._goals, wanted, self._scales, self.shown, first, end))
+        return self.shown

@@ -1,0 +1,79 @@
+"""What an environment is shown beside the plain view, or instead of it: its map at several scales, and marks."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.episode import Episode
+from houseexpo.pseudoslam.kernels.mapping.coarse import draw_coarse, mark
+from houseexpo.pseudoslam.kernels.mapping.crop import crop
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.step_pool import SKIP
+from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows
+
+NEAR, FAR, WHOLE, ROBOT, GOAL = range(5)
+"""The pictures of one environment: the first, the first four, or all."""
+
+
+class Scales(NamedTuple):
+    """Cells along the side of a pixel of each picture, and the radii of the marks, cells."""
+
+    near_px: float
+    far_px: float
+    whole_px: float
+    robot_px: float
+    goal_px: float
+
+
+@njit(cache=True, nogil=True)
+def draw_pictures(
+    pool: Episode, sizes: Counts, goals: Floats, wanted: Grid, scales: Scales, out: Grid, first: int, end: int
+) -> None:
+    """Draw the pictures of environments ``first`` to ``end``, excluded, but for those of which nothing is wanted.
+
+    Near and far are centred on where the robot believes it is, heading up. The whole map is centred on the start, the
+    plan's y up; the marks of the robot and the goal are pictures of the same place.
+
+    Parameters
+    ----------
+    pool, sizes, wanted
+        As ``step_pool`` takes them.
+    goals
+        (N, 2) cells, across and down.
+    out
+        (N, pictures, side, side).
+    """
+    for i in range(first, end):
+        if wanted[i] == SKIP:
+            continue
+        rows, cols = sizes[i, 0], sizes[i, 1]
+        known = pool.known[i, : rows * cols].reshape((rows, cols))
+        pose, pictures = pool.pose[i, 0], out[i]
+        cos, sin = math.cos(pose.seen_heading), math.sin(pose.seen_heading)
+        if scales.near_px == 1.0:
+            crop(known, pose.seen_x, pose.seen_y, pose.seen_heading, pictures[NEAR])
+        else:
+            draw_coarse(known, pose.seen_x, pose.seen_y, cos, sin, scales.near_px, pictures[NEAR])
+        if len(pictures) > FAR:
+            draw_coarse(known, pose.seen_x, pose.seen_y, cos, sin, scales.far_px, pictures[FAR])
+            _draw_whole(known, pose, pool.readings[i, 0], goals[i], scales, pictures)
+
+
+@njit(cache=True, nogil=True)
+def _draw_whole(known: Grid, pose: Rows, start: Rows, goal: Floats, scales: Scales, pictures: Grid) -> None:
+    """Draw the whole map, the robot, a disc with a fainter one before it, and the goal where one is asked for."""
+    pixel, middle = scales.whole_px, pictures.shape[1] / 2
+    draw_coarse(known, start.start_x, start.start_y, 0.0, 1.0, pixel, pictures[WHOLE])
+    x, y = (pose.seen_x - start.start_x) / pixel + middle, (pose.seen_y - start.start_y) / pixel + middle
+    radius = max(scales.robot_px / pixel, 1.0)
+    ahead_x, ahead_y = math.cos(pose.seen_heading) * 2.0 * radius, -math.sin(pose.seen_heading) * 2.0 * radius
+    pictures[ROBOT] = UNKNOWN
+    mark(pictures[ROBOT], x + ahead_x, y + ahead_y, radius, FREE)
+    mark(pictures[ROBOT], x, y, radius, OBSTACLE)
+    if len(pictures) > GOAL:
+        x, y = (goal[0] - start.start_x) / pixel + middle, (goal[1] - start.start_y) / pixel + middle
+        pictures[GOAL] = UNKNOWN
+        mark(pictures[GOAL], x, y, max(scales.goal_px / pixel, 1.0), OBSTACLE)

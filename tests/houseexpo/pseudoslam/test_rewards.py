@@ -1,0 +1,117 @@
+"""Rewards that can be asked for: shares of a house, costs, and way gone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+import houseexpo.pseudoslam  # noqa: F401  # registers the environments
+from houseexpo import FloorPlan
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig, StartConfig
+from tests.builders.vectors import HUTS, native
+
+HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})
+SMALL = SimulatorConfig(pixels_per_metre=20.0, observation=ObservationConfig(3.0))
+FORWARD, LEFT, RIGHT = range(3)
+
+
+def exploring(**given: Any) -> Any:
+    given = {"dataset": HUTS, "config": SMALL, "success_coverage": None, **given}
+    return gymnasium.make("PseudoSLAM/Exploration-v0", **given).unwrapped
+
+
+def avoiding(x_m: float, y_m: float, heading_deg: float, **given: Any) -> Any:
+    config = replace(SMALL, start=StartConfig(random=False, x_m=x_m, y_m=y_m, heading_deg=heading_deg))
+    env = gymnasium.make("PseudoSLAM/ObstacleAvoidance-v0", dataset=HALL, config=config, **given).unwrapped
+    env.reset(seed=0)
+    return env
+
+
+def test_shares_of_what_can_be_seen_add_up_to_coverage() -> None:
+    env = exploring(reward="coverage")
+    _, info = env.reset(seed=1)
+    first, total = info["coverage"], 0.0
+    for step in range(60):
+        before = info["coverage"]
+        _, reward, _, _, info = env.step([FORWARD, FORWARD, LEFT][step % 3])
+        assert reward == info["coverage"] - before
+        total += reward
+    assert total == pytest.approx(info["coverage"] - first)
+    assert 0 < total <= 1
+
+
+def test_a_metre_and_a_turn_cost_what_is_said() -> None:
+    plain, costly = exploring(), exploring(cost_per_metre=0.5, cost_per_turn=3.0)
+    for env in (plain, costly):
+        env.reset(seed=2)
+    moves = np.random.default_rng(0)
+    gone = turned = 0.0
+    for _ in range(80):
+        action = int(moves.choice(3, p=[0.5, 0.3, 0.2]))
+        way = plain.state.episode.readings[0].path_length
+        found, paid = (env.step(action)[1] for env in (plain, costly))
+        way = (plain.state.episode.readings[0].path_length - way) / 20
+        turn = 0.0 if action == FORWARD else 10 / 360  # across the back, too
+        assert paid == pytest.approx(found - 0.5 * way - 3.0 * turn)
+        gone, turned = gone + way, turned + turn
+    assert gone > 2
+    assert turned > 1
+
+
+def test_who_spins_gets_nothing_for_way_and_nearly_all_of_the_papers_reward() -> None:
+    for reward, least, most in (("way", 0.0, 0.0), ("paper", 0.85, 0.95)):
+        env = avoiding(4.0, 2.0, 0.0, reward=reward)
+        rewards = [env.step(LEFT)[1] for _ in range(72)]
+        assert least <= min(rewards) <= max(rewards) <= most
+
+
+def test_who_moves_gets_way_and_more_of_it_in_the_open() -> None:
+    env = avoiding(1.0, 2.0, 0.0, reward="way")
+    assert env.step(FORWARD)[1] == pytest.approx(1.0)
+    env = avoiding(1.0, 0.45, 0.0, reward="way")  # 0.25 m from the wall on the right: half of what is safe
+    assert env.step(FORWARD)[1] == pytest.approx(0.55)
+    env = avoiding(1.0, 2.0, 0.0, reward="way", actions="continuous")
+    assert env.step(np.array([0.5, 0.0], np.float32))[1] == pytest.approx(0.5)
+    assert env.step(np.array([-1.0, 0.0], np.float32))[1] == 0.0  # backing is no way forward
+    env = avoiding(7.7, 2.0, 0.0, reward="way")
+    assert env.step(FORWARD)[1] == -1.0
+
+
+def test_for_way_a_wanderer_beats_a_spinner() -> None:
+    """With the paper's reward it is the other way round, which is why there are two."""
+    spun, wandered = ({name: _returned(name, turns) for name in ("paper", "way")} for turns in (True, False))
+    assert spun["way"] == 0.0
+    assert wandered["way"] > 10.0
+    assert spun["paper"] > 2 * wandered["paper"]
+
+
+def _returned(reward: str, turns: bool) -> float:
+    """The mean return of who only turns, or of who goes on and turns by 120 degrees where the way is blocked."""
+    env = native("ObstacleAvoidance", 8, reward=reward)
+    _, infos = env.reset(seed=0)
+    total, left = np.zeros(8), np.zeros(8, int)
+    for _ in range(199):
+        left = np.where(infos["collided"], 12, np.maximum(left - 1, 0))
+        _, rewards, _, _, infos = env.step(np.where(turns | (left > 0), LEFT, FORWARD))
+        total += rewards
+    return float(total.mean())
+
+
+@pytest.mark.parametrize(
+    ("task", "given", "text"),
+    [
+        ("Exploration", {"reward": "way"}, "reward: expected one of area, coverage; found 'way'"),
+        ("ObstacleAvoidance", {"reward": "area"}, "reward: expected one of paper, way; found 'area'"),
+        ("Exploration", {"cost_per_metre": -1.0}, "cost_per_metre: expected at least 0, found -1"),
+        ("Exploration", {"cost_per_turn": math.inf}, "cost_per_turn: expected a finite number, found inf"),
+    ],
+)
+def test_wrong_rewards_are_refused(task: str, given: dict[str, Any], text: str) -> None:
+    with pytest.raises(ConfigError, match=text):
+        gymnasium.make(f"PseudoSLAM/{task}-v0", dataset=HALL, **given)
