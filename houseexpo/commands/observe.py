@@ -1,0 +1,60 @@
+"""``houseexpo observe``: pairs of partial and complete maps, for who learns to predict maps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def observe(
+    out: Annotated[Path, typer.Option(help="Folder to write.", show_default=False)],
+    dataset: Annotated[
+        Path | None, typer.Argument(help="Folder, archive or JSON lines.", show_default="fetched")
+    ] = None,
+    limit: Annotated[
+        int | None, typer.Option(min=1, help="Pairs at most.", show_default="a visit to each plan")
+    ] = None,
+    each: Annotated[int, typer.Option(min=1, help="Pairs of a visit to a plan.")] = 10,
+    every: Annotated[int, typer.Option(min=1, help="Steps of the robot from one pair to the next.")] = 8,
+    size: Annotated[float, typer.Option(help="Side of the window, metres.")] = 16.0,
+    pixels: Annotated[int, typer.Option(min=2, help="Side of the window, pixels.")] = 128,
+    rooms: Annotated[bool, typer.Option(help="Rooms and their labels, too.")] = True,
+    noise: Annotated[bool, typer.Option(help="A laser and odometry that err as usual ones do.")] = False,
+    config: Annotated[
+        Path | None, typer.Option(help="YAML file of a SimulatorConfig.", show_default="the paper's")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of starts, ways and noise.")] = 0,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes; all cores by default.")] = None,
+) -> None:
+    """Write what robots know of houses beside the whole of them: npz shards, and manifest.json when all are there.
+
+    The same seed gives the same bytes, with however many workers. A run that was stopped goes on where it was.
+    """
+    from dataclasses import replace
+
+    from houseexpo.commands.given import data_set
+    from houseexpo.commands.printing import console
+    from houseexpo.pseudoslam.config import SimulatorConfig
+    from houseexpo.pseudoslam.io.observe import observe as run_observe
+    from houseexpo.pseudoslam.io.pairs import USUAL_NOISE, PairConfig
+    from houseexpo.words import counted
+    from houseexpo.workers import cores
+
+    simulator = SimulatorConfig.from_yaml(config) if config else SimulatorConfig()
+    if noise:
+        simulator = replace(simulator, noise=USUAL_NOISE)
+    given = PairConfig(each, every, size, pixels, rooms, simulator)
+    done = run_observe(data_set(dataset), out, given, limit=limit, seed=seed, workers=workers or cores())
+    print_to = console()
+    print_to.print(
+        f"{counted(done.pairs, 'pair')} in {out}: {counted(done.made, 'shard')} made, {done.known} known, "
+        f"{done.size / 1e6:.0f} MB",
+        highlight=False,
+        soft_wrap=True,
+    )
+    for problem in done.refused[:10]:
+        print_to.print(f"no pairs: {problem}", markup=False, highlight=False, soft_wrap=True)
+    if len(done.refused) > 10:
+        print_to.print(f"and {len(done.refused) - 10} more", highlight=False)

@@ -1,0 +1,244 @@
+"""Pairs of partial and complete maps as files, with all cores: shards of npz, and a manifest when all are there.
+
+R1  A pair depends on the recipe and on its own number: not on how many processes there are, nor on which made it.
+R2  A shard bears its name when it is whole. One that is damaged, or holds another number of pairs, is made again.
+R3  ``manifest.json`` is written last: where it is, all shards are there, and it has their hashes.
+R4  A folder holds pairs of one recipe; ``recipe.json`` says which, from the start.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import math
+import zipfile
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from functools import lru_cache, partial
+from itertools import islice
+from pathlib import Path
+from typing import Any, Final, NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.dataset import Dataset
+from houseexpo.errors import ConfigError, HouseExpoError
+from houseexpo.files import write_whole
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.progress import watched
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.io.pairs import ROOM_LABELS, Pair, PairConfig, pairs_of, stacked
+from houseexpo.pseudoslam.worlds.cache import still_world, with_what_moves
+from houseexpo.pseudoslam.worlds.store import WorldStore
+from houseexpo.workers import pool
+
+VERSION: Final = 1
+EPISODES: Final = 100
+"""Episodes of a shard: it has so many times ``PairConfig.each`` pairs, but for the last one, and for houses that the
+robot fits nowhere in."""
+RECIPE, MANIFEST = "recipe.json", "manifest.json"
+_LEVEL: Final = (
+    1  # of compression: maps are nearly all alike, and higher ones take three times as long for a tenth less
+)
+
+
+class Episode(NamedTuple):
+    """One visit to a house: its number, the plan's JSON and the hash that it is kept by, and pairs at most."""
+
+    number: int
+    plan: bytes
+    digest: bytes
+    pairs: int
+
+
+Job: TypeAlias = tuple[int, list[Episode]]
+"""A shard's number, and its episodes."""
+
+
+@dataclass(frozen=True)
+class Observed:
+    """What ``observe`` did: shards that were there already and those made, pairs in all, and why houses have none."""
+
+    known: int
+    made: int
+    pairs: int
+    refused: tuple[str, ...]
+    size: int
+
+
+def observe(
+    plans: Dataset, out: Path, config: PairConfig, *, limit: int | None = None, seed: int = 0, workers: int = 1
+) -> Observed:
+    """Write pairs of a data set to a folder; what was stopped goes on where it was.
+
+    All plans have their turn, in an order that the seed draws, before one has another. With several workers, a script
+    needs its ``if __name__ == "__main__"``.
+
+    Parameters
+    ----------
+    limit
+        Pairs at most; None: of one episode of each plan.
+
+    Raises
+    ------
+    ConfigError
+        Where the folder holds something else, or a number is too small.
+    """
+    if not len(plans):
+        raise ConfigError("observe: expected at least one plan, found none")
+    wanted = config.each * len(plans) if limit is None else limit
+    if wanted < 1:
+        raise ConfigError(f"limit: expected at least 1 pair, found {wanted}")
+    recipe = _recipe(plans, config, wanted, seed)
+    out.mkdir(parents=True, exist_ok=True)
+    _claim(out, recipe)
+    (out / MANIFEST).unlink(missing_ok=True)  # R3
+    shards = math.ceil(wanted / (config.each * EPISODES))
+    found = {shard: made for shard in range(shards) if (made := _known(out, shard, config)) is not None}
+    known = len(found)
+    jobs = ((shard, _episodes(plans, shard, config, wanted, seed)) for shard in range(shards) if shard not in found)
+    work = partial(_write_shard, out, config, seed)
+    found |= dict(watched(_run(work, jobs, shards - known, workers), "observing", shards - known))
+    entries = [found[shard] for shard in range(shards)]
+    write_whole(out / MANIFEST, _json({**recipe, "pairs": sum(each["pairs"] for each in entries), "shards": entries}))
+    refused = tuple(line for entry in entries for line in entry["refused"])
+    size = sum(file.stat().st_size for file in out.iterdir())
+    return Observed(known, shards - known, sum(entry["pairs"] for entry in entries), refused, size)
+
+
+def _recipe(plans: Dataset, config: PairConfig, wanted: int, seed: int) -> dict[str, Any]:
+    """Return what decides every byte of the pairs, and what their arrays are."""
+    digests = hashlib.sha256(b"".join(map(plans.digest, range(len(plans)))))
+    made = {name: value for name, value in asdict(config).items() if name != "simulator"}
+    return {
+        "version": VERSION,
+        "plans": {"number": len(plans), "sha256": digests.hexdigest()},
+        "seed": seed,
+        "wanted": wanted,
+        "episodes_a_shard": EPISODES,
+        "config": {**made, "simulator": config.simulator.to_mapping()},
+        "arrays": {name: {"dtype": kind, "shape": ["pairs", *shape]} for name, (kind, shape) in config.arrays().items()}
+        | {"plan_id": {"dtype": "str", "shape": ["pairs"]}},
+        "labels": ["", *ROOM_LABELS],
+    }
+
+
+def _claim(out: Path, recipe: dict[str, Any]) -> None:
+    """Write the recipe; ConfigError where the folder has another (R4)."""
+    file = out / RECIPE
+    if not file.exists():
+        if any(out.glob("pairs-*.npz")):
+            raise ConfigError(f"{out}: expected an empty folder or one with {RECIPE}, found pairs; name another")
+        write_whole(file, _json(recipe))
+        return
+    try:
+        there = json.loads(file.read_bytes())
+    except ValueError as error:
+        raise ConfigError(f"{file}: expected JSON, found: {error}; name another folder") from None
+    wanted = json.loads(_json(recipe))
+    for key, value in wanted.items():
+        if not isinstance(there, dict) or there.get(key) != value:
+            raise ConfigError(
+                f"{out}: expected pairs of the same recipe, found another {key!r} in {RECIPE}; name another folder"
+            )
+
+
+def _episodes(plans: Dataset, shard: int, config: PairConfig, wanted: int, seed: int) -> list[Episode]:
+    """Return the episodes of a shard."""
+    first, found = shard * EPISODES, []
+    for number in range(first, min(first + EPISODES, math.ceil(wanted / config.each))):
+        turn, place = divmod(number, len(plans))
+        row = int(_order(seed, turn, len(plans))[place])
+        pairs = min(config.each, wanted - number * config.each)
+        found.append(Episode(number, plans.raw_of(row), plans.digest(row), pairs))
+    return found
+
+
+@lru_cache(maxsize=2)
+def _order(seed: int, turn: int, number: int) -> npt.NDArray[np.int64]:
+    """Return the order in which plans have their turn, once all of them."""
+    return np.random.default_rng([seed, turn]).permutation(number)
+
+
+def _run(
+    work: Callable[[Job], tuple[int, dict[str, Any]]], jobs: Iterator[Job], number: int, workers: int
+) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Yield what the manifest says of shards, as they are made."""
+    if workers <= 1 or number <= 1:
+        yield from map(work, jobs)
+        return
+    yield work(next(jobs))  # what has to be compiled is compiled once
+    with pool(workers) as processes:
+        yield from processes.imap_unordered(work, jobs)
+
+
+def _write_shard(out: Path, config: PairConfig, seed: int, job: Job) -> tuple[int, dict[str, Any]]:
+    """Make the pairs of a shard, and write it; return its number and what the manifest says of it."""
+    shard, episodes = job
+    pairs, plan_ids, refused = list[Pair](), list[str](), list[str]()
+    for episode in episodes:
+        try:
+            plan = decode(episode.plan)
+            found = _pairs(plan, episode, config, seed)
+        except HouseExpoError as error:
+            refused.append(str(error))
+            continue
+        pairs += found
+        plan_ids += [plan.id] * len(found)
+    data = _npz({**stacked(pairs, config), "plan_id": np.array(plan_ids, np.str_)}, {"refused": refused})
+    write_whole(_file(out, shard), data)
+    return shard, _entry(shard, data, len(pairs), refused)
+
+
+def _pairs(plan: FloorPlan, episode: Episode, config: PairConfig, seed: int) -> list[Pair]:
+    world = _store(config.simulator).get(episode.digest) or still_world(plan, config.simulator)
+    rng = np.random.default_rng([seed, 1, episode.number])  # R1
+    return list(islice(pairs_of(plan, with_what_moves(world, plan, config.simulator), config, rng), episode.pairs))
+
+
+@lru_cache(maxsize=1)
+def _store(config: SimulatorConfig) -> WorldStore:
+    """Return the worlds that were prepared, if any; none are added."""
+    return WorldStore.of(config)
+
+
+def _file(out: Path, shard: int) -> Path:
+    return out / f"pairs-{shard:06d}.npz"
+
+
+def _entry(shard: int, data: bytes, pairs: int, refused: list[str]) -> dict[str, Any]:
+    digest = hashlib.sha256(data).hexdigest()
+    return {"file": _file(Path(), shard).name, "pairs": pairs, "sha256": digest, "refused": refused}
+
+
+def _known(out: Path, shard: int, config: PairConfig) -> dict[str, Any] | None:
+    """Return what the manifest says of a shard that is there and whole, else None (R2)."""
+    try:
+        data = _file(out, shard).read_bytes()
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            refused = json.loads(archive.comment)["refused"]
+            if archive.testzip() is not None:
+                return None
+        with np.load(io.BytesIO(data)) as arrays:
+            lengths = {len(arrays[name]) for name in (*config.arrays(), "plan_id")}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+    return _entry(shard, data, lengths.pop(), refused) if len(lengths) == 1 else None
+
+
+def _npz(arrays: dict[str, npt.NDArray[Any]], comment: dict[str, Any]) -> bytes:
+    """Return arrays as ``numpy.load`` takes them, the same bytes each time; the comment is the archive's."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as archive:
+        for name, array in arrays.items():
+            member = io.BytesIO()
+            np.lib.format.write_array(member, array, allow_pickle=False)
+            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue(), zipfile.ZIP_DEFLATED, _LEVEL)
+        archive.comment = json.dumps(comment).encode()
+    return stream.getvalue()
+
+
+def _json(value: Any) -> bytes:
+    return json.dumps(value, indent=2, ensure_ascii=False).encode() + b"\n"
