@@ -1,10 +1,12 @@
 """Maps drawn at any scale, and marks on them.
 
-R1  A pixel shows the most that is known of the cells that hold its sample points, at most a cell apart: an obstacle
-    where one of them is, else free, else unknown. So no wall vanishes, however coarse the picture is.
-R2  Where a pixel is two cells wide or more, blocks of as many whole cells as it is wide stand for the cells, each the
-    most of its own. A wall may look a block thicker than it is.
-R3  Off the map nothing is known.
+R1  A pixel shows the most that is known of the block of cells that holds its middle: an obstacle where one of them is,
+    else free where one is, else unknown. Blocks are as many whole cells wide as a pixel is, rounded up, and lie side by
+    side from the map's corner. So no wall vanishes, however coarse the picture is; it may look a block thicker than it
+    is.
+R2  Off the map nothing is known.
+
+Places are counted in whole numbers, whose lower bits are parts of a block: sums of them are exact, and quick.
 """
 
 from __future__ import annotations
@@ -18,11 +20,12 @@ from houseexpo.pseudoslam.kernels.mapping.merge import UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Grid
 
 _EPS = 1e-9
+_BITS = 32  # for parts of a block, in a signed word of 64
 
 
 @njit(cache=True, nogil=True)
 def draw_coarse(known: Grid, x: float, y: float, cos: float, sin: float, pixel: float, out: Grid) -> None:
-    """Draw the square of the map round a position, in pixels of so many cells, by R1 to R3.
+    """Draw the square of the map round a position, in pixels of so many cells, by R1 and R2.
 
     Parameters
     ----------
@@ -33,52 +36,58 @@ def draw_coarse(known: Grid, x: float, y: float, cos: float, sin: float, pixel: 
     out
         (side, side).
     """
-    size = max(int(pixel + _EPS), 1)
-    parts = math.ceil(pixel / size - _EPS)
-    blocks = known if size == 1 else most_of_blocks(known, size)
-    rows, cols = blocks.shape
-    side, step = len(out), pixel / (parts * size)  # in blocks
-    middle = (side * parts - 1) / 2
-    left, top = x / size + step * middle * (cos - sin), y / size - step * middle * (cos + sin)
-    for i in range(side):
-        for j in range(side):
-            most = UNKNOWN
-            for a in range(parts):
-                for b in range(parts):
-                    back, right = step * (i * parts + a), step * (j * parts + b)
-                    row = math.floor(top + right * cos + back * sin)
-                    col = math.floor(left + right * sin - back * cos)
-                    if 0 <= row < rows and 0 <= col < cols:
-                        most = max(most, blocks[row, col])
-            out[i, j] = most
+    size = max(math.ceil(pixel - _EPS), 1)
+    if size == 1:
+        draw_nearest(known, x, y, cos, sin, pixel, out)
+    else:
+        draw_nearest(most_of_blocks(known, size), x / size, y / size, cos, sin, pixel / size, out)
 
 
 @njit(cache=True, nogil=True)
 def draw_nearest(grid: Grid, x: float, y: float, cos: float, sin: float, pixel: float, out: Grid) -> None:
     """Draw the same square of a grid of numbers: a pixel is the cell that holds its middle, 0 off the grid."""
     rows, cols = grid.shape
-    side = len(out)
-    middle = (side - 1) / 2
+    flat, view, side = grid.ravel(), out.ravel(), len(out)
+    middle, one = (side - 1) / 2, pixel * float(1 << _BITS)
+    left = math.floor(x * float(1 << _BITS) + one * middle * (cos - sin))
+    top = math.floor(y * float(1 << _BITS) - one * middle * (cos + sin))
+    right, down = math.floor(one * sin), math.floor(one * cos)  # a pixel to the right, on the map
     for i in range(side):
+        across, along = left - i * down, top + i * right
         for j in range(side):
-            up, right = (middle - i) * pixel, (j - middle) * pixel
-            row, col = math.floor(y - up * sin + right * cos), math.floor(x + up * cos + right * sin)
-            out[i, j] = grid[row, col] if 0 <= row < rows and 0 <= col < cols else 0
+            col, row = across >> _BITS, along >> _BITS
+            inside = (col >= 0) & (col < cols) & (row >= 0) & (row < rows)
+            view[np.uint64(i * side + j)] = flat[np.uint64(row * cols + col)] if inside else 0
+            across += right
+            along += down
 
 
 @njit(cache=True, nogil=True)
 def most_of_blocks(known: Grid, size: int) -> Grid:
-    """Return the highest value of each block of ``size`` x ``size`` cells; the last ones may hold fewer."""
+    """Return the highest value of each block of ``size`` x ``size`` cells; the last ones may hold fewer.
+
+    The most of the cells of a block's rows is found for all columns at once, then that of each cell and those to its
+    right, of more and more of them: loops that a processor takes many cells of at a time.
+    """
     rows, cols = known.shape
-    out = np.zeros(((rows + size - 1) // size, (cols + size - 1) // size), np.uint8)
-    most = np.empty(cols, np.uint8)
-    for row in range(len(out)):
+    high, wide = (rows + size - 1) // size, (cols + size - 1) // size
+    out, flat, lines = np.empty((high, wide), np.uint8), known.ravel(), np.zeros((2, (wide + 1) * size), np.uint8)
+    for i in range(high):
+        most, other = lines[0], lines[1]
         most[:] = UNKNOWN
-        for r in range(row * size, min((row + 1) * size, rows)):
+        for row in range(i * size, min((i + 1) * size, rows)):
+            first = row * cols
             for col in range(cols):
-                most[col] = max(most[col], known[r, col])
-        for col in range(cols):
-            out[row, col // size] = max(out[row, col // size], most[col])
+                most[np.uint64(col)] = max(most[np.uint64(col)], flat[np.uint64(first + col)])
+        span = 1
+        while span < size:
+            more = min(span, size - span)
+            for col in range(wide * size):
+                other[np.uint64(col)] = max(most[np.uint64(col)], most[np.uint64(col + more)])
+            most, other = other, most
+            span += more
+        for j in range(wide):
+            out[i, j] = most[np.uint64(j * size)]
     return out
 
 
