@@ -17,9 +17,18 @@ TaskName = Literal["exploration", "avoidance", "navigation"]
 
 
 def environment(
-    dataset: Path | None, plan: str | None, task: TaskName, config: Path | None, max_steps: int
+    dataset: Path | None,
+    plan: str | None,
+    task: TaskName,
+    config: Path | None,
+    max_steps: int,
+    *,
+    ranges: bool = False,
 ) -> tuple[PseudoSlamEnv, dict[str, Any]]:
-    """Return an environment and the options of its resets; ``max_steps`` holds where no configuration is given."""
+    """Return an environment and the options of its resets; ``max_steps`` holds where no configuration is given.
+
+    ``ranges``: with a dictionary as observation, in which the laser's ranges are.
+    """
     from houseexpo.pseudoslam.config import SimulatorConfig
     from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, ObstacleAvoidanceEnv
     from houseexpo.pseudoslam.tasks import Exploration, Navigation, ObstacleAvoidance
@@ -30,7 +39,8 @@ def environment(
         "navigation": (NavigationEnv, Navigation.default),
     }[task]
     given: SimulatorConfig = SimulatorConfig.from_yaml(config) if config else replace(default, max_steps=max_steps)
-    return make(_plans(dataset, plan, task), given), {"plan_id": plan} if plan else {}
+    env = make(_plans(dataset, plan, task), given, observation="dict" if ranges else "map")
+    return env, {"plan_id": plan} if plan else {}
 
 
 def _plans(dataset: Path | None, plan: str | None, task: TaskName) -> Plans:

@@ -1,4 +1,4 @@
-"""``houseexpo record``: a policy as a GIF or a film."""
+"""``houseexpo record``: a policy as a GIF, a film or a ROS bag."""
 
 from __future__ import annotations
 
@@ -11,9 +11,12 @@ from houseexpo.commands.environment import TaskName
 
 
 def record(
-    out: Annotated[Path, typer.Option(help="File to write: .gif or .mp4.", show_default=False)],
     dataset: Annotated[
         Path | None, typer.Argument(help="Data set, or one plan's JSON file.", show_default="fetched")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Movie to write: .gif or .mp4.", show_default="none")] = None,
+    bag: Annotated[
+        Path | None, typer.Option(help="ROS 2 bag to write: .mcap (needs houseexpo[bag]).", show_default="none")
     ] = None,
     plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="at random")] = None,
     task: Annotated[TaskName, typer.Option(help="What counts; avoidance has a room of its own.")] = "exploration",
@@ -34,7 +37,7 @@ def record(
         Path | None, typer.Option(help="YAML file of a SimulatorConfig.", show_default="the task's")
     ] = None,
 ) -> None:
-    """Write a movie of a policy at work."""
+    """Write a movie of a policy at work, or a ROS bag of what its robot knows and reads."""
     from rich.console import Console
 
     from houseexpo.commands.environment import environment
@@ -44,11 +47,14 @@ def record(
 
     console = Console()
     with console.status(f"recording {counted(steps, 'step')}"):
-        env, options = environment(dataset, plan, task, config, steps)
+        env, options = environment(dataset, plan, task, config, steps, ranges=bag is not None)
         acts = policy_of(policy, env, seed)
-        done = write(env, acts, out, steps, seed=seed, options=options, fps=fps, every=every, shows=shows, most_px=size)
+        done = write(
+            env, acts, out, steps, seed=seed, options=options, fps=fps, every=every, shows=shows, most_px=size, bag=bag
+        )
+    written = " and ".join(str(file) for file in (out, bag) if file)
     console.print(
-        f"{out}: {counted(done.steps, 'step')} in plan {done.info['plan_id']}, {done.info['coverage']:.0%} seen, "
+        f"{written}: {counted(done.steps, 'step')} in plan {done.info['plan_id']}, {done.info['coverage']:.0%} seen, "
         f"{counted(done.info['collisions'], 'collision')}, reward {done.reward:.2f}",
         highlight=False,
         soft_wrap=True,

@@ -1,9 +1,11 @@
-"""A movie of a policy at work."""
+"""A movie of a policy at work, and a bag of what its robot knows and reads."""
 
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
@@ -11,6 +13,7 @@ import gymnasium
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.policies import Policy, known_env
+from houseexpo.pseudoslam.io.bags import BagWriter
 from houseexpo.pseudoslam.io.films import write_movie
 from houseexpo.pseudoslam.render.canvas import Image
 from houseexpo.pseudoslam.render.picture import beside, picture
@@ -31,7 +34,7 @@ class Recorded:
 def record(
     env: gymnasium.Env[Any, Any],
     policy: Policy,
-    path: str | os.PathLike[str],
+    path: str | os.PathLike[str] | None,
     steps: int = 200,
     *,
     seed: int | None = None,
@@ -40,8 +43,9 @@ def record(
     every: int = 1,
     shows: Panels = "both",
     most_px: tuple[int, int] = (640, 480),
+    bag: str | os.PathLike[str] | None = None,
 ) -> Recorded:
-    """Write a movie of one episode, a picture of the start and one after each step.
+    """Write a movie of one episode, a picture of the start and one after each step, or a bag, or both.
 
     Parameters
     ----------
@@ -50,7 +54,7 @@ def record(
     policy
         Any function from an observation to an action; ``policies.policy_of`` makes some.
     path
-        File to write, .gif or .mp4.
+        File to write, .gif or .mp4; None: no movie.
     steps
         At most; the movie is over where the episode is.
     seed, options
@@ -59,33 +63,46 @@ def record(
         A picture after so many steps.
     shows
         As in ``render.picture``, or "beside": the truth and the map side by side.
+    bag
+        ROS bag to write, .mcap, see ``bags``; None: none.
 
     Raises
     ------
     ConfigError
-        Where the environment is none of ours, or a number is too small.
+        Where the environment is none of ours, a number is too small, or nothing is to be written.
+    MissingDependencyError
+        Where what writes the file is not installed.
     """
     if shows not in get_args(Panels):
         raise ConfigError(f"shows: expected one of {', '.join(get_args(Panels))}; found {shows!r}")
     if steps < 1 or every < 1:
         raise ConfigError(f"record: expected steps and every to be at least 1, found {steps} and {every}")
-    known_env(env)
-    done = Recorded()
+    if path is None and bag is None:
+        raise ConfigError("record: expected a movie or a bag to write, found neither")
+    inner, done = known_env(env), Recorded()
+    trail: list[Any] = []
 
-    def pictures() -> Iterator[Image]:
+    def episode(writer: BagWriter | None) -> Iterator[bool]:
+        """Play; yield at the start and after each step whether that was the last."""
         observation, done.info = env.reset(seed=seed, options=options)
-        trail = []
         while True:
-            trail.append(known_env(env).state.poses_px.copy())
+            trail.append(inner.state.poses_px.copy())
+            if writer:
+                writer.write(inner.simulator, inner.state)
             last = done.ended or done.steps == steps
-            if done.steps % every == 0 or last:
-                yield _drawn(env, trail, shows, most_px)
+            yield last
             if last:
                 return
             observation, reward, terminated, truncated, done.info = env.step(policy(observation))
             done.steps, done.reward, done.ended = done.steps + 1, done.reward + float(reward), terminated or truncated
 
-    write_movie(pictures(), path, fps)
+    with BagWriter(bag) if bag is not None else nullcontext() as writer:
+        moments = episode(writer)
+        if path is None:
+            deque(moments, maxlen=0)
+        else:
+            pictures = (_drawn(env, trail, shows, most_px) for last in moments if last or done.steps % every == 0)
+            write_movie(pictures, path, fps)
     return done
 
 

@@ -1,0 +1,189 @@
+"""A simulated run as a ROS 2 bag, without ROS: an MCAP file, which rosbag2 plays and Foxglove opens.
+
+- ``/map`` nav_msgs/OccupancyGrid: what the robot knows, as ``Simulator.map`` has it, in the frame ``map``, the plan's;
+- ``/scan`` sensor_msgs/LaserScan, in ``base_link``: infinite where a beam met nothing, not a number where it was lost;
+- ``/odom`` nav_msgs/Odometry: where odometry has the robot since its start;
+- ``/tf`` tf2_msgs/TFMessage: ``odom`` in ``map``, which is the start, and ``base_link`` in ``odom``.
+
+Messages are stamped with the seconds since the start of the episode (``config.step_s`` a step), from 1 on: times of 0
+mean "now" to some programs.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+import tempfile
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import ConfigError, MissingDependencyError
+from houseexpo.files import PARTIAL
+from houseexpo.pseudoslam.kernels.sensing.ranges import cast
+from houseexpo.pseudoslam.simulator import Simulator
+from houseexpo.pseudoslam.state import State
+
+Pose: TypeAlias = tuple[float, float, float]
+TOPICS: Final = {
+    "/map": "nav_msgs/msg/OccupancyGrid",
+    "/scan": "sensor_msgs/msg/LaserScan",
+    "/odom": "nav_msgs/msg/Odometry",
+    "/tf": "tf2_msgs/msg/TFMessage",
+}
+_START_S: Final = 1.0
+_VERSION: Final = 9  # of bags
+
+
+class BagWriter:
+    """Writes one episode; the file is there when the ``with`` block has ended well, and not before.
+
+    Parameters
+    ----------
+    path
+        File to write, .mcap.
+
+    Raises
+    ------
+    ConfigError
+        Where the name ends otherwise.
+    MissingDependencyError
+        Where rosbags is not installed.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self._path = Path(path)
+        if self._path.suffix != ".mcap":
+            raise ConfigError(f"bag: expected a file that ends in .mcap, found {self._path.name!r}")
+        try:
+            from rosbags import rosbag2
+            from rosbags.typesys import Stores, get_typestore
+        except ImportError as error:
+            raise MissingDependencyError(
+                "bags need rosbags, which is not installed: pip install 'houseexpo[bag]'"
+            ) from error
+        self._rosbag2, self._types = rosbag2, get_typestore(Stores.ROS2_JAZZY)
+        self._start: Pose | None = None
+
+    def __enter__(self) -> BagWriter:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        self._folder = Path(tempfile.mkdtemp(dir=self._path.parent, prefix=PARTIAL))
+        bags = self._rosbag2
+        self._writer = bags.Writer(self._folder / "bag", version=_VERSION, storage_plugin=bags.StoragePlugin.MCAP)
+        self._writer.set_compression(bags.CompressionMode.STORAGE, bags.CompressionFormat.ZSTD)
+        self._writer.open()
+        self._topics = {
+            topic: self._writer.add_connection(topic, kind, typestore=self._types) for topic, kind in TOPICS.items()
+        }
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self._writer.close()
+            if kind is None:
+                (self._folder / "bag" / "bag.mcap").replace(self._path)
+        finally:
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+    def write(self, simulator: Simulator, state: State) -> None:
+        """Write what a robot knows and reads now: once at the start of the episode, and after each step."""
+        seconds = _START_S + float(state.counts.steps) * simulator.config.step_s
+        believed = simulator.believed_pose(state)
+        if self._start is None:
+            self._start = believed
+        here = _seen_from(self._start, believed)
+        moved = [
+            self._transform(seconds, "map", "odom", self._start),
+            self._transform(seconds, "odom", "base_link", here),
+        ]
+        messages = {
+            "/tf": self._of("TFMessage", "tf2_msgs", transforms=moved),
+            "/odom": self._odometry(seconds, here),
+            "/scan": self._scan(seconds, simulator, state),
+            "/map": self._map(seconds, simulator, state),
+        }  # fmt: skip
+        for topic, message in messages.items():
+            data = self._types.serialize_cdr(message, TOPICS[topic])
+            self._writer.write(self._topics[topic], round(seconds * 1e9), data)
+
+    def _of(self, name: str, package: str = "geometry_msgs", **parts: Any) -> Any:
+        """Return a message; ROS's types have no types here."""
+        return self._types.types[f"{package}/msg/{name}"](**parts)
+
+    def _header(self, seconds: float, frame: str) -> Any:
+        nanoseconds = round(seconds * 1e9)
+        stamp = self._of("Time", "builtin_interfaces", sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+        return self._of("Header", "std_msgs", stamp=stamp, frame_id=frame)
+
+    def _quaternion(self, heading: float) -> Any:
+        return self._of("Quaternion", x=0.0, y=0.0, z=math.sin(heading / 2), w=math.cos(heading / 2))
+
+    def _pose(self, pose: Pose) -> Any:
+        x, y, heading = pose
+        return self._of("Pose", position=self._of("Point", x=x, y=y, z=0.0), orientation=self._quaternion(heading))
+
+    def _transform(self, seconds: float, parent: str, child: str, pose: Pose) -> Any:
+        x, y, heading = pose
+        moved = self._of("Transform", translation=self._vector(x, y), rotation=self._quaternion(heading))
+        return self._of("TransformStamped", header=self._header(seconds, parent), child_frame_id=child, transform=moved)
+
+    def _vector(self, x: float, y: float) -> Any:
+        return self._of("Vector3", x=x, y=y, z=0.0)
+
+    def _odometry(self, seconds: float, here: Pose) -> Any:
+        """Return where odometry has the robot; speeds are not said: it moves in steps."""
+        unsaid = np.zeros(36)
+        still = self._of("Twist", linear=self._vector(0.0, 0.0), angular=self._vector(0.0, 0.0))
+        return self._of(
+            "Odometry", "nav_msgs", header=self._header(seconds, "odom"), child_frame_id="base_link",
+            pose=self._of("PoseWithCovariance", pose=self._pose(here), covariance=unsaid),
+            twist=self._of("TwistWithCovariance", twist=still, covariance=unsaid),
+        )  # fmt: skip
+
+    def _scan(self, seconds: float, simulator: Simulator, state: State) -> Any:
+        laser = simulator.config.laser
+        ranges = _ranges_m(simulator, state)
+        half, step = math.radians(laser.fov_deg) / 2, math.radians(laser.resolution_deg)
+        return self._of(
+            "LaserScan", "sensor_msgs", header=self._header(seconds, "base_link"), angle_min=-half,
+            angle_max=-half + (len(ranges) - 1) * step, angle_increment=step, time_increment=0.0,
+            scan_time=simulator.config.step_s, range_min=0.0, range_max=laser.range_m, ranges=ranges,
+            intensities=np.zeros(0, np.float32),
+        )  # fmt: skip
+
+    def _map(self, seconds: float, simulator: Simulator, state: State) -> Any:
+        grid = simulator.map(state)
+        rows, cols = grid.data.shape
+        header = self._header(seconds, "map")
+        info = self._of(
+            "MapMetaData", "nav_msgs", map_load_time=header.stamp, resolution=grid.resolution, width=cols, height=rows,
+            origin=self._pose((*grid.origin, 0.0)),
+        )  # fmt: skip
+        return self._of("OccupancyGrid", "nav_msgs", header=header, info=info, data=grid.data.ravel())
+
+
+def _ranges_m(simulator: Simulator, state: State) -> npt.NDArray[np.float32]:
+    """Return (beams,) what the laser's beams return: with their errors where the episode keeps them, else without."""
+    sensor, ppm = simulator.params.sensor, simulator.config.pixels_per_metre
+    found = state.episode.ranges
+    if not len(found):
+        x, y, heading = state.pose_px.tolist()
+        found = np.empty(len(sensor.fan_cos))
+        cast(state.occupied, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, found)
+    ranges = np.where(found >= sensor.range_px, np.inf, found / ppm)
+    if simulator.config.noise.drop_out > 0:
+        ranges[found == 0.0] = np.nan
+    return ranges.astype(np.float32)
+
+
+def _seen_from(origin: Pose, pose: Pose) -> Pose:
+    """Return a pose in the frame of another."""
+    x, y, heading = (there - here for there, here in zip(pose, origin, strict=True))
+    cos, sin = math.cos(origin[2]), math.sin(origin[2])
+    return x * cos + y * sin, y * cos - x * sin, math.remainder(heading, 2.0 * math.pi)
