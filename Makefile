@@ -7,7 +7,7 @@ DATASET ?= datasets/demo
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help setup cluster dataset docs pictures test test-all check bench clean
+.PHONY: help setup cluster learn dataset docs pictures test test-all check bench clean
 
 help: ## show this list
 	@printf '\n  \033[1mHouseExpo\033[0m: turns 3D house models into 2D floor plans, in bulk\n\n'
@@ -30,6 +30,9 @@ $(VENV)/installed: pyproject.toml constraints.txt
 
 cluster: setup ## install what the tests on clusters need: Ray, an S3 client and server
 	@$(PIP) --no-build-isolation -e '.[cluster-tests]'
+
+learn: setup ## install what people learn with: PyTorch, Stable-Baselines3, sb3-contrib, TensorBoard
+	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[learn]'
 
 dataset: setup ## build the demo data set: 300 houses made by the project, into datasets/demo
 	@$(BIN)/houseexpo build --config data_manifests/demo.toml --out $(DATASET)

@@ -15,6 +15,7 @@ from houseexpo.dataset import open_dataset
 from houseexpo.dataset.splits import split, write_split
 from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
+from tests.builders.needs import need
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
@@ -44,7 +45,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("lines", PYTHON, ids=PYTHON.values())
 def test_lines_of_python_run(lines: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if "stable_baselines3" in lines:
-        pytest.importorskip("stable_baselines3", reason="Stable-Baselines3 is no dependency of this project")
+        need(modules=["stable_baselines3"], how="make learn")
     monkeypatch.chdir(folder)
     names: dict[str, object] = {}
     exec(compile(lines, "a page", "exec"), names)  # noqa: S102 - our own words

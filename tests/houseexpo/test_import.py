@@ -8,6 +8,7 @@ import sys
 import pytest
 
 import houseexpo
+from tests.builders.needs import need
 
 HEAVY = {"numba", "gymnasium", "trimesh", "matplotlib", "pyarrow", "cv2", "networkx", "shapely", "scipy", "PIL"}
 
@@ -44,7 +45,7 @@ DOCUMENTED = {
 @pytest.mark.parametrize("module", DOCUMENTED)
 def test_what_the_documents_name_stays(module):
     if module.endswith("sb3"):
-        pytest.importorskip("stable_baselines3")
+        need(modules=["stable_baselines3"], how="make learn")
     found = importlib.import_module(module)
     for name in DOCUMENTED[module]:
         assert getattr(found, name) is not None
