@@ -11,19 +11,24 @@ from houseexpo.pseudoslam.config.simulator import SimulatorConfig
 
 @dataclass(frozen=True)
 class Preset:
-    """How far and how widely the robot sees, and how much of its map it is shown, in pixels."""
+    """How far and how widely the robot sees, and how much of its map it is shown, in how many pixels a side.
+
+    Far and whole maps are shown where the observation has several scales; the whole one in that of ``Dict``, too.
+    """
 
     range_m: float
     fov_deg: float
     size_m: float
     pixels: int | None
+    far_size_m: float
+    global_size_m: float
 
 
 PRESETS: Final = {
-    "paper": Preset(range_m=5.0, fov_deg=180.0, size_m=4.0, pixels=None),
-    "view-10m": Preset(range_m=5.0, fov_deg=180.0, size_m=10.0, pixels=64),
-    "round-10m": Preset(range_m=10.0, fov_deg=360.0, size_m=20.0, pixels=80),
-    "round-20m": Preset(range_m=20.0, fov_deg=360.0, size_m=40.0, pixels=80),
+    "paper": Preset(5.0, 180.0, size_m=4.0, pixels=None, far_size_m=16.0, global_size_m=32.0),
+    "view-10m": Preset(5.0, 180.0, size_m=10.0, pixels=64, far_size_m=20.0, global_size_m=32.0),
+    "round-10m": Preset(10.0, 360.0, size_m=20.0, pixels=80, far_size_m=40.0, global_size_m=48.0),
+    "round-20m": Preset(20.0, 360.0, size_m=40.0, pixels=80, far_size_m=60.0, global_size_m=80.0),
 }
 """The paper's; its laser with a view of all that it can see; and lasers that see all round, as is usual today, with
 views that hide nothing of it."""
@@ -41,5 +46,11 @@ def with_preset(name: str, config: SimulatorConfig) -> SimulatorConfig:
         raise ConfigError(f"config: expected a SimulatorConfig or one of {', '.join(PRESETS)}; found {name!r}")
     preset = PRESETS[name]
     laser = replace(config.laser, range_m=preset.range_m, fov_deg=preset.fov_deg)
-    view = replace(config.observation, size_m=preset.size_m, pixels=preset.pixels)
+    view = replace(
+        config.observation,
+        size_m=preset.size_m,
+        pixels=preset.pixels,
+        far_size_m=preset.far_size_m,
+        global_size_m=preset.global_size_m,
+    )
     return replace(config, laser=laser, observation=view)

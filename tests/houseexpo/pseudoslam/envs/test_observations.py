@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 from dataclasses import replace
 from typing import Any
 
@@ -115,6 +117,25 @@ def test_vector_environments_show_what_single_ones_do(mode: str, given: dict[str
         assert_same_step(ours.step(actions), theirs.step(actions), step)
 
 
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])  # noqa: S301
+def test_a_copy_is_shown_the_same(copied: Any) -> None:
+    env = native("Exploration", 2, "SameStep", dataset=HUTS, config=SMALL, observation="scales")
+    env.reset(seed=0)
+    env.step(np.zeros(2, np.int64))
+    other = copied(env)
+    for step in range(9):
+        actions = np.array([step % 3, 1])
+        assert_same_step(env.step(actions), other.step(actions), step)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_views_of_presets_are_wider_and_wider(name: str) -> None:
+    env = one(config=name, observation="scales")
+    view = env.unwrapped.config.observation
+    assert view.size_m < view.far_size_m < view.global_size_m
+    assert env.reset(seed=0)[0] in env.observation_space
+
+
 def test_views_are_the_same_memory_where_nobody_wants_copies() -> None:
     env = native("Exploration", 2, dataset=HUTS, config=SMALL, observation="scales", copy=False)
     first, _ = env.reset(seed=0)
@@ -152,6 +173,10 @@ def test_a_preset_keeps_the_rest_of_the_tasks_configuration() -> None:
     [
         ({"layout": "NCHW"}, "layout: expected one of CHW, HWC; found 'NCHW'"),
         ({"observation": "scale"}, "observation: expected one of map, dict, scales"),
+        (
+            {"observation": "scales", "config": replace(SMALL, observation=ObservationConfig(4.0, far_size_m=4.0))},
+            r"observation.far_size_m: expected more than size_m, 4, for several scales, found 4",
+        ),
         ({"config": "wide"}, "config: expected a SimulatorConfig or one of paper, view-10m, .* found 'wide'"),
     ],
 )
