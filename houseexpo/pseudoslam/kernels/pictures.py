@@ -13,6 +13,7 @@ from houseexpo.pseudoslam.kernels.mapping.crop import crop
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.step_pool import SKIP
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows
+from houseexpo.pseudoslam.kernels.whole import whole
 
 NEAR, FAR, WHOLE, ROBOT, GOAL = range(5)
 """The pictures of one environment: the first, the first four, or all."""
@@ -71,9 +72,9 @@ def _draw_whole(known: Grid, pose: Rows, start: Rows, goal: Floats, scales: Scal
     radius = max(scales.robot_px / pixel, 1.0)
     ahead_x, ahead_y = math.cos(pose.seen_heading) * 2.0 * radius, -math.sin(pose.seen_heading) * 2.0 * radius
     pictures[ROBOT] = UNKNOWN
-    mark(pictures[ROBOT], x + ahead_x, y + ahead_y, radius, FREE)
-    mark(pictures[ROBOT], x, y, radius, OBSTACLE)
+    mark(pictures[ROBOT], x + ahead_x, y + ahead_y, radius, whole(FREE))
+    mark(pictures[ROBOT], x, y, radius, whole(OBSTACLE))
     if len(pictures) > GOAL:
         x, y = (goal[0] - start.start_x) / pixel + middle, (goal[1] - start.start_y) / pixel + middle
         pictures[GOAL] = UNKNOWN
-        mark(pictures[GOAL], x, y, max(scales.goal_px / pixel, 1.0), OBSTACLE)
+        mark(pictures[GOAL], x, y, max(scales.goal_px / pixel, 1.0), whole(OBSTACLE))

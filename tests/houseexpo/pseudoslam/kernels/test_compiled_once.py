@@ -27,16 +27,21 @@ class Note(Listener):
 register("numba:compile", Note())
 import gymnasium
 import houseexpo.pseudoslam
-env = gymnasium.make("PseudoSLAM/ObstacleAvoidance-v0")
+env = gymnasium.make("PseudoSLAM/ObstacleAvoidance-v0", **GIVEN)
 env.reset(seed=0)
 env.step(0)
 print(json.dumps(found))
 """
 
 
-def test_no_kernel_is_compiled_for_a_constant(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("given", "kernel"), [({}, "steps_by_sector"), ({"observation": "scales"}, "draw_pictures")])
+def test_no_kernel_is_compiled_for_a_constant(given: dict[str, str], kernel: str, tmp_path: Path) -> None:
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    done = subprocess.run([sys.executable, "-c", COMPILED], env=environment, capture_output=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", COMPILED.replace("GIVEN", repr(given))], env=environment, capture_output=True, check=True
+    )
     ours = [(name, args) for module, name, args in json.loads(done.stdout) if module.startswith("houseexpo.")]
-    assert "steps_by_sector" in {name for name, _ in ours}
+    assert kernel in {name for name, _ in ours}
+    assert ("draw_pictures" in {name for name, _ in ours}) == (kernel == "draw_pictures")  # for whom it is asked
+    assert len(set(ours)) == len(ours)
     assert not [(name, args) for name, args in ours if "Literal" in args]
