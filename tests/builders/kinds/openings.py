@@ -55,12 +55,11 @@ class Chooser:
         """The stretch of a wall that rooms see on both sides."""
         wall = self.storey.walls[index]
         line = shapely.LineString([wall.a, wall.b])
-        near = [k for k in self.tree.query(line.buffer(0.5)) if k != index]
-        others = [w for w in (self.storey.walls[k] for k in near) if not same_line(w, wall)]
+        near = [self.storey.walls[k] for k in self.tree.query(line.buffer(0.5)) if k != index]
+        others = [w for w in near if not same_line(w, wall)]
         strips = [w.strip(-w.thickness / 2, w.length + w.thickness / 2) for w in others]
         blocked = shapely.union_all(strips + [p.buffer(0.6) for p in self.storey.pillars])
-        rest = line.difference(blocked)
-        parts = [g for g in shapely.get_parts(rest) if g.length > 0.3]
+        parts = [g for g in shapely.get_parts(line.difference(blocked)) if g.length > 0.3]
         if not parts:
             return 0.0, 0.0
         best = max(parts, key=lambda g: g.length)
@@ -69,9 +68,9 @@ class Chooser:
 
     def room_for(self, index: int, width: float) -> list[tuple[float, float]]:
         """Free stretches of a wall in which an opening of a width fits."""
-        low, high = self.open[index]
+        at, high = self.open[index]
         taken = sorted((o.start - 0.15, o.end + 0.15) for o in self.made if o.wall == index)
-        free, at = [], low
+        free: list[tuple[float, float]] = []
         for a, b in [*taken, (high, high)]:
             if a - at >= width:
                 free.append((at, a))

@@ -11,23 +11,17 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, SimulatorConfig, StartConfig
+from houseexpo.pseudoslam.config import GoalConfig, StartConfig
 from houseexpo.pseudoslam.config.planning import PlanningConfig
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.planning import MapPlanner
 from houseexpo.pseudoslam.tasks import Exploration, Task
 from tests.builders.known_maps import reach_of
-from tests.builders.vectors import HUTS, hut
+from tests.builders.planner_envs import SMALL, env_of
+from tests.builders.vectors import hut
 
-SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0), max_steps=200)
 HALL = hut("hall", 9.0)  # wider than the laser sees
 STEPWISE = PlanningConfig(max_steps=1)
-
-
-def env_of(actions: str, task: str = "Exploration", **given: Any) -> gymnasium.Env:
-    given = {"dataset": HUTS, "config": SMALL, **given}
-    return gymnasium.make(f"PseudoSLAM/{task}-v0", actions=actions, **given)
 
 
 @pytest.mark.parametrize(
@@ -232,57 +226,6 @@ def test_a_goal_on_an_unknown_map_is_no_choice_until_there_is_a_way() -> None:
             assert not truncated
         assert info["is_success"]
     assert seen == {0, 1}
-
-
-@pytest.mark.parametrize(
-    ("actions", "action", "words"),
-    [
-        ("frontier", 16, "a frontier's number, 0 to 15"),
-        ("frontier", -1, "a frontier's number"),
-        ("frontier", 0.0, "a frontier's number"),
-        ("frontier", [0, 1], "shape"),
-        ("neighbour", 8, "a neighbour's number, 0 to 7"),
-        ("waypoint", [math.nan, 0.0], r"waypoint .* found .*nan"),
-        ("waypoint", [0.0, 1.1], "numbers from -1 to 1"),
-        ("waypoint", ["a", "b"], "numbers from -1 to 1"),
-        ("waypoint", 0.5, "shape"),
-    ],
-)
-def test_what_is_no_action_is_refused(actions: str, action: Any, words: str) -> None:
-    env = env_of(actions, observation="graph").unwrapped
-    env.reset(seed=0)
-    with pytest.raises(ConfigError, match=words):
-        env.step(np.array(action))
-
-
-def test_what_cannot_be_is_refused() -> None:
-    with pytest.raises(ConfigError, match=r"ObstacleAvoidance .* do not add up"):
-        env_of("frontier", "ObstacleAvoidance")
-    with pytest.raises(ConfigError, match="planning: it goes with actions"):
-        env_of("discrete", planning=PlanningConfig())
-    with pytest.raises(ConfigError, match="expected a PlanningConfig"):
-        env_of("frontier", planning=3)
-    for name, value in (
-        ("frontiers", 0),
-        ("max_steps", 0),
-        ("reach_m", 0.0),
-        ("large_m", -1.0),
-        ("nodes", 0),
-        ("neighbours", 25),
-        ("spacing_m", 0.0),
-        ("settled_m", math.nan),
-    ):
-        with pytest.raises(ConfigError, match=f"planning.{name}"):
-            PlanningConfig(**{name: value})
-    with pytest.raises(ConfigError, match="observation='graph': it goes with actions"):
-        env_of("continuous", observation="graph")
-    with pytest.raises(ConfigError, match="expected observation='graph'"):
-        env_of("neighbour", observation="dict")
-    for actions in ("waypoint", "discrete"):
-        env = env_of(actions).unwrapped
-        env.reset(seed=0)
-        with pytest.raises(ConfigError, match="action_masks"):
-            env.action_masks()
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.95, 1.0])
