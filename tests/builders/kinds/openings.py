@@ -1,5 +1,4 @@
 """Doors and windows of a storey:
-
 R1  Every zone is reached: rooms from the corridor first, then from the living room, then from any room; closets and
     private bathrooms only from their bedroom.
 R2  A few doors more than needed join living rooms, kitchens and dining rooms; some are wide openings or double doors.
