@@ -108,6 +108,7 @@ def _returned(reward: str, turns: bool) -> float:
     [
         ("Exploration", {"reward": "way"}, "reward: expected one of area, coverage; found 'way'"),
         ("ObstacleAvoidance", {"reward": "area"}, "reward: expected one of paper, way; found 'area'"),
+        ("Exploration", {"cost_per_turn": 1.0, "actions": "frontier"}, "the rewards of Exploration .* do not add up"),
         ("Exploration", {"cost_per_metre": -1.0}, "cost_per_metre: expected at least 0, found -1"),
         ("Exploration", {"cost_per_turn": math.inf}, "cost_per_turn: expected a finite number, found inf"),
     ],

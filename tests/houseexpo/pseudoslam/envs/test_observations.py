@@ -103,6 +103,7 @@ def test_marks_lie_where_odometry_has_the_robot() -> None:
         {"observation": "scales"},
         {"observation": "scales", "layout": "HWC", "task": "Navigation"},
         {"observation": "dict"},
+        {"observation": "scales", "actions": "frontier", "reward": "coverage", "cost_per_metre": 0.01},
         {"config": replace(SMALL, observation=ObservationConfig(3.0)), "observation": "scales"},
     ],
 )
@@ -113,7 +114,7 @@ def test_vector_environments_show_what_single_ones_do(mode: str, given: dict[str
     assert_same_step(ours.reset(seed=4), theirs.reset(seed=4))
     moves = np.random.default_rng(0)
     for step in range(20):
-        actions = moves.integers(3, size=3)
+        actions = moves.integers(3, size=3)  # of frontiers too: there are 16
         assert_same_step(ours.step(actions), theirs.step(actions), step)
 
 
@@ -172,7 +173,7 @@ def test_a_preset_keeps_the_rest_of_the_tasks_configuration() -> None:
     ("given", "text"),
     [
         ({"layout": "NCHW"}, "layout: expected one of CHW, HWC; found 'NCHW'"),
-        ({"observation": "scale"}, "observation: expected one of map, dict, scales"),
+        ({"observation": "scale"}, "observation: expected one of map, dict, graph, scales; found .scale."),
         (
             {"observation": "scales", "config": replace(SMALL, observation=ObservationConfig(4.0, far_size_m=4.0))},
             r"observation.far_size_m: expected more than size_m, 4, for several scales, found 4",

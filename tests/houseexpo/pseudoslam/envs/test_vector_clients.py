@@ -93,6 +93,7 @@ def test_what_counts_and_which_plans_come_can_be_set() -> None:
     ("name", "values", "text"),
     [
         ("task", ObstacleAvoidance(), "task: expected another Exploration, found ObstacleAvoidance"),
+        ("task", Exploration(cost_per_turn=1.0), "task: expected one whose rewards add up over steps as those of"),
         ("stage", [1, 2, 3], "stage: expected one value, or 3 that are equal, for the environments share it"),
         ("stage", [1, 1], "stage: expected one value, or 3 that are equal"),
         ("plan_ids", ["tiny"], "plan_ids: none of the 3 plans has the id 'tiny'"),
