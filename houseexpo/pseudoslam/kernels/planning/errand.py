@@ -29,6 +29,7 @@ from houseexpo.pseudoslam.kernels.planning.plan import (
 )
 from houseexpo.pseudoslam.kernels.planning.travel import is_settled, nearest_place
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, KnownWays, Rows, Scratch
+from houseexpo.pseudoslam.kernels.whole import whole
 
 
 @njit(cache=True, nogil=True)
@@ -60,7 +61,7 @@ def set_out(
         goal = graph.nodes[neighbour].cell
         find_ways(known, x, y, radius, goal, found)
     else:
-        find_ways(known, x, y, radius, -1, found)
+        find_ways(known, x, y, radius, whole(-1), found)
         cos, sin = math.cos(pose.seen_heading), math.sin(pose.seen_heading)
         to_x, to_y = x + choice[0] * cos - choice[1] * sin, y - choice[0] * sin - choice[1] * cos
         goal = nearest_place(found, to_x, to_y)
@@ -101,7 +102,7 @@ def survey(known: Grid, pose: Rows, plan: Plans, graph: Graph, rules: PlanRules,
         _find_choices(known, pose, plan, given_up, rules, scratch)
     if len(graph.nodes) > 0:
         if len(plan.frontiers) == 0:
-            find_ways(known, pose.seen_x, pose.seen_y, rules.frontiers.radius_px, -1, scratch.ways)
+            find_ways(known, pose.seen_x, pose.seen_y, rules.frontiers.radius_px, whole(-1), scratch.ways)
         note_visit(graph, pose.seen_x, pose.seen_y, known.shape[1], rules.graph)
         draw_graph(known, graph, rules.graph, given_up, scratch.ways)
 
@@ -111,10 +112,8 @@ def _find_choices(known: Grid, pose: Rows, plan: Plans, given_up: Cells, rules: 
     """Find the frontiers, and the goal where the map shows a way to it."""
     state, choices = plan.state[0], len(plan.frontiers)
     has_goal = not math.isnan(state.goal_x)
-    n = find_frontiers(
-        known, pose.seen_x, pose.seen_y, rules.frontiers, given_up, scratch,
-        plan.frontiers[: choices - 1] if has_goal else plan.frontiers[:choices],
-    )  # fmt: skip
+    room = plan.frontiers[: choices - 1 if has_goal else choices]
+    n = find_frontiers(known, pose.seen_x, pose.seen_y, rules.frontiers, given_up, scratch, room)
     for k in range(n, choices):
         row = plan.frontiers[k]
         row.middle, row.goal, row.cells, row.way = 0, NO_CHOICE, 0, 0

@@ -23,6 +23,7 @@ from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways
 from houseexpo.pseudoslam.kernels.planning.plan import FrontierRules
 from houseexpo.pseudoslam.kernels.planning.viewpoints import goal_in_sight, goal_near, open_unknown
 from houseexpo.pseudoslam.kernels.types import Cells, Grid, KnownWays, Rows, Scratch
+from houseexpo.pseudoslam.kernels.whole import whole
 
 
 @njit(cache=True, nogil=True)
@@ -51,10 +52,10 @@ def find_frontiers(
         (n,) ``FRONTIER``: filled with the first n of them (R5).
     """
     found = scratch.ways
-    find_ways(known, x, y, rules.radius_px, -1, found)
+    find_ways(known, x, y, rules.radius_px, whole(-1), found)
     n_edges = _find_edges(known, rules.spare_px, given_up, found)
     edges, members, marks = found.queue[0], found.queue[1], found.marks
-    cols, n, sees_through = known.shape[1], 0, False
+    cols, n, sees_through = known.shape[1], whole(0), False
     for k in range(n_edges):
         if marks[edges[k]] == 0:
             continue  # it is in a cluster

@@ -24,7 +24,7 @@ from houseexpo.pseudoslam.kernels.planning.travel import line_stands
 from houseexpo.pseudoslam.kernels.planning.viewpoints import is_clear
 from houseexpo.pseudoslam.kernels.types import NO_WAY, Cells, Grid, KnownWays
 
-_LOOKS = 128  # cells of frontiers that each node looks for, about
+_LOOKS = 48  # cells of frontiers that each node looks for, about
 _BLOCKS_OFF = 2
 
 
@@ -66,16 +66,19 @@ def _find_nodes(known: Grid, graph: Graph, rules: GraphRules, found: KnownWays) 
                 if way >= 0 and way != NO_WAY and (best < 0 or off < least):
                     best, least = row * cols + col, off
         if best >= 0:
-            cells[n], lengths[n] = best, ways[best]
+            at = n
+            while at > 0 and lengths[at - 1] > ways[best]:  # R2
+                cells[at], lengths[at] = cells[at - 1], lengths[at - 1]
+                at -= 1
+            cells[at], lengths[at] = best, ways[best]
             n += 1
-    order = np.argsort(lengths[:n], kind="mergesort")
     n = min(n, len(graph.nodes))
     blocks = (cols + side - 1) // side
     for k in range(len(graph.nodes)):
         node = graph.nodes[k]
         node.cell, node.way, node.utility, node.visited = -1, 0, 0, 0
         if k < n:
-            node.cell, node.way = cells[order[k]], lengths[order[k]]
+            node.cell, node.way = cells[k], lengths[k]
             block = node.cell // cols // side * blocks + node.cell % cols // side
             for j in range(min(graph.state[0].visits, len(graph.visited))):
                 if graph.visited[j] == block:

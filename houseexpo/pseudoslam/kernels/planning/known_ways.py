@@ -78,7 +78,8 @@ def trace(found: KnownWays, goal: int, path: Cells) -> int:
             if before < 0 and corner and ways[beside] >= 0 and ways[beside] == ways[cell] - ACROSS:
                 before = beside
         if before < 0:
-            path[:n] = path[:n][::-1].copy()
+            for k in range(n // 2):  # from the robot on
+                path[k], path[n - 1 - k] = path[n - 1 - k], path[k]
             return n
         cell = before
     return 0
@@ -89,7 +90,8 @@ def _clear(found: KnownWays) -> None:
     """Forget the last ways."""
     box, ways = found.box, found.ways
     for row in range(box[TOP], box[BOTTOM]):
-        ways[row * box[COLS] + box[LEFT] : row * box[COLS] + box[RIGHT]] = NO_STAND
+        for cell in range(np.uint64(row * box[COLS] + box[LEFT]), np.uint64(row * box[COLS] + box[RIGHT])):
+            ways[cell] = NO_STAND
 
 
 @njit(cache=True, nogil=True)

@@ -84,13 +84,15 @@ def test_it_is_what_its_twins_say(seed: int) -> None:
                 near.append((math.dist(one, other) ** 2, j))
         neighbours = [j for _, j in sorted((round(off), j) for off, j in near)][:6]
         assert graph.edges[i].tolist() == neighbours + [-1] * (6 - len(neighbours))
-        if len(edges) <= 128:
-            seen = [cell for cell in edges if math.dist(cell, one) <= RANGE and slow_clear(known, one, cell)]
-            assert graph.nodes["utility"][i] == len(seen)
+        stride = max(-(-len(edges) // 48), 1)
+        seen = [
+            cell for cell in sorted(edges)[::stride] if math.dist(cell, one) <= RANGE and slow_clear(known, one, cell)
+        ]
+        assert graph.nodes["utility"][i] == stride * len(seen)
 
 
 def test_of_many_frontiers_some_stand_for_the_others() -> None:
-    """A room of 90 x 90 cells in the unknown: 356 cells of frontiers, of which every third is looked at."""
+    """A room of 90 x 90 cells in the unknown: 360 cells of frontiers, of which every eighth is looked at."""
     known = np.zeros((110, 110), np.uint8)
     known[10:100, 10:100] = FREE
     graph = new_graph(600, 4)
@@ -98,8 +100,8 @@ def test_of_many_frontiers_some_stand_for_the_others() -> None:
     find_ways(known, 55.0, 55.0, RADIUS, -1, memory)
     draw_graph(known, graph, GraphRules(SIDE, 1000.0, RADIUS), NOTHING, memory)
     seen = graph.nodes["utility"][: graph.state["nodes"][0]]
-    assert (seen % 3 == 0).all()
-    assert 340 <= seen.max() <= 363
+    assert (seen % 8 == 0).all()
+    assert seen.max() == 360
 
 
 def test_there_is_room_for_the_nearest_nodes_only() -> None:
