@@ -20,6 +20,7 @@ from houseexpo.pseudoslam.kernels.sensing.noise import (
 from houseexpo.pseudoslam.kernels.sensing.rays import ray_merge, ray_scan
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.kernels.types import Scratch
+from houseexpo.pseudoslam.kernels.whole import whole
 
 
 @njit(inline="always")
@@ -30,7 +31,7 @@ def look_at_sector(episode: Episode, params: StepParams, scratch: Scratch) -> No
         episode.occupied, pose.x, pose.y, pose.heading, sensor.half_fov, sensor.range_px, scratch.runs, scratch.hit,
         scratch.slopes,
     )  # fmt: skip
-    new, covered = merge_runs(episode.known, episode.observable, scratch.runs, n_runs, FREE)
+    new, covered = merge_runs(episode.known, episode.observable, scratch.runs, n_runs, whole(FREE))
     _count(episode, scratch, n_hit, new, covered)
 
 
@@ -49,7 +50,7 @@ def look_along_rays(episode: Episode, params: StepParams, scratch: Scratch) -> N
 @njit(inline="always")
 def _count(episode: Episode, scratch: Scratch, n_hit: int, new: int, covered: int) -> None:
     """Merge the obstacles that were seen after the free cells, and count what is new."""
-    new_hit, covered_hit = merge_cells(episode.known, episode.observable, scratch.hit, n_hit, OBSTACLE)
+    new_hit, covered_hit = merge_cells(episode.known, episode.observable, scratch.hit, n_hit, whole(OBSTACLE))
     episode.counts.known += new + new_hit
     episode.counts.covered += covered + covered_hit
     episode.counts.scans += 1
