@@ -16,7 +16,7 @@ from numba import njit
 
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, UNKNOWN
 from houseexpo.pseudoslam.kernels.motion.bodies import cell_meets_disc
-from houseexpo.pseudoslam.kernels.motion.disc import REST, contact
+from houseexpo.pseudoslam.kernels.motion.disc import REST, TOUCH, contact
 from houseexpo.pseudoslam.kernels.planning.plan import ARRIVED, BLOCKED, GOING, TravelRules
 from houseexpo.pseudoslam.kernels.types import NO_WAY, Cells, Grid, KnownWays
 
@@ -82,7 +82,7 @@ def way_by_map(known: Grid, x: float, y: float, right: float, down: float, dista
     for row in range(top, bottom):
         for col in range(left, last):
             if known[row, col] != FREE and not cell_meets_disc(row, col, x, y, radius):
-                way = min(way, contact(x - col - 0.5, y - row - 0.5, right, down, radius, way))
+                way = min(way, contact(x - col - 0.5, y - row - 0.5, right, down, radius - TOUCH, way))
     return way if way == distance else max(way - REST, 0.0)
 
 

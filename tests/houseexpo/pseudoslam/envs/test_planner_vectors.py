@@ -70,8 +70,14 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
 }
 
 
+COMPILED_ANYWAY = ("frontiers", "neighbours")
+"""Cases whose kernel other tests need, too: each of the others has to be compiled for them alone."""
+
+
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=() if case in COMPILED_ANYWAY else pytest.mark.slow) for case in CASES]
+)
 def test_it_is_single_environments_action_by_action(case: str, mode: str) -> None:
     task, given = CASES[case]
     many, each = native(task, 4, mode, **given), singles(task, 4, mode, **given)
@@ -96,7 +102,7 @@ def test_it_is_single_environments_action_by_action(case: str, mode: str) -> Non
 
 
 def test_the_number_of_threads_does_not_matter() -> None:
-    task, given = CASES["frontiers, noise, people, dict"]
+    task, given = CASES["neighbours"]
     envs = [native(task, 5, threads=threads, **given) for threads in (1, 2, None)]
     starts = [env.reset(seed=4) for env in envs]
     for start in starts[1:]:
