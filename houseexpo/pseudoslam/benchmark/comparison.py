@@ -98,7 +98,6 @@ def _compared(track: Track, named: Sequence[tuple[Path, Result]]) -> Compared:
         for what, one, other in (
             ("plans", first.plans, result.plans),
             ("starts", first.episodes["seed"], result.episodes["seed"]),
-            ("settings", first.track, result.track),
         ):
             if one != other:
                 raise ConfigError(

@@ -47,7 +47,7 @@ class Track:
     measure
         From an episode to a value for each metric; None where there is none (a share that was not reached).
     curves
-        What coverage is drawn over.
+        What coverage is drawn over, "steps" or "metres", and how far.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Track:
     arguments: dict[str, Any]
     metrics: tuple[Metric, ...]
     measure: Callable[[Trace], dict[str, float | None]]
-    curves: tuple[tuple[Literal["steps", "metres"], int], ...] = ()
+    curves: tuple[tuple[str, int], ...] = ()
 
     @property
     def needs_plans(self) -> bool:
@@ -67,7 +67,11 @@ class Track:
 
     def environment(self, plans: Dataset | list[FloorPlan], interface: Interface) -> PseudoSlamEnv:
         """Return an environment of the track as a policy wants to see it."""
-        make = {"exploration": ExplorationEnv, "avoidance": ObstacleAvoidanceEnv, "navigation": NavigationEnv}
+        make: dict[str, Callable[..., PseudoSlamEnv]] = {
+            "exploration": ExplorationEnv,
+            "avoidance": ObstacleAvoidanceEnv,
+            "navigation": NavigationEnv,
+        }
         config = self.config if interface.view is None else replace(self.config, observation=interface.view)
         houses = plans if self.needs_plans else ROOM
         shown = {"actions": interface.actions, "observation": interface.observation}
