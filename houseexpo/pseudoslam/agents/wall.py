@@ -20,6 +20,7 @@ from houseexpo.pseudoslam.kernels.motion.disc import clearance, free_way
 
 _NEAR_M: Final = 0.4
 """Room between the robot's rim and a wall that it follows, at most."""
+_EPS_PX: Final = 1e-6
 _ARC_RAD: Final = math.pi / 6
 """What it turns between two steps of the circle."""
 
@@ -53,7 +54,7 @@ class WallFollower:
         left, top = max(int(x) - self._reach, 0), max(int(y) - self._reach, 0)
         near = info["map"][top : int(y) + self._reach + 1, left : int(x) + self._reach + 1]
         walls, x, y = (near == OBSTACLE).view(np.uint8), x - left, y - top
-        if clearance(walls, x, y, self._radius_px, self._radius_px + self._near_px) >= self._near_px:  # R1
+        if clearance(walls, x, y, self._radius_px, self._radius_px + self._near_px) > self._near_px - _EPS_PX:  # R1
             self._arcs -= self._arcs > 0
             return -max(round(_ARC_RAD / self._turn), 1) if self._arcs else 0
         self._arcs = round(2 * math.pi / _ARC_RAD)

@@ -61,7 +61,7 @@ class Settings:
 
 
 def run(track: Track, policy_name: str, plans: Dataset | None, settings: Settings) -> results.Result:
-    """Run a policy on a track.
+    """Run a policy on a track; a script that calls this needs its ``if __name__ == "__main__"``.
 
     Parameters
     ----------

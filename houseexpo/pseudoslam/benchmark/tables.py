@@ -44,7 +44,7 @@ def cell(metric: Metric, value: Estimate) -> str:
     scale = 100 if metric.unit == "%" else 1
     mean, low, high = (scale * each for each in (value.mean, value.low, value.high))
     digits = 0 if abs(mean) >= 100 and metric.unit != "%" else 1 if abs(mean) >= 10 or metric.unit == "%" else 2
-    return f"{mean:.{digits}f} ({low:.{digits}f}-{high:.{digits}f})"
+    return f"{mean:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]"
 
 
 def markdown(all_compared: Sequence[Compared], heading: str = HEADING) -> str:

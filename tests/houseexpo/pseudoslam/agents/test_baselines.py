@@ -13,9 +13,11 @@ import pytest
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.loading import NAMES, load_policy
-from houseexpo.pseudoslam.agents.protocol import knowledge_of, robot_of
+from houseexpo.pseudoslam.agents.protocol import Robot, knowledge_of, robot_of
+from houseexpo.pseudoslam.agents.wall import WallFollower
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, PseudoSlamEnv
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE
 
 HALL = FloorPlan("hall", [(0, 0), (0, 8), (10, 8), (10, 0)], 1, {})
 ANGLE = FloorPlan("angle", [(0, 0), (0, 8), (3, 8), (3, 2), (9, 2), (9, 0)], 1, {})
@@ -60,6 +62,15 @@ def test_the_wall_follower_goes_round_a_hall_with_the_wall_on_its_right() -> Non
     turned = np.unwrap(np.arctan2(y - 4, x - 5))
     assert turned[-1] - turned[0] > 2 * math.pi  # counter-clockwise: the wall is on the right
     assert steps[-1]["collisions"] <= 2
+
+
+@pytest.mark.parametrize("pixels_per_metre", [16.0, 25.0, 33.0])
+def test_the_wall_follower_knows_no_wall_at_first(pixels_per_metre: float) -> None:
+    """Nothing is within its reach, to the last bit of what is near."""
+    robot = Robot(SimulatorConfig(pixels_per_metre=pixels_per_metre))
+    free = np.full((100, 100), FREE, np.uint8)
+    info: Any = {"map": free, "pose_px": np.array([50.3, 50.7, 1.0]), "collided": False, "steps": 0, "path_m": 0.0}
+    assert WallFollower(robot, 0)(None, info) == 0
 
 
 def test_the_wall_follower_crosses_what_is_open() -> None:

@@ -97,20 +97,20 @@ def test_results_of_other_plans_starts_or_tracks_are_refused(tmp_path: Path) -> 
 
 def test_cells_have_the_digits_that_count() -> None:
     share, way = Metric("a", "a", "%", "high"), Metric("b", "b", "m", "low")
-    assert cell(share, Estimate(0.91234, 0.9, 0.925, 5)) == "91.2 (90.0-92.5)"
-    assert cell(way, Estimate(123.4, 120.0, 130.6, 5)) == "123 (120-131)"
-    assert cell(way, Estimate(1.234, 1.0, 2.0, 5)) == "1.23 (1.00-2.00)"
+    assert cell(share, Estimate(0.91234, 0.9, 0.925, 5)) == "91.2 [90.0, 92.5]"
+    assert cell(way, Estimate(123.4, 120.0, 130.6, 5)) == "123 [120, 131]"
+    assert cell(way, Estimate(1.234, 1.0, 2.0, 5)) == "1.23 [1.00, 2.00]"
     assert cell(way, Estimate(None, None, None, 0)) == "-"
 
 
 def test_pages_say_the_same_as_the_results(tmp_path: Path) -> None:
     found = read_results(written(tmp_path, budget_result("weak", 0.3), budget_result("strong", 0.8)))
     text = markdown(found)
-    assert text.index("| strong | 80.0 (80.0-80.0)") < text.index("| weak | 30.0 (30.0-30.0)")
+    assert text.index("| strong | 80.0 [80.0, 80.0]") < text.index("| weak | 30.0 [30.0, 30.0]")
     write_comparison(found, tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()
     assert page.count("<svg") == len(BUDGET.curves)
-    assert "80.0 (80.0-80.0)" in page
+    assert "80.0 [80.0, 80.0]" in page
     assert not re.search(r"""(?:src|href)=["']?(?:https?:)?//""", page)
     assert "#0101" not in page  # every colour is the page's
     write_comparison(found, tmp_path / "page.md", "Mine")
