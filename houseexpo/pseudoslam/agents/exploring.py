@@ -1,7 +1,7 @@
 """What explorers share: they look round, choose a frontier, go there as their map has it, and look at it.
 
 R1  First the robot turns until it has looked all round.
-R2  It chooses anew when what it went for is known, when it cannot get nearer, and after each ``decide_m`` of way.
+R2  It chooses anew when what it went for is known, or given up.
 R3  Where it cannot get nearer it turns to the frontier; what stays unknown then is given up. So is one on whose way it
     is blocked again and again.
 R4  It is done when no frontier is left.
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -36,7 +36,6 @@ class Explorer(ABC):
     """Goes to frontiers, one after the other, until there is none; subclasses say which."""
 
     interface = Interface(tasks=("exploration",))
-    decide_m: ClassVar[float] = 0.0
 
     def __init__(self, robot: Robot, _: int) -> None:
         config = robot.config
@@ -51,11 +50,11 @@ class Explorer(ABC):
         self._frontiers = np.zeros(MAX_FRONTIERS, FRONTIER)
         self._given_up: list[int] = []
         self._target = -1
-        self._decided_at_m, self._bumps = 0.0, 0
+        self._bumps = 0
         self.decided = False
 
     @abstractmethod
-    def choose(self, known: Grid, frontiers: Rows, target: int) -> int:
+    def choose(self, known: Grid, frontiers: Rows) -> int:
         """Return the number of the frontier to go to.
 
         Parameters
@@ -64,8 +63,6 @@ class Explorer(ABC):
             The map.
         frontiers
             (n,) ``FRONTIER``, one at least, ordered as ``find_frontiers`` does.
-        target
-            Middle of the frontier chosen last, a flat index; -1: there is none.
         """
 
     def __call__(self, _observation: Any, info: Knowledge) -> int | None:
@@ -77,7 +74,7 @@ class Explorer(ABC):
             return LEFT
         self._bumps += info["collided"]
         for _ in range(MAX_FRONTIERS):
-            if not self._walker.turns and self._has_to_decide(known, info):
+            if not self._walker.turns and self._has_to_decide(known):
                 self.decided = True
                 if not self._decide(known, info):
                     return None  # R4
@@ -88,14 +85,12 @@ class Explorer(ABC):
                 return action
         return None
 
-    def _has_to_decide(self, known: Grid, info: Knowledge) -> bool:
-        """Whether R2 asks for it."""
+    def _has_to_decide(self, known: Grid) -> bool:
+        """Whether R2 asks for it; gives up what it is blocked on the way to (R3)."""
         if self._bumps > _MAX_BUMPS:
             self._given_up.append(self._target)
             return True
-        if self._target < 0 or known.flat[self._target] != UNKNOWN:
-            return True
-        return info["path_m"] - self._decided_at_m > self.decide_m
+        return self._target < 0 or bool(known.flat[self._target] != UNKNOWN)
 
     def _decide(self, known: Grid, info: Knowledge) -> bool:
         """Choose a frontier and aim at its goal; return whether there is one."""
@@ -106,9 +101,9 @@ class Explorer(ABC):
         if not n:
             self._target = -1
             return False
-        chosen = self._frontiers[self.choose(known, self._frontiers[:n], self._target)]
+        chosen = self._frontiers[self.choose(known, self._frontiers[:n])]
         self._target, goal = int(chosen["middle"]), int(chosen["goal"])
-        self._decided_at_m, self._bumps = info["path_m"], 0
+        self._bumps = 0
         cols = known.shape[1]
         here = math.floor(y) * cols + math.floor(x)
         self._walker.aim(known, goal % cols + 0.5, goal // cols + 0.5, here if scratch.ways.ways[here] >= 0 else -1)

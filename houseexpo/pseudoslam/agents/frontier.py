@@ -14,9 +14,9 @@ from houseexpo.pseudoslam.state import State
 class NearestFrontier(Explorer):
     """Goes to the nearest long frontier, and to the specks in the end."""
 
-    def choose(self, known: Grid, frontiers: Rows, target: int) -> int:
+    def choose(self, known: Grid, frontiers: Rows) -> int:
         """Return the first: they are ordered so."""
-        del known, frontiers, target
+        del known, frontiers
         return 0
 
 

@@ -23,16 +23,13 @@ _LOOKED_AT: Final = 16
 class InformationGain(Explorer):
     """Goes where A exp(-0.2 L) is greatest: A the unknown area that could be seen from the goal, L the way there."""
 
-    decide_m = 0.5
-
     def __init__(self, robot: Robot, seed: int) -> None:
         super().__init__(robot, seed)
         angles = np.arange(_BEAMS) * (2 * math.pi / _BEAMS)
         self._cos, self._sin = np.cos(angles), np.sin(angles)
 
-    def choose(self, known: Grid, frontiers: Rows, target: int) -> int:
+    def choose(self, known: Grid, frontiers: Rows) -> int:
         """Return the one with the greatest worth; of equal ones the first."""
-        del target
         first = frontiers[:_LOOKED_AT]
         worth = [
             unknown_in_sight(known, x + 0.5, y + 0.5, self.range_px, self._cos, self._sin)

@@ -23,15 +23,12 @@ _TOURED: Final = 12
 class Tour(Explorer):
     """Goes to the first frontier of a tour of all: nearest first, then 2-opt, over ways on its map."""
 
-    decide_m = 1.0
-
     def __init__(self, robot: Robot, seed: int) -> None:
         super().__init__(robot, seed)
         self._ways: KnownWays | None = None
 
-    def choose(self, known: Grid, frontiers: Rows, target: int) -> int:
+    def choose(self, known: Grid, frontiers: Rows) -> int:
         """Return the first frontier of the tour that begins at the robot."""
-        del target
         if self._ways is None or len(self._ways.ways) < known.size:
             self._ways = known_ways_of(known.size)
         first = frontiers[:_TOURED]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Final, NamedTuple
+from typing import Final
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
@@ -16,7 +17,7 @@ _LEVELS: Final = (2.5, 97.5)
 Floats = npt.NDArray[np.float64]
 
 
-class Estimate(NamedTuple):
+class Estimate(msgspec.Struct, frozen=True):
     """A mean over plans, its 95% interval, and how many plans have a value; None where no plan has one."""
 
     mean: float | None

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.benchmark.statistics import DRAWS, estimate, means
+from houseexpo.pseudoslam.benchmark.statistics import DRAWS, Estimate, estimate, means
 
 
 def test_equal_values_have_no_interval() -> None:
-    assert estimate([0.25] * 7) == (0.25, 0.25, 0.25, 7)
+    assert estimate([0.25] * 7) == Estimate(0.25, 0.25, 0.25, 7)
 
 
 def test_what_no_plan_has_is_none() -> None:
-    assert estimate([None, None]) == (None, None, None, 0)
+    assert estimate([None, None]) == Estimate(None, None, None, 0)
 
 
 def test_values_that_are_lacking_are_left_out() -> None:
