@@ -7,11 +7,11 @@ DATASET ?= datasets/demo
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help setup cluster learn dataset docs pictures test test-all check bench clean
+.PHONY: help setup cluster learn dataset docs pictures leaderboard test test-all check bench clean
 
 help: ## show this list
 	@printf '\n  \033[1mHouseExpo\033[0m: turns 3D house models into 2D floor plans, in bulk\n\n'
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  \033[36mmake %-9s\033[0m %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  \033[36mmake %-11s\033[0m %s\n", $$1, $$2}' Makefile
 	@echo
 
 setup: $(VENV)/installed ## make .venv with the pinned versions
@@ -45,6 +45,9 @@ docs: setup ## build the pages of docs/ as a site, into docs/_build; warnings ar
 
 pictures: setup ## draw the pictures of docs/algorithm.md anew
 	@$(BIN)/python docs/pictures.py
+
+leaderboard: setup ## make docs/leaderboard.md from the results in docs/leaderboard
+	@$(BIN)/houseexpo benchmark compare docs/leaderboard --title Leaderboard --out docs/leaderboard.md
 
 test: setup ## run the tests (under 5 minutes on two cores)
 	@$(BIN)/python -m pytest -q -m 'not slow' -n auto --maxprocesses 8 --dist loadfile

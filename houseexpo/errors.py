@@ -44,3 +44,7 @@ class UnknownPlanError(DatasetError, KeyError):
 
 class MissingDependencyError(HouseExpoError):
     """An optional library is needed for what was asked and is not installed."""
+
+
+class PolicyError(HouseExpoError):
+    """A policy returned what is no action, raised, died or never answered; the text names the plan and the step."""

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import io
-import re
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.drawing.plots import INK, MUTED, ONE, OTHER, axes_of, svg_of
 from stats.catalogue import Measure
 from stats.reach import Reach
 from stats.tally import Tally
@@ -18,32 +16,6 @@ from stats.tally import Tally
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-INK, MUTED, GRID, ONE, OTHER = "#010101", "#020202", "#030303", "#040404", "#050505"
-_VARIABLES: Final = {INK: "--ink", MUTED: "--muted", GRID: "--line", ONE: "--one", OTHER: "--other"}
-"""Colours that matplotlib draws with, and the page's variables that take their places."""
-
-_STYLE: Final[Any] = {
-    "svg.fonttype": "none",  # letters stay letters: they scale, can be searched and take the page's font
-    "svg.hashsalt": "houseexpo",
-    "font.size": 10.5,
-    "text.color": INK,
-    "axes.edgecolor": GRID,
-    "axes.labelcolor": MUTED,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.spines.left": False,
-    "axes.axisbelow": True,
-    "axes.grid": True,
-    "axes.grid.axis": "y",
-    "grid.color": GRID,
-    "grid.linewidth": 0.8,
-    "xtick.color": GRID,
-    "ytick.color": GRID,
-    "xtick.labelcolor": MUTED,
-    "ytick.labelcolor": MUTED,
-    "ytick.major.size": 0,
-    "xtick.major.size": 3,
-}
 _TAIL = 0.98  # the histogram's last bar holds what lies beyond this share
 
 
@@ -59,7 +31,7 @@ def histogram(measure: Measure, tally: Tally, other: Tally | None = None, *, siz
     centred = measure.bin_width == measure.step  # whole numbers: a bar stands over its number
     edges = edges - measure.bin_width / 2 if centred else edges
     highest = 0.0
-    with _axes(size) as (axes, out):
+    with axes_of(size) as (axes, out):
         for shown, colour in zip(tallies, (ONE, OTHER), strict=False):
             heights = _heights(shown, edges, measure.step) * (100 / shown.count if len(tallies) > 1 else 1)
             _bars(axes, edges, heights, colour, outline=shown is other)
@@ -74,7 +46,7 @@ def histogram(measure: Measure, tally: Tally, other: Tally | None = None, *, siz
             axes.annotate(f"{first:,.4g} and more", (edges[-1], highest), xytext=(0, 3), ha="right",
                           textcoords="offset points", color=MUTED, fontsize=9)  # fmt: skip
         axes.set_xlabel(measure.unit)
-    return _svg(out)
+    return svg_of(out)
 
 
 def shares(counts: Mapping[str, int], other: Mapping[str, int] | None = None, *, width: float) -> str:
@@ -83,7 +55,7 @@ def shares(counts: Mapping[str, int], other: Mapping[str, int] | None = None, *,
     places = np.arange(len(words))
     groups = [counts] if not other else [counts, other]
     tall = 0.8 / len(groups)
-    with _axes((width, 0.5 + 0.225 * len(words) * (1 if len(groups) == 1 else 1.4))) as (axes, out):
+    with axes_of((width, 0.5 + 0.225 * len(words) * (1 if len(groups) == 1 else 1.4))) as (axes, out):
         for i, (group, colour) in enumerate(zip(groups, (ONE, OTHER), strict=False)):
             total = sum(group.values())
             values = np.array([group.get(word, 0) for word in words]) * (100 / total if len(groups) > 1 else 1)
@@ -98,12 +70,12 @@ def shares(counts: Mapping[str, int], other: Mapping[str, int] | None = None, *,
         axes.set_xticks([])
         axes.grid(visible=False)
         axes.spines["bottom"].set_visible(False)
-    return _svg(out)
+    return svg_of(out)
 
 
 def reached(reach: Mapping[str, Reach], other: Mapping[str, Reach] | None, *, size: tuple[float, float]) -> str:
     """Draw the share of plans in which a robot gets everywhere, over its radius."""
-    with _axes(size) as (axes, out):
+    with axes_of(size) as (axes, out):
         for found, colour in zip((reach, other or {}), (ONE, OTHER), strict=True):
             radii = sorted(found)
             values = [100 * found[radius].connected_share for radius in radii]
@@ -118,7 +90,7 @@ def reached(reach: Mapping[str, Reach], other: Mapping[str, Reach] | None, *, si
         axes.set_xticks([float(radius) for radius in sorted(reach)])
         axes.yaxis.set_major_formatter("{x:.0f}%")
         axes.set_xlabel("radius of the robot, m")
-    return _svg(out)
+    return svg_of(out)
 
 
 def _heights(tally: Tally, edges: npt.NDArray[np.float64], step: float) -> npt.NDArray[np.float64]:
@@ -152,31 +124,3 @@ def _count_axis(axes: Axes, *, percent: bool) -> None:
     axes.yaxis.set_major_locator(MaxNLocator(4, integer=not percent))
     axes.yaxis.set_major_formatter("{x:g}%" if percent else "{x:,.0f}")
     axes.margins(y=0.14)
-
-
-@contextmanager
-def _axes(size: tuple[float, float]) -> Iterator[tuple[Axes, io.StringIO]]:
-    """Yield axes of this size in inches, and where their SVG stands at the end."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
-    out = io.StringIO()
-    with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=size, layout="constrained")
-        yield figure.subplots(), out
-        figure.savefig(out, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
-
-
-def _svg(out: io.StringIO) -> str:
-    """Return what the page takes in: no prologue, no size of its own, no names that another plot has too."""
-    text = out.getvalue()
-    text = text[text.index("<svg") :]
-    text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
-    text = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", text, count=1)
-    text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1)
-    text = re.sub(r'<g id="[^"]*"', "<g", text)
-    text = re.sub(r" font-family: [^;\"]*;", "", text)
-    text = re.sub(r"<defs>\s*<style.*?</defs>\s*", "", text, count=1, flags=re.DOTALL)
-    for colour, variable in _VARIABLES.items():
-        text = text.replace(colour, f"var({variable})")
-    return text.replace("<svg", '<svg role="img"', 1)

@@ -21,7 +21,8 @@ from houseexpo.commands.printing import drop_output, typed_command
 from houseexpo.errors import HouseExpoError, MissingDependencyError
 
 GROUP = "houseexpo.commands"
-"""Entry points of this group are functions that typer can call; their names are the commands' names."""
+"""Entry points of this group are functions that typer can call, or a ``typer.Typer`` of several; their names are the
+commands' names."""
 
 INTERRUPTED = 130
 """The exit code of Ctrl-C."""
@@ -77,13 +78,25 @@ def _entries() -> dict[str, EntryPoint]:
 
 
 def _command(entry: EntryPoint) -> Any:  # what typer makes of a function
-    alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False, context_settings=_SETTINGS)
     function = _loaded(entry)
+    if isinstance(function, typer.Typer):
+        return _group(function)
+    alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False, context_settings=_SETTINGS)
     broken = function.__name__ == "cannot_be_loaded"
     settings = {"ignore_unknown_options": True, "allow_extra_args": True} if broken else {}
     alone.command(entry.name, context_settings={**_SETTINGS, **settings})(function)
     found = typer.main.get_command(alone)
     found.params += _loudness()
+    return found
+
+
+def _group(commands: typer.Typer) -> Any:
+    """Return a command that has commands of its own."""
+    found: Any = typer.main.get_group(commands)
+    for command in (found, *found.commands.values()):
+        command.context_settings = {**_SETTINGS, **command.context_settings}
+        command.params = [each for each in command.params if not each.name.endswith("_completion")]
+        command.params += _loudness()
     return found
 
 
@@ -97,14 +110,14 @@ def _loudness() -> list[Any]:
     return found
 
 
-def _loaded(entry: EntryPoint) -> Callable[..., Any]:
-    """Return a command's function; where it cannot be loaded, one that says why."""
+def _loaded(entry: EntryPoint) -> Callable[..., Any] | typer.Typer:
+    """Return a command's function, or functions; where it cannot be loaded, one that says why."""
     package = entry.module.partition(".")[0]
     spec = PathFinder.find_spec(package)  # finds it without running it
     if spec is not None and spec.submodule_search_locations is None and entry.module != package:
         return _broken(entry, f"{spec.origin} hides the installed package {package!r}; run it from another folder")
     try:
-        function: Callable[..., Any] = entry.load()
+        function: Callable[..., Any] | typer.Typer = entry.load()
     except Exception as error:  # noqa: BLE001  # whatever a plug-in does, the others work
         return _broken(entry, f"{type(error).__name__}: {error}")
     return function

@@ -21,8 +21,7 @@ def record(
     plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="at random")] = None,
     task: Annotated[TaskName, typer.Option(help="What counts; avoidance has a room of its own.")] = "exploration",
     policy: Annotated[
-        Literal["random", "bounce", "frontier"],
-        typer.Option(help="Any action; forward until blocked; or an explorer."),
+        str, typer.Option(help="A name, as frontier, forward or random; a Python file; or module:name.")
     ] = "frontier",
     steps: Annotated[int, typer.Option(min=1, help="At most; it is over where the episode is.")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="Of plan, start, noise and policy.")] = 0,

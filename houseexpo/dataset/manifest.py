@@ -62,7 +62,7 @@ def load_manifest(path: Path | None = None) -> Manifest:
 
 
 def manifest_path(name: str) -> Path:
-    """Return where a manifest that comes with the project lies: "demo", "houseexpo" or "suncg"."""
+    """Return where a manifest that comes with the project lies: "benchmark", "demo", "houseexpo" or "suncg"."""
     for home in _HOMES:
         if (file := home / f"{name}.toml").exists():
             return file

@@ -198,6 +198,10 @@ class Dataset(Sequence[FloorPlan]):
         rows = [row for found in lists[name] if (row := row_of.get(found, -1)) in here]
         return Dataset(self._catalogue, np.array(rows, dtype=np.int64))
 
+    def only(self, ids: Iterable[str]) -> Dataset:
+        """Return the plans of these ids, in this order; UnknownPlanError where there is none."""
+        return Dataset(self._catalogue, np.array([self._row(name) for name in ids], dtype=np.int64))
+
     def sample(self, n: int, seed: int | np.random.Generator) -> Dataset:
         """Return ``n`` different plans drawn at random; one seed draws the same ones every time."""
         if not 0 <= n <= len(self):

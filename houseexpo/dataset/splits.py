@@ -34,6 +34,9 @@ PAPER: Final = {"train": 0.7, "test": 0.3}
 ROOMS: Final = (2, 4, 6, 8, 10, 15)
 """From these numbers of rooms on, a stratum starts; each has four quarters by area."""
 
+TRAITS: Final = "fingerprint, 1"
+"""Under which ``Dataset.derived`` keeps ``traits_of``."""
+
 _LEVEL: Final = re.compile(r"_L\d+(?=$|_[0-9a-f]{8}(?:_\d+)?$)")
 
 
@@ -96,7 +99,7 @@ def split(plans: Dataset, shares: Mapping[str, float], seed: int, workers: int =
 def together(plans: Dataset, workers: int = 1) -> tuple[tuple[str, ...], ...]:
     """Return the ids in groups that no split may part (R1, R2), each sorted, the groups by their first id."""
     ids = plans.ids
-    traits = plans.derived("fingerprint, 1", _traits, workers)
+    traits = plans.derived(TRAITS, traits_of, workers)
     sets = _Sets(len(ids))
     first: dict[str, int] = {}
     for i, (name, trait) in enumerate(zip(ids, traits, strict=True)):  # R1
@@ -166,7 +169,8 @@ class _Sets:
         return list(found.values())
 
 
-def _traits(plan: FloorPlan) -> dict[str, Any]:
+def traits_of(plan: FloorPlan) -> dict[str, Any]:
+    """Return what tells copies and levels of a house: ``similarity.fingerprint`` and the input file's hash."""
     source = str((plan.provenance or {}).get("sha256", ""))
     return {"print": fingerprint(comparison_mask(plan)).tolist(), "source": source}
 

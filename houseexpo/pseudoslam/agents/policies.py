@@ -1,66 +1,69 @@
-"""Policies that need no learning: at random, straight on until something is in the way, and an explorer."""
+"""Policies for an environment that one has: for films, and for driving it from a script."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import Any, Literal, TypeAlias, get_args
+from collections.abc import Callable
+from typing import Any, Final, TypeAlias
 
 import gymnasium
 import numpy as np
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.agents.frontier import frontier_walk
+from houseexpo.pseudoslam.agents.forward import LEFT
+from houseexpo.pseudoslam.agents.loading import NamedPolicy, load_policy
+from houseexpo.pseudoslam.agents.protocol import Policy as EpisodePolicy
+from houseexpo.pseudoslam.agents.protocol import knowledge_of, robot_of
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
-from houseexpo.pseudoslam.simulator import ACTIONS, Action
 from houseexpo.pseudoslam.state import State
 
 Policy: TypeAlias = Callable[[Any], Any]
 """Takes an observation, returns an action of the environment."""
-PolicyName = Literal["random", "bounce", "frontier"]
 
-_MAX_TURNS = 18
+_EARLIER: Final = {"bounce": "forward"}
+"""Names that policies had before."""
 
 
 def policy_of(name: str, env: gymnasium.Env[Any, Any], seed: int | None = None) -> Policy:
-    """Return a policy for an environment with discrete actions (any, for "random").
+    """Return a policy for an environment, by its name or file (``loading.load_policy``).
 
-    - "random": any action.
-    - "bounce": forward; where that was blocked, some turns to one side.
-    - "frontier": ``frontier_walk``, again from the start of each episode, and again where it finds nothing more.
+    It is made anew with each episode, and where it is done. "random" takes any environment's actions.
 
     Raises
     ------
     ConfigError
-        Where there is no policy of that name, or it does not know the environment's actions.
+        Where there is no such policy, or it does not know the environment's actions.
     """
-    if name not in get_args(PolicyName):
-        raise ConfigError(f"policy: expected one of {', '.join(get_args(PolicyName))}; found {name!r}")
     if name == "random":
         env.action_space.seed(seed)
         return lambda _: env.action_space.sample()
-    if not isinstance(env.action_space, gymnasium.spaces.Discrete):
-        raise ConfigError(f"policy {name!r}: expected an environment with discrete actions, found {env.action_space}")
-    if name == "bounce":
-        return _Walker(env, lambda e: _bouncing(e.state, np.random.default_rng(seed)))
-    return _Walker(env, lambda e: frontier_walk(e.simulator, e.state))
+    policy = load_policy(_EARLIER.get(name, name))
+    wanted = gymnasium.spaces.Discrete if policy.interface.actions == "discrete" else gymnasium.spaces.Box
+    if not isinstance(env.action_space, wanted):
+        actions = policy.interface.actions
+        raise ConfigError(f"policy {name!r}: expected an environment with {actions} actions, found {env.action_space}")
+    return _Everlasting(env, policy, int(np.random.default_rng(seed).integers(2**31)))
 
 
-class _Walker:
-    """Takes actions from a walk that is begun anew with each episode, and where it ends."""
+class _Everlasting:
+    """Makes a policy with each episode, and again where it is done."""
 
-    def __init__(self, env: gymnasium.Env[Any, Any], new_walk: Callable[[PseudoSlamEnv], Iterator[Action]]) -> None:
-        self._env, self._new_walk = known_env(env), new_walk
+    def __init__(self, env: gymnasium.Env[Any, Any], policy: NamedPolicy, seed: int) -> None:
+        self._env, self._policy, self._seed = known_env(env), policy, seed
         self._state: State | None = None
-        self._walk: Iterator[Action] = iter(())
+        self._now: EpisodePolicy
 
-    def __call__(self, _: Any) -> int:
+    def __call__(self, observation: Any) -> Any:
         if self._state is not self._env.state:
-            self._state, self._walk = self._env.state, self._new_walk(self._env)
-        action = next(self._walk, None)
+            self._state = self._env.state
+            self._begin()
+        action = self._now(observation, knowledge_of(self._env.simulator, self._env.state))
         if action is None:
-            self._walk = self._new_walk(self._env)
-            action = next(self._walk, "left")
-        return ACTIONS.index(action)
+            self._begin()
+            action = self._now(observation, knowledge_of(self._env.simulator, self._env.state))
+        return LEFT if action is None else action
+
+    def _begin(self) -> None:
+        self._now = self._policy.factory(robot_of(self._env, self._policy.interface), self._seed)
 
 
 def known_env(env: gymnasium.Env[Any, Any]) -> PseudoSlamEnv:
@@ -69,12 +72,3 @@ def known_env(env: gymnasium.Env[Any, Any]) -> PseudoSlamEnv:
     if not isinstance(found, PseudoSlamEnv):
         raise ConfigError(f"env: expected an environment of PseudoSLAM, found {env}")
     return found
-
-
-def _bouncing(state: State, rng: np.random.Generator) -> Iterator[Action]:
-    while True:
-        yield "forward"
-        if state.blocked:
-            side: Action = "left" if rng.random() < 0.5 else "right"
-            for _ in range(int(rng.integers(1, _MAX_TURNS))):
-                yield side

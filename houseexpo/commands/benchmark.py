@@ -1,0 +1,100 @@
+"""``houseexpo benchmark``: run a policy on a track, and compare results."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from houseexpo.errors import ConfigError
+
+benchmark = typer.Typer(
+    help="Measure policies on fixed tasks, plans and starts, and compare them.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+
+
+@benchmark.command()
+def run(
+    policy: Annotated[
+        str, typer.Option(help="A name, a Python file (FILE.py, FILE.py:name), or module:name.", show_default=False)
+    ],
+    out: Annotated[Path, typer.Option(help="The result, a JSON file.", show_default=False)],
+    track: Annotated[str, typer.Option(help="budget, quality, avoidance, navigation or pointgoal.")] = "budget",
+    dataset: Annotated[
+        Path | None, typer.Option(help="Folder, archive or JSON lines, with its list.", show_default="fetched")
+    ] = None,
+    split: Annotated[str, typer.Option(help="The list that plans are chosen from.")] = "test",
+    plans: Annotated[int, typer.Option(min=1, help="How many plans; episodes, for avoidance.")] = 500,
+    seed: Annotated[int, typer.Option(min=0, help="The policy's; starts are the same for all.")] = 0,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes; all cores by default.")] = None,
+    decision_limit: Annotated[float, typer.Option(min=0.001, help="Seconds that an action may take.")] = 60.0,
+) -> None:
+    """Run a policy in fixed plans from fixed starts, and write what it came to.
+
+    The result is the same however many processes there are, but for its times.
+    """
+    from houseexpo.commands.given import data_set
+    from houseexpo.commands.printing import console
+    from houseexpo.pseudoslam.benchmark.result import write_result
+    from houseexpo.pseudoslam.benchmark.run import Settings
+    from houseexpo.pseudoslam.benchmark.run import run as run_benchmark
+    from houseexpo.pseudoslam.benchmark.tracks import track_of
+    from houseexpo.workers import cores
+
+    _check_out(out)
+    wanted = track_of(track)
+    houses = data_set(dataset) if wanted.needs_plans else None
+    settings = Settings(split, plans, seed, workers or cores(), decision_limit)
+    result = run_benchmark(wanted, policy, houses, settings)
+    write_result(result, out)
+    _print([out])
+    console().print(f"[bold]written [/]{out}", highlight=False, soft_wrap=True)
+
+
+@benchmark.command()
+def compare(
+    results: Annotated[list[Path], typer.Argument(help="Results, or folders of them.", show_default=False)],
+    out: Annotated[
+        Path | None, typer.Option(help="A page with curves (.html), or the tables (.md).", show_default=False)
+    ] = None,
+    title: Annotated[str, typer.Option(help="The page's heading.")] = "Policies compared",
+) -> None:
+    """Put results side by side, a table for each track; they have to be of the same plans."""
+    from houseexpo.commands.printing import console
+    from houseexpo.pseudoslam.benchmark.comparison import read_results
+    from houseexpo.pseudoslam.benchmark.page import check_name, write_comparison
+
+    if out is not None:
+        check_name(out)
+    _print(results)
+    if out is not None:
+        write_comparison(read_results(results), out, title)
+        console().print(f"[bold]written [/]{out}", highlight=False, soft_wrap=True)
+
+
+def _print(files: list[Path]) -> None:
+    from rich.table import Table
+
+    from houseexpo.commands.printing import console
+    from houseexpo.pseudoslam.benchmark.comparison import read_results
+    from houseexpo.pseudoslam.benchmark.tables import facts, heads, row
+
+    for compared in read_results(files):
+        for metrics in compared.tables():
+            table = Table(title=f"{compared.track.id}: {facts(compared)}")
+            for number, head in enumerate(heads(metrics)):
+                table.add_column(head, justify="right" if number else "left")
+            for result in compared.results:
+                table.add_row(*row(compared, result, metrics))
+            console().print(table)
+
+
+def _check_out(file: Path) -> None:
+    """Refuse, before hours of work, a file that cannot be written."""
+    if file.suffix != ".json":
+        raise ConfigError(f"--out: expected a file that ends in .json, found {file.name!r}")
+    if not file.parent.is_dir():
+        raise ConfigError(f"--out: expected a folder {file.parent}, found none; make it first")

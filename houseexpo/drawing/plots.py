@@ -1,0 +1,72 @@
+"""Plots as SVG that take their colours and letters from the page around them, light or dark."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+INK, MUTED, GRID, ONE, OTHER = "#010101", "#020202", "#030303", "#040404", "#050505"
+SERIES: Final = tuple(f"#0101{number:02d}" for number in range(10, 22))
+"""Colours of series, where there are more than two: the page's variables ``--series-0`` and so on."""
+_VARIABLES: Final = {
+    INK: "--ink", MUTED: "--muted", GRID: "--line", ONE: "--one", OTHER: "--other",
+    **{colour: f"--series-{number}" for number, colour in enumerate(SERIES)},
+}  # fmt: skip
+"""Colours that matplotlib draws with, and the page's variables that take their places."""
+
+_STYLE: Final[Any] = {
+    "svg.fonttype": "none",  # letters stay letters: they scale, can be searched and take the page's font
+    "svg.hashsalt": "houseexpo",
+    "font.size": 10.5,
+    "text.color": INK,
+    "axes.edgecolor": GRID,
+    "axes.labelcolor": MUTED,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.spines.left": False,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "axes.grid.axis": "y",
+    "grid.color": GRID,
+    "grid.linewidth": 0.8,
+    "xtick.color": GRID,
+    "ytick.color": GRID,
+    "xtick.labelcolor": MUTED,
+    "ytick.labelcolor": MUTED,
+    "ytick.major.size": 0,
+    "xtick.major.size": 3,
+}
+
+
+@contextmanager
+def axes_of(size: tuple[float, float]) -> Iterator[tuple[Axes, io.StringIO]]:
+    """Yield axes of this size in inches, and where their SVG stands at the end."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    out = io.StringIO()
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=size, layout="constrained")
+        yield figure.subplots(), out
+        figure.savefig(out, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
+
+
+def svg_of(out: io.StringIO) -> str:
+    """Return what the page takes in: no prologue, no size of its own, no names that another plot has too."""
+    text = out.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
+    text = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", text, count=1)
+    text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1)
+    text = re.sub(r'<g id="[^"]*"', "<g", text)
+    text = re.sub(r" font-family: [^;\"]*;", "", text)
+    text = re.sub(r"<defs>\s*<style.*?</defs>\s*", "", text, count=1, flags=re.DOTALL)
+    for colour, variable in _VARIABLES.items():
+        text = text.replace(colour, f"var({variable})")
+    return text.replace("<svg", '<svg role="img"', 1)

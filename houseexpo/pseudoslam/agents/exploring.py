@@ -1,0 +1,122 @@
+"""What explorers share: they look round, choose a frontier, go there as their map has it, and look at it.
+
+R1  First the robot turns until it has looked all round.
+R2  It chooses anew when what it went for is known, or given up.
+R3  Where it cannot get nearer it turns to the frontier; what stays unknown then is given up. So is one on whose way it
+    is blocked again and again.
+R4  It is done when no frontier is left.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.pseudoslam.agents.forward import LEFT, RIGHT
+from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
+from houseexpo.pseudoslam.agents.walking import Walker
+from houseexpo.pseudoslam.kernels.mapping.merge import UNKNOWN
+from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
+from houseexpo.pseudoslam.kernels.planning.plan import FRONTIER
+from houseexpo.pseudoslam.kernels.types import Rows
+from houseexpo.pseudoslam.plan_rules import frontier_rules
+from houseexpo.pseudoslam.step_params import scratch_of, with_room
+
+Grid = npt.NDArray[np.uint8]
+MAX_FRONTIERS: Final = 64
+_SPARE_PX: Final = 1.5
+_MAX_BUMPS: Final = 4
+
+
+class Explorer(ABC):
+    """Goes to frontiers, one after the other, until there is none; subclasses say which."""
+
+    interface = Interface(tasks=("exploration",))
+
+    def __init__(self, robot: Robot, _: int) -> None:
+        config = robot.config
+        self.metre = config.pixels_per_metre
+        self.range_px = config.laser.range_m * self.metre
+        self.radius_px = config.robot.radius_m * self.metre
+        self._walker = Walker(robot)
+        self._turn = math.radians(config.robot.turn_deg)
+        self._looks = math.ceil((360.0 - config.laser.fov_deg) / config.robot.turn_deg - 1e-9)
+        self._rules = frontier_rules(config)._replace(spare_px=_SPARE_PX)
+        self._scratch = scratch_of(config)
+        self._frontiers = np.zeros(MAX_FRONTIERS, FRONTIER)
+        self._given_up: list[int] = []
+        self._target = -1
+        self._bumps = 0
+        self.decided = False
+
+    @abstractmethod
+    def choose(self, known: Grid, frontiers: Rows) -> int:
+        """Return the number of the frontier to go to.
+
+        Parameters
+        ----------
+        known
+            The map.
+        frontiers
+            (n,) ``FRONTIER``, one at least, ordered as ``find_frontiers`` does.
+        """
+
+    def __call__(self, _observation: Any, info: Knowledge) -> int | None:
+        """Return forward, left or right; None when there is nothing left to see."""
+        known, pose = info["map"], info["pose_px"]
+        self.decided = False
+        if self._looks:  # R1
+            self._looks -= 1
+            return LEFT
+        self._bumps += info["collided"]
+        for _ in range(MAX_FRONTIERS):
+            if not self._walker.turns and self._has_to_decide(known):
+                self.decided = True
+                if not self._decide(known, info):
+                    return None  # R4
+            action = self._walker.next(known, pose)
+            if action is None:
+                action = self._look(known, pose)
+            if action is not None:
+                return action
+        return None
+
+    def _has_to_decide(self, known: Grid) -> bool:
+        """Whether R2 asks for it; gives up what it is blocked on the way to (R3)."""
+        if self._bumps > _MAX_BUMPS:
+            self._given_up.append(self._target)
+            return True
+        return self._target < 0 or bool(known.flat[self._target] != UNKNOWN)
+
+    def _decide(self, known: Grid, info: Knowledge) -> bool:
+        """Choose a frontier and aim at its goal; return whether there is one."""
+        x, y = info["pose_px"][:2].tolist()
+        scratch = self._scratch = with_room(self._scratch, known.size)
+        given_up = np.array(self._given_up, np.int32)
+        n = find_frontiers(known, x, y, self._rules, given_up, scratch, self._frontiers)
+        if not n:
+            self._target = -1
+            return False
+        chosen = self._frontiers[self.choose(known, self._frontiers[:n])]
+        self._target, goal = int(chosen["middle"]), int(chosen["goal"])
+        self._bumps = 0
+        cols = known.shape[1]
+        here = math.floor(y) * cols + math.floor(x)
+        self._walker.aim(known, goal % cols + 0.5, goal // cols + 0.5, here if scratch.ways.ways[here] >= 0 else -1)
+        return True
+
+    def _look(self, known: Grid, pose: npt.NDArray[np.float64]) -> int | None:
+        """Turn towards the frontier; None where it has been looked at (R3)."""
+        row, col = divmod(self._target, known.shape[1])
+        x, y, heading = pose.tolist()
+        turns = round(math.remainder(math.atan2(y - row - 0.5, col + 0.5 - x) - heading, 2 * math.pi) / self._turn)
+        if known.flat[self._target] == UNKNOWN and turns:
+            return LEFT if turns > 0 else RIGHT
+        if known.flat[self._target] == UNKNOWN:
+            self._given_up.append(self._target)
+        self._target = -1
+        return None

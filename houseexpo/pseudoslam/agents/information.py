@@ -1,0 +1,39 @@
+"""Information gain (Gonzalez-Banos and Latombe, 2002): much that is new, for a short way."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from houseexpo.pseudoslam.agents.exploring import Explorer, Grid
+from houseexpo.pseudoslam.agents.protocol import Robot
+from houseexpo.pseudoslam.kernels.planning.gain import unknown_in_sight
+from houseexpo.pseudoslam.kernels.planning.plan import STRAIGHT
+from houseexpo.pseudoslam.kernels.types import Rows
+
+_PER_M: Final = 0.2
+"""The gain is worth exp(-0.2) as much for each metre of way, as in the paper."""
+_BEAMS: Final = 90
+_LOOKED_AT: Final = 16
+"""Frontiers whose gain is found: those that ``find_frontiers`` puts first."""
+
+
+class InformationGain(Explorer):
+    """Goes where A exp(-0.2 L) is greatest: A the unknown area that could be seen from the goal, L the way there."""
+
+    def __init__(self, robot: Robot, seed: int) -> None:
+        super().__init__(robot, seed)
+        angles = np.arange(_BEAMS) * (2 * math.pi / _BEAMS)
+        self._cos, self._sin = np.cos(angles), np.sin(angles)
+
+    def choose(self, known: Grid, frontiers: Rows) -> int:
+        """Return the one with the greatest worth; of equal ones the first."""
+        first = frontiers[:_LOOKED_AT]
+        worth = [
+            unknown_in_sight(known, x + 0.5, y + 0.5, self.range_px, self._cos, self._sin)
+            for y, x in zip(*np.divmod(first["goal"], known.shape[1]), strict=True)
+        ]
+        ways_m = first["way"] / (STRAIGHT * self.metre)
+        return int(np.argmax(np.array(worth) * np.exp(-_PER_M * ways_m)))

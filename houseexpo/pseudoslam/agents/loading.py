@@ -1,0 +1,136 @@
+"""Policies by name, by Python file, and by module and function."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import importlib
+import importlib.util
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.agents.protocol import Interface, PolicyFactory, interface_of
+
+_HERE: Final = "houseexpo.pseudoslam.agents"
+NAMES: Final = {
+    "random": f"{_HERE}.random_walk:RandomWalk",
+    "forward": f"{_HERE}.forward:Forward",
+    "wall": f"{_HERE}.wall:WallFollower",
+    "frontier": f"{_HERE}.frontier:NearestFrontier",
+    "information": f"{_HERE}.information:InformationGain",
+    "tour": f"{_HERE}.touring:Tour",
+    "oracle": f"{_HERE}.oracle:Oracle",
+    "greedy": f"{_HERE}.greedy:Greedy",
+    "a-star": f"{_HERE}.a_star:AStar",
+}
+"""The policies that come with the project."""
+ATTRIBUTE: Final = "policy"
+"""The factory that a file holds where none is named."""
+
+
+@dataclass(frozen=True)
+class NamedPolicy:
+    """A policy's factory and where it came from.
+
+    Parameters
+    ----------
+    name
+        As it was asked for.
+    source
+        ``module:function`` or ``file:function``.
+    sha256
+        Of the file that it came from; "" where there is none.
+    """
+
+    name: str
+    factory: PolicyFactory
+    source: str
+    sha256: str
+
+    @property
+    def interface(self) -> Interface:
+        """How it wants to see and to act."""
+        return interface_of(self.factory)
+
+
+def load_policy(name: str) -> NamedPolicy:
+    """Return a policy by a name of ``NAMES``, a file, ``FILE.py:function``, or ``module:function``.
+
+    A file's suffix says how it is read (``LOADERS``). Modules are looked for where Python does, and in the working
+    directory.
+
+    Raises
+    ------
+    ConfigError
+        There is none, it cannot be imported, or it is no factory.
+    """
+    if name in NAMES:
+        return _imported(name, NAMES[name])
+    path, attribute = _parted(name)
+    if path.suffix in LOADERS:
+        if not path.is_file():
+            raise ConfigError(f"policy {name!r}: expected a file, found none at {path}; check the path")
+        factory = LOADERS[path.suffix](path, attribute or ATTRIBUTE)
+        return _checked(name, factory, f"{path}:{attribute or ATTRIBUTE}", path)
+    if attribute:
+        return _imported(name, name)
+    near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.0)
+    raise ConfigError(
+        f"policy: no {name!r}; the nearest is {near[0]!r}; known: {', '.join(NAMES)}, a file "
+        f"({', '.join(LOADERS)}), or module:function"
+    )
+
+
+def _parted(name: str) -> tuple[Path, str]:
+    """Return a file or module, and what follows its last colon."""
+    place, colon, attribute = name.rpartition(":")
+    return (Path(place), attribute) if colon and attribute.isidentifier() else (Path(name), "")
+
+
+def _imported(name: str, place: str) -> NamedPolicy:
+    module_name, _, attribute = place.rpartition(":")
+    if "" not in sys.path and str(Path.cwd()) not in sys.path:
+        sys.path.insert(0, str(Path.cwd()))
+    module = _run(name, lambda: importlib.import_module(module_name))
+    file = getattr(module, "__file__", None)
+    return _checked(name, _attribute(name, module, attribute), place, Path(file) if file else None)
+
+
+def _from_python(path: Path, attribute: str) -> PolicyFactory:
+    spec = importlib.util.spec_from_file_location(f"policy_{path.stem}", path)
+    assert spec is not None and spec.loader is not None  # noqa: S101, PT018  # it ends in .py
+    module, loader = importlib.util.module_from_spec(spec), spec.loader
+    sys.modules[spec.name] = module  # dataclasses look their module up
+    _run(str(path), lambda: loader.exec_module(module))
+    return _attribute(str(path), module, attribute)
+
+
+LOADERS: Final[dict[str, Callable[[Path, str], PolicyFactory]]] = {".py": _from_python}
+"""How files are read, by suffix: from the file and what was named in it to a factory."""
+
+
+def _run(name: str, work: Callable[[], object]) -> object:
+    try:
+        return work()
+    except Exception as error:
+        raise ConfigError(f"policy {name!r}: cannot be imported: {type(error).__name__}: {error}") from error
+
+
+def _attribute(name: str, module: object, attribute: str) -> PolicyFactory:
+    found = getattr(module, attribute, None)
+    if found is None:
+        raise ConfigError(f"policy {name!r}: expected a class or function {attribute!r} there, found none")
+    factory: PolicyFactory = found
+    return factory
+
+
+def _checked(name: str, factory: object, source: str, file: Path | None) -> NamedPolicy:
+    if not callable(factory):
+        raise ConfigError(f"policy {name!r}: expected a class or function, found {factory!r}")
+    found = NamedPolicy(name, factory, source, hashlib.sha256(file.read_bytes()).hexdigest() if file else "")
+    interface_of(factory)
+    return found

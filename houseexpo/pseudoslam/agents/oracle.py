@@ -1,0 +1,157 @@
+"""An explorer that knows the house: a short tour of few places from which all that is left can be seen.
+
+It is no shortest way, for that is hard to find; it is one that others can be measured by.
+
+R1  Places lie on a lattice of 0.5 m, or more where there would be more than 600. What each sees is found once.
+R2  Of these, greedily, few that together see all that is unknown; their order is a short tour from where the robot is.
+    Both are found anew when what the first place was for is seen, and after each metre of way.
+R3  What the first place is for is what no other of them sees. Of all places that see that, it goes to the one with the
+    shortest way by it to the second. There it turns until that is seen, once round at most; what is not seen then is
+    left for the end.
+R4  What is left in the end it sees as the nearest-frontier explorer does.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.agents.forward import LEFT
+from houseexpo.pseudoslam.agents.frontier import NearestFrontier
+from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
+from houseexpo.pseudoslam.agents.touring import reached
+from houseexpo.pseudoslam.agents.walking import Walker
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.planning.cover import count_all, greedy_cover, list_views
+from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways
+from houseexpo.pseudoslam.kernels.planning.tour import short_tour
+from houseexpo.pseudoslam.kernels.types import known_ways_of
+from houseexpo.pseudoslam.step_params import scratch_of
+from houseexpo.pseudoslam.worlds.world import World
+
+_LATTICE_M: Final = 0.5
+_MAX_PLACES: Final = 600
+_LEAST_CELLS: Final = 4
+_DECIDE_M: Final = 1.0
+_SEEN: Final = 0.99
+"""Of what a place is for: then it has served."""
+Floats = npt.NDArray[np.float64]
+Cells = npt.NDArray[np.int32]
+
+
+class Oracle:
+    """Sees the truth: where it has to go, though not what it will have seen."""
+
+    interface = Interface(sees_truth=True, tasks=("exploration",))
+
+    def __init__(self, robot: Robot, seed: int) -> None:
+        if robot.world is None:
+            raise ConfigError("policy 'oracle': expected to be given the world, found none")
+        config = robot.config
+        self._radius_px = config.robot.radius_m * config.pixels_per_metre
+        self._full_turn = math.ceil(360.0 / config.robot.turn_deg - 1e-9)
+        self._house = np.where(robot.world.occupied != 0, OBSTACLE, FREE).astype(np.uint8)
+        self._unwanted = (robot.world.observable == 0).view(np.uint8).ravel()
+        self._walker, self._rest = Walker(robot), NearestFrontier(robot, seed)
+        self._ways = known_ways_of(self._house.size)
+        self._places, self._starts, self._views = _views(robot.world, robot)
+        self._lengths: dict[int, Floats] = {}
+        self._purpose: Cells = np.empty(0, np.int32)
+        self._decided_at_m, self._turns, self._is_left = 0.0, 0, True
+        self.decided = False
+
+    def __call__(self, observation: Any, info: Knowledge) -> int | None:
+        """Return forward, left or right; None when all is seen."""
+        known, pose = info["map"], info["pose_px"]
+        self.decided = False
+        while self._is_left:
+            if self._has_served(known) or info["path_m"] - self._decided_at_m > _DECIDE_M:
+                self._decided_at_m, self.decided = info["path_m"], True
+                self._is_left = self._choose(known, *pose[:2].tolist())
+                if not self._is_left:
+                    break
+            action = self._walker.next(self._house, pose)
+            if action is not None:
+                return action
+            if self._turns < self._full_turn:  # R3
+                self._turns += 1
+                return LEFT
+            self._unwanted[self._purpose] = 1
+        return self._rest(observation, info)  # R4
+
+    def _has_served(self, known: npt.NDArray[np.uint8]) -> bool:
+        """Whether what the robot goes for is seen, or has been given up."""
+        left = (known.ravel()[self._purpose] == UNKNOWN) & (self._unwanted[self._purpose] == 0)
+        return bool(np.count_nonzero(left) <= (1 - _SEEN) * len(self._purpose))
+
+    def _choose(self, known: npt.NDArray[np.uint8], x: float, y: float) -> bool:
+        """Aim at the first place of a short tour of those that see what is left; return whether there is one (R2)."""
+        covered = self._unwanted | (known.ravel() != UNKNOWN)
+        needless = covered.copy()
+        chosen = np.zeros(len(self._places), np.int64)
+        chosen = chosen[: greedy_cover(self._starts, self._views, _LEAST_CELLS, covered, chosen)]
+        if not len(chosen):
+            return False
+        find_ways(self._house, x, y, self._radius_px, -1, self._ways)
+        here = reached(self._ways, self._places)
+        lengths = np.zeros((len(chosen) + 1, len(chosen) + 1))
+        lengths[0, 1:] = lengths[1:, 0] = here[chosen]
+        for i, place in enumerate(chosen.tolist(), start=1):
+            lengths[i, 1:] = self._lengths_from(place)[chosen]
+        order = chosen[short_tour(np.minimum(lengths, lengths.T))[1:] - 1].tolist()
+        onwards = self._only_seen_from(order, needless)
+        beyond = self._lengths_from(onwards[1]) if len(onwards) > 1 else np.zeros(len(here))
+        row, col = divmod(int(self._places[self._best_that_sees(here + beyond, onwards[0])]), self._house.shape[1])
+        self._walker.aim(self._house, col + 0.5, row + 0.5)
+        self._turns = 0
+        return True
+
+    def _only_seen_from(self, order: list[int], needless: npt.NDArray[np.uint8]) -> list[int]:
+        """Set the purpose to what the first place alone sees; return the order from the first on that has one (R3)."""
+        seen = [self._views[self._starts[place] : self._starts[place + 1]] for place in order]
+        times = np.zeros(self._house.size, np.int32)
+        for cells in seen:
+            times[cells] += 1
+        for i, cells in enumerate(seen):
+            self._purpose = cells[(needless[cells] == 0) & (times[cells] == 1)]
+            if len(self._purpose):
+                return order[i:]
+            times[cells] -= 1
+        return order  # not reached: the last one would see what no other does
+
+    def _best_that_sees(self, lengths: Floats, first: int) -> int:
+        """Return the place with the shortest way of those that see what a place is for (R3)."""
+        others = np.ones(self._house.size, np.uint8)
+        others[self._purpose] = 0
+        enough = np.flatnonzero(count_all(self._starts, self._views, others) >= _SEEN * len(self._purpose))
+        return int(enough[lengths[enough].argmin()]) if len(enough) else first
+
+    def _lengths_from(self, place: int) -> Floats:
+        """Return the ways from a place to all places."""
+        if place not in self._lengths:
+            row, col = divmod(int(self._places[place]), self._house.shape[1])
+            find_ways(self._house, col + 0.5, row + 0.5, self._radius_px, -1, self._ways)
+            self._lengths[place] = reached(self._ways, self._places)
+        return self._lengths[place]
+
+
+def _views(world: World, robot: Robot) -> tuple[Cells, npt.NDArray[np.int64], Cells]:
+    """Return places (flat indices), and what they see as ``list_views`` lists it (R1)."""
+    config = robot.config
+    traversable = np.flatnonzero(world.traversable)
+    rows, cols = np.divmod(traversable, world.occupied.shape[1])
+    apart = max(_LATTICE_M * config.pixels_per_metre, math.sqrt(len(traversable) / _MAX_PLACES))
+    _, first = np.unique(np.stack([rows // apart, cols // apart]), axis=1, return_index=True)
+    places = traversable[np.sort(first)].astype(np.int32)
+    occupied, wanted = world.occupied.copy(), world.observable.copy()
+    starts, room = np.zeros(len(places) + 1, np.int64), 1 << 20
+    range_px, scratch = config.laser.range_m * config.pixels_per_metre, scratch_of(config)
+    views = np.empty(room, np.int32)
+    while not list_views(occupied, wanted, places, range_px, scratch, starts, views):
+        room *= 2
+        views = np.empty(room, np.int32)
+    return places, starts, views[: starts[-1]].copy()

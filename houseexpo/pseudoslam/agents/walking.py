@@ -1,0 +1,61 @@
+"""Going to a place on the robot's own map, by discrete actions."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.pseudoslam.agents.forward import FORWARD, LEFT, RIGHT
+from houseexpo.pseudoslam.agents.protocol import Robot
+from houseexpo.pseudoslam.kernels.planning.descent import NO_TURN, best_turns
+from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways
+from houseexpo.pseudoslam.kernels.types import KnownWays, known_ways_of
+
+Grid = npt.NDArray[np.uint8]
+Floats = npt.NDArray[np.float64]
+
+ENOUGH: Final = 0.95
+"""A step that gains so much of the best one's is taken, if it needs fewer turns: 18 degrees off cost 5% of the way."""
+
+
+class Walker:
+    """Walks down the field of ways to a goal; ``turns`` are those that are left before the next step."""
+
+    def __init__(self, robot: Robot) -> None:
+        body, metre = robot.config.robot, robot.config.pixels_per_metre
+        self.turns = 0
+        self._turn = math.radians(body.turn_deg)
+        self._step_px, self._radius_px = body.step_m * metre, body.radius_m * metre
+        self._ways: KnownWays | None = None
+        self._steps = False
+
+    def memory(self, known: Grid) -> KnownWays:
+        """Return memory for ways on a map; ``aim`` uses the same."""
+        if self._ways is None or len(self._ways.ways) < known.size:
+            self._ways = known_ways_of(known.size)
+        return self._ways
+
+    def aim(self, known: Grid, goal_x: float, goal_y: float, until: int = -1) -> None:
+        """Find the ways to a goal, pixels; as far as a cell (a flat index) where the robot may stand, or all."""
+        find_ways(known, goal_x, goal_y, self._radius_px, until, self.memory(known))
+        self.turns, self._steps = 0, False
+
+    def next(self, known: Grid, pose: Floats) -> int | None:
+        """Return the next action; None where no step brings the robot nearer."""
+        if not self._steps:
+            x, y, heading = pose.tolist()
+            turns = best_turns(
+                known, x, y, heading, self._turn, self._step_px, self._radius_px, ENOUGH, self.memory(known)
+            )
+            if turns == NO_TURN:
+                return None
+            self.turns, self._steps = int(turns), True
+        if self.turns:
+            left = self.turns > 0
+            self.turns -= 1 if left else -1
+            return LEFT if left else RIGHT
+        self._steps = False
+        return FORWARD

@@ -1,0 +1,146 @@
+"""Which plans and starts: the same ones for everybody, whatever the data set's order.
+
+R1  Plans are taken in the order of their ids' SHA-256, so that fewer plans are the first of more.
+R2  A plan that a robot of 0.2 m cannot cross is passed over: it gets to all places that it fits into.
+R3  So is one that repeats a plan of another list, or one taken before: the same walls by 98%, turned or mirrored
+    perhaps, as ``houseexpo split`` compares them.
+R4  For the published test list the outcome is written down (``data_manifests/benchmark.toml``), and read from there.
+R5  A start is drawn with a seed that is made of the track's id and the plan's id; it depends on nothing else.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.analysis.similarity import THRESHOLD, compare, comparison_mask, lower_bound
+from houseexpo.dataset import Dataset
+from houseexpo.dataset.manifest import manifest_path
+from houseexpo.dataset.splits import TRAITS, list_bytes, traits_of
+from houseexpo.errors import ConfigError, DatasetError
+from houseexpo.progress import watched
+from houseexpo.words import counted
+
+RADIUS_M: Final = 0.2
+
+
+@dataclass(frozen=True)
+class Case:
+    """An episode: a plan, and the seeds of its start and of the policy."""
+
+    plan_id: str
+    seed: int
+
+
+def cases_of(track_id: str, plan_ids: Sequence[str]) -> list[Case]:
+    """Return a case for each plan (R5)."""
+    return [Case(name, seed_of(track_id, name)) for name in plan_ids]
+
+
+def room_cases(track_id: str, room_id: str, number: int) -> list[Case]:
+    """Return so many cases in one room, whose obstacles differ."""
+    return [Case(room_id, seed_of(track_id, f"{room_id} {i}")) for i in range(number)]
+
+
+def seed_of(*words: str) -> int:
+    """Return a seed of 32 bits that words make."""
+    return int.from_bytes(hashlib.sha256("\n".join(words).encode()).digest()[:4])
+
+
+def ids_sha256(ids: Sequence[str]) -> str:
+    """Return the hash of a list of ids, as ``sha256sum`` finds it of a file with one a line."""
+    return hashlib.sha256(list_bytes(ids)).hexdigest()
+
+
+def content_sha256(plans: Dataset) -> str:
+    """Return the hash of the plans themselves, in order."""
+    found = hashlib.sha256()
+    for number in range(len(plans)):
+        found.update(plans.digest(number))
+    return found.hexdigest()
+
+
+def choose(plans: Dataset, split: str, number: int, workers: int = 1) -> list[str]:
+    """Return the ids of so many plans of a list that comes with a data set.
+
+    Raises
+    ------
+    ConfigError
+        There are fewer.
+    DatasetError
+        The data set has no such list.
+    """
+    if split not in plans.splits:
+        known = ", ".join(sorted(plans.splits)) or "none"
+        raise DatasetError(
+            f"{plans.path}: expected a list {split!r} of plans, found: {known}; lay map_id_{split}.txt beside it, or "
+            "divide it with `houseexpo split`"
+        )
+    written = written_ids() if split == "test" else ()
+    listed = set(plans.splits[split])
+    if len(written) >= number and all(name in plans and name in listed for name in written[:number]):  # R4
+        return list(written[:number])
+    return _chosen(plans, split, number, workers)
+
+
+def written_ids() -> tuple[str, ...]:
+    """Return the plans of the published test list that the benchmark takes, in order (R4)."""
+    said: dict[str, Any] = tomllib.loads(manifest_path("benchmark").read_text(encoding="utf-8"))
+    return tuple(said["test"])
+
+
+def _chosen(plans: Dataset, split: str, number: int, workers: int) -> list[str]:
+    """Choose by R1 to R3."""
+    here = sorted(plans.split(split).ids, key=lambda name: hashlib.sha256(name.encode()).digest())  # R1
+    others = sorted({name for listed in plans.splits.values() for name in listed if name in plans} - set(here))
+    rivals = _Seen(plans)
+    if others:  # many, and kept, for `houseexpo split` compares them too
+        known = plans.only(others).derived(TRAITS, traits_of, workers)
+        rivals.add(others, np.array([each["print"] for each in known], np.int32))
+    found: list[str] = []
+    for name in watched(here, "choosing plans", len(here)):
+        if len(found) == number:
+            break
+        plan = plans[name]
+        if plan.navigability(RADIUS_M).components != 1:  # R2
+            continue
+        own = np.array(traits_of(plan)["print"], np.int32)
+        if not rivals.have(name, own):  # R3
+            found.append(name)
+            rivals.add([name], own[None])
+    if len(found) < number:
+        raise ConfigError(
+            f"--plans {number}: list {split!r} of {plans.path} has {counted(len(found), 'plan')} that a robot of "
+            f"{RADIUS_M} m can cross and that repeat no other; ask for at most so many"
+        )
+    return found
+
+
+class _Seen:
+    """Plans that a plan may not repeat (R3)."""
+
+    def __init__(self, plans: Dataset) -> None:
+        self._plans = plans
+        self._ids: list[str] = []
+        self._prints = np.empty((0, 0), np.int32)
+        self._mask = lru_cache(maxsize=256)(lambda name: comparison_mask(plans[name]))
+
+    def add(self, ids: Sequence[str], prints: npt.NDArray[np.int32]) -> None:
+        """Take plans in, with their fingerprints (n, 129)."""
+        self._prints = np.vstack([self._prints, prints]) if self._ids else prints
+        self._ids += ids
+
+    def have(self, name: str, own: npt.NDArray[np.int32]) -> bool:
+        """Whether a plan of this fingerprint repeats one of these."""
+        if not self._ids:
+            return False
+        limits = THRESHOLD * np.maximum(own[0], self._prints[:, 0])
+        alike = np.flatnonzero(lower_bound(own, self._prints) <= limits).tolist()
+        return any(compare(self._mask(self._ids[i]), self._mask(name), THRESHOLD) is not None for i in alike)

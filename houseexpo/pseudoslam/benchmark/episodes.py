@@ -1,0 +1,135 @@
+"""One policy, one episode after the other: what it is asked, what it answers, and what came of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.dataset import Dataset
+from houseexpo.errors import ConfigError, PolicyError
+from houseexpo.floorplan import FloorPlan
+from houseexpo.pseudoslam.agents.loading import NamedPolicy
+from houseexpo.pseudoslam.agents.protocol import knowledge_of, robot_of
+from houseexpo.pseudoslam.benchmark.cases import Case
+from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS
+from houseexpo.pseudoslam.benchmark.trace import Trace
+from houseexpo.pseudoslam.benchmark.tracks import Track
+from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
+
+Answer = TypeVar("Answer")
+Note = Callable[[int], None]
+CURVE_POINTS = 80
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What an episode came to.
+
+    Parameters
+    ----------
+    values
+        By metric, and ``steps``, ``metres`` and ``coverage`` at its end; None where there is none.
+    curves
+        Coverage at ``places`` of each of the track's curves.
+    decisions_ms
+        How long the policy took for each action that it decided on anew.
+    """
+
+    case: Case
+    values: dict[str, float | None]
+    curves: dict[str, list[float]] = field(default_factory=dict)
+    decisions_ms: npt.NDArray[np.float32] = field(default_factory=lambda: np.empty(0, np.float32), compare=False)
+
+
+class Runner:
+    """Runs episodes of a track with a policy, in one environment after the other house.
+
+    Parameters
+    ----------
+    policy_seed
+        Of what the policy draws; each episode makes a seed of its own from it and the case's.
+    """
+
+    def __init__(
+        self, track: Track, policy: NamedPolicy, plans: Dataset | list[FloorPlan], policy_seed: int = 0
+    ) -> None:
+        self.track, self.policy, self.policy_seed = track, policy, policy_seed
+        self.env: PseudoSlamEnv = track.environment(plans, policy.interface)
+
+    def run(self, case: Case, note: Note = lambda _: None) -> Outcome:
+        """Run one episode.
+
+        Parameters
+        ----------
+        note
+            Is told the step before the policy is asked.
+
+        Raises
+        ------
+        PolicyError
+            The policy raised, or returned what is no action.
+        """
+        took: list[float] = []
+        trace = self.trace(case, note, took)
+        values = {**self.track.measure(trace), "steps": trace.steps[-1], "metres": trace.metres[-1]}
+        if self.track.task == "exploration":
+            values["coverage"] = trace.coverage[-1]
+        curves = {over: trace.coverage_at(over, places(most)).tolist() for over, most in self.track.curves}
+        rounded = {key: None if value is None else round(value, MEAN_DIGITS) for key, value in values.items()}
+        return Outcome(case, rounded, curves, np.array(took, np.float32))
+
+    def trace(self, case: Case, note: Note, took: list[float]) -> Trace:
+        """Run one episode, and add to ``took`` how long each decision took, ms."""
+        env, trace = self.env, Trace()
+        observation, info = env.reset(seed=case.seed, options={"plan_id": case.plan_id})
+        self._add(trace, info, 0.0)
+        note(0)
+        robot = robot_of(env, self.policy.interface)
+        seed = case.seed ^ self.policy_seed
+        policy = self._asked(case, 0, lambda: self.policy.factory(robot, seed))
+        for step in range(env.config.max_steps):  # actions of no step at all come to an end, too
+            note(step)
+            knowledge = knowledge_of(env.simulator, env.state)
+            start = time.perf_counter()
+            action = self._asked(case, step, lambda: policy(observation, knowledge))  # noqa: B023  # called at once
+            ms = 1000 * (time.perf_counter() - start)
+            if getattr(policy, "decided", True):
+                took.append(ms)
+            if action is None:
+                trace.gave_up = True
+                return trace
+            observation, reward, terminated, truncated, info = self._step(case, step, action)
+            self._add(trace, info, reward)
+            if terminated or truncated:
+                break
+        return trace
+
+    def _add(self, trace: Trace, info: dict[str, Any], reward: float) -> None:
+        state = self.env.state
+        metres = float(state.episode.readings[0].path_length) / self.env.config.pixels_per_metre
+        trace.add(int(state.counts.steps), metres, info, reward)
+
+    def _asked(self, case: Case, step: int, question: Callable[[], Answer]) -> Answer:
+        try:
+            return question()
+        except Exception as error:
+            raise PolicyError(f"{self._where(case, step)}: it raised {type(error).__name__}: {error}") from error
+
+    def _step(self, case: Case, step: int, action: Any) -> Any:
+        try:
+            return self.env.step(action)
+        except ConfigError as error:
+            raise PolicyError(f"{self._where(case, step)}: {error}") from None
+
+    def _where(self, case: Case, step: int) -> str:
+        return f"policy {self.policy.name!r}: plan {case.plan_id!r}, step {step}"
+
+
+def places(most: int) -> npt.NDArray[np.float64]:
+    """Return where curves are given: 0 and 80 places up to ``most``."""
+    return np.linspace(0, most, CURVE_POINTS + 1)

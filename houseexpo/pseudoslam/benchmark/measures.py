@@ -1,0 +1,130 @@
+"""From an episode to numbers, and what they are called."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+from houseexpo.pseudoslam.benchmark.trace import Trace
+
+Values = dict[str, float | None]
+OVER: Final = ("steps", "metres")
+MEAN_DIGITS: Final = 6
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A number of an episode.
+
+    Parameters
+    ----------
+    key, title, unit
+        What results call it, what tables call it, and "%", "m" or "".
+    better
+        Which direction is.
+    table
+        The table that shows it, "" the first; None: results only.
+    """
+
+    key: str
+    title: str
+    unit: str
+    better: Literal["high", "low"]
+    table: str | None = ""
+
+
+COLLISIONS: Final = Metric("collisions", "collisions", "", "low")
+
+
+def budget_metrics(budgets: tuple[int, ...]) -> tuple[Metric, ...]:
+    """Return the metrics of ``Budget``: a table over steps, and one over metres."""
+    found = []
+    for over, longest in zip(OVER, (budgets[-1], budgets[1]), strict=True):
+        areas = [
+            Metric(f"area_{b}_{over}", f"area, {b} {over}", "%", "high", over if b == longest else None)
+            for b in budgets
+        ]
+        areas.sort(key=lambda metric: metric.table is None)
+        found += [areas[0], *(Metric(f"coverage_{b}_{over}", f"{b} {over}", "%", "high", over) for b in budgets)]
+        found += areas[1:]
+    return (*found, replace(COLLISIONS, table=OVER[0]))
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Coverage when so many steps or metres are used, and the area under its curve until then, as a share."""
+
+    budgets: tuple[int, ...]
+
+    def __call__(self, trace: Trace) -> Values:
+        """Return the values of an episode."""
+        found: Values = {"collisions": float(trace.info["collisions"])}
+        for over in OVER:
+            at = trace.coverage_at(over, self.budgets).tolist()
+            for budget, coverage in zip(self.budgets, at, strict=True):
+                found[f"coverage_{budget}_{over}"] = coverage
+                found[f"area_{budget}_{over}"] = trace.mean_coverage(over, budget)
+        return found
+
+
+def quality_metrics(shares: tuple[int, ...]) -> tuple[Metric, ...]:
+    """Return the metrics of ``Quality``."""
+    reached = [Metric(f"reached_{share}", f"{share}% seen", "%", "high") for share in shares]
+    metres = [Metric(f"metres_to_{share}", f"metres to {share}%", "m", "low") for share in shares]
+    steps = [Metric(f"steps_to_{share}", f"steps to {share}%", "", "low") for share in shares]
+    return (*reached, *metres, *steps, COLLISIONS)
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Whether so much was seen, and after how many steps and metres; None where it never was."""
+
+    shares: tuple[int, ...]
+
+    def __call__(self, trace: Trace) -> Values:
+        """Return the values of an episode."""
+        found: Values = {"collisions": float(trace.info["collisions"])}
+        for share in self.shares:
+            at = trace.first(share / 100)
+            found[f"reached_{share}"] = float(at is not None)
+            found[f"steps_to_{share}"], found[f"metres_to_{share}"] = at or (None, None)
+        return found
+
+
+AVOIDANCE: Final = (
+    Metric("return", "return", "", "high"),
+    COLLISIONS,
+    Metric("metres", "way", "m", "high"),
+    Metric("untouched", "without a collision", "%", "high"),
+)
+
+
+def avoidance(trace: Trace) -> Values:
+    """Return the sum of rewards, collisions, and the way gone: a robot that spins on the spot has none."""
+    collisions = float(trace.info["collisions"])
+    return {
+        "return": trace.reward,
+        "collisions": collisions,
+        "metres": trace.metres[-1],
+        "untouched": float(collisions == 0),
+    }
+
+
+NAVIGATION: Final = (
+    Metric("spl", "SPL", "%", "high"),
+    Metric("success", "success", "%", "high"),
+    Metric("metres", "way", "m", "low"),
+    Metric("steps", "steps", "", "low"),
+    COLLISIONS,
+)
+
+
+def navigation(trace: Trace) -> Values:
+    """Return success, success weighted by path length (Anderson et al., 2018), and what was used."""
+    return {
+        "spl": float(trace.info["spl"]),
+        "success": float(trace.info["is_success"]),
+        "metres": trace.metres[-1],
+        "steps": trace.steps[-1],
+        "collisions": float(trace.info["collisions"]),
+    }

@@ -1,0 +1,79 @@
+"""Compared results as one HTML page that needs nothing beside it: tables, and curves with bands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from houseexpo.drawing.plots import SERIES, axes_of, svg_of
+from houseexpo.errors import ConfigError
+from houseexpo.files import write_whole
+from houseexpo.pseudoslam.benchmark.comparison import Compared
+from houseexpo.pseudoslam.benchmark.tables import ABOUT, HEADING, facts, heads, markdown, row, title
+
+SUFFIXES: Final = (".html", ".md")
+_SIZE: Final = (6.2, 3.6)
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table's heads and rows, as text."""
+
+    heads: list[str]
+    rows: list[list[str]]
+
+
+def check_name(file: Path) -> None:
+    """Raise ConfigError where a comparison cannot be written under a name."""
+    if file.suffix not in SUFFIXES:
+        raise ConfigError(f"--out: expected a file that ends in {' or '.join(SUFFIXES)}, found {file.name!r}")
+
+
+def write_comparison(found: Sequence[Compared], file: Path, heading: str = HEADING) -> None:
+    """Write a comparison as the file's name says, as HTML or Markdown."""
+    check_name(file)
+    text = page(found, heading) if file.suffix == ".html" else markdown(found, heading)
+    write_whole(file, text.encode())
+
+
+def page(found: Sequence[Compared], heading: str = HEADING) -> str:
+    """Return the page."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("houseexpo.pseudoslam.benchmark", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    sections = [(each, facts(each), list(_tables(each)), _legend(each), list(_curves(each))) for each in found]
+    return environment.get_template("page.html.j2").render(sections=sections, heading=heading, about=ABOUT)
+
+
+def _tables(compared: Compared) -> Iterator[Table]:
+    for metrics in compared.tables():
+        yield Table(heads(metrics), [row(compared, result, metrics) for result in compared.results])
+
+
+def _legend(compared: Compared) -> list[tuple[int, str]]:
+    """Return the number of each result's colour, and its name."""
+    return [(number % len(SERIES), title(result)) for number, result in enumerate(compared.results)]
+
+
+def _curves(compared: Compared) -> Iterator[tuple[str, str]]:
+    """Yield what coverage is drawn over, and the drawing."""
+    for over, _ in compared.track.curves:
+        with axes_of(_SIZE) as (axes, out):
+            for number, result in enumerate(compared.results):
+                curve, colour = result.curves[over], SERIES[number % len(SERIES)]
+                low, mean, high = ([100 * value for value in part] for part in (curve.low, curve.mean, curve.high))
+                axes.fill_between(curve.at, low, high, color=colour, alpha=0.18, linewidth=0)
+                axes.plot(curve.at, mean, color=colour, linewidth=1.8)
+            axes.set_xlim(0, result.curves[over].at[-1])
+            axes.set_ylim(0, 100)
+            axes.yaxis.set_major_formatter("{x:.0f}%")
+            axes.set_xlabel(over)
+        yield over, svg_of(out)

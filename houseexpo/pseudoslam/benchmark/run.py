@@ -1,0 +1,173 @@
+"""A whole run: the plans are chosen, the episodes run, and the numbers put together."""
+
+from __future__ import annotations
+
+import os
+import platform
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from houseexpo import __version__
+from houseexpo.dataset import Dataset
+from houseexpo.errors import ConfigError
+from houseexpo.floorplan import FloorPlan
+from houseexpo.progress import watched
+from houseexpo.pseudoslam.agents.loading import NamedPolicy, load_policy
+from houseexpo.pseudoslam.benchmark import result as results
+from houseexpo.pseudoslam.benchmark.cases import (
+    Case,
+    cases_of,
+    choose,
+    content_sha256,
+    ids_sha256,
+    room_cases,
+)
+from houseexpo.pseudoslam.benchmark.episodes import Outcome, Runner
+from houseexpo.pseudoslam.benchmark.supervise import run_cases
+from houseexpo.pseudoslam.benchmark.tracks import Track, track_of
+from houseexpo.pseudoslam.tasks import ROOM
+
+_LIBRARIES: Final = ("gymnasium", "llvmlite", "numba", "numpy", "opencv-python-headless", "scipy")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a run goes.
+
+    Parameters
+    ----------
+    split, number
+        Which list the plans are chosen from, and how many; for avoidance, how many episodes.
+    seed
+        The policy's; starts do not depend on it.
+    workers
+        Processes.
+    decision_limit_s
+        Seconds that a policy may take for an action.
+    """
+
+    split: str = "test"
+    number: int = 500
+    seed: int = 0
+    workers: int = 1
+    decision_limit_s: float = 60.0
+
+
+def run(track: Track, policy_name: str, plans: Dataset | None, settings: Settings) -> results.Result:
+    """Run a policy on a track; a script that calls this needs its ``if __name__ == "__main__"``.
+
+    Parameters
+    ----------
+    policy_name
+        As ``load_policy`` takes it.
+    plans
+        A data set that has the list; None where the track has a room of its own.
+
+    Raises
+    ------
+    ConfigError, DatasetError
+        There is no such policy or list, or it has too few plans.
+    PolicyError
+        The policy failed in an episode.
+    """
+    policy = load_policy(policy_name)
+    check_task(policy, track)
+    chosen, cases, record = _cases(track, plans, settings)
+    start = time.perf_counter()
+    new_runner = partial(new_runner_of, track.id, policy_name, chosen, settings.seed)
+    done = run_cases(new_runner, cases, settings.workers, settings.decision_limit_s, policy_name)
+    outcomes = dict(watched(done, f"{policy_name}, {track.id}", len(cases)))
+    in_order = [outcomes[number] for number in range(len(cases))]
+    times = times_of(in_order, time.perf_counter() - start, settings.workers)
+    return result_of(track, policy_record(policy, settings.seed), record, in_order, times)
+
+
+def new_runner_of(track_id: str, policy_name: str, plans: Dataset | list[FloorPlan], seed: int) -> Runner:
+    """Return what runs episodes in a process."""
+    return Runner(track_of(track_id), load_policy(policy_name), plans, seed)
+
+
+def check_task(policy: NamedPolicy, track: Track) -> None:
+    """Raise ConfigError where a policy is made for other tasks."""
+    tasks = policy.interface.tasks
+    if tasks and track.task not in tasks:
+        raise ConfigError(f"policy {policy.name!r}: made for {', '.join(tasks)}; track {track.id} is {track.task}")
+
+
+def _cases(
+    track: Track, plans: Dataset | None, settings: Settings
+) -> tuple[Dataset | list[FloorPlan], list[Case], results.PlansRecord]:
+    if not track.needs_plans:
+        cases = room_cases(track.id, ROOM.id, settings.number)
+        return [ROOM], cases, results.PlansRecord(ROOM.id, len(cases), ids_sha256([ROOM.id]), "")
+    if plans is None:
+        raise ConfigError(f"track {track.id}: expected a data set; name one with --dataset")
+    ids = choose(plans, settings.split, settings.number, settings.workers)
+    chosen = plans.only(ids)
+    record = results.PlansRecord(settings.split, len(ids), ids_sha256(ids), content_sha256(chosen))
+    return chosen, cases_of(track.id, ids), record
+
+
+def result_of(
+    track: Track,
+    policy: results.PolicyRecord,
+    plans: results.PlansRecord,
+    outcomes: Sequence[Outcome],
+    times: results.Times,
+) -> results.Result:
+    """Put a result together."""
+    libraries = {library: version(library) for library in _LIBRARIES}
+    return results.Result(
+        results.FORMAT,
+        track.record(),
+        policy,
+        plans,
+        {"houseexpo": __version__, "python": platform.python_version(), **libraries},
+        results.summary_of(track, outcomes),
+        results.curves_of(track, outcomes),
+        results.episodes_of(outcomes),
+        times,
+    )
+
+
+def policy_record(policy: NamedPolicy, seed: int) -> results.PolicyRecord:
+    """Return what a result says of a policy."""
+    shown = policy.interface
+    return results.PolicyRecord(
+        policy.name, policy.source, policy.sha256, seed, shown.sees_truth, shown.actions, shown.observation
+    )
+
+
+def times_of(outcomes: Sequence[Outcome], wall_s: float, workers: int) -> results.Times:
+    """Return how long decisions took, and all of it."""
+    took_ms = np.concatenate([each.decisions_ms for each in outcomes])
+    found: dict[str, float] = {}
+    if len(took_ms):
+        median, late = np.percentile(took_ms, (50, 99)).tolist()
+        found = {"median": median, "mean": float(took_ms.mean()), "p99": late, "worst": float(took_ms.max())}
+    decisions = {"number": float(len(took_ms)), **{name: round(value, 4) for name, value in found.items()}}
+    return results.Times(decisions, round(wall_s, 1), workers, _machine())
+
+
+def _machine() -> dict[str, str | int | float]:
+    return {
+        "system": f"{platform.system()} {platform.machine()}",
+        "processor": _processor(),
+        "cores": os.cpu_count() or 1,
+        "load": round(os.getloadavg()[0], 1) if hasattr(os, "getloadavg") else -1.0,
+    }
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")

@@ -1,0 +1,59 @@
+"""Means with intervals: by drawing the plans again and again (bootstrap), with a seed that is always the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Final
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS
+
+DRAWS: Final = 2000
+_LEVELS: Final = (2.5, 97.5)
+Floats = npt.NDArray[np.float64]
+
+
+class Estimate(msgspec.Struct, frozen=True):
+    """A mean over plans, its 95% interval, and how many plans have a value; None where no plan has one."""
+
+    mean: float | None
+    low: float | None
+    high: float | None
+    number: int
+
+
+def estimate(values: Sequence[float | None]) -> Estimate:
+    """Return the mean of those that are not None, and its 95% interval (percentiles of ``DRAWS`` draws of all plans).
+
+    A draw without any value is left out.
+    """
+    given = np.array([np.nan if value is None else value for value in values], np.float64)
+    number = int(np.count_nonzero(~np.isnan(given)))
+    if not number:
+        return Estimate(None, None, None, 0)
+    mean, low, high = (float(row[0]) for row in means(given[:, None]))
+    return Estimate(mean, low, high, number)
+
+
+def means(values: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return the mean, and the ends of its interval, of each column of (plans, columns); NaN: a plan has no value."""
+    has = ~np.isnan(values)
+    filled = np.where(has, values, 0.0)
+    weights = _weights(len(values))
+    with np.errstate(invalid="ignore"):
+        drawn = (weights @ filled) / (weights @ has)
+    low, high = np.nanpercentile(drawn, _LEVELS, axis=0)
+    mean = filled.sum(axis=0) / has.sum(axis=0)
+    rounded = (np.round(each, MEAN_DIGITS) for each in (mean, low, high))
+    return tuple(rounded)
+
+
+@lru_cache(maxsize=4)
+def _weights(number: int) -> Floats:
+    """Return how often each of so many plans is drawn, (DRAWS, number)."""
+    rng = np.random.default_rng(0)
+    return rng.multinomial(number, np.full(number, 1 / number), DRAWS).astype(np.float64)

@@ -1,0 +1,60 @@
+"""What an episode came to, step by step."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass
+class Trace:
+    """An episode's rows, the start and one after each action, and the last ``info``.
+
+    An action of a planner may be many steps; the rows hold the robot's own steps, not actions.
+    """
+
+    steps: array[float] = field(default_factory=lambda: array("d"))
+    metres: array[float] = field(default_factory=lambda: array("d"))
+    coverage: array[float] = field(default_factory=lambda: array("d"))
+    reward: float = 0.0
+    info: Mapping[str, Any] = field(default_factory=dict)
+    gave_up: bool = False
+    """Whether the policy said that it was done."""
+
+    def add(self, steps: int, metres: float, info: Mapping[str, Any], reward: float = 0.0) -> None:
+        """Add a row."""
+        self.steps.append(steps)
+        self.metres.append(metres)
+        self.coverage.append(info["coverage"])
+        self.reward += reward
+        self.info = info
+
+    def over(self, what: str) -> Floats:
+        """Return the steps, or the metres, of all rows."""
+        return np.frombuffer(self.steps if what == "steps" else self.metres)
+
+    def coverage_at(self, what: str, places: npt.ArrayLike) -> Floats:
+        """Return the coverage when so many steps or metres were used: that of the last row within them."""
+        rows = np.searchsorted(self.over(what), np.asarray(places, np.float64), side="right") - 1
+        found: Floats = np.frombuffer(self.coverage)[rows]
+        return found
+
+    def mean_coverage(self, what: str, budget: float) -> float:
+        """Return the area under the curve of coverage from 0 to a budget, as a share of the budget.
+
+        Coverage stays as it is from a row to the next, and after the last.
+        """
+        ends = np.minimum(np.append(self.over(what), budget), budget)
+        return float(np.diff(ends) @ np.frombuffer(self.coverage)) / budget
+
+    def first(self, coverage: float) -> tuple[float, float] | None:
+        """Return the steps and metres until so much was seen; None where it never was."""
+        rows = np.flatnonzero(np.frombuffer(self.coverage) >= coverage)
+        return None if not len(rows) else (self.steps[rows[0]], self.metres[rows[0]])

@@ -1,0 +1,36 @@
+"""How much that is unknown could be seen from a place, as far as the map shows what would be in the way."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.mapping.merge import OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.types import Floats, Grid
+
+
+@njit(cache=True, nogil=True)
+def unknown_in_sight(known: Grid, x: float, y: float, range_px: float, fan_cos: Floats, fan_sin: Floats) -> float:
+    """Return the unknown area, cells, that beams all round a place pass before they meet an obstacle of the map.
+
+    Each beam stands for its share of the circle and is looked at in the middle of each pixel of its way.
+
+    Parameters
+    ----------
+    known
+        (rows, cols) the map; beams end off it.
+    fan_cos, fan_sin
+        (n,) directions of beams, equally far apart, right and up.
+    """
+    rows, cols = known.shape
+    area, share = 0.0, 2.0 * math.pi / len(fan_cos)
+    for i in range(len(fan_cos)):
+        for k in range(int(range_px)):
+            away = k + 0.5
+            row, col = math.floor(y - away * fan_sin[i]), math.floor(x + away * fan_cos[i])
+            if not (0 <= row < rows and 0 <= col < cols) or known[row, col] == OBSTACLE:
+                break
+            if known[row, col] == UNKNOWN:
+                area += away * share
+    return area

@@ -1,0 +1,73 @@
+"""``houseexpo benchmark run`` and ``compare`` at the command line."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from houseexpo.commands.app import make_app
+
+
+def called(*words: object) -> Result:
+    return CliRunner().invoke(make_app(), ["benchmark", *map(str, words)])
+
+
+def test_help_names_both_commands() -> None:
+    said = called("--help")
+    assert said.exit_code == 0
+    assert "compare" in said.output
+    assert "--decision-limit" in called("run", "--help").output
+
+
+@pytest.mark.slow
+def test_a_policy_is_run_and_compared(tmp_path: Path) -> None:
+    words = ("run", "--track", "avoidance", "--plans", 2, "--workers", 1)
+    for name in ("forward", "random"):
+        done = called(*words, "--policy", name, "--out", tmp_path / f"{name}.json")
+        assert done.exit_code == 0, done.output
+        assert f"written {tmp_path / name}.json" in done.output.replace("\n", "")
+    said = json.loads((tmp_path / "forward.json").read_bytes())
+    assert said["track"]["id"] == "avoidance-v1"
+    assert len(said["episodes"]["return"]) == 2
+    done = called("compare", tmp_path, "--out", tmp_path / "page.html")
+    assert done.exit_code == 0, done.output
+    assert "avoidance-v1: 2 episodes" in done.output
+    assert "<h2>avoidance-v1</h2>" in (tmp_path / "page.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("run", "--policy", "forward", "--out", "{}/run.txt"), "--out: expected a file that ends in .json"),
+        (("run", "--policy", "forward", "--out", "{}/none/run.json"), "expected a folder {}/none, found none"),
+        (
+            ("run", "--policy", "forwards", "--track", "avoidance", "--out", "{}/a.json"),
+            "no 'forwards'; the nearest is",
+        ),
+        (("run", "--policy", "forward", "--track", "fast", "--out", "{}/a.json"), "--track: expected one of budget"),
+        (("run", "--policy", "forward", "--dataset", "{}/none", "--out", "{}/a.json"), "expected a data set, found"),
+        (("compare", "{}/none.json"), "none.json: cannot be read"),
+        (("compare", "{}", "--out", "{}/page.pdf"), "--out: expected a file that ends in .html or .md"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_a_line(words: tuple[str, ...], said: str, tmp_path: Path) -> None:
+    done = called(*(word.replace("{}", str(tmp_path)) for word in words))
+    assert done.exit_code == 2
+    assert said.replace("{}", str(tmp_path)) in done.output
+    assert "Traceback" not in done.output
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_policy_that_fails_leaves_no_result(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(
+        "def policy(robot, seed):\n    return lambda observation, info: info['steps'] / 0\n"
+    )
+    done = called(
+        "run", "--track", "avoidance", "--plans", 1, "--policy", tmp_path / "mine.py", "--out", tmp_path / "a.json"
+    )
+    assert done.exit_code == 2
+    assert "plan 'room-5.2x3.5', step 0: it raised ZeroDivisionError" in done.output
+    assert not (tmp_path / "a.json").exists()

@@ -1,0 +1,119 @@
+"""Results side by side: order, shares of the oracle's way, and pages."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.benchmark.cases import Case
+from houseexpo.pseudoslam.benchmark.comparison import read_results
+from houseexpo.pseudoslam.benchmark.episodes import Outcome
+from houseexpo.pseudoslam.benchmark.measures import Metric
+from houseexpo.pseudoslam.benchmark.page import check_name, write_comparison
+from houseexpo.pseudoslam.benchmark.result import PlansRecord, PolicyRecord, Result, Times, write_result
+from houseexpo.pseudoslam.benchmark.run import result_of
+from houseexpo.pseudoslam.benchmark.statistics import Estimate
+from houseexpo.pseudoslam.benchmark.tables import cell, markdown
+from houseexpo.pseudoslam.benchmark.tracks import track_of
+
+QUALITY, BUDGET = track_of("quality"), track_of("budget")
+PLANS = PlansRecord("test", 3, "a" * 64, "b" * 64)
+TIMES = Times({"number": 3.0, "median": 0.5}, 1.0, 1, {"cores": 2})
+
+
+def quality_result(name: str, metres: list[float | None], *, sees_truth: bool = False) -> Result:
+    """Three plans, with the metres to each share."""
+    outcomes = []
+    for number, way in enumerate(metres):
+        values: dict[str, float | None] = {"collisions": 0.0}
+        for share in (90, 95, 99):
+            values |= {f"reached_{share}": float(way is not None), f"metres_to_{share}": way}
+            values[f"steps_to_{share}"] = None if way is None else 10 * way
+        outcomes.append(Outcome(Case(f"plan_{number}", number), values))
+    policy = PolicyRecord(name, f"somewhere:{name}", "", 0, sees_truth, "discrete", "map")
+    return result_of(QUALITY, policy, PLANS, outcomes, TIMES)
+
+
+def budget_result(name: str, coverage: float) -> Result:
+    keys = [metric.key for metric in BUDGET.metrics]
+    curves = {over: [min(coverage, 0.01 * i) for i in range(81)] for over, _ in BUDGET.curves}
+    outcomes = [Outcome(Case(f"plan_{i}", i), dict.fromkeys(keys, coverage), curves) for i in range(3)]
+    policy = PolicyRecord(name, f"somewhere:{name}", "", 0, False, "discrete", "map")
+    return result_of(BUDGET, policy, PLANS, outcomes, TIMES)
+
+
+def written(folder: Path, *results: Result) -> list[Path]:
+    files = [folder / f"{result.track_id}-{result.policy.name}.json" for result in results]
+    for result, file in zip(results, files, strict=True):
+        write_result(result, file)
+    return files
+
+
+def test_the_share_of_the_oracles_way_is_nothing_where_it_was_not_reached(tmp_path: Path) -> None:
+    files = written(
+        tmp_path,
+        quality_result("oracle", [10.0, 20.0, None], sees_truth=True),
+        quality_result("mine", [20.0, None, 5.0]),
+        quality_result("lucky", [5.0, 20.0, 5.0]),  # shorter than the oracle's: 1
+    )
+    (compared,) = read_results(files)
+    metric = next(metric for metric in compared.tables()[0] if metric.key == "share_of_metres_to_90")
+    shares = {result.policy.name: compared.value(result, metric) for result in compared.results}
+    assert (shares["mine"].mean, shares["mine"].number) == (0.25, 2)  # 10/20 and 0
+    assert shares["oracle"].mean == shares["lucky"].mean == 1.0
+
+
+def test_without_an_oracle_there_are_no_shares(tmp_path: Path) -> None:
+    (compared,) = read_results(written(tmp_path, quality_result("mine", [1.0, 2.0, 3.0])))
+    assert not [metric for metric in compared.tables()[0] if metric.key.startswith("share")]
+
+
+def test_the_best_comes_first(tmp_path: Path) -> None:
+    written(tmp_path, budget_result("weak", 0.3), budget_result("strong", 0.8), quality_result("mine", [1.0] * 3))
+    found = read_results([tmp_path])
+    assert [each.track.id for each in found] == ["exploration-budget-v1", "exploration-quality-v1"]
+    assert [result.policy.name for result in found[0].results] == ["strong", "weak"]
+
+
+def test_results_of_other_plans_starts_or_tracks_are_refused(tmp_path: Path) -> None:
+    mine = quality_result("mine", [1.0, 2.0, 3.0])
+    for change, what in (
+        ({"plans": PlansRecord("test", 3, "c" * 64, "b" * 64)}, "plans"),
+        ({"episodes": {**mine.episodes, "seed": [7, 8, 9]}}, "starts"),
+    ):
+        other = msgspec.structs.replace(quality_result("other", [1.0, 2.0, 3.0]), **change)
+        with pytest.raises(ConfigError, match=f"expected the {what} of .*mine.json, found others"):
+            read_results(written(tmp_path, mine, other))
+    later = msgspec.structs.replace(mine, track={**mine.track, "id": "exploration-quality-v9"})
+    with pytest.raises(ConfigError, match="a result of track 'exploration-quality-v9'; this version knows"):
+        read_results(written(tmp_path, later))
+    with pytest.raises(ConfigError, match="found none"):
+        read_results([tmp_path / "none"]) if (tmp_path / "none").mkdir() is None else None
+
+
+def test_cells_have_the_digits_that_count() -> None:
+    share, way = Metric("a", "a", "%", "high"), Metric("b", "b", "m", "low")
+    assert cell(share, Estimate(0.91234, 0.9, 0.925, 5)) == "91.2 [90.0, 92.5]"
+    assert cell(way, Estimate(123.4, 120.0, 130.6, 5)) == "123 [120, 131]"
+    assert cell(way, Estimate(1.234, 1.0, 2.0, 5)) == "1.23 [1.00, 2.00]"
+    assert cell(way, Estimate(None, None, None, 0)) == "-"
+
+
+def test_pages_say_the_same_as_the_results(tmp_path: Path) -> None:
+    found = read_results(written(tmp_path, budget_result("weak", 0.3), budget_result("strong", 0.8)))
+    text = markdown(found)
+    assert text.index("| strong | 80.0 [80.0, 80.0]") < text.index("| weak | 30.0 [30.0, 30.0]")
+    write_comparison(found, tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text()
+    assert page.count("<svg") == len(BUDGET.curves)
+    assert "80.0 [80.0, 80.0]" in page
+    assert not re.search(r"""(?:src|href)=["']?(?:https?:)?//""", page)
+    assert "#0101" not in page  # every colour is the page's
+    write_comparison(found, tmp_path / "page.md", "Mine")
+    assert (tmp_path / "page.md").read_text() == text.replace("# Policies compared", "# Mine", 1)
+    with pytest.raises(ConfigError, match=r"--out: expected a file that ends in .html or .md, found 'page.pdf'"):
+        check_name(tmp_path / "page.pdf")

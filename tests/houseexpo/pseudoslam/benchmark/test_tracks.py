@@ -1,0 +1,56 @@
+"""A track is what its id says: these values never change, a new version is a new track."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from houseexpo.pseudoslam.agents.protocol import Interface
+from houseexpo.pseudoslam.benchmark.tracks import TRACKS, track_of
+from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, ObservationConfig, RobotConfig
+from houseexpo.pseudoslam.tasks import ROOM
+from tests.builders.policies import CORRIDOR
+
+FIXED: dict[str, dict[str, Any]] = {
+    "exploration-budget-v1": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
+    "exploration-quality-v1": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
+    "avoidance-v1": {"pixels_per_metre": 33.0, "max_steps": 200, "known_map": False, "goal": None},
+    "navigation-v1": {"pixels_per_metre": 25.0, "max_steps": 1000, "known_map": True},
+    "pointgoal-v1": {"pixels_per_metre": 25.0, "max_steps": 1000, "known_map": False},
+}
+
+
+def test_every_track_is_held_to() -> None:
+    assert [track.id for track in TRACKS] == list(FIXED)
+    assert len({track.name for track in TRACKS}) == len(TRACKS)
+    for track in TRACKS:
+        assert track_of(track.name) is track_of(track.id) is track
+
+
+@pytest.mark.parametrize("name", FIXED)
+def test_what_an_id_fixes(name: str) -> None:
+    config = track_of(name).config
+    assert config.robot == RobotConfig(0.2, 0.3, 10.0)
+    assert config.laser == LaserConfig(5.0, 180.0, 0.7, "sector")
+    assert config.noise == NoiseConfig()
+    assert config.start.random
+    assert config.people.number == 0
+    assert bool(config.obstacles.random) == (name == "avoidance-v1")
+    for key, value in FIXED[name].items():
+        assert getattr(config, key) == value
+    if config.goal is not None:
+        assert (config.goal.random, config.goal.radius_m, config.goal.least_way_m) == (True, 0.3, 2.0)
+
+
+@pytest.mark.parametrize("name", FIXED)
+def test_a_policy_chooses_how_it_sees_and_acts_and_no_more(name: str) -> None:
+    track = track_of(name)
+    view = ObservationConfig(size_m=8.0)
+    env = track.environment([CORRIDOR], Interface("continuous", "dict", view))
+    assert env.config.observation == view
+    assert env.observation_space["map"].shape == (1, env.config.side_px, env.config.side_px)
+    assert env.action_space.shape == (2,)
+    env.reset(seed=0)
+    assert env.simulator.world.plan_id == (ROOM.id if name == "avoidance-v1" else "corridor")
+    assert "observation" not in track.record()["config"]

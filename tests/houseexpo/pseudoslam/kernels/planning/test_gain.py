@@ -1,0 +1,134 @@
+"""How much could be seen from a place, and the next step towards a goal, beside slow twins."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.motion.disc import free_way
+from houseexpo.pseudoslam.kernels.planning.descent import NO_TURN, best_turns, way_at
+from houseexpo.pseudoslam.kernels.planning.gain import unknown_in_sight
+from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways
+from houseexpo.pseudoslam.kernels.types import known_ways_of
+
+ANGLES = np.arange(360) * (2 * math.pi / 360)
+TURN, STEP, RADIUS = math.radians(10), 6.0, 4.0
+
+
+def gain(known: np.ndarray, x: float, y: float, range_px: float) -> float:
+    return float(unknown_in_sight(known, x, y, range_px, np.cos(ANGLES), np.sin(ANGLES)))
+
+
+def test_from_the_middle_of_nowhere_a_disc_is_seen() -> None:
+    assert gain(np.zeros((101, 101), np.uint8), 50.5, 50.5, 40.0) == pytest.approx(math.pi * 40**2, rel=0.01)
+
+
+def test_walls_and_what_is_known_are_no_gain() -> None:
+    known = np.zeros((101, 101), np.uint8)
+    known[:, 60] = OBSTACLE
+    known[:, :50] = FREE
+    half = gain(known, 50.5, 50.5, 40.0)
+    strip = sum(2 * math.sqrt(40**2 - x**2) for x in np.arange(-0.5, 9.5, 0.01)) * 0.01  # columns 50 to 59
+    assert half == pytest.approx(strip, rel=0.02)
+    known[known == UNKNOWN] = FREE
+    assert gain(known, 50.5, 50.5, 40.0) == 0.0
+
+
+def slow_gain(known: np.ndarray, x: float, y: float, range_px: float) -> float:
+    total = 0.0
+    for angle in ANGLES:
+        for away in np.arange(0.5, int(range_px), 1.0):
+            row, col = math.floor(y - away * math.sin(angle)), math.floor(x + away * math.cos(angle))
+            if not (0 <= row < len(known) and 0 <= col < known.shape[1]) or known[row, col] == OBSTACLE:
+                break
+            total += away * 2 * math.pi / 360 * (known[row, col] == UNKNOWN)
+    return total
+
+
+def test_it_is_its_slow_twin() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        known = rng.choice(np.array([UNKNOWN, FREE, OBSTACLE], np.uint8), (40, 50), p=[0.5, 0.48, 0.02])
+        x, y = rng.uniform(5, 35, 2).tolist()
+        assert gain(known, x, y, 25.0) == pytest.approx(slow_gain(known, x, y, 25.0))
+
+
+def house() -> np.ndarray:
+    """60 x 90 cells, two rooms with a gap of 12 cells at the top."""
+    known = np.full((60, 90), FREE, np.uint8)
+    known[[0, -1]] = known[:, [0, -1]] = OBSTACLE
+    known[14:, 44:46] = OBSTACLE
+    return known
+
+
+def walk(known: np.ndarray, pose: list[float], goal: tuple[float, float], most: int = 300) -> list[tuple[float, float]]:
+    ways = known_ways_of(known.size)
+    find_ways(known, *goal, RADIUS, -1, ways)
+    x, y, heading = pose
+    trail, actions = [(x, y)], 0
+    while (turns := best_turns(known, x, y, heading, TURN, STEP, RADIUS, 0.95, ways)) != NO_TURN:
+        actions += abs(turns) + 1
+        assert actions < most
+        heading += turns * TURN
+        walls = (known == OBSTACLE).astype(np.uint8)
+        way = free_way(walls, x, y, math.cos(heading), -math.sin(heading), STEP, RADIUS)
+        x, y = x + way * math.cos(heading), y - way * math.sin(heading)
+        trail.append((x, y))
+    return trail
+
+
+@pytest.mark.parametrize("heading", [0.0, 2.0, -3.0])
+def test_it_leads_round_the_wall_to_the_goal(heading: float) -> None:
+    trail = walk(house(), [20.0, 40.0, heading], (70.0, 40.0))
+    assert math.dist(trail[-1], (70.0, 40.0)) <= STEP
+    assert min(y for _, y in trail) < 14
+    assert (len(trail) - 2) * STEP < 1.1 * (math.dist((20, 40), (44, 10)) + math.dist((46, 10), (70, 40)))
+
+
+def test_it_does_not_step_into_what_is_unknown() -> None:
+    known = house()
+    known[30:, 20:40] = UNKNOWN
+    assert all(not (y > 30 and 20 < x < 40) for x, y in walk(known, [10.5, 50.5, 0.0], (30.5, 8.5)))
+
+
+def test_no_step_shortens_no_way() -> None:
+    known = house()
+    known[:14, 44:46] = OBSTACLE
+    ways = known_ways_of(known.size)
+    find_ways(known, 70.0, 40.0, RADIUS, -1, ways)
+    assert best_turns(known, 20.0, 40.0, 0.0, TURN, STEP, RADIUS, 0.95, ways) == NO_TURN
+    assert way_at(ways, len(known), 20.0, 40.0, 6) == math.inf
+    assert best_turns(known, 70.0, 40.0, 0.0, TURN, STEP, RADIUS, 0.95, ways) == NO_TURN  # it is there
+
+
+def slow_best(known: np.ndarray, x: float, y: float, heading: float, enough: float, ways: object) -> int:
+    walls, options = (known != FREE).astype(np.uint8), []
+    here = way_at(ways, len(known), x, y, math.ceil(RADIUS) + 2)
+    for k in range(-18, 19):
+        right, down = math.cos(heading + k * TURN), -math.sin(heading + k * TURN)
+        way = free_way(walls, x, y, right, down, STEP, RADIUS)
+        gain = here - way_at(ways, len(known), x + way * right, y + way * down, 3)
+        if gain > 35.0:
+            options.append((way == STEP, gain, k))
+    options = [option for option in options if option[0]] or options
+    most = max((gain for _, gain, _ in options), default=0.0)
+    return min((k for _, gain, k in options if gain >= enough * most), key=lambda k: (abs(k), k), default=NO_TURN)
+
+
+def test_the_next_step_is_that_of_its_twin() -> None:
+    known, rng = house(), np.random.default_rng(4)
+    ways = known_ways_of(known.size)
+    find_ways(known, 70.0, 40.0, RADIUS, -1, ways)
+    found = 0
+    for _ in range(200):
+        x, y, heading = *rng.uniform((5, 5), (84, 54)), rng.uniform(-3, 3)
+        if free_way((known != FREE).astype(np.uint8), x, y, 1.0, 0.0, 1.0, RADIUS) == 0.0:
+            continue
+        enough = rng.uniform(0.5, 1.0)
+        expected = slow_best(known, x, y, heading, enough, ways)
+        assert best_turns(known, x, y, heading, TURN, STEP, RADIUS, enough, ways) == expected
+        found += expected != NO_TURN
+    assert found > 50

@@ -1,0 +1,74 @@
+"""The page of the benchmark does what it says, and the leaderboard is made from the results beside it."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from houseexpo.commands.app import make_app
+from houseexpo.dataset.fetch import folder_of
+from houseexpo.pseudoslam.agents.loading import NAMES
+from houseexpo.pseudoslam.benchmark.cases import ids_sha256, written_ids
+from houseexpo.pseudoslam.benchmark.comparison import read_results
+from houseexpo.pseudoslam.benchmark.tables import markdown
+from houseexpo.pseudoslam.benchmark.tracks import BUDGETS, TRACKS
+from tests.builders.vectors import hut
+from tests.houseexpo.pseudoslam.benchmark.test_cases import data_set
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = (ROOT / "docs" / "benchmark-exploration.md").read_text()
+RESULTS = ROOT / "docs" / "leaderboard"
+
+
+def blocks(language: str) -> list[str]:
+    found = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
+    return [text for name, text in found if name == language]
+
+
+@pytest.mark.slow
+def test_the_recipes_run_as_they_are_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+    folder_of("all").parent.mkdir(parents=True)
+    data_set(folder_of("all"), {"test": [hut(f"hut_{i}", 2.0 + 0.1 * i) for i in range(20)]})
+    policy, interface = blocks("python")
+    (tmp_path / "my_policy.py").write_text(policy)
+    exec(compile(interface, "interface", "exec"), {})  # noqa: S102  # it is the page's
+    commands = [line for block in blocks("") for line in block.splitlines()]
+    assert len(commands) == 5
+    for command in commands:
+        done = CliRunner().invoke(make_app(), shlex.split(command)[1:])
+        assert done.exit_code == 0, f"{command}\n{done.output}"
+    assert {"page.html", "page.md", "mine.json"} <= {file.name for file in tmp_path.iterdir()}
+    assert "| my_policy.py |" in (tmp_path / "page.md").read_text()
+
+
+def test_every_track_and_policy_has_its_row() -> None:
+    assert re.findall(r"^\| `(\w+)` \| `([\w-]+)` \|", PAGE, re.MULTILINE) == [(t.name, t.id) for t in TRACKS]
+    told = PAGE.split("## The policies that come with it\n")[1].split("\n## ")[0]
+    names = [
+        name for row in re.findall(r"^\| (`.*?) \|", told, re.MULTILINE) for name in re.findall(r"`([\w-]+)`", row)
+    ]
+    assert names == list(NAMES)
+    assert "100, 200, 400 and 800 steps" in PAGE
+    assert BUDGETS == (100, 200, 400, 800)
+
+
+def test_the_leaderboard_is_made_from_the_results() -> None:
+    page = (ROOT / "docs" / "leaderboard.md").read_text()
+    assert page == markdown(read_results([RESULTS]), "Leaderboard")
+
+
+def test_the_results_are_of_the_plans_that_are_written_down() -> None:
+    files = sorted(RESULTS.glob("*.json"))
+    assert len(files) >= 2
+    for compared in read_results(files):
+        for result in compared.results:
+            if compared.track.needs_plans:
+                assert result.plans.ids_sha256 == ids_sha256(written_ids()[: result.plans.number])
+            assert result.policy.source == NAMES[result.policy.name]
+            assert f"{result.track_id}-{result.policy.name}.json" in {file.name for file in files}
