@@ -14,7 +14,7 @@ HEADING: Final = "Policies compared"
 ABOUT: Final = (
     "Means over plans, with 95% intervals by bootstrap over plans; shares are per cent. Ways and steps to a share are "
     "means over the plans in which it was reached. A star: the policy sees the truth. The time is the median of what "
-    "the policy took where it decided anew."
+    "the policy took where it decided anew, on the machine and under the load that the result names."
 )
 
 
