@@ -33,7 +33,7 @@ def blocks(language: str) -> list[str]:
 def test_the_recipes_run_as_they_are_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
     monkeypatch.chdir(tmp_path)
-    folder_of("all").parent.mkdir(parents=True)
+    folder_of("all").parent.mkdir(parents=True, exist_ok=True)
     data_set(folder_of("all"), {"test": [hut(f"hut_{i}", 2.0 + 0.1 * i) for i in range(20)]})
     policy, interface = blocks("python")
     (tmp_path / "my_policy.py").write_text(policy)
