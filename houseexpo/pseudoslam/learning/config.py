@@ -70,7 +70,8 @@ class PPOConfig:
     normalise_rewards: bool = True
 
     def __post_init__(self) -> None:
-        above_zero(self, "ppo", "learning_rate", "clip", "max_grad_norm")
+        above_zero(self, "ppo", "learning_rate", at_most=1.0)
+        above_zero(self, "ppo", "clip", "max_grad_norm")
         for name in ("rollout_steps", "minibatch"):  # an advantage's spread needs two
             whole(getattr(self, name), f"ppo.{name}", at_least=2)
         whole(self.epochs, "ppo.epochs", at_least=1)

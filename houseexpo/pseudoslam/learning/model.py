@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import torch
 from gymnasium import spaces
@@ -20,8 +20,8 @@ from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
 from houseexpo.pseudoslam.learning.config import TrainConfig
 from houseexpo.pseudoslam.learning.network import MapFeatures
 
-Learner = PPO | RecurrentPPO
-Policy = ActorCriticPolicy | RecurrentActorCriticPolicy
+Learner: TypeAlias = PPO | RecurrentPPO
+Policy: TypeAlias = ActorCriticPolicy | RecurrentActorCriticPolicy
 
 
 def wrapped(envs: PseudoSlamVectorEnv, config: TrainConfig) -> VecNormalize:
@@ -34,7 +34,7 @@ def new_learner(envs: VecNormalize, config: TrainConfig) -> Learner:
     """Return a learner that knows nothing yet; on CUDA where there is one."""
     ppo = config.ppo
     make = RecurrentPPO if config.policy == "cnn-lstm" else PPO
-    return make(
+    learner: Learner = make(
         policy_class(envs.observation_space, config),
         envs,
         learning_rate=ppo.learning_rate,
@@ -51,14 +51,18 @@ def new_learner(envs: VecNormalize, config: TrainConfig) -> Learner:
         seed=config.seed,
         device="cuda" if torch.cuda.is_available() else "cpu",
     )
+    return learner
 
 
 def new_policy(seen: spaces.Space[Any], actions: spaces.Space[Any], config: TrainConfig) -> Policy:
     """Return a policy for these spaces, on the CPU, whose weights are still to be loaded."""
-    return policy_class(seen, config)(seen, actions, lambda _: config.ppo.learning_rate, **_shape(config))
+    policy: Policy = policy_class(seen, config)(seen, actions, lambda _: config.ppo.learning_rate, **_shape(config))
+    return policy
 
 
-def policy_class(seen: spaces.Space[Any], config: TrainConfig) -> type[Policy]:
+def policy_class(
+    seen: spaces.Space[Any], config: TrainConfig
+) -> Any:  # a class of policies, of libraries that come without types
     """Return the kind of policy that sees such observations."""
     several = isinstance(seen, spaces.Dict)
     if config.policy == "cnn-lstm":
