@@ -202,8 +202,8 @@ def test_a_policy_that_breaks_ends_the_run(tmp_path: Path, monkeypatch: pytest.M
     assert not list((tmp_path / "a").glob("**/*.zip"))
     assert not (tmp_path / "a" / "policy.pt").exists()
     monkeypatch.setattr(training, "new_learner", learn)
-    monkeypatch.setattr(learn(*_wrapped(tiny())).__class__, "train", lambda self: _spoil(self))
-    with pytest.raises(TrainingError, match="update 1, after 64 steps: .* 'value_net.weight'"):
+    monkeypatch.setattr(learn(*_wrapped(tiny())).__class__, "train", _spoil)
+    with pytest.raises(TrainingError, match=r"update 1, after 64 steps: .* 'value_net.weight'"):
         run(tmp_path / "b")
     assert not list((tmp_path / "b").glob("**/*.zip"))
 
