@@ -4,10 +4,13 @@ PYTHON  ?= python3
 VENV    := .venv
 BIN     := $(VENV)/bin
 DATASET ?= datasets/demo
+RUNS    ?= experiments/runs
+SEEDS   ?= 0 1 2
+TRAIN   ?=
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help setup cluster learn dataset docs pictures leaderboard test test-all check bench clean
+.PHONY: help setup cluster learn experiments dataset docs pictures leaderboard test test-all check bench clean
 
 help: ## show this list
 	@printf '\n  \033[1mHouseExpo\033[0m: turns 3D house models into 2D floor plans, in bulk\n\n'
@@ -33,6 +36,11 @@ cluster: setup ## install what the tests on clusters need: Ray, an S3 client and
 
 learn: setup ## install what people learn with: PyTorch, Stable-Baselines3, sb3-contrib, TensorBoard
 	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[learn]'
+
+experiments: learn ## learn the paper's two experiments, with three seeds each: days on a CPU; goes on where it was stopped
+	@for task in avoidance exploration; do for seed in $(SEEDS); do \
+	  $(BIN)/houseexpo train $$task --config experiments/$$task.toml --seed $$seed --resume \
+	    --out $(RUNS)/$$task-$$seed $(TRAIN) || exit; done; done
 
 dataset: setup ## build the demo data set: 300 houses made by the project, into datasets/demo
 	@$(BIN)/houseexpo build --config data_manifests/demo.toml --out $(DATASET)

@@ -11,6 +11,7 @@ from .errors import (
     HouseExpoError,
     MissingDependencyError,
     PlanError,
+    TrainingError,
     UnknownPlanError,
 )
 from .floorplan import FloorPlan, decode
@@ -40,6 +41,7 @@ __all__ = [
     "Quality",
     "Repair",
     "Room",
+    "TrainingError",
     "UnknownPlanError",
     "canonical",
     "contact_sheet",

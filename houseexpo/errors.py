@@ -48,3 +48,7 @@ class MissingDependencyError(HouseExpoError):
 
 class PolicyError(HouseExpoError):
     """A policy returned what is no action, raised, died or never answered; the text names the plan and the step."""
+
+
+class TrainingError(HouseExpoError):
+    """Learning cannot go on: a policy is no longer one, or what is there belongs to another run."""

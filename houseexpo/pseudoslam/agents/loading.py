@@ -1,4 +1,4 @@
-"""Policies by name, by Python file, and by module and function."""
+"""Policies by name, by file (Python, or what was learned), and by module and function."""
 
 from __future__ import annotations
 
@@ -109,7 +109,13 @@ def _from_python(path: Path, attribute: str) -> PolicyFactory:
     return _attribute(str(path), module, attribute)
 
 
-LOADERS: Final[dict[str, Callable[[Path, str], PolicyFactory]]] = {".py": _from_python}
+def _from_training(path: Path, _attribute: str) -> PolicyFactory:
+    from houseexpo.pseudoslam.agents.learned import Learned
+
+    return Learned(path)
+
+
+LOADERS: Final[dict[str, Callable[[Path, str], PolicyFactory]]] = {".py": _from_python, ".pt": _from_training}
 """How files are read, by suffix: from the file and what was named in it to a factory."""
 
 

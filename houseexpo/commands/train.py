@@ -1,0 +1,56 @@
+"""``houseexpo train``: learn to explore, to avoid obstacles, or to go to goals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from houseexpo.commands.environment import TaskName
+
+
+def train(
+    task: Annotated[TaskName, typer.Argument(help="What is learned.", show_default=False)],
+    out: Annotated[Path, typer.Option(help="Folder of the run.", show_default=False)],
+    config: Annotated[Path | None, typer.Option(help="TOML file of a TrainConfig.", show_default="PPO's usual")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on from the folder's last whole checkpoint.")] = False,
+    dataset: Annotated[
+        Path | None, typer.Option(help="Data set, instead of the file's.", show_default="fetched; avoidance: a room")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Instead of the file's.", show_default="the file's")] = None,
+    steps: Annotated[int | None, typer.Option(help="Instead of the file's.", show_default="the file's")] = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="All cores by default.")] = None,
+) -> None:
+    """Learn by PPO on the robot's map, with a memory or without; test on plans that are not learned in.
+
+    A run that was killed goes on with --resume, as if it had not been. The folder then holds policy.pt and policy.json,
+    the curves learning.csv and evaluation.csv, and logs for TensorBoard.
+    """
+    from dataclasses import replace
+
+    from houseexpo.commands.given import data_set
+    from houseexpo.commands.printing import console
+    from houseexpo.pseudoslam.learning.config import TrainConfig, read_config
+    from houseexpo.pseudoslam.learning.needs import need_learn
+    from houseexpo.pseudoslam.learning.places import check_options, places_of
+
+    need_learn("houseexpo train")
+    changes = {"seed": seed, "steps": steps}
+    given = read_config(config) if config else TrainConfig()
+    given = replace(given, **{name: value for name, value in changes.items() if value is not None})  # type: ignore[arg-type]
+    check_options(task, given.environment)
+    where = dataset or (Path(given.environment.dataset) if given.environment.dataset else None)
+    opened = None if where is None and task == "avoidance" else data_set(where)
+    given = replace(given, environment=replace(given.environment, dataset=str(where) if where else None))
+
+    from houseexpo.pseudoslam.learning.training import POLICY, Run, train as run_train  # isort: skip  # PyTorch
+
+    printed = console()
+
+    def say(line: str) -> None:
+        printed.print(line, highlight=False, soft_wrap=True, markup=False)
+
+    places = places_of(opened, given.environment, given.evaluation.plans)
+    run_train(Run(task, given, places, out), resume=resume, threads=threads, say=say)
+    say(f"{out / POLICY}, and what it is in {out / Path(POLICY).with_suffix('.json')}")

@@ -1,0 +1,45 @@
+"""What ``houseexpo train`` has learned, as a policy: ``policy.pt``, read by its suffix."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.agents.protocol import Interface, Policy, Robot
+from houseexpo.pseudoslam.learning.needs import need_learn
+from houseexpo.pseudoslam.learning.places import simulator_of
+
+
+class Learned:
+    """A factory of policies with the weights of a file, each with a memory and a chance of its own.
+
+    It sees and acts as it learned to. The sensor and the map's resolution are those of where it is put: it is refused
+    where its view would have another number of pixels, and has to cope where it would not.
+    """
+
+    def __init__(self, file: Path) -> None:
+        need_learn(str(file))
+        import torch
+
+        from houseexpo.pseudoslam.learning.policy_file import read_policy
+
+        torch.set_num_threads(1)  # one decision is too little to share, and episodes run in processes of their own
+        self._file, self._trained = file, read_policy(file)
+        place, task = self._trained.config.environment, self._trained.task
+        view = simulator_of(task, place).observation
+        self.interface = Interface(place.actions, place.observation, view, tasks=(task,))
+
+    def __call__(self, robot: Robot, seed: int) -> Policy:
+        """Return the policy of an episode; ConfigError where it would see, or act, otherwise than it has learned to."""
+        from houseexpo.pseudoslam.learning.policy_file import Actor
+
+        policy = self._trained.policy
+        for what, found, wanted in (
+            ("observation", robot.observation_space, policy.observation_space),
+            ("action", robot.action_space, policy.action_space),
+        ):
+            if found is not None and found != wanted:
+                raise ConfigError(
+                    f"{self._file}: expected the {what} that it was learned with, {wanted}, found {found}"
+                )
+        return Actor(self._trained, seed)

@@ -1,0 +1,5 @@
+"""Learning in PseudoSLAM: PPO on the robot's map, in runs that survive being killed.
+
+``houseexpo train`` is the command; ``training.train`` does the work. Only ``model``, ``network``, ``checkpoints``,
+``evaluation``, ``policy_file`` and ``training`` import PyTorch and Stable-Baselines3 (the extra ``learn``).
+"""

@@ -1,0 +1,144 @@
+"""Checkpoints: whole files or none, from which a run goes on bit by bit as if it had never been stopped.
+
+1. A file has its name only when it is whole and on the disk.
+2. It holds tensors and numbers, no code: weights, optimiser, the spread of returns, the states of chance, the steps.
+3. It says of which run it is; one of another run is refused, by the first thing that differs.
+4. The last two are kept; one that is damaged is passed over for the one before it, with a warning.
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+import pickle
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+import torch
+
+from houseexpo.errors import TrainingError
+from houseexpo.files import as_json, write_whole
+from houseexpo.pseudoslam.learning.model import Learner
+
+FORMAT: Final = 1
+KEPT: Final = 2
+FREE: Final = ("config.steps", "config.environment.dataset")
+"""What may differ where a run goes on: it may go on for longer, and the data set may have moved."""
+_ABOUT, _STATE = "about.json", "state.pt"
+_logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """What was read: the file, what it says of its run, and the learner's state."""
+
+    file: Path
+    about: dict[str, Any]
+    state: dict[str, Any]
+
+    @property
+    def updates(self) -> int:
+        """Updates that are done."""
+        return int(self.state["updates"])
+
+
+def save(folder: Path, learner: Learner, run: dict[str, Any], updates: int) -> Path:
+    """Write a checkpoint; return its file. ``run`` says what it belongs to, see ``check_run``."""
+    state = io.BytesIO()
+    torch.save(_state_of(learner, updates), state)
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        archive.writestr(_ABOUT, as_json({"format": FORMAT, "steps": learner.num_timesteps, "run": run}))
+        archive.writestr(_STATE, state.getvalue())
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / f"{learner.num_timesteps:012d}.zip"
+    write_whole(file, packed.getvalue(), durable=True)  # R1
+    for old in files(folder)[:-KEPT]:  # R4
+        old.unlink()
+    return file
+
+
+def files(folder: Path) -> list[Path]:
+    """Return a run's checkpoints, the earliest first."""
+    return sorted(folder.glob("[0-9]*.zip"))
+
+
+def last_whole(folder: Path) -> Checkpoint | None:
+    """Return the last checkpoint that is whole, None where there is none; TrainingError where all are damaged."""
+    found = files(folder)
+    for file in reversed(found):
+        try:
+            return read(file)
+        except TrainingError as error:
+            _logger.warning("%s; the one before it is taken", error)
+    if found:
+        raise TrainingError(f"{folder}: expected a whole checkpoint, found {len(found)}, all damaged; begin anew")
+    return None
+
+
+def read(file: Path) -> Checkpoint:
+    """Return a checkpoint; TrainingError where it is damaged or from another version."""
+    try:
+        with zipfile.ZipFile(file) as archive:
+            about = msgspec.json.decode(archive.read(_ABOUT), type=dict[str, Any])
+            if about.get("format") != FORMAT:
+                raise TrainingError(f"{file}: expected a checkpoint of format {FORMAT}, found {about.get('format')!r}")
+            state = torch.load(io.BytesIO(archive.read(_STATE)), map_location="cpu", weights_only=True)  # R2
+    except (zipfile.BadZipFile, KeyError, EOFError, msgspec.DecodeError, RuntimeError, pickle.UnpicklingError) as error:
+        raise TrainingError(f"{file}: expected a whole checkpoint, found it damaged ({error})") from None
+    return Checkpoint(file, about, state)
+
+
+def check_run(found: dict[str, Any], wanted: dict[str, Any], where: Path) -> None:
+    """TrainingError that names the first thing, other than ``FREE``, in which the run found is not the one wanted."""
+    there, here = _leaves(found), _leaves(wanted)
+    for key in {**here, **there}:
+        if key not in FREE and there.get(key) != here.get(key):
+            raise TrainingError(
+                f"{where}: belongs to another run: {key} is {there.get(key)!r} there, {here.get(key)!r} here; go on "
+                "with what it was made with, or name another folder"
+            )
+
+
+def restore(learner: Learner, state: dict[str, Any]) -> None:
+    """Put a learner into the state in which it was saved."""
+    learner.policy.load_state_dict(state["policy"])
+    learner.policy.optimizer.load_state_dict(state["optimizer"])
+    learner.num_timesteps = int(state["steps"])
+    spread = learner.get_vec_normalize_env().ret_rms
+    spread.mean, spread.var, spread.count = (np.float64(value) for value in state["returns"])
+    torch.set_rng_state(state["torch"])
+    if torch.cuda.is_available() and state["cuda"]:
+        torch.cuda.set_rng_state_all(state["cuda"])
+    keys, place, has_gauss, gauss = state["numpy"]
+    np.random.set_state(("MT19937", keys.numpy().astype(np.uint32), place, has_gauss, gauss))  # noqa: NPY002  # SB3's
+
+
+def _state_of(learner: Learner, updates: int) -> dict[str, Any]:
+    spread = learner.get_vec_normalize_env().ret_rms
+    _, keys, place, has_gauss, gauss = np.random.get_state()  # noqa: NPY002  # Stable-Baselines3 shuffles with it
+    return {
+        "updates": updates,
+        "steps": learner.num_timesteps,
+        "policy": learner.policy.state_dict(),
+        "optimizer": learner.policy.optimizer.state_dict(),
+        "returns": [float(value) for value in (spread.mean, spread.var, spread.count)],
+        "torch": torch.get_rng_state(),
+        "cuda": torch.cuda.get_rng_state_all() if torch.cuda.is_available() else [],
+        "numpy": [torch.from_numpy(np.asarray(keys).astype(np.int64)), int(place), int(has_gauss), float(gauss)],
+    }
+
+
+def _leaves(values: dict[str, Any], where: str = "") -> dict[str, Any]:
+    """Return nested values by their dotted keys."""
+    found: dict[str, Any] = {}
+    for key, value in values.items():
+        if isinstance(value, dict) and value:
+            found |= _leaves(value, f"{where}{key}.")
+        else:
+            found[f"{where}{key}"] = value
+    return found

@@ -1,0 +1,54 @@
+"""Learning curves as CSV, a row at a time; a run that goes on drops what came after its checkpoint."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+from houseexpo.files import write_whole
+
+STEPS = "steps_done"
+
+
+class Curve:
+    """A CSV file whose first column is the steps done; its other columns are those of the first row added."""
+
+    def __init__(self, file: Path, until: int) -> None:
+        """Go on with a file after so many steps: later rows, and what was not written whole, are dropped."""
+        self._file = file
+        header, *rows = [*_rows(file), []][:-1] or [[]]
+        self._names = header
+        kept = [row for row in rows if len(row) == len(header) and row[0].isdigit() and int(row[0]) <= until]
+        write_whole(file, _as_csv([header, *kept]) if header and kept else b"")
+        if not kept:
+            self._names = []
+
+    def add(self, steps: int, values: Mapping[str, float]) -> None:
+        """Write a row."""
+        rows: list[list[str]] = []
+        if not self._names:
+            self._names = [STEPS, *values]
+            rows.append(self._names)
+        rows.append([str(steps), *(_written(values.get(name, math.nan)) for name in self._names[1:])])
+        with self._file.open("ab") as stream:
+            stream.write(_as_csv(rows))
+
+
+def _rows(file: Path) -> list[list[str]]:
+    if not file.is_file():
+        return []
+    whole, _, _ = file.read_bytes().rpartition(b"\n")  # what follows the last line's end was being written
+    return list(csv.reader(io.StringIO(whole.decode("utf-8", "replace"))))
+
+
+def _written(value: float) -> str:
+    return "" if math.isnan(value) else f"{value:.6g}"
+
+
+def _as_csv(rows: list[list[str]]) -> bytes:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue().encode()

@@ -1,0 +1,24 @@
+"""The extra ``learn``: what learning needs beside the project's own libraries."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from typing import Final
+
+from houseexpo.errors import MissingDependencyError
+
+LIBRARIES: Final = {
+    "torch": "PyTorch",
+    "stable_baselines3": "Stable-Baselines3",
+    "sb3_contrib": "sb3-contrib",
+    "tensorboard": "TensorBoard",
+}
+
+
+def need_learn(what: str) -> None:
+    """MissingDependencyError with what to install, where a library of the extra is missing."""
+    missing = [title for module, title in LIBRARIES.items() if find_spec(module) is None]
+    if missing:
+        raise MissingDependencyError(
+            f"{what} needs {', '.join(missing)}, not installed here: pip install 'houseexpo[learn]'"
+        )

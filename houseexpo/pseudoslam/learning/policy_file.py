@@ -1,0 +1,113 @@
+"""``policy.pt``: weights, and what is needed to act by them; ``policy.json`` beside it is for people and tables."""
+
+from __future__ import annotations
+
+import io
+import pickle
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+import torch
+
+from houseexpo.errors import ConfigError, TrainingError
+from houseexpo.files import as_json, write_whole
+from houseexpo.pseudoslam.config.mapping import config_from
+from houseexpo.pseudoslam.learning.config import TrainConfig
+from houseexpo.pseudoslam.learning.model import Policy, new_policy
+from houseexpo.pseudoslam.learning.places import environments
+from houseexpo.pseudoslam.tasks import ROOM
+
+FORMAT: Final = 1
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A policy that was learned.
+
+    Parameters
+    ----------
+    about
+        What ``policy.json`` says: task, configuration, seed, steps, plans, versions, scores.
+    """
+
+    about: dict[str, Any]
+    config: TrainConfig
+    policy: Policy
+
+    @property
+    def task(self) -> str:
+        """The task that it was learned for."""
+        return str(self.about["task"])
+
+
+class Actor:
+    """A policy in one episode: it remembers what it has seen. Make a new one for each episode.
+
+    Parameters
+    ----------
+    seed
+        Decides the actions, where they are by chance.
+    """
+
+    def __init__(self, trained: Trained, seed: int = 0, *, deterministic: bool | None = None) -> None:
+        self._policy = trained.policy
+        self._deterministic = trained.config.evaluation.deterministic if deterministic is None else deterministic
+        self._state: Any = None
+        self._first = np.ones(1, bool)
+        self._chance = torch.Generator().manual_seed(seed).get_state()
+
+    def __call__(self, observation: npt.NDArray[Any] | dict[str, Any], _info: object = None) -> Any:
+        """Return an action of the environment for what it shows."""
+        with torch.random.fork_rng(devices=[]):  # others' chance stays as it is
+            torch.set_rng_state(self._chance)
+            action, self._state = self._policy.predict(
+                _one(observation), self._state, self._first, deterministic=self._deterministic
+            )
+            self._chance = torch.get_rng_state()
+        self._first = np.zeros(1, bool)
+        return action[0]
+
+
+def write_policy(file: Path, policy: Policy, about: dict[str, Any]) -> None:
+    """Write a policy, and what there is to say of it beside it, as ``.json``."""
+    weights = {name: value.detach().cpu() for name, value in policy.state_dict().items()}
+    packed = io.BytesIO()
+    torch.save({"format": FORMAT, "about": as_json(about).decode(), "weights": weights}, packed)
+    write_whole(file, packed.getvalue(), durable=True)
+    write_whole(file.with_suffix(".json"), as_json(about), durable=True)
+
+
+def read_policy(file: Path, task: str | None = None) -> Trained:
+    """Return a policy; TrainingError where the file is none, is damaged, or was learned for another task.
+
+    Nothing in the file is run.
+    """
+    try:
+        found = torch.load(io.BytesIO(file.read_bytes()), map_location="cpu", weights_only=True)
+        if found["format"] != FORMAT:
+            raise TrainingError(f"{file}: expected a policy of format {FORMAT}, found {found['format']!r}")
+        about = msgspec.json.decode(found["about"], type=dict[str, Any])
+        config, its_task = config_from(TrainConfig, about["config"]), about["task"]
+        if task is not None and its_task != task:
+            raise TrainingError(f"{file}: expected a policy for {task}, found one for {its_task}")
+        envs = environments(its_task, config.environment, ROOM, number=1, threads=1)  # for its spaces
+        policy = new_policy(envs.single_observation_space, envs.single_action_space, config)
+        envs.close()
+        policy.load_state_dict(found["weights"])
+    except OSError as error:
+        raise TrainingError(f"{file}: expected a policy, cannot be read: {error.strerror}") from None
+    except (RuntimeError, pickle.UnpicklingError, EOFError, KeyError, TypeError, msgspec.DecodeError, ConfigError) as e:
+        raise TrainingError(f"{file}: expected a policy of houseexpo train, found none ({e})") from None
+    policy.set_training_mode(False)
+    return Trained(about, config, policy)
+
+
+def _one(observation: npt.NDArray[Any] | dict[str, Any]) -> Any:
+    """Return an observation as a batch of one."""
+    if isinstance(observation, dict):
+        return {name: np.asarray(part)[None] for name, part in observation.items()}
+    return np.asarray(observation)[None]

@@ -1,0 +1,102 @@
+"""``houseexpo train``: what it refuses before anything is learned, and a small run of the paper's experiments."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from houseexpo.commands.train import train
+from houseexpo.errors import ConfigError, MissingDependencyError
+from houseexpo.pseudoslam.learning import needs
+from tests.builders.needs import need
+from tests.builders.training import write_split_huts, write_tiny
+
+ROOT = Path(__file__).parents[3]
+
+
+def said(*words: object) -> str:
+    app = typer.Typer()
+    app.command()(train)
+    result = CliRunner().invoke(app, [*map(str, words)], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+@pytest.fixture
+def installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The extra seems to be there: what is refused here is refused before it is used."""
+    monkeypatch.setattr(needs, "find_spec", lambda _: object())
+
+
+def test_without_the_extra_a_line_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(needs, "find_spec", lambda _: None)
+    with pytest.raises(
+        MissingDependencyError, match=r"houseexpo train needs PyTorch, .*: pip install 'houseexpo\[learn"
+    ):
+        said("avoidance", "--out", tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        (["--seed", "-1"], "seed: expected a whole number of at least 0"),
+        (["--steps", "0"], "steps: expected a whole number of at least 1"),
+        (["--config", "none.toml"], "none.toml: expected a TOML file, found none"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_a_run_begins(
+    installed: None, tmp_path: Path, words: list[str], problem: str
+) -> None:
+    with pytest.raises(ConfigError, match=problem):
+        said("avoidance", "--out", tmp_path / "run", *words)
+    assert not (tmp_path / "run").exists()
+
+
+def test_lists_that_share_plans_are_refused(installed: None, tmp_path: Path) -> None:
+    plans = write_split_huts(tmp_path, test=("hut_a",))
+    with pytest.raises(ConfigError, match="share 1 of their plans"):
+        said("exploration", "--out", tmp_path / "run", "--dataset", plans)
+
+
+@pytest.mark.slow
+def test_the_papers_experiments_run_on_a_small_scale(tmp_path: Path) -> None:
+    """As ``make experiments`` does, with its own files; only with fewer steps and fewer tests."""
+    need(modules=["torch", "stable_baselines3", "sb3_contrib", "tensorboard"], how="make learn")
+    plans = write_split_huts(tmp_path)
+    for task, more in (("avoidance", []), ("exploration", ["--dataset", plans])):
+        config = tmp_path / f"{task}.toml"
+        config.write_text(re.sub("(?m)^plans = 200", "plans = 4", (ROOT / "experiments" / config.name).read_text()))
+        words = [task, "--config", config, "--seed", 2, "--steps", 2048, "--threads", 1, *more, "--resume"]
+        out = tmp_path / "runs" / task
+        assert str(out / "policy.pt") in said(*words, "--out", out).replace("\n", "")
+        about = json.loads((out / "policy.json").read_text())
+        assert (about["task"], about["seed"]) == (task, 2)
+        assert about["score"]["steps"] > 0
+        assert (out / "policy.pt").stat().st_size < 5_000_000
+
+
+def test_make_experiments_names_commands_that_there_are(tmp_path: Path) -> None:
+    need(programs=["make"], how="apt-get install make")
+    shutil.copytree(ROOT / "experiments", tmp_path / "experiments", ignore=shutil.ignore_patterns("runs"))
+    dry = ["make", "-n", "-f", str(ROOT / "Makefile"), "experiments", "SEEDS=7", f"RUNS={tmp_path}"]
+    shown = subprocess.run(dry, cwd=ROOT, capture_output=True, text=True, check=True, env={**os.environ}).stdout
+    assert "for task in avoidance exploration" in shown
+    assert "train $task --config experiments/$task.toml --seed $seed --resume" in shown
+
+
+def test_a_configuration_file_is_taken(installed: None, tmp_path: Path) -> None:
+    file = write_tiny(tmp_path)
+    file.write_text(
+        file.read_text().replace("[environment.simulator]", "[environment.task]\nway = 1\n\n[environment.simulator]")
+    )
+    with pytest.raises(ConfigError, match=r"unknown key 'environment.task.way'"):
+        said("avoidance", "--out", tmp_path / "run", "--config", file)

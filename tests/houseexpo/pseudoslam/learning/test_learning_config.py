@@ -1,0 +1,134 @@
+"""What a run's file may say, and where it learns and is tested; nothing of this needs PyTorch."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from houseexpo.dataset import open_dataset
+from houseexpo.errors import ConfigError, MissingDependencyError
+from houseexpo.pseudoslam.config.mapping import config_from
+from houseexpo.pseudoslam.learning import needs
+from houseexpo.pseudoslam.learning.config import EnvironmentConfig, TrainConfig, read_config
+from houseexpo.pseudoslam.learning.curves import Curve
+from houseexpo.pseudoslam.learning.places import check_options, environments, places_of, simulator_of
+from houseexpo.pseudoslam.tasks import ROOM, ObstacleAvoidance
+from tests.builders.training import TEST, TRAIN, tiny, write_split_huts, write_tiny
+
+ROOT = Path(__file__).parents[4]
+
+
+def read(tmp_path: Path, text: str) -> TrainConfig:
+    file = tmp_path / "run.toml"
+    file.write_text(text)
+    return read_config(file)
+
+
+def test_what_a_file_leaves_out_keeps_its_default(tmp_path: Path) -> None:
+    found = read(tmp_path, 'steps = 5000\n[environment]\ntask = { reward = "coverage" }\n')
+    assert found == TrainConfig(steps=5000, environment=EnvironmentConfig(task={"reward": "coverage"}))
+    assert read_config(write_tiny(tmp_path)) == tiny()
+
+
+def test_a_record_gives_the_configuration_again() -> None:
+    assert config_from(TrainConfig, tiny().record()) == tiny()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("stepps = 1", "unknown key 'stepps'; known: steps"),
+        ("[ppo]\nlr = 1", "unknown key 'ppo.lr'; known: ppo.learning_rate"),
+        ("steps = 0", "steps: expected a whole number of at least 1, found 0"),
+        ("seed = -1", "seed: expected a whole number of at least 0, found -1"),
+        ('policy = "mlp"', "policy: expected one of cnn, cnn-lstm; found 'mlp'"),
+        ("[ppo]\nlearning_rate = nan", "ppo.learning_rate: expected a finite number, found nan"),
+        ("[ppo]\nlearning_rate = 3.0", "ppo.learning_rate: expected at most 1, found 3.0"),
+        ("[ppo]\ngamma = 1.5", "ppo.gamma: expected at most 1, found 1.5"),
+        ('[environment]\nactions = "fly"', "environment.actions: expected one of discrete, continuous, waypoint"),
+        ("[environment]\ntask = 3", "environment.task: expected a table, found 3"),
+        ("[environment]\ndataset = 3", "environment.dataset: expected a name, found 3"),
+        ("steps = ", "expected TOML, found"),
+    ],
+)
+def test_what_cannot_be_is_named_with_its_file(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(ConfigError, match=f"run.toml: .*{re.escape(said)}"):
+        read(tmp_path, text)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"none.toml: expected a TOML file, found none"):
+        read_config(tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize("name", ["avoidance", "exploration"])
+def test_the_papers_experiments_can_be_read(name: str) -> None:
+    found = read_config(ROOT / "experiments" / f"{name}.toml")
+    check_options(name, found.environment)
+    assert (found.policy, found.memory) == ("cnn-lstm", 128)
+    assert simulator_of(name, found.environment).max_steps == 200
+    if name == "avoidance":
+        assert simulator_of(name, found.environment).obstacles == ObstacleAvoidance.default.obstacles
+
+
+def test_a_simulator_is_the_tasks_with_changes() -> None:
+    changed = EnvironmentConfig(simulator={"robot": {"radius_m": 0.1}, "max_steps": 7})
+    plain = ObstacleAvoidance.default
+    assert simulator_of("avoidance", changed) == replace(plain, robot=replace(plain.robot, radius_m=0.1), max_steps=7)
+    assert simulator_of("exploration", EnvironmentConfig(preset="view-10m")).observation.size_m == 10.0
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"task": {"safe_m": 1.0}}, "unknown key 'environment.task.safe_m'; known: environment.task.success_coverage"),
+        ({"task": {"reward": "way"}}, "reward: expected one of area, coverage"),
+        ({"simulator": {"max_step": 3}}, "unknown key 'environment.simulator.max_step'"),
+        ({"preset": "owl"}, "config: expected a SimulatorConfig or one of paper"),
+    ],
+)
+def test_options_of_another_task_are_refused(given: dict[str, Any], said: str) -> None:
+    with pytest.raises(ConfigError, match=re.escape(said)):
+        check_options("exploration", EnvironmentConfig(**given))
+
+
+def test_plans_are_learned_in_or_tested_in(tmp_path: Path) -> None:
+    plans = open_dataset(write_split_huts(tmp_path))
+    found = places_of(plans, EnvironmentConfig(), 9)
+    assert found.train == TRAIN
+    assert sorted(found.test or ()) == list(TEST)
+    assert places_of(plans, EnvironmentConfig(), 1).test == (found.test or ())[:1]
+    envs = environments("exploration", tiny().environment, found.plans, number=2, plan_ids=found.train)
+    assert envs.plan_ids == list(TRAIN)
+    assert places_of(None, EnvironmentConfig(), 9).plans is ROOM
+
+
+def test_a_plan_on_both_sides_is_refused(tmp_path: Path) -> None:
+    plans = open_dataset(write_split_huts(tmp_path, test=("hut_d", "hut_a")))
+    with pytest.raises(ConfigError, match="'train' and 'test' share 1 of their plans, such as 'hut_a'"):
+        places_of(plans, EnvironmentConfig(), 9)
+
+
+def test_a_curve_that_goes_on_drops_what_came_later(tmp_path: Path) -> None:
+    file = tmp_path / "curve.csv"
+    first = Curve(file, 0)
+    for steps in (10, 20, 30):
+        first.add(steps, {"return": steps / 4, "steps": float("nan")})
+    file.write_bytes(file.read_bytes() + b"40,1")  # it was killed while it wrote
+    Curve(file, 20).add(25, {"return": 1.0, "steps": 2.0})
+    assert file.read_text() == "steps_done,return,steps\n10,2.5,\n20,5,\n25,1,2\n"
+    Curve(file, 0)
+    assert file.read_bytes() == b""
+
+
+def test_what_is_missing_is_one_line_that_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(needs, "find_spec", lambda name: None if name in {"torch", "sb3_contrib"} else object())
+    with pytest.raises(MissingDependencyError) as found:
+        needs.need_learn("houseexpo train")
+    assert str(found.value) == (
+        "houseexpo train needs PyTorch, sb3-contrib, not installed here: pip install 'houseexpo[learn]'"
+    )

@@ -1,0 +1,277 @@
+"""Runs of some hundred steps: what they leave, how they go on after a kill, what they refuse."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from houseexpo.dataset import open_dataset
+from houseexpo.errors import ConfigError, TrainingError
+from houseexpo.pseudoslam.learning.config import EnvironmentConfig, EvaluationConfig, PPOConfig, TrainConfig
+from houseexpo.pseudoslam.learning.places import environments, places_of
+from houseexpo.pseudoslam.tasks import ROOM
+from tests.builders.needs import need
+from tests.builders.training import TEST, tiny, write_split_huts, write_tiny
+
+pytestmark = pytest.mark.slow
+ROOT = Path(__file__).parents[4]
+COMMAND = "import typer; from houseexpo.commands.train import train; typer.run(train)"
+
+
+@pytest.fixture(autouse=True)
+def learn() -> None:
+    need(modules=["torch", "stable_baselines3", "sb3_contrib", "tensorboard"], how="make learn")
+
+
+def run(folder: Path, config: TrainConfig | None = None, task: str = "avoidance", **given: Any) -> dict[str, float]:
+    """Learn in the paper's room, or in huts that lie beside the folder, with one thread: tests share the machine."""
+    from houseexpo.pseudoslam.learning.training import Run, train
+
+    config = config or tiny()
+    plans = None
+    if task != "avoidance":
+        huts = folder.parent / "huts"
+        plans = open_dataset(huts if huts.is_dir() else write_split_huts(folder.parent))
+    places = places_of(plans, config.environment, config.evaluation.plans)
+    return train(Run(task, config, places, folder), threads=1, **given)
+
+
+def weights(folder: Path) -> dict[str, Any]:
+    from houseexpo.pseudoslam.learning.policy_file import read_policy
+
+    return {name: value.numpy() for name, value in read_policy(folder / "policy.pt").policy.state_dict().items()}
+
+
+def assert_same_run(one: Path, other: Path) -> None:
+    """Weights, curves and what is said of them are the same, bit by bit."""
+    first, second = weights(one), weights(other)
+    assert first.keys() == second.keys()
+    for name, values in first.items():
+        np.testing.assert_array_equal(values, second[name], err_msg=name)
+    for name in ("learning.csv", "evaluation.csv", "policy.json"):
+        assert (one / name).read_bytes() == (other / name).read_bytes(), name
+
+
+def rows(file: Path) -> list[dict[str, str]]:
+    with file.open() as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_a_run_leaves_a_policy_curves_and_logs(tmp_path: Path) -> None:
+    said: list[str] = []
+    score = run(tmp_path / "a", say=said.append)
+    assert [line.split(" steps:")[0] for line in said] == [f"{n} of 384" for n in (128, 256, 384)]
+    about = json.loads((tmp_path / "a" / "policy.json").read_text())
+    assert (about["task"], about["seed"], about["steps"]) == ("avoidance", 0, 384)
+    assert about["score"] == score
+    assert about["config"] == tiny().record()
+    assert set(about["versions"]) >= {"houseexpo", "torch", "stable-baselines3"}
+    tested = rows(tmp_path / "a" / "evaluation.csv")
+    assert [row["steps_done"] for row in tested] == ["128", "256", "384"]
+    assert float(tested[-1]["return"]) == pytest.approx(score["return"], rel=1e-4)
+    learned = rows(tmp_path / "a" / "learning.csv")
+    assert [row["steps_done"] for row in learned] == [str(64 * n) for n in range(1, 7)]
+    assert sum(int(row["episodes"]) for row in learned) == 3 * 2 * 3  # 64 of the 20 steps, thrice, in two environments
+    assert list((tmp_path / "a" / "tensorboard").glob("events.out.tfevents.*"))
+    assert len(list((tmp_path / "a" / "checkpoints").iterdir())) == 2
+    run(tmp_path / "b", tiny(seed=1))
+    assert any((values != weights(tmp_path / "b")[name]).any() for name, values in weights(tmp_path / "a").items())
+
+
+@pytest.mark.parametrize(
+    ("task", "policy", "given"),
+    [
+        ("exploration", "cnn-lstm", {"task": {"reward": "coverage"}, "observation": "scales", "preset": "view-10m"}),
+        ("navigation", "cnn-lstm", {"actions": "continuous"}),
+        ("exploration", "cnn", {"actions": "waypoint"}),
+    ],
+)
+def test_all_tasks_are_learned_and_tested_on_other_plans(
+    task: str, policy: Any, given: dict[str, Any], tmp_path: Path
+) -> None:
+    from houseexpo.pseudoslam.learning.policy_file import Actor, read_policy
+
+    place = EnvironmentConfig(simulator=tiny().environment.simulator, **given)
+    config = replace(tiny(steps=64), policy=policy, environment=place)
+    score = run(tmp_path / "a", config, task)
+    assert 0 < score["coverage"] <= 1
+    lists = json.loads((tmp_path / "a" / "policy.json").read_text())["lists"]
+    assert (lists["train"]["plans"], lists["test"]["plans"]) == (3, len(TEST))
+    trained = read_policy(tmp_path / "a" / "policy.pt", task)
+    env = environments(task, place, open_dataset(tmp_path / "huts"), number=1, threads=1)
+    ways = []
+    for _ in range(2):  # a policy's memory and chance are its own
+        actor = Actor(trained, seed=5)
+        observation, _ = env.reset(seed=3, options={"plan_id": "hut_e"})
+        way = []
+        for _ in range(8):
+            one = {k: v[0] for k, v in observation.items()} if isinstance(observation, dict) else observation[0]
+            action = actor(one)
+            assert env.single_action_space.contains(action)
+            observation, *_ = env.step(np.asarray([action]))
+            way.append(action)
+        ways.append(np.array(way))
+    np.testing.assert_array_equal(*ways)
+
+
+def test_a_run_that_is_killed_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:
+    config = write_tiny(tmp_path, steps=1280)  # ten checkpoints
+    words = ["avoidance", "--config", str(config), "--out", str(tmp_path / "killed"), "--threads", "1"]
+    command = [sys.executable, "-c", COMMAND, *words]
+    environ = {**os.environ, "PYTHONPATH": str(ROOT)}
+    running = subprocess.Popen(command, env=environ, stdout=subprocess.DEVNULL)
+    try:
+        while not list((tmp_path / "killed").glob("checkpoints/[0-9]*.zip")):
+            assert running.poll() is None, "it ended before its first checkpoint"
+            time.sleep(0.005)
+    finally:
+        running.kill()
+        running.wait()
+    assert not (tmp_path / "killed" / "policy.pt").exists()
+    done = subprocess.run([*command, "--resume"], env=environ, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "goes on from" in done.stdout
+    run(tmp_path / "whole", tiny(steps=1280))
+    assert_same_run(tmp_path / "killed", tmp_path / "whole")
+
+
+def test_what_is_damaged_is_passed_over_for_the_one_before(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    run(tmp_path / "a")
+    run(tmp_path / "b")
+    first, last = sorted((tmp_path / "b" / "checkpoints").iterdir())
+    last.write_bytes(last.read_bytes()[:-1000])
+    said: list[str] = []
+    run(tmp_path / "b", resume=True, say=said.append)
+    assert said[0] == f"goes on from {first}"
+    assert "found it damaged" in caplog.text
+    assert_same_run(tmp_path / "a", tmp_path / "b")
+    for file in (tmp_path / "b" / "checkpoints").iterdir():
+        data = bytearray(file.read_bytes())
+        data[len(data) // 2] ^= 255
+        file.write_bytes(data)
+    with pytest.raises(TrainingError, match="expected a whole checkpoint, found 2, all damaged"):
+        run(tmp_path / "b", resume=True)
+
+
+def test_another_run_is_refused(tmp_path: Path) -> None:
+    folder = tmp_path / "a"
+    run(folder, tiny(steps=128))
+    with pytest.raises(TrainingError, match="a: holds a run; go on with it by --resume, or name another folder"):
+        run(folder)
+    with pytest.raises(TrainingError, match=r"another run: config.ppo.learning_rate is 0.003 there, 0.1 here"):
+        run(folder, replace(tiny(), ppo=PPOConfig(0.1, 32, 32, 1)), resume=True)
+    with pytest.raises(TrainingError, match=r"another run: config.seed is 0 there, 1 here"):
+        run(folder, tiny(seed=1), resume=True)
+    with pytest.raises(TrainingError, match=r"another run: task is 'avoidance' there, 'exploration' here"):
+        run(folder, task="exploration", resume=True)
+    (folder / "run.json").unlink()
+    with pytest.raises(TrainingError, match=r"000128.zip: belongs to another run: config.seed"):
+        run(folder, tiny(seed=1), resume=True)
+    run(folder, tiny(steps=256), resume=True)  # for longer
+    assert json.loads((folder / "policy.json").read_text())["steps"] == 256
+
+
+def test_a_policy_that_breaks_ends_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before a step that it cannot decide, and after an update that spoilt it."""
+    import torch
+
+    from houseexpo.pseudoslam.learning import training
+
+    learn = training.new_learner
+
+    def broken(*given: Any) -> Any:
+        learner = learn(*given)
+        with torch.no_grad():
+            learner.policy.action_net.bias[1] = np.nan
+        return learner
+
+    monkeypatch.setattr(training, "new_learner", broken)
+    said = "after 0 steps: expected finite weights, found NaN or infinity in the policy's 'action_net.bias'; take a"
+    with pytest.raises(TrainingError, match=f"update 1, {said}"):
+        run(tmp_path / "a")
+    assert not list((tmp_path / "a").glob("**/*.zip"))
+    assert not (tmp_path / "a" / "policy.pt").exists()
+    monkeypatch.setattr(training, "new_learner", learn)
+    monkeypatch.setattr(learn(*_wrapped(tiny())).__class__, "train", _spoil)
+    with pytest.raises(TrainingError, match=r"update 1, after 64 steps: .* 'value_net.weight'"):
+        run(tmp_path / "b")
+    assert not list((tmp_path / "b").glob("**/*.zip"))
+
+
+def _wrapped(config: TrainConfig) -> tuple[Any, TrainConfig]:
+    from houseexpo.pseudoslam.learning.model import wrapped
+
+    return wrapped(environments("avoidance", config.environment, ROOM, number=2, threads=1), config), config
+
+
+def _spoil(learner: Any) -> None:
+    learner.policy.value_net.weight.data.fill_(np.inf)
+
+
+def test_what_was_learned_is_a_policy_of_the_benchmark(tmp_path: Path) -> None:
+    from houseexpo.pseudoslam.agents.loading import load_policy
+    from houseexpo.pseudoslam.agents.protocol import Robot, robot_of
+    from houseexpo.pseudoslam.benchmark.run import check_task
+    from houseexpo.pseudoslam.benchmark.tracks import track_of
+
+    run(tmp_path / "a", replace(tiny(steps=64), environment=EnvironmentConfig(simulator={"max_steps": 20})))
+    named = load_policy(str(tmp_path / "a" / "policy.pt"))
+    track = track_of("avoidance")
+    check_task(named, track)
+    env = track.environment([ROOM], named.interface)
+    ways = []
+    for _ in range(2):
+        observation, _ = env.reset(seed=0)
+        policy = named.factory(robot_of(env, named.interface), 7)
+        actions = [policy(observation, {"steps": i}) for i in range(10)]  # type: ignore[typeddict-item]
+        assert all(env.action_space.contains(action) for action in actions)
+        ways.append(actions)
+    assert ways[0] == ways[1]
+    with pytest.raises(ConfigError, match="made for avoidance; track exploration-budget-v1 is exploration"):
+        check_task(named, track_of("budget"))
+    with pytest.raises(ConfigError, match=r"policy.pt: expected the observation that it was learned with, Box\("):
+        named.factory(Robot(env.config, env.action_space, env.action_space), 7)
+    (tmp_path / "other.pt").write_bytes(b"nothing")
+    with pytest.raises(TrainingError, match="expected a policy of houseexpo train"):
+        load_policy(str(tmp_path / "other.pt"))
+
+
+@pytest.mark.parametrize("damage", [b"", b"no policy", None])
+def test_what_is_no_policy_is_refused(damage: bytes | None, tmp_path: Path) -> None:
+    from houseexpo.pseudoslam.learning.policy_file import read_policy, write_policy
+
+    file = tmp_path / "policy.pt"
+    if damage is None:
+        run(tmp_path / "a", tiny(steps=64))
+        trained = read_policy(tmp_path / "a" / "policy.pt")
+        with pytest.raises(TrainingError, match="expected a policy for exploration, found one for avoidance"):
+            read_policy(tmp_path / "a" / "policy.pt", "exploration")
+        write_policy(file, trained.policy, {**trained.about, "config": tiny(memory=16).record()})  # other shapes
+    else:
+        file.write_bytes(damage)
+    with pytest.raises(TrainingError, match=r"policy.pt: expected a policy of houseexpo train, found none"):
+        read_policy(file)
+    with pytest.raises(TrainingError, match="cannot be read: No such file"):
+        read_policy(tmp_path / "none.pt")
+
+
+def test_a_test_leaves_learning_as_it_was(tmp_path: Path) -> None:
+    """With tests at other times the same is learned, and a test in a room has as many episodes as plans are asked."""
+    often, seldom = EvaluationConfig(64, 5), EvaluationConfig(10_000, 2)
+    for name, evaluation in (("a", often), ("b", seldom)):
+        run(tmp_path / name, replace(tiny(), evaluation=evaluation))
+    for name, values in weights(tmp_path / "a").items():
+        np.testing.assert_array_equal(values, weights(tmp_path / "b")[name], err_msg=name)
+    assert len(rows(tmp_path / "a" / "evaluation.csv")) == 6
+    assert len(rows(tmp_path / "b" / "evaluation.csv")) == 1
+    assert environments("avoidance", tiny().environment, ROOM, number=1).config.max_steps == 20
