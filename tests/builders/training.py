@@ -6,9 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from houseexpo.dataset import open_dataset
 from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.config.mapping import config_from
 from houseexpo.pseudoslam.learning.config import TrainConfig
+from houseexpo.pseudoslam.learning.places import places_of
 from tests.builders.vectors import hut
 
 TRAIN, TEST = ("hut_a", "hut_b", "hut_c"), ("hut_d", "hut_e")
@@ -49,3 +51,16 @@ def write_tiny(folder: Path, **more: Any) -> Path:
     file = folder / "tiny.toml"
     file.write_text("\n".join(lines))
     return file
+
+
+def run(folder: Path, config: TrainConfig | None = None, task: str = "avoidance", **given: Any) -> dict[str, float]:
+    """Learn in the paper's room, or in huts that lie beside the folder, with one thread: tests share the machine."""
+    from houseexpo.pseudoslam.learning.training import Run, train
+
+    config = config or tiny()
+    plans = None
+    if task != "avoidance":
+        huts = folder.parent / "huts"
+        plans = open_dataset(huts if huts.is_dir() else write_split_huts(folder.parent))
+    places = places_of(plans, config.environment, config.evaluation.plans)
+    return train(Run(task, config, places, folder), threads=1, **given)

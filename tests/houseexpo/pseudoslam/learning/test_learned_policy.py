@@ -1,0 +1,62 @@
+"""The file of what was learned: the benchmark takes it for a policy, and nothing else for it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from houseexpo.errors import ConfigError, TrainingError
+from houseexpo.pseudoslam.learning.config import EnvironmentConfig
+from houseexpo.pseudoslam.tasks import ROOM
+from tests.builders.training import run, tiny
+
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("learn")]
+
+
+def test_what_was_learned_is_a_policy_of_the_benchmark(tmp_path: Path) -> None:
+    from houseexpo.pseudoslam.agents.loading import load_policy
+    from houseexpo.pseudoslam.agents.protocol import Robot, robot_of
+    from houseexpo.pseudoslam.benchmark.run import check_task
+    from houseexpo.pseudoslam.benchmark.tracks import track_of
+
+    run(tmp_path / "a", replace(tiny(steps=64), environment=EnvironmentConfig(simulator={"max_steps": 20})))
+    named = load_policy(str(tmp_path / "a" / "policy.pt"))
+    track = track_of("avoidance")
+    check_task(named, track)
+    env = track.environment([ROOM], named.interface)
+    ways = []
+    for _ in range(2):
+        observation, _ = env.reset(seed=0)
+        policy = named.factory(robot_of(env, named.interface), 7)
+        actions = [policy(observation, {"steps": i}) for i in range(10)]  # type: ignore[typeddict-item]
+        assert all(env.action_space.contains(action) for action in actions)
+        ways.append(actions)
+    assert ways[0] == ways[1]
+    with pytest.raises(ConfigError, match="made for avoidance; track exploration-budget-v1 is exploration"):
+        check_task(named, track_of("budget"))
+    with pytest.raises(ConfigError, match=r"policy.pt: expected the observation that it was learned with, Box\("):
+        named.factory(Robot(env.config, env.action_space, env.action_space), 7)
+    (tmp_path / "other.pt").write_bytes(b"nothing")
+    with pytest.raises(TrainingError, match="expected a policy of houseexpo train"):
+        load_policy(str(tmp_path / "other.pt"))
+
+
+@pytest.mark.parametrize("damage", [b"", b"no policy", None])
+def test_what_is_no_policy_is_refused(damage: bytes | None, tmp_path: Path) -> None:
+    from houseexpo.pseudoslam.learning.policy_file import read_policy, write_policy
+
+    file = tmp_path / "policy.pt"
+    if damage is None:
+        run(tmp_path / "a", tiny(steps=64))
+        trained = read_policy(tmp_path / "a" / "policy.pt")
+        with pytest.raises(TrainingError, match="expected a policy for exploration, found one for avoidance"):
+            read_policy(tmp_path / "a" / "policy.pt", "exploration")
+        write_policy(file, trained.policy, {**trained.about, "config": tiny(memory=16).record()})  # other shapes
+    else:
+        file.write_bytes(damage)
+    with pytest.raises(TrainingError, match=r"policy.pt: expected a policy of houseexpo train, found none"):
+        read_policy(file)
+    with pytest.raises(TrainingError, match="cannot be read: No such file"):
+        read_policy(tmp_path / "none.pt")
