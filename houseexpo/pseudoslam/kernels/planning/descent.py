@@ -53,7 +53,9 @@ def best_turns(
     reach = math.ceil(step_px + radius_px) + 2
     top, left = max(math.floor(y) - reach, 0), max(math.floor(x) - reach, 0)
     closed = _closed(known, x, y, radius_px, top, left, reach)
-    here = way_at(found, known.shape[0], x, y, math.ceil(radius_px) + 2)
+    here = way_at(found, known.shape[0], x, y, _BESIDE)
+    if here == math.inf:  # only then: a cell further off may lie round a corner, and no step would shorten its way
+        here = way_at(found, known.shape[0], x, y, math.ceil(radius_px) + 2)
     half = int(math.pi / turn + 1e-9)
     gains, is_full, some_full = np.zeros(2 * half + 1), np.zeros(2 * half + 1, np.uint8), False
     for k in range(-half, half + 1):

@@ -12,9 +12,9 @@ from houseexpo.pseudoslam.agents.frontier import frontier_walk
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.simulator import Simulator
 
-STEPS, STEPS_PER_M2 = 600, 5  # the paper's, of 0.3 m or 10 degrees; half of the houses need 306 or less
+STEPS, STEPS_PER_M2 = 600, 5  # the paper's, of 0.3 m or 10 degrees; half of the houses need 222 or less
 SMALL = (0, 2, 4, 5, 6)
-SLIT = 73  # a room that it cannot enter is seen through a slit of two cells: 2% of the house, sliver by sliver
+SLITS = (47, 73)  # a room that it cannot enter is seen through a slit of some cells: 2% of the house, sliver by sliver
 
 
 def steps_to_cover(line: bytes, seed: int) -> tuple[int, float]:
@@ -39,7 +39,7 @@ def test_five_houses_are_explored(published_lines: Sequence[bytes]) -> None:
 
 
 @pytest.mark.slow
-def test_100_houses_are_explored(published_lines: Sequence[bytes]) -> None:
-    plans = [i for i in range(101) if i != SLIT]
+def test_99_houses_are_explored(published_lines: Sequence[bytes]) -> None:
+    plans = [i for i in range(101) if i not in SLITS]
     found = [steps_to_cover(published_lines[i], seed=i)[0] for i in plans]
-    assert np.median(found) <= 330
+    assert np.median(found) <= 240

@@ -106,7 +106,8 @@ def test_no_step_shortens_no_way() -> None:
 
 def slow_best(known: np.ndarray, x: float, y: float, heading: float, enough: float, ways: object) -> int:
     walls, options = (known != FREE).astype(np.uint8), []
-    here = way_at(ways, len(known), x, y, math.ceil(RADIUS) + 2)
+    near = way_at(ways, len(known), x, y, 3)
+    here = near if near < math.inf else way_at(ways, len(known), x, y, math.ceil(RADIUS) + 2)
     for k in range(-18, 19):
         right, down = math.cos(heading + k * TURN), -math.sin(heading + k * TURN)
         way = free_way(walls, x, y, right, down, STEP, RADIUS)
