@@ -42,7 +42,7 @@ _WANTED = np.full(1, STEP, np.uint8)
 class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
     """A robot with a task in a house.
 
-    - *Action* and *observation*: as ``interface.EnvSpec`` says, for ``actions`` and ``observation``.
+    - *Action* and *observation*: as ``spec.EnvSpec`` says, for ``actions`` and ``observation``.
     - *Reward* and *terminated*: the task's; *truncated* after ``config.max_steps``.
     - *Info*: ``explored_m2``, ``coverage`` (0 to 1), ``collisions`` so far, ``collided`` in this step, ``pose`` (x, y
       in the plan's metres, heading in radians), ``is_success``, ``plan_id``, and what the task adds.
