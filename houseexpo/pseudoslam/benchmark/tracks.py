@@ -6,7 +6,7 @@ A track is never changed: what would change its numbers gets a new version.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any, Final, Literal
 
 from houseexpo.dataset import Dataset
@@ -79,7 +79,7 @@ class Track:
 
     def record(self) -> dict[str, Any]:
         """Return what a result says of it; ``observation`` is the policy's affair."""
-        config = asdict(self.config)
+        config = self.config.to_mapping()
         del config["observation"]
         return {"id": self.id, "about": self.about, "task": self.task, "config": config}
 
