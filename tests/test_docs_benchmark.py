@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.benchmark.comparison import read_results
 from houseexpo.pseudoslam.benchmark.tables import markdown
 from houseexpo.pseudoslam.benchmark.tracks import BUDGETS, TRACKS
 from tests.builders.vectors import hut
-from tests.houseexpo.pseudoslam.benchmark.test_cases import data_set
+from tests.houseexpo.pseudoslam.benchmark.test_benchmark_cases import data_set
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = (ROOT / "docs" / "benchmark-exploration.md").read_text()

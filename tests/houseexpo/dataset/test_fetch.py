@@ -178,7 +178,7 @@ def test_the_manifests_that_come_with_the_project():
     assert len(manifest.subsets["demo"]) == 10
     assert load_config(manifest_path("suncg")).stages == PipelineConfig()
     assert tomllib.loads(manifest_path("demo").read_text())["build"]["sources"] == ["procedural:300"]
-    with pytest.raises(ConfigError, match="known: demo"):
+    with pytest.raises(ConfigError, match="known: benchmark, demo"):
         manifest_path("nothing")
 
 
