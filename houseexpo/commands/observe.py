@@ -35,7 +35,7 @@ def observe(
     from dataclasses import replace
 
     from houseexpo.commands.given import data_set
-    from houseexpo.commands.printing import console
+    from houseexpo.commands.printing import console, print_refused
     from houseexpo.pseudoslam.config import SimulatorConfig
     from houseexpo.pseudoslam.io.observe import observe as run_observe
     from houseexpo.pseudoslam.io.pairs import USUAL_NOISE, PairConfig
@@ -54,7 +54,4 @@ def observe(
         highlight=False,
         soft_wrap=True,
     )
-    for problem in done.refused[:10]:
-        print_to.print(f"no pairs: {problem}", markup=False, highlight=False, soft_wrap=True)
-    if len(done.refused) > 10:
-        print_to.print(f"and {len(done.refused) - 10} more", highlight=False)
+    print_refused(print_to, "no pairs", done.refused)

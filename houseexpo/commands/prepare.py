@@ -26,7 +26,7 @@ def prepare(
     what they need as they go on.
     """
     from houseexpo.commands.given import data_set
-    from houseexpo.commands.printing import console
+    from houseexpo.commands.printing import console, print_refused
     from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
     from houseexpo.pseudoslam.worlds.prepare import prepare as run_prepare
     from houseexpo.words import counted
@@ -44,7 +44,4 @@ def prepare(
         highlight=False,
         soft_wrap=True,
     )
-    for problem in done.refused[:10]:
-        out.print(f"no world: {problem}", markup=False, highlight=False, soft_wrap=True)
-    if len(done.refused) > 10:
-        out.print(f"and {len(done.refused) - 10} more", highlight=False)
+    print_refused(out, "no world", done.refused)

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rich.console import Console
 
 
@@ -39,3 +41,11 @@ def typed_command() -> str:
     """Return the command that is running, as it is typed in a shell."""
     by_module = Path(sys.argv[0]).name == "__main__.py"
     return shlex.join(sys.orig_argv if by_module else ["houseexpo", *sys.argv[1:]])
+
+
+def print_refused(out: Console, what: str, problems: Sequence[str], most: int = 10) -> None:
+    """Print the first problems, each after ``what`` it means, and how many more there are."""
+    for problem in problems[:most]:
+        out.print(f"{what}: {problem}", markup=False, highlight=False, soft_wrap=True)
+    if len(problems) > most:
+        out.print(f"and {len(problems) - most} more", highlight=False)
