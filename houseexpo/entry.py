@@ -16,3 +16,7 @@ def main(*command: str) -> None:
     except KeyboardInterrupt:
         sys.stderr.write("interrupted\n")
         sys.exit(INTERRUPTED)
+    finally:
+        # After a Ctrl-C that left an exec() of a string (dataclasses make some while they are imported), CPython's
+        # `python -m` ends by the signal, whatever the exit code is. The next exec() of a string makes it forget.
+        exec("")  # noqa: S102
