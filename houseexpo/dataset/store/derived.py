@@ -19,8 +19,8 @@ import msgspec
 from houseexpo.dataset.store.cache import VERSION, cache_folder
 from houseexpo.dataset.store.catalogue import Catalogue
 from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.processes import in_processes
 from houseexpo.progress import watched
-from houseexpo.workers import pool
 
 Measure = Callable[[FloorPlan], Any]
 
@@ -71,8 +71,7 @@ def _computed(plans: Iterable[tuple[str, bytes]], measure: Measure, workers: int
     if workers <= 1:
         yield from map(work, plans)
         return
-    with pool(workers) as processes:
-        yield from processes.imap_unordered(work, plans, chunksize=_CHUNK)
+    yield from in_processes(work, plans, workers, _CHUNK)
 
 
 def _measured(measure: Measure, item: tuple[str, bytes]) -> tuple[str, bytes]:
