@@ -112,14 +112,19 @@ class Dataset(Sequence[FloorPlan]):
         """Return the JSON of a plan by its number, as it is packed."""
         return self._catalogue.read(int(self._rows[number]))
 
-    def column(self, name: str) -> list[Any]:
+    def column(self, name: str, *, compute: bool = True) -> list[Any]:
         """Return a column of the index, one value a plan: ``room_num``, ``area``, ``labels``, ``n_doors``, ...
 
-        ``navigability`` and ``n_doors``, which published plans lack, are computed where they are asked for, and kept.
+        ``navigability`` and ``n_doors``, which published plans lack, are computed where they are asked for, and kept;
+        ``compute=False`` gives None for a plan of which they are not known yet.
         """
         from houseexpo.dataset.store.columns import column
 
-        return column(self._catalogue, self._rows, name)
+        return column(self._catalogue, self._rows, name, compute=compute)
+
+    def index_table(self) -> Any:
+        """Return the index as a ``pyarrow.Table``, one row a plan, its columns as docs/format.md has them."""
+        return self._catalogue.table.take(self._rows)
 
     def derived(self, name: str, measure: Callable[[FloorPlan], Any], workers: int = 1) -> list[Any]:
         """Return ``measure(plan)`` for each plan; kept under ``name`` in the user's cache (``store.derived``).

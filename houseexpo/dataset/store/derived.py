@@ -56,6 +56,16 @@ def derived(catalogue: Catalogue, rows: Sequence[int], name: str, measure: Measu
     return [msgspec.json.decode(known[digest]) for digest in digests]
 
 
+def kept(catalogue: Catalogue, rows: Sequence[int], name: str) -> list[Any]:
+    """Return what was computed under ``name`` before, None for a plan of which it was not."""
+    with closing(_open()) as database:
+        known = _known(database, name)
+    if not known:
+        return [None] * len(rows)
+    found = (known.get(catalogue.digest(row)) for row in rows)
+    return [None if value is None else msgspec.json.decode(value) for value in found]
+
+
 def _open() -> sqlite3.Connection:
     database = sqlite3.connect(cache_folder() / f"derived-{VERSION}.sqlite", timeout=60)
     database.execute("CREATE TABLE IF NOT EXISTS derived (name TEXT, plan TEXT, value BLOB, PRIMARY KEY (name, plan))")

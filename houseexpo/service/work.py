@@ -1,0 +1,24 @@
+"""Computing that takes long, a few at a time, so that pages answer meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache, partial
+from typing import Any, Final, TypeVar
+
+import anyio.to_thread
+from anyio import CapacityLimiter
+
+T = TypeVar("T")
+
+_AT_ONCE: Final = 2
+
+
+async def computed(function: Callable[..., T], *args: Any, **options: Any) -> T:
+    """Call a function in a thread; two such calls run at once, others wait for their turn."""
+    return await anyio.to_thread.run_sync(partial(function, *args, **options), limiter=_turns())
+
+
+@cache
+def _turns() -> CapacityLimiter:
+    return CapacityLimiter(_AT_ONCE)
