@@ -10,7 +10,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
-from houseexpo.errors import ConfigError, HouseExpoError, UnknownPlanError
+from houseexpo.errors import ConfigError, HouseExpoError, PlanError, UnknownPlanError
 from houseexpo.service.service import Service
 
 _LOG = logging.getLogger(__name__)
@@ -56,6 +56,8 @@ def _said(error: Exception) -> tuple[int, str]:
         return 404, str(error)
     if isinstance(error, ConfigError):
         return 400, str(error)
+    if isinstance(error, PlanError):
+        return 422, str(error)
     if isinstance(error, HouseExpoError):  # a plan that was deleted or changed while it is shown
         return 503, str(error)
     return 500, "The server met an error; its log says more. The other pages go on."

@@ -11,12 +11,12 @@ from starlette.responses import RedirectResponse, Response
 from starlette.routing import Route
 
 from houseexpo.errors import HouseExpoError
-from houseexpo.service import drive, files, gallery, review
+from houseexpo.service import api, drive, files, gallery, plan, refused, review, statistics
 from houseexpo.service.answers import refused_request
 from houseexpo.service.safety import guarded
 from houseexpo.service.service import Service
 
-AREAS: Final = (review, drive, gallery)
+AREAS: Final = (refused, statistics, api, review, drive, plan, gallery)
 """Modules with ``routes(service)``. A path of one that comes earlier goes before a pattern of a later one."""
 
 

@@ -18,6 +18,7 @@ from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.kept import Kept
 from houseexpo.service.measures import measured
+from houseexpo.service.records import Records, read_records
 from houseexpo.service.thumbnails import thumbnail
 from houseexpo.service.views import Views
 
@@ -41,6 +42,11 @@ class Opened:
     def views(self) -> Views:
         """What answers queries."""
         return Views(measured(self.data))
+
+    @cached_property
+    def records(self) -> Records:
+        """What was refused, and what repeats other plans."""
+        return read_records(self.data.path)
 
     @cached_property
     def index(self) -> tuple[bytes, str]:

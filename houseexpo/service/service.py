@@ -48,6 +48,7 @@ class Service:
         if found is None:
             known = ", ".join(self.collections)
             raise HTTPException(404, f"no data set {name!r} here; there are: {known}")
+        found.look()
         return found
 
     def page(self, request: Request, template: str, status: int = 200, **values: Any) -> HTMLResponse:

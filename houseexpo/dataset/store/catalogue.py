@@ -31,6 +31,11 @@ class Catalogue:
         self.ids: list[str] = table.column("id").to_pylist()
         self.row_of = {name: number for number, name in enumerate(self.ids)}
 
+    @property
+    def address(self) -> Path | str:
+        """What opens the same data set again."""
+        return self.path
+
     def read(self, row: int) -> bytes:
         """Return a plan's JSON as it is packed."""
         if not self.path.is_dir():
