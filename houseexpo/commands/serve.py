@@ -30,6 +30,9 @@ def serve(
     ] = "127.0.0.1",
     review: Annotated[bool, typer.Option("--review", help="Pages for judging plans.")] = False,
     read_only: Annotated[bool, typer.Option("--read-only", help="Write nothing.")] = False,
+    measure: Annotated[
+        bool, typer.Option("--measure", help="Find doors and reach of plans that record none first; minutes, once.")
+    ] = False,
 ) -> None:
     """Show data sets in the browser: gallery, plans, statistics, a robot to drive; and serve them to programs."""
     from houseexpo.errors import ConfigError
@@ -54,7 +57,9 @@ def serve(
         settings = Settings(host, listening.getsockname()[1], names, read_only, review, token)
         service = Service(opened(dataset or [_fetched()]), settings)
         for shown in service.collections.values():
-            typer.echo(f"{shown.name}: {counted(len(shown.dataset), 'plan')}")
+            for name in ("n_doors", "navigability") if measure else ():
+                shown.dataset.column(name)
+            typer.echo(f"{shown.name}: {counted(len(shown.now.views.table), 'plan')}")
         typer.echo(f"open {address(settings)} in a browser; Ctrl-C ends it")
         _run(service, listening)
 
