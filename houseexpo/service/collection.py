@@ -102,19 +102,19 @@ class Collection:
             return
         self._looked_s = time.monotonic()
         stamp = _stamp(self.path)
-        if stamp not in (None, self._now.stamp) and self._opening.acquire(blocking=False):
+        if stamp not in (None, self._now.stamp) and not self._opening.locked():
             threading.Thread(target=partial(self._open_again, stamp), daemon=True).start()
 
     def _open_again(self, stamp: object) -> None:
-        try:
-            fresh = Opened(open_dataset(self.path), stamp)
-            _ = fresh.views
+        with self._opening:
+            try:
+                fresh = Opened(open_dataset(self.path), stamp)
+                _ = fresh.views
+            except HouseExpoError as error:  # it is being built, or damaged: what was opened before stays
+                _LOG.warning("%s: was changed and cannot be opened yet: %s", self.path, error)
+                return
             self._now = fresh
-            _LOG.warning("%s: was built anew; %s plans", self.path, len(fresh.data))
-        except HouseExpoError as error:  # it is being built, or damaged: what was opened before stays
-            _LOG.warning("%s: was changed and cannot be opened yet: %s", self.path, error)
-        finally:
-            self._opening.release()
+            _LOG.info("%s: was built anew; %s plans", self.path, len(fresh.data))
 
 
 def opened(paths: Iterable[Path]) -> dict[str, Collection]:

@@ -154,7 +154,7 @@ def bins_of(values: Numbers, *, whole: bool) -> Bins:
     known = values[~np.isnan(values)]
     if not len(known):
         return Bins(0.0, 1.0, 0, np.zeros(len(values), dtype=np.int16))
-    low, high = float(known.min()), float(np.quantile(known, 0.995))
+    low, high = float(known.min()), float(np.quantile(known, 0.995, method="higher"))
     step = _round_step((high - low) / (_BINS - 1), whole=whole)
     first = math.floor(low / step + 1e-9) * step
     number = min(int((max(high, low) - first) / step + 1e-9) + 1, _BINS)

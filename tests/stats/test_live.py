@@ -16,5 +16,5 @@ def test_it_speaks_of_the_plans_given_alone(tmp_path: Path, monkeypatch: pytest.
     data = open_dataset(pack(tmp_path, "jsonl", houses(5)))
     html = report_of(data.select(rooms=(2, 4)))
     assert html.startswith("<!doctype html>")
-    assert "3 plans" in html
+    assert "<b>3</b><span>plans" in html
     assert "<script" not in html

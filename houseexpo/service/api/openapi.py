@@ -122,5 +122,5 @@ def _schema(name: str) -> dict[str, Any]:
 
 
 def _name_of(path: str) -> str:
-    parts = [part.strip("{}").replace(".", "_") for part in path.split("/")[2:]]
-    return "_".join(parts)
+    parts = (f"by_{part.strip('{}')}" if part.startswith("{") else part for part in path.split("/")[2:])
+    return "_".join(parts).replace(".", "_")

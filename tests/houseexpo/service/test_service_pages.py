@@ -75,7 +75,7 @@ def test_what_was_refused_is_quoted(client: TestClient) -> None:
     assert "&lt;b&gt;hut&lt;/b&gt;" in text
     assert "<b>hut" not in text
     assert "twin" in text
-    assert "no_floor" not in client.get("/homes/refused?stage=rooms&reason=too_small").text
+    assert "<td>car</td>" not in client.get("/homes/refused?stage=rooms&reason=too_small").text
     assert "lists nothing that was refused" in client.get("/published/refused").text
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from houseexpo.service.settings import Limits, Settings, is_loopback
 from tests.builders.services import BASE
 
 WORD = "secret"
+SOCKET = "ws://localhost:8000/socket"
 
 
 def guard(settings: Settings, base: str = BASE) -> TestClient:
@@ -29,7 +31,8 @@ def guard(settings: Settings, base: str = BASE) -> TestClient:
     async def socket(opened: WebSocket) -> None:
         await opened.accept()
         await opened.send_text("in")
-        await opened.receive_text()
+        with suppress(WebSocketDisconnect):
+            await opened.receive_text()
 
     routes = [Route("/{path:path}", answer, methods=["GET", "POST"]), WebSocketRoute("/socket", socket)]
     app = Starlette(routes=routes, middleware=guarded(settings), max_body_size=settings.limits.body_bytes)
@@ -72,7 +75,7 @@ def test_a_token_is_asked_for_and_moves_into_a_cookie() -> None:  # R2
 
 
 def test_the_token_leads_to_no_other_server() -> None:
-    found = guard(Settings(token=WORD)).get("//evil.example/a?token=secret")
+    found = guard(Settings(token=WORD)).get(f"{BASE}//evil.example/a?token=secret")
     assert found.headers["location"].startswith("/evil.example")
 
 
@@ -93,7 +96,7 @@ def test_another_site_may_neither_write_nor_open_a_socket(headers: dict[str, str
     client = guard(Settings())
     assert client.post("/a", headers=headers).status_code == 403
     assert client.get("/a", headers=headers).status_code == 200
-    with pytest.raises(WebSocketDisconnect), client.websocket_connect("/socket", headers=headers):
+    with pytest.raises(WebSocketDisconnect), client.websocket_connect(SOCKET, headers=headers):
         pass
 
 
@@ -102,7 +105,7 @@ def test_the_services_own_pages_and_programs_may() -> None:
     own = {"origin": "http://localhost:8000", "sec-fetch-site": "same-origin"}
     assert client.post("/a", headers={**own, "host": "localhost:8000"}).text == "in"
     assert client.post("/a").text == "in"
-    with client.websocket_connect("/socket") as opened:
+    with client.websocket_connect(SOCKET) as opened:
         assert opened.receive_text() == "in"
 
 
@@ -131,12 +134,12 @@ def test_clients_that_came_once_are_forgotten() -> None:
 
 def test_sockets_are_counted_and_given_back() -> None:
     client = guard(Settings(limits=Limits(sockets=1, sockets_per_client=1)))
-    with client.websocket_connect("/socket") as one:
+    with client.websocket_connect(SOCKET) as one:
         one.receive_text()
-        with pytest.raises(WebSocketDisconnect), client.websocket_connect("/socket"):
+        with pytest.raises(WebSocketDisconnect), client.websocket_connect(SOCKET):
             pass
         one.send_text("end")
-    with client.websocket_connect("/socket") as again:
+    with client.websocket_connect(SOCKET) as again:
         assert again.receive_text() == "in"
 
 
