@@ -38,7 +38,7 @@ def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
     prints = np.array([trait["print"] for trait in traits], dtype=np.int32)
     mask = comparison_mask(plan)
     bounds = lower_bound(fingerprint(mask), prints) / np.maximum(prints[:, 0], int(mask.sum()))
-    found = []
+    found: list[tuple[float, str, str]] = []
     for other in np.argsort(bounds, kind="stable")[:_COMPARED].tolist():
         limit = sorted(each[0] for each in found)[most - 1] if len(found) >= most else np.inf
         if bounds[other] > limit:

@@ -39,7 +39,7 @@ def routes(service: Service) -> list[BaseRoute]:
         shown, query = service.collection(request), parsed(request.query_params)
         against = _against(service, request)
         others = [name for name in service.collections if name != shown.name]
-        given = {"query": str(query), "others": others, "against": against, "reports": bool(_reports())}
+        given: dict[str, Any] = {"query": str(query), "others": others, "against": against, "reports": bool(_reports())}
         return service.page(request, "statistics.html", shown=shown, here="statistics", **given)
 
     def numbers(request: Request) -> Response:

@@ -77,4 +77,5 @@ def _fewer(ring: Ring) -> Ring:
         return ring
     import shapely
 
-    return shapely.get_coordinates(shapely.simplify(shapely.linearrings(ring), _FINE_PX))[:-1]
+    fewer: Ring = shapely.get_coordinates(shapely.simplify(shapely.linearrings(ring), _FINE_PX))[:-1]
+    return fewer

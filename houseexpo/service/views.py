@@ -85,7 +85,7 @@ class Views:
         mask = fails == 0
 
         def without(name: str) -> Bits:  # R1
-            return mask if name not in failed else fails == failed[name]
+            return mask if name not in failed else np.equal(fails, failed[name])
 
         measures = {measure.name: self._histogram(measure, query.radius, without(measure.name)) for measure in MEASURES}
         groups = {

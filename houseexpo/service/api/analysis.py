@@ -10,6 +10,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo.errors import ConfigError
+from houseexpo.floorplan import FloorPlan
 from houseexpo.service import shapes
 from houseexpo.service.answers import Json
 from houseexpo.service.service import Service
@@ -20,7 +21,7 @@ from houseexpo.service.work import computed
 def routes(service: Service) -> list[BaseRoute]:
     """Return the routes."""
 
-    def plan_of(request: Request) -> shapes.FloorPlan:
+    def plan_of(request: Request) -> FloorPlan:
         return service.collection(request).plan(request.path_params["plan"])
 
     async def shape(request: Request) -> Response:

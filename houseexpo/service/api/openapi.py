@@ -78,25 +78,24 @@ def routes(service: Service) -> list[BaseRoute]:
 
 def described() -> dict[str, Any]:
     """Return the OpenAPI document."""
-    errors = {"description": "What is wrong, in a sentence.", "content": {"application/json": {"schema": _ERROR}}}
-    failures = {"4XX": errors, "503": errors}
-    paths = {
-        call.path: {
-            "get": {
-                "summary": call.what,
-                "operationId": _name_of(call.path),
-                "parameters": [*_in_path(call.path), *(_in_query(call, name) for name in call.query)],
-                "responses": {"200": {"description": call.what, "content": {call.kind: {}}}, **failures},
-            }
-        }
-        for call in CALLS
-    }
+    paths = {call.path: {"get": _get(call)} for call in CALLS}
     info = {
         "title": "houseexpo",
         "version": __version__,
         "description": "Floor plans for programs. Lengths are metres.",
     }
     return {"openapi": "3.1.0", "info": info, "paths": paths}
+
+
+def _get(call: Call) -> dict[str, Any]:
+    errors = {"description": "What is wrong, in a sentence.", "content": {"application/json": {"schema": _ERROR}}}
+    found: dict[str, Any] = {"200": {"description": call.what, "content": {call.kind: {}}}}
+    return {
+        "summary": call.what,
+        "operationId": _name_of(call.path),
+        "parameters": [*_in_path(call.path), *(_in_query(call, name) for name in call.query)],
+        "responses": {**found, "4XX": errors, "503": errors},
+    }
 
 
 _ERROR: Final = {"type": "object", "properties": {"error": {"type": "string"}}, "required": ["error"]}

@@ -32,7 +32,7 @@ export function element(name, attributes = {}, ...children) {
   return made;
 }
 
-const SVG = new Set(["svg", "g", "path", "rect", "text", "circle", "line", "image", "polyline", "pattern", "defs", "tspan"]);
+const SVG = new Set(["svg", "g", "path", "rect", "text", "circle", "line", "image", "polyline", "pattern", "clipPath"]);
 
 export const count = (number) => number.toLocaleString("en");
 

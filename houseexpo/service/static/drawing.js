@@ -28,6 +28,8 @@ export class Drawing {
     layers.outline.append(area("outline", shape.space));
     layers.walls.append(area("wall", shape.walls));
     layers.objects.append(...shape.objects.map((each) => titled(area("object", each.rings), `${each.label}, ${each.height} m high`)));
+    layers.boxes.append(element("clipPath", { id: "inside" }, element("path", { d: path(shape.space), "clip-rule": "evenodd" })));
+    layers.boxes.setAttribute("clip-path", "url(#inside)");
     const boxes = [...shape.boxes].sort((a, b) => size(b.box) - size(a.box));
     layers.boxes.append(...boxes.map(({ label, colour, box: [a, b, c, d] }) =>
       titled(area("box", [[[a, b], [c, b], [c, d], [a, d]]], { fill: colour }), label.replaceAll("_", " "))));

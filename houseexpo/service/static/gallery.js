@@ -67,7 +67,7 @@ function drawLabels(counts, total) {
     const chosen = list("labels").includes(label) ? "with" : list("without").includes(label) ? "without" : "";
     const words = { with: "has to occur", without: "must not occur", "": "any" }[chosen];
     return element("button", {
-      type: "button", "data-label": label, "data-state": chosen, "aria-pressed": chosen === "with",
+      type: "button", "data-label": label, "data-state": chosen, "aria-pressed": String(chosen === "with"),
       title: `${label.replaceAll("_", " ")}: ${words}`, on: { click: () => turn(label, chosen) },
     }, label.replaceAll("_", " "), " ", element("small", {}, count(counts[label])));
   });

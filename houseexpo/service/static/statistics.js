@@ -28,15 +28,15 @@ function figure(measure) {
 function labels(found) {
   const names = Object.keys(found.labels).filter((label) => found.labels[label] || found.other?.labels[label]).sort((a, b) => found.labels[b] - found.labels[a]);
   const most = Math.max(...Object.values(found.labels), ...Object.values(found.other?.labels ?? {}), 1e-9);
-  const bar = (share) => (share / most) * 190;
+  const bar = (share) => (share / most) * 150;
   const svg = element("svg", { viewBox: `0 0 ${WIDE} ${names.length * 17}`, role: "img", "aria-label": "Labels by how often they occur" },
     ...names.flatMap((label, i) => [
-      element("text", { class: "name", x: 96, y: i * 17 + 12, "text-anchor": "end" }, label.replaceAll("_", " ")),
-      titled(element("rect", { class: "one", x: 102, y: i * 17 + 3, width: bar(found.labels[label]), height: 11 }), `${(100 * found.labels[label]).toFixed(1)}%`),
-      ...(found.other ? [element("line", { class: "other", x1: 102 + bar(found.other.labels[label]), x2: 102 + bar(found.other.labels[label]), y1: i * 17 + 1, y2: i * 17 + 16 })] : []),
-      element("text", { x: 106 + Math.max(bar(found.labels[label]), bar(found.other?.labels[label] ?? 0)), y: i * 17 + 12 }, `${(100 * found.labels[label]).toFixed(1)}%`)]));
+      element("text", { class: "name", x: 116, y: i * 17 + 12, "text-anchor": "end" }, label.replaceAll("_", " ")),
+      titled(element("rect", { class: "one", x: 122, y: i * 17 + 3, width: bar(found.labels[label]), height: 11 }), `${(100 * found.labels[label]).toFixed(1)}%`),
+      ...(found.other ? [element("line", { class: "other", x1: 122 + bar(found.other.labels[label]), x2: 122 + bar(found.other.labels[label]), y1: i * 17 + 1, y2: i * 17 + 16 })] : []),
+      element("text", { x: 126 + Math.max(bar(found.labels[label]), bar(found.other?.labels[label] ?? 0)), y: i * 17 + 12 }, `${(100 * found.labels[label]).toFixed(1)}%`)]));
   const distance = found.other ? [element("p", { class: "muted" }, `Total variation ${found.labels_distance}.`)] : [];
-  return element("section", { class: "card figure" }, element("h2", {}, "Labels"), svg, ...distance);
+  return element("section", { class: "card figure tall" }, element("h2", {}, "Labels"), svg, ...distance);
 }
 
 const total = (counts) => Math.max(counts.reduce((sum, each) => sum + each, 0), 1);

@@ -51,6 +51,13 @@ def chromium() -> Iterator[Any]:
         yield opened
 
 
+def said(page: Any, place: str, words: str | re.Pattern[str]) -> None:
+    """Wait until a place of the page says something."""
+    from playwright.sync_api import expect
+
+    expect(page.locator(place)).to_have_text(words, timeout=15_000)
+
+
 def count(page: Any) -> str:
     page.wait_for_load_state("networkidle")
     return str(page.inner_text("#count"))
@@ -70,7 +77,7 @@ def test_thousands_scroll_in_a_page_that_holds_dozens(chromium: Any, address: st
         assert count(page) == "400 plans"
         assert page.locator("a.plan").count() < 120
         page.evaluate("scrollTo(0, document.body.scrollHeight)")
-        page.wait_for_function("document.querySelector('[data-number=\"399\"] .id') !== null")
+        page.wait_for_selector('[data-number="399"] .id')
         assert page.locator("a.plan").count() < 120
         assert page.locator('[data-number="399"] .id').inner_text() == f"{399:032x}"
 
@@ -78,25 +85,25 @@ def test_thousands_scroll_in_a_page_that_holds_dozens(chromium: Any, address: st
 def test_filters_combine_and_the_address_holds_them(chromium: Any, address: str) -> None:
     with visit(chromium, address, "/homes/") as page:
         page.click('[data-label="Garage"]')
-        page.wait_for_function("document.getElementById('count').textContent === '1 of 4 plans'")
+        said(page, "#count", "1 of 4 plans")
         assert "labels=Garage" in page.url
         page.click('[data-label="Garage"]')  # now: without it
-        page.wait_for_function("document.getElementById('count').textContent === '3 of 4 plans'")
+        said(page, "#count", "3 of 4 plans")
         page.fill('#measure-quality input[aria-label$="from"]', "0.8")
         page.press('#measure-quality input[aria-label$="from"]', "Enter")
-        page.wait_for_function("document.getElementById('count').textContent === '2 of 4 plans'")
+        said(page, "#count", "2 of 4 plans")
         link = page.url
         page.select_option("#sort", "quality")
-        page.wait_for_function("document.querySelector('a.plan .id')?.textContent === 'd 4&é'")
+        said(page, '[data-number="1"] .id', "d 4&é")
         page.go_back()
-        page.wait_for_function(f"location.href === {link!r}")
+        page.wait_for_url(link)
         page.go_back()
-        page.wait_for_function("document.getElementById('count').textContent === '3 of 4 plans'")
+        said(page, "#count", "3 of 4 plans")
     with visit(chromium, address, link.removeprefix(address)) as page:
         assert count(page) == "2 of 4 plans"
         assert page.get_attribute('[data-label="Garage"]', "data-state") == "without"
         page.click("#clear")
-        page.wait_for_function("document.getElementById('count').textContent === '4 plans'")
+        said(page, "#count", "4 plans")
 
 
 def test_a_range_is_brushed(chromium: Any, address: str) -> None:
@@ -106,8 +113,8 @@ def test_a_range_is_brushed(chromium: Any, address: str) -> None:
         page.mouse.down()
         page.mouse.move(box["x"] + box["width"] / 4, box["y"] + 20)
         page.mouse.up()
-        page.wait_for_function("location.search.includes('area=')")
-        page.wait_for_function("/^[0-9]+ of 400 plans$/.test(document.getElementById('count').textContent)")
+        page.wait_for_url(re.compile("area="))
+        said(page, "#count", re.compile("^[0-9]+ of 400 plans$"))
         found = int(count(page).split(" ")[0])
         assert 60 < found < 140
 
@@ -115,7 +122,7 @@ def test_a_range_is_brushed(chromium: Any, address: str) -> None:
 def test_words_are_searched_while_they_are_typed(chromium: Any, address: str) -> None:
     with visit(chromium, address, "/homes/") as page:
         page.type("#text", "b2")
-        page.wait_for_function("document.getElementById('count').textContent === '1 of 4 plans'")
+        said(page, "#count", "1 of 4 plans")
         page.fill("#text", "nothing like it")
         page.wait_for_selector("#nothing:not([hidden])")
 
@@ -141,13 +148,13 @@ def test_a_plan_is_measured_by_hand(chromium: Any, address: str) -> None:
         page.uncheck('[data-layer="rooms"]')
         assert not page.is_visible("#drawing path.room")
         page.check('[data-layer="grid"]')
-        assert page.is_visible("#drawing .grid line")
+        assert page.evaluate("document.querySelector('#drawing g.grid').style.display") == ""
         page.check('[data-layer="clearance"]')
         page.wait_for_selector("#drawing image")
         page.locator("#radius").fill("0.45")
-        page.wait_for_function("document.getElementById('reached').textContent.startsWith('2 pieces')")
+        said(page, "#reached", re.compile("^2 pieces"))
         page.locator("#radius").fill("0.2")
-        page.wait_for_function("document.getElementById('reached').textContent.startsWith('One piece')")
+        said(page, "#reached", re.compile("^One piece"))
         box = page.locator("#drawing svg").bounding_box()
         place = page.evaluate(
             """([x, y]) => { const svg = document.querySelector('#drawing svg');
@@ -158,7 +165,7 @@ def test_a_plan_is_measured_by_hand(chromium: Any, address: str) -> None:
         page.mouse.click(*place)
         page.fill("#to", "6.2, 1.5")
         page.press("#to", "Enter")
-        page.wait_for_function("/^5\\.1[0-9] m/.test(document.getElementById('way').textContent)")
+        said(page, "#way", re.compile(r"^5\.1\d m"))
         with page.expect_download() as download:
             page.click(".formats a[download]:has-text('svg')")
         assert Path(download.value.path()).read_bytes().startswith(b"<svg")
