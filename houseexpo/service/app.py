@@ -15,6 +15,7 @@ from houseexpo.service import api, drive, files, gallery, plan, refused, review,
 from houseexpo.service.answers import refused_request
 from houseexpo.service.safety import guarded
 from houseexpo.service.service import Service
+from houseexpo.service.work import few_threads
 
 AREAS: Final = (refused, statistics, api, review, drive, plan, gallery)
 """Modules with ``routes(service)``. A path of one that comes earlier goes before a pattern of a later one."""
@@ -36,5 +37,6 @@ def make_app(service: Service) -> Starlette:
         routes=routes,
         middleware=guarded(service.settings),
         exception_handlers={HTTPException: failed, HouseExpoError: failed, Exception: failed},
+        lifespan=few_threads,
         max_body_size=service.settings.limits.body_bytes,
     )

@@ -113,8 +113,21 @@ class Views:
             numbers = [number for number, found in enumerate(known) if found in wanted]
             yield name, ~np.isin(code, numbers)
         if query.text:
-            words = query.text.split()
-            yield "text", np.array([not all(word in text for word in words) for text in table.words], dtype=bool)
+            lacking = [~self._holds(word) for word in query.text.split()]
+            yield "text", np.logical_or.reduce(lacking)
+
+    def _holds(self, word: str) -> Bits:
+        """Whether each plan's words hold a word."""
+        from pyarrow import compute
+
+        found: Bits = compute.match_substring(self._words, word).to_numpy(zero_copy_only=False)
+        return found
+
+    @cached_property
+    def _words(self) -> Any:
+        import pyarrow as pa
+
+        return pa.array(self.table.words, pa.string())
 
     def _histogram(self, measure: Measure, radius: str, among: Bits) -> dict[str, Any]:
         bins = self._bins[f"{measure.name} {radius}" if measure.name in OF_A_RADIUS else measure.name]

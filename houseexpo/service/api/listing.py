@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Final
 
+import numpy as np
+import numpy.typing as npt
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
@@ -39,10 +42,10 @@ def routes(service: Service) -> list[BaseRoute]:
         offset = number(request.query_params, "offset", 0, _FARTHEST)
         limit = number(request.query_params, "limit", _USUAL, MOST)
         found = now.views.find(query)
-        rows = found.rows[offset : offset + limit].tolist()
+        rows = found.rows[offset : offset + limit]
         following = offset + limit if offset + limit < len(found.rows) else None
         values = {"found": len(found.rows), "offset": offset, "next": following, "query": str(query)}
-        return Json({**values, "plans": [_line(now, row, query) for row in rows]})
+        return Json({**values, "plans": _lines(now, rows, query)})
 
     def facets(request: Request) -> Response:
         return Json(service.collection(request).now.views.find(parsed(request.query_params)).facets)
@@ -87,10 +90,14 @@ def described(shown: Collection) -> dict[str, Any]:
     }
 
 
-def _line(now: Opened, row: int, query: Query) -> dict[str, Any]:
-    """One plan of a page: its id, what is shown of it, and the measure by which it is sorted."""
+def _lines(now: Opened, rows: npt.NDArray[np.int64], query: Query) -> list[dict[str, Any]]:
+    """Plans of a page: the id, what is shown of each, and the measure by which they are sorted."""
     table = now.views.table
     names = dict.fromkeys([*_SHOWN, *([query.sort.removeprefix("-")] if query.sort != "id" else [])])
     names.pop("id", None)
-    values = {name: table.value(row, name, query.radius) for name in names}
-    return {"id": table.ids[row], **{name: value for name, value in values.items() if value is not None}}
+    lines: list[dict[str, Any]] = [{"id": table.ids[row]} for row in rows.tolist()]
+    for name in names:
+        for line, value in zip(lines, table.numbers(name, query.radius)[rows].tolist(), strict=True):
+            if not math.isnan(value):
+                line[name] = value
+    return lines
