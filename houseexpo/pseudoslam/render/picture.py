@@ -116,6 +116,29 @@ def beside(
     return np.concatenate([truth, strip, known], axis=axis)
 
 
+class Sight(NamedTuple):
+    """What a robot sees now, pixels: how far beams (n,) go, from the right of the fan to the left, and who moves there.
+
+    ``bodies`` (k, 3) are x, y and radius of each, where the robot believes them to be.
+    """
+
+    ranges: Points
+    bodies: Points
+
+
+def sight(simulator: Simulator, state: State, beams: int) -> Sight:
+    """Return what the robot sees, along so many of the beams that pictures are drawn with, evenly."""
+    ends, true = _sight(simulator, state), state.pose_px
+    ranges = np.hypot(*(ends[np.linspace(0, len(ends) - 1, beams).round().astype(int)] - true[:2]).T)
+    found = []
+    for body in _bodies(simulator, state, ends):
+        if body.seen:
+            corners = _moved(body.corners, true, state.believed_px)
+            centre = corners.mean(axis=0)
+            found.append((*centre, np.hypot(*(corners - centre).T).max() + body.round_px))
+    return Sight(ranges, np.array(found).reshape(-1, 3))
+
+
 def framed(image: Image, size_px: tuple[int, int]) -> Image:
     """Return a picture in the middle of one of this width and height, which it does not pass; the rest is unknown."""
     wide, high = size_px

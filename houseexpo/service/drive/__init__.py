@@ -1,12 +1,5 @@
-"""Not there yet."""
+"""Drive a robot in any plan in the browser, or watch explorers: the map grows as PseudoSLAM makes it."""
 
-from __future__ import annotations
+from houseexpo.service.drive.pages import routes
 
-from starlette.routing import BaseRoute
-
-from houseexpo.service.service import Service
-
-
-def routes(service: Service) -> list[BaseRoute]:  # noqa: ARG001
-    """Return no route."""
-    return []
+__all__ = ["routes"]

@@ -1,12 +1,5 @@
-"""Not there yet."""
+"""Judge plans in the browser: the doubtful ones first; what is decided goes to ``overrides.toml`` and to a log."""
 
-from __future__ import annotations
+from houseexpo.service.review.pages import routes
 
-from starlette.routing import BaseRoute
-
-from houseexpo.service.service import Service
-
-
-def routes(service: Service) -> list[BaseRoute]:  # noqa: ARG001
-    """Return no route."""
-    return []
+__all__ = ["routes"]
