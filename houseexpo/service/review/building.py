@@ -12,6 +12,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections import deque
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -20,15 +21,17 @@ from typing import Any, Final, Literal
 
 import msgspec
 
-from houseexpo.dataset import Dataset, open_dataset
+from houseexpo.dataset import open_dataset
 from houseexpo.dataset.build_record import recorded_build
 from houseexpo.errors import ConfigError, HouseExpoError
+from houseexpo.service.collection import Collection
 from houseexpo.service.review.desk import Desk
 
 Phase = Literal["idle", "building", "built", "failed", "stopped"]
 _LINES: Final = 60
 _MOST_SHOWN: Final = 400
 """Plans that are kept as they were; more are built, but not shown."""
+_PATIENCE: Final = 100
 
 
 class Outcome(msgspec.Struct, frozen=True):
@@ -42,8 +45,8 @@ class Outcome(msgspec.Struct, frozen=True):
 class Building:
     """Builds one data set again; threads may share it."""
 
-    def __init__(self, root: Path, desk: Desk) -> None:
-        self.root, self._desk = root, desk
+    def __init__(self, collection: Collection, desk: Desk) -> None:
+        self.root, self._collection, self._desk = collection.path, collection, desk
         self.phase: Phase = "idle"
         self.outcomes: list[Outcome] = []
         self.before: dict[str, bytes] = {}
@@ -68,14 +71,14 @@ class Building:
             "outcomes": msgspec.to_builtins(self.outcomes),
         }
 
-    def start(self, dataset: Dataset, reviewer: str) -> None:
+    def start(self, reviewer: str) -> None:
         """Begin to build; ConfigError where it cannot be, or is being built (R1)."""
         if why := self.refusal():
             raise ConfigError(why)
         with self._lock:
             if self.phase == "building":
                 raise ConfigError(f"{self.root.name} is being built already; wait until that has ended")
-            touched = self._desk.since_build()
+            touched, dataset = self._desk.since_build(), self._collection.dataset
             self.before = {name: dataset.raw(name) for name in touched[:_MOST_SHOWN] if name in dataset}  # R2
             self.outcomes, self.phase, self._stopped = [], "building", False
             self._lines.clear()
@@ -102,6 +105,7 @@ class Building:
 
     def _follow(self, process: subprocess.Popen[str], touched: Sequence[str], reviewer: str) -> None:
         assert process.stdout is not None  # noqa: S101  # it is a pipe
+        dataset, manifest = self._collection.dataset, _look(self.root)
         for line in process.stdout:
             self._lines.append(line.rstrip())
         code = process.wait()
@@ -111,11 +115,23 @@ class Building:
             return
         try:
             self.outcomes = outcomes(self.root, self.before, touched)
+            for _ in range(_PATIENCE):  # the pages open what was built when they look next
+                self._collection.look()
+                if _look(self.root) == manifest or self._collection.dataset is not dataset:
+                    break
+                time.sleep(0.1)
             self._desk.built(reviewer)
             self.phase = "built"
         except HouseExpoError as error:
             self._lines.append(str(error))
             self.phase = "failed"
+
+
+def _look(root: Path) -> int:
+    try:
+        return (root / "manifest.json").stat().st_mtime_ns
+    except OSError:
+        return 0
 
 
 def outcomes(root: Path, before: Mapping[str, bytes], touched: Sequence[str]) -> list[Outcome]:

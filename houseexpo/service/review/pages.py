@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import getpass
-from dataclasses import dataclass
 from typing import Any, Final, get_args
 
 from starlette.concurrency import run_in_threadpool
@@ -29,32 +28,35 @@ from houseexpo.service.service import Service
 _MOVES: Final = get_args(Move)
 
 
-@dataclass(frozen=True)
 class Table:
     """All that the review of one data set needs."""
 
-    desk: Desk
-    queue: Queue
-    building: Building
+    def __init__(self, collection: Collection) -> None:
+        self._collection = collection
+        self._queue = Queue(collection.dataset)
+        self.desk = Desk(overrides_file(collection.path))
+        self.building = Building(collection, self.desk)
 
-    @classmethod
-    def of(cls, collection: Collection) -> Table:
-        """Return the table of a data set."""
-        desk = Desk(overrides_file(collection.path))
-        return cls(desk, Queue(collection.dataset), Building(collection.path, desk))
+    @property
+    def queue(self) -> Queue:
+        """The plans in order, anew where the data set was built again."""
+        dataset = self._collection.dataset
+        if self._queue.dataset is not dataset:
+            self._queue = Queue(dataset)
+        return self._queue
 
     def state(self, name: str | None) -> dict[str, Any]:
         """Return what is shown of a plan, None: that none is left; and how far all is judged."""
         judged = self.desk.judged()
-        common = {"progress": self.queue.progress(judged), "build": self.building.status()}
+        queue = self.queue
+        common = {"progress": queue.progress(judged), "build": self.building.status()}
         if name is None:
             return {"plan": None, **common}
-        dataset = self.queue.dataset
-        plan, table = dataset[name], self.desk.table(name)
+        plan, table = queue.dataset[name], self.desk.table(name)
         return {
             **plan_values(plan),
             **history(self.desk.latest().get(name), judged.get(name)),
-            "place": self.queue.places[name] + 1,
+            "place": queue.places[name] + 1,
             "table": table,
             "marks": marks(plan, table),
             **common,
@@ -70,7 +72,7 @@ def routes(service: Service) -> list[BaseRoute]:
     def table(request: Request) -> Table:
         collection = service.collection(request)
         if collection.name not in tables:
-            tables[collection.name] = Table.of(collection)
+            tables[collection.name] = Table(collection)
         return tables[collection.name]
 
     def page(request: Request) -> Response:
@@ -116,7 +118,7 @@ def routes(service: Service) -> list[BaseRoute]:
         return {**found.state(there), "undone": line.plan}
 
     def started(found: Table, body: bytes) -> dict[str, Any]:
-        found.building.start(found.queue.dataset, _reviewer(read(body, Undo).reviewer))
+        found.building.start(_reviewer(read(body, Undo).reviewer))
         return found.building.status()
 
     def stopped(found: Table, body: bytes) -> dict[str, Any]:  # noqa: ARG001  # each is called alike

@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from pathlib import Path
-from threading import Lock
 from typing import Final, Literal
 
-from houseexpo.dataset import Dataset, open_dataset
-from houseexpo.errors import HouseExpoError
+from houseexpo.dataset import Dataset
 from houseexpo.plan.quality import SURE
 from houseexpo.service.review.desk import Judged
 
@@ -20,29 +17,15 @@ LOOKED_AT_S: Final = 90.0
 
 
 class Queue:
-    """The plans of a data set by their quality; of those without one, by their id, at the end.
-
-    A data set that was built again is opened again; while it is being built it stays as it was.
-    """
+    """The plans of a data set by their quality; of those without one, by their id, at the end."""
 
     def __init__(self, dataset: Dataset) -> None:
+        qualities = [math.inf if value is None else value for value in dataset.column("quality")]
+        self.dataset = dataset
+        self.order = [name for _, name in sorted(zip(qualities, dataset.ids, strict=True))]
+        self.places = {name: place for place, name in enumerate(self.order)}
+        self.doubtful = sum(quality < SURE for quality in qualities)
         self._looked_at: dict[str, tuple[str, float]] = {}
-        self._lock = Lock()
-        self._take(dataset)
-        self._stamp = self._look()
-
-    @property
-    def dataset(self) -> Dataset:
-        """The data set as it is now."""
-        with self._lock:
-            stamp = self._look()
-            if stamp != self._stamp:
-                try:
-                    self._take(open_dataset(self._dataset.path))
-                    self._stamp = stamp
-                except HouseExpoError:  # it is being built
-                    pass
-            return self._dataset
 
     def move(self, start: str | None, how: Move, reviewer: str, judged: Mapping[str, Judged]) -> str | None:
         """Return the plan that is "next" to one, "previous" to it, the next "open" one, or the one "here".
@@ -80,18 +63,3 @@ class Queue:
             "doubtful": self.doubtful,
             "doubtful_judged": sum(name in judged for name in doubtful),
         }
-
-    def _take(self, dataset: Dataset) -> None:
-        qualities = [math.inf if value is None else value for value in dataset.column("quality")]
-        pairs = sorted(zip(qualities, dataset.ids, strict=True))
-        self._dataset = dataset
-        self.order = [name for _, name in pairs]
-        self.places = {name: place for place, name in enumerate(self.order)}
-        self.doubtful = sum(quality < SURE for quality in qualities)
-
-    def _look(self) -> tuple[int, int]:
-        try:
-            found = Path(self._dataset.path / "manifest.json").stat()
-        except OSError:
-            return 0, 0
-        return found.st_mtime_ns, found.st_ino

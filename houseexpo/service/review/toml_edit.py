@@ -54,6 +54,8 @@ def edited(text: str, table: str, changes: Mapping[str, Any]) -> str:
         The text is no TOML, or it is written in a way that this cannot change (R5).
     """
     wanted = _read(text)
+    if not isinstance(wanted.get(table, {}), dict):
+        raise ConfigError(f"{table}: expected a table, found {wanted[table]!r}; write it as [{table}]")
     newline = "\r\n" if "\r\n" in text else "\n"
     statements = list(_statements(text))
     for key, value in changes.items():

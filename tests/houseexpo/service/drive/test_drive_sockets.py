@@ -16,7 +16,7 @@ pytest.importorskip("starlette")
 from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
-from houseexpo import open_dataset, save_plan
+from houseexpo import save_plan
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
 from houseexpo.service.drive import pages, sessions
@@ -32,7 +32,7 @@ ADDRESS = "/houses/drive/robot"
 def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
     folder: Path = tmp_path_factory.mktemp("houses")
     save_plan(two_rooms(), folder / "two_rooms.json")
-    service = Service({"houses": Collection("houses", open_dataset(folder))}, Settings(read_only=True))
+    service = Service({"houses": Collection("houses", folder)}, Settings(read_only=True))
     with TestClient(make_app(service), base_url="http://127.0.0.1") as found:
         yield found
 

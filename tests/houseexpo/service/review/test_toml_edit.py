@@ -90,8 +90,10 @@ def test_what_is_no_toml_is_refused() -> None:
 
 
 def test_what_cannot_be_changed_is_refused_not_spoilt() -> None:
-    with pytest.raises(ConfigError, match="cannot be changed here"):
+    with pytest.raises(ConfigError, match="expected a table"):
         edited("[[a]]\nkeep = true\n", "a", {"keep": False})
+    with pytest.raises(ConfigError, match="cannot be changed here"):
+        edited("[a.why]\nkeep = true\n", "a", {"why": None})
 
 
 def test_a_build_reads_what_was_written(tmp_path: Path) -> None:
