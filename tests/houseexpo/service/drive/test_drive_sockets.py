@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import time
 import zipfile
 from collections.abc import Iterator
@@ -25,7 +26,7 @@ from houseexpo.service.service import Service
 from houseexpo.service.settings import Settings
 from tests.builders.driving import Frame, frame_from, painted, start, two_rooms
 
-ADDRESS = "/houses/drive/robot"
+ADDRESS = "ws://127.0.0.1/houses/drive/robot"
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +65,7 @@ def test_a_robot_is_driven_and_its_map_grows(client: TestClient) -> None:
             assert frame.number == number
             painted(shown, frame)
         assert (shown > 0).sum() > known
-        assert frame.pose[2] > first.pose[2]
+        assert math.remainder(frame.pose[2] - first.pose[2], math.tau) == pytest.approx(math.radians(3 * 28), abs=1e-3)
         assert len(frame.ranges) == hello["beams"]
 
 
@@ -198,7 +199,7 @@ def test_there_is_room_for_so_many_robots_and_for_more_when_they_go(
 
 
 def test_a_data_set_that_is_not_there_is_refused(client: TestClient) -> None:
-    with pytest.raises(WebSocketDisconnect), client.websocket_connect("/elsewhere/drive/robot") as socket:
+    with pytest.raises(WebSocketDisconnect), client.websocket_connect(ADDRESS.replace("houses", "elsewhere")) as socket:
         socket.receive_json()
 
 
