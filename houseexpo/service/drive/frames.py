@@ -86,7 +86,8 @@ def runs_of(cells: Grid) -> npt.NDArray[np.uint16]:
     full = np.full(len(values), LONGEST)
     ends = np.cumsum(pieces) - 1
     full[ends] = lengths - (pieces - 1) * LONGEST
-    return values | full.astype(np.uint16)
+    runs: npt.NDArray[np.uint16] = values | full.astype(np.uint16)
+    return runs
 
 
 def frame_of(report: Report, delta: Delta, sight: Sight) -> bytes:

@@ -31,8 +31,7 @@ def routes(service: Service) -> list[BaseRoute]:
         plan = asked if asked is not None else shown.dataset.ids[0]
         if plan not in shown.dataset:
             raise HTTPException(404, f"{shown.name} has no plan {plan!r}")
-        values = {"explorers": explorers(), "plan": plan}
-        return service.page(request, "drive/drive.html", here="drive", shown=shown, **values)
+        return service.page(request, "drive/drive.html", here="drive", shown=shown, explorers=explorers(), plan=plan)
 
     async def socket(websocket: WebSocket) -> None:
         from houseexpo.service.drive.sessions import FULL, Session

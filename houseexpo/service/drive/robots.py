@@ -19,7 +19,7 @@ from houseexpo.pseudoslam.render.picture import sight
 from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS, Report, SentMap, frame_of
 from houseexpo.service.drive.messages import YOU, Start
 
-BEAMS: Final = 91
+BEAMS: Final = 181
 _ALL_SEEN: Final = 0.99
 _DATE: Final = (1980, 1, 1, 0, 0, 0)
 

@@ -65,7 +65,8 @@ class Desk:
 
     def table(self, plan: str) -> dict[str, Any]:
         """Return what ``overrides.toml`` says of a plan."""
-        return _tables(self._text()).get(plan, {})
+        table: dict[str, Any] = _tables(self._text()).get(plan, {})
+        return table
 
     def decide(self, plan: str, action: Action, reviewer: str, value: Any = None, seen: int = 0) -> Line:
         """Note a decision; it is on the disk when this returns.

@@ -77,8 +77,8 @@ def routes(service: Service) -> list[BaseRoute]:
 
     def page(request: Request) -> Response:
         shown = service.collection(request)
-        names = {"reviewer": _user(), "file": table(request).desk.file.name}
-        return service.page(request, "review/review.html", here="review", shown=shown, **names)
+        file = table(request).desk.file.name
+        return service.page(request, "review/review.html", here="review", shown=shown, reviewer=_user(), file=file)
 
     def state(request: Request) -> Response:
         found, asked = table(request), request.query_params

@@ -84,7 +84,8 @@ def _filled(tables: Mapping[str, Any]) -> dict[str, Any]:
 
 def _statements(text: str) -> Iterator[_Statement]:
     """Part a whole TOML file: a statement ends with the first line with which it can be read by itself."""
-    waiting, header = "", ()
+    waiting = ""
+    header: tuple[str, ...] = ()
     for line in text.splitlines(keepends=True):
         waiting += line
         try:

@@ -60,7 +60,7 @@ function show(found) {
   history.replaceState(null, "", `?plan=${encodeURIComponent(found.plan)}`);
   at("plan").textContent = found.plan;
   const sure = found.quality === null ? "no quality" : `quality ${found.quality.toFixed(2)}${found.doubtful ? ", doubtful" : ""}`;
-  at("facts").textContent = `${sure} · ${found.rooms} rooms · ${found.doors} doors · ${found.area} m² · ${found.place} of ${found.progress.plans}`;
+  at("facts").textContent = `${sure} · ${counted(found.rooms, "room")} · ${counted(found.doors, "door")} · ${found.area} m² · ${found.place} of ${found.progress.plans}`;
   const words = { keep: "kept", drop: "dropped", door: "a door", no_room: "no room", note: "a note" };
   at("judged").textContent = found.judged
     ? `${found.judged.by}: ${found.judged.actions.map((each) => words[each]).join(", ")}` : "not judged yet";
@@ -72,9 +72,13 @@ function show(found) {
   sheet.show(found, `${base}/pictures/${encodeURIComponent(found.plan)}.svg?at=${stamp}`);
 }
 
+function counted(number, word) {
+  return `${number} ${word}${number === 1 ? "" : "s"}`;
+}
+
 function ground([name, value]) {
   const line = document.createElement("li");
-  const meter = Object.assign(document.createElement("meter"), { min: 0, max: 1, value });
+  const meter = Object.assign(document.createElement("meter"), { min: 0, max: 1, low: 0.2, high: 0.6, optimum: 0, value });
   meter.setAttribute("aria-label", name);
   const number = Object.assign(document.createElement("span"), { textContent: value.toFixed(2), className: "number" });
   line.append(name, meter, number);

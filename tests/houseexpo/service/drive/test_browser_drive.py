@@ -43,9 +43,10 @@ def frames(page: Any, panel: int = 0) -> int:
 def known_cells(page: Any) -> int:
     """How many pixels of the map are not grey."""
     found: int = page.evaluate(
-        """() => { const map = document.querySelector('.map'); const data = map.getContext('2d').getImageData(
-        0, 0, map.width, map.height).data; let n = 0; for (let i = 0; i < data.length; i += 4) n += data[i] !== 215;
-        return n; }"""
+        """() => { const map = document.querySelector('.map'), copy = new OffscreenCanvas(map.width, map.height);
+        const pen = copy.getContext('2d'); pen.drawImage(map, 0, 0);
+        const data = pen.getImageData(0, 0, map.width, map.height).data;
+        let n = 0; for (let i = 0; i < data.length; i += 4) n += data[i] !== 215; return n; }"""
     )
     return found
 
