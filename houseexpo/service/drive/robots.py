@@ -15,7 +15,7 @@ from houseexpo.pseudoslam.agents.driving import Drive
 from houseexpo.pseudoslam.agents.loading import NAMES, NamedPolicy, load_policy
 from houseexpo.pseudoslam.agents.protocol import knowledge_of, robot_of
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
-from houseexpo.pseudoslam.render.picture import sight
+from houseexpo.pseudoslam.render.sight import sight
 from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS, Report, SentMap, frame_of
 from houseexpo.service.drive.messages import YOU, Start
 

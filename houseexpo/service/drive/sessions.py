@@ -27,6 +27,8 @@ from houseexpo.service.drive.robots import Robot
 
 WINDOW: Final = 6
 """So many frames may be on their way: a fifth of a second."""
+BEHIND: Final = 3
+"""So many frames are made up for where the machine was busy."""
 GONE_S: Final = 10.0
 LEFT_ALONE_S: Final = 900.0
 MOST_MESSAGES_A_S: Final = 200
@@ -125,7 +127,7 @@ class Session:
                     if self._number - self._seen == 1:
                         self._seen_s = time.monotonic()
                     await self._send(frame)
-            due = max(due + 1 / FRAMES_PER_S, time.monotonic() - 1 / FRAMES_PER_S)
+            due = max(due + 1 / FRAMES_PER_S, time.monotonic() - BEHIND / FRAMES_PER_S)
             await anyio.sleep(max(due - time.monotonic(), 0))
 
     def _step(self, robot: Robot, *, by_hand: bool, first: bool, steps: int) -> Callable[[], bytes | None]:

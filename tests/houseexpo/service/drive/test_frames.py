@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from houseexpo.pseudoslam.render.picture import Sight
+from houseexpo.pseudoslam.render.sight import Sight
 from houseexpo.service.drive.frames import LONGEST, Report, SentMap, frame_of, runs_of
 from tests.builders.driving import VALUES, frame_from, painted
 
