@@ -88,7 +88,7 @@ def picture(
         canvas.line(
             np.asarray(trail, np.float64)[:, slice(2) if shows == "truth" else slice(3, 5)], 0.05 * metre, TRAIL_COLOUR
         )
-    _drawbodies_of(canvas, bodies_of(simulator, state, ends), true, seen_from, shows)
+    _draw_bodies(canvas, bodies_of(simulator, state, ends), true, seen_from, shows)
     _draw_robot(canvas, seen_from, simulator.config.robot.radius_m * metre)
     return canvas.image
 
@@ -158,7 +158,7 @@ def _draw_goal(canvas: Canvas, simulator: Simulator, state: State) -> None:
         canvas.blob(place, share * radius, colour)
 
 
-def _drawbodies_of(canvas: Canvas, bodies: list[Body], true: Points, seen_from: Points, shows: Shows) -> None:
+def _draw_bodies(canvas: Canvas, bodies: list[Body], true: Points, seen_from: Points, shows: Shows) -> None:
     """Draw who moves; in what the robot knows, only whom a beam meets, where the robot believes that to be."""
     for body in bodies:
         if not body.seen and shows == "map":
