@@ -34,7 +34,8 @@ class BuildOptions:
     """What goes in. ``up``, ``units``, ``scale`` and ``storey_height`` (m) are for mesh files; "auto" is detected.
 
     ``units`` is auto, m, cm, mm, in, ft, or the metres in a unit; ``scale`` is 20 for a model at 1:20. A plan whose
-    quality is below ``min_quality``, 0 to 1, is rejected.
+    quality is below ``min_quality``, 0 to 1, is rejected. ``licence`` is the one under which plans of the sources may
+    be passed on (its SPDX identifier), ``credit`` says whom to name: ``houseexpo release`` asks for them.
     """
 
     sources: tuple[str, ...] = ()
@@ -47,6 +48,8 @@ class BuildOptions:
     furniture: bool = False
     model_path: str = ""  # folders to look for Gazebo models in, divided as in PATH
     min_quality: float = 0.0
+    licence: str = ""
+    credit: str = ""
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,11 @@ class BuildConfig:
         names = ("seed", "up", "units", "scale", "storey_height", "furniture", "min_quality")
         chosen = {name: options[name] for name in names}
         return {"build": chosen, "limits": asdict(self.limits), **asdict(self.stages)}
+
+    def rights(self) -> dict[str, str]:
+        """Return what is stated of the sources' licence: the manifest repeats it, no plan depends on it."""
+        said = {"licence": self.build.licence, "credit": self.build.credit}
+        return {name: text for name, text in said.items() if text}
 
     def digest(self) -> str:
         """SHA-256 of the parameters, in hex digits."""
