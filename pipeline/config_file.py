@@ -36,6 +36,7 @@ class BuildOptions:
     ``units`` is auto, m, cm, mm, in, ft, or the metres in a unit; ``scale`` is 20 for a model at 1:20. A plan whose
     quality is below ``min_quality``, 0 to 1, is rejected. ``licence`` is the one under which plans of the sources may
     be passed on (its SPDX identifier), ``credit`` says whom to name: ``houseexpo release`` asks for them.
+    ``furnished``, 0 to 1, is the share of the houses made by the project that get furniture.
     """
 
     sources: tuple[str, ...] = ()
@@ -48,6 +49,7 @@ class BuildOptions:
     furniture: bool = False
     model_path: str = ""  # folders to look for Gazebo models in, divided as in PATH
     min_quality: float = 0.0
+    furnished: float = 0.0
     licence: str = ""
     credit: str = ""
 
@@ -77,7 +79,7 @@ class BuildConfig:
     def parameters(self) -> dict[str, Any]:
         """Return what the plans depend on, as plain values: stored with the output, and hashed."""
         options = asdict(self.build)
-        names = ("seed", "up", "units", "scale", "storey_height", "furniture", "min_quality")
+        names = ("seed", "up", "units", "scale", "storey_height", "furniture", "min_quality", "furnished")
         chosen = {name: options[name] for name in names}
         return {"build": chosen, "limits": asdict(self.limits), **asdict(self.stages)}
 
@@ -105,6 +107,8 @@ def load_config(path: Path) -> BuildConfig:
     config = fill(BuildConfig, own, path)
     if config.build.min_quality > 1:
         raise ConfigError(f"{path}: build.min_quality = {config.build.min_quality!r}: expected 0 to 1")
+    if config.build.furnished > 1:
+        raise ConfigError(f"{path}: build.furnished = {config.build.furnished!r}: expected 0 to 1")
     for name, value in asdict(config.limits).items():
         if not value:  # the system takes a limit of 0 for none
             raise ConfigError(f"{path}: limits.{name} = {value!r}: expected a number above 0")
