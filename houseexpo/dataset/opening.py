@@ -26,10 +26,10 @@ _SHOWN = 6  # pictures in a notebook
 def open_dataset(path: str | os.PathLike[str]) -> Dataset:
     """Open a data set: a folder, the published ``json.tar.gz``, a ``.zip``, ``.jsonl`` or ``.jsonl.gz``.
 
-    A folder is one that ``houseexpo build`` wrote, or one of published JSON files. Opening reads an index and no plan,
-    but for the first time: then every plan is read and checked once, and the index (of an archive or JSON lines, the
-    plans in blocks too) is kept in the user's cache folder; the variable HOUSEEXPO_CACHE moves it. The address of a
-    data set that ``houseexpo serve`` shows (``http://host:8000/demo``) opens too.
+    A folder is one that ``houseexpo build`` or ``houseexpo release`` wrote, or one of published JSON files. Opening
+    reads an index and no plan, but for the first time: then every plan is read and checked once, and the index (of an
+    archive or JSON lines, the plans in blocks too) is kept in the user's cache folder; the variable HOUSEEXPO_CACHE
+    moves it. The address of a data set that ``houseexpo serve`` shows (``http://host:8000/demo``) opens too.
 
     Raises
     ------
