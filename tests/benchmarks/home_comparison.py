@@ -23,6 +23,7 @@ from sklearn.ensemble import HistGradientBoostingClassifier
 from sklearn.inspection import permutation_importance
 from sklearn.metrics import roc_auc_score
 from sklearn.model_selection import StratifiedKFold
+from threadpoolctl import threadpool_limits
 
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
@@ -111,14 +112,16 @@ def _areas_apart(ours: list[Seen], theirs: list[Seen]) -> float:
     return float(np.average([_apart(both[0][label], both[1][label]) for label in common], weights=weights))
 
 
+@threadpool_limits.wrap(limits=1)  # threads that wait for each other on a busy machine take longer than one
 def told_apart(ours: list[Seen], theirs: list[Seen], *, tells: bool = True) -> Verdict:
     """Cross-validate gradient boosting on all measures; permutation importance on what each fold has not seen."""
     data, names = features(ours + theirs)
     truth = np.repeat([0, 1], [len(ours), len(theirs)])
     scores = np.zeros(len(truth))
     lost: list[npt.NDArray[np.float64]] = []
-    for train, test in StratifiedKFold(5, shuffle=True, random_state=SEED).split(data, truth):
-        model = HistGradientBoostingClassifier(random_state=SEED).fit(data[train], truth[train])
+    folds = StratifiedKFold(5, shuffle=True, random_state=SEED).split(data, truth)
+    for train, test in folds:
+        model = HistGradientBoostingClassifier(random_state=SEED, early_stopping=False).fit(data[train], truth[train])
         scores[test] = model.predict_proba(data[test])[:, 1]
         if tells and not lost:
             found = permutation_importance(

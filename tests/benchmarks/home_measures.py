@@ -26,17 +26,19 @@ LEFT_OUT = ("wall_m",)
 """Measured for the table of statistics only: `stats` has no such measure."""
 STRAIGHT_M = 0.03
 FLANK_M, BAY_M, NOTCH_M = 1.2, 4.0, 1.5
-OBLIQUE_RAD = np.radians(3.0)
+OBLIQUE_RAD, OBLIQUE_M = np.radians(3.0), 0.3
+"""A wall is oblique from this angle on; shorter pieces are what a contour of pixels leaves at corners."""
 
 
 @dataclass(frozen=True)
 class Seen:
-    """One house: its numbers by name, a list for each; label -> rooms; label -> areas of rooms (m2)."""
+    """One house: numbers by name, a list for each; label -> rooms; label -> areas of rooms (m2), and their doors."""
 
     id: str
     numbers: dict[str, list[float]]
     labels: dict[str, int]
     areas: dict[str, list[float]]
+    degrees: dict[str, list[int]]
 
 
 def as_published(plan: FloorPlan) -> FloorPlan:
@@ -49,8 +51,10 @@ def seen(plan: FloorPlan) -> Seen:
     found = with_rooms(plan)
     labels = measures.labels(plan)
     areas: defaultdict[str, list[float]] = defaultdict(list)
-    for room in found.rooms:
+    degrees: defaultdict[str, list[int]] = defaultdict(list)
+    for room, degree in zip(found.rooms, measures.doors_per_room(found), strict=True):
         areas[room.label].append(room.area)
+        degrees[room.label].append(degree)
     long, short = measures.long_side_m(plan), measures.short_side_m(plan)
     depth, doors = measures.depth(found), measures.door_widths_m(found)
     numbers = {
@@ -73,7 +77,7 @@ def seen(plan: FloorPlan) -> Seen:
         **_reach(plan),
         **outline_numbers(plan),
     }
-    return Seen(plan.id, numbers, dict(labels), dict(areas))
+    return Seen(plan.id, numbers, dict(labels), dict(areas), dict(degrees))
 
 
 def _reach(plan: FloorPlan) -> dict[str, list[float]]:
@@ -102,7 +106,7 @@ def outline_numbers(plan: FloorPlan) -> dict[str, list[float]]:
             length, heading = np.hypot(*step.T), np.arctan2(step[:, 1], step[:, 0])
             off = np.abs((heading + np.pi / 4) % (np.pi / 2) - np.pi / 4)
             corners += len(points)
-            oblique += float(length[off > OBLIQUE_RAD].sum())
+            oblique += float(length[(off > OBLIQUE_RAD) & (length >= OBLIQUE_M)].sum())
             total += float(length.sum())
             bulges = _bulges(length, heading)
             bays += int((bulges[0] & (length <= BAY_M)).sum())

@@ -38,7 +38,8 @@ def main() -> None:
     images = [draw_plan(bare(plans[k]), size=SIZE) for k in order]
     sheet = contact_sheet(images, COLUMNS, [str(place + 1) for place in range(len(order))])
     Image.fromarray(sheet).save(out)
-    print("made:", *(place + 1 for place, k in enumerate(order) if k < OF_EACH))
+    made = " ".join(str(place + 1) for place, k in enumerate(order) if k < OF_EACH)
+    sys.stdout.write(f"made: {made}\n")
 
 
 if __name__ == "__main__":

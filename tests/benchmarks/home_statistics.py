@@ -11,7 +11,7 @@ from __future__ import annotations
 import gzip
 import json
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,6 @@ from scipy.stats import rankdata
 
 from houseexpo.errors import PlanError
 from houseexpo.floorplan import decode
-from houseexpo.plan.categories import UNLABELLED
 from pipeline.sources.homes.wishes import NUMBERS, STRATA, TABLE, stratum_of
 from tests.benchmarks.home_measures import Seen, seen
 
@@ -28,6 +27,7 @@ SEED = 17
 USUAL_WALL_M = 0.1
 """Of a house without doors."""
 SHARES = [0.001, 0.005, 0.01, *np.linspace(0.02, 0.98, 33).round(4).tolist(), 0.99, 0.995, 0.999]
+FEW, NARROWEST_M = 20, 0.5
 MOST_OF_ONE = 8
 """A house has so many rooms of one label at most, in the table."""
 
@@ -92,7 +92,8 @@ def table_of(houses: list[Seen]) -> dict[str, object]:
         "strata": strata,
         "labels": _labels(houses),
         "room_areas": _areas(houses),
-        "door_widths_m": _quantiles([w for h in houses for w in h.numbers["door_width_m"]]),
+        "hubs": _hubs(houses),
+        "door_widths_m": _widths(houses),
     }
 
 
@@ -113,18 +114,35 @@ def _labels(houses: list[Seen]) -> dict[str, list[list[float]]]:
 
 
 def _areas(houses: list[Seen]) -> dict[str, list[float]]:
-    """Mean and deviation of log(room / mean room of its house), by label."""
-    logs = defaultdict(list)
+    """How log(room) follows log(mean room of its house), by label: level, slope and what is left (its deviation)."""
+    points = defaultdict(list)
     for house in houses:
-        mean = float(np.mean(house.numbers["room_area_m2"]))
+        mean = float(np.log(np.mean(house.numbers["room_area_m2"])))
         if len(house.numbers["room_area_m2"]) > 2:
             for label, areas in house.areas.items():
-                logs[label or UNLABELLED] += np.log(np.array(areas) / mean).tolist()
-    return {label: [round(float(np.mean(v)), 3), round(float(np.std(v)), 3)] for label, v in sorted(logs.items())}
+                points[label] += [(mean, float(np.log(area))) for area in areas]
+    found = {}
+    for label, values in sorted(points.items()):
+        x, y = np.array(values).T
+        slope = float(np.clip(np.polyfit(x, y, 1)[0], 0.2, 1.6)) if len(x) > FEW else 1.0
+        rest = y - slope * x
+        found[label] = [round(float(rest.mean()), 3), round(slope, 3), round(float(rest.std()), 3)]
+    return found
 
 
-def _quantiles(values: list[float]) -> list[float]:
-    return np.quantile(values, SHARES).round(3).tolist()
+def _hubs(houses: list[Seen]) -> dict[str, float]:
+    """Doors of a room beyond the mean of its house, by label."""
+    beyond = defaultdict(list)
+    for house in houses:
+        for label, degrees in house.degrees.items():
+            beyond[label] += [degree - float(np.mean(house.numbers["doors_per_room"])) for degree in degrees]
+    return {label: round(float(np.mean(values)), 3) for label, values in sorted(beyond.items()) if len(values) > FEW}
+
+
+def _widths(houses: list[Seen]) -> dict[str, float]:
+    """Shares of the clear widths of doors, to the centimetre, without those that a robot of 0.2 m hardly passes."""
+    counts = Counter(round(w, 2) for h in houses for w in h.numbers["door_width_m"] if w >= NARROWEST_M)
+    return {f"{width:.2f}": round(n / counts.total(), 5) for width, n in sorted(counts.items())}
 
 
 def main() -> None:

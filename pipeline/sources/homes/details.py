@@ -43,7 +43,7 @@ def detailed(
         spaces, length = changed
         short -= length
     have = sum(shapely.get_num_coordinates(space) - 1 - 4 for space in spaces)
-    for _ in range(max(asked.corners - have, 0) // 3):
+    for _ in range(max(asked.corners - have, 0) // 4):
         spaces = _pilaster(spaces, keep, rng)
     return spaces
 

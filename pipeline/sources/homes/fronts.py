@@ -12,11 +12,13 @@ from pipeline.sources.homes.values import Door, Rect
 _WELCOME: Final = {"Entryway": 4.0, "Lobby": 3.0, "Hall": 2.5, "Hallway": 2.0, "Living_Room": 1.5, "Kitchen": 0.5}
 _WIDTH_M: Final = 0.9
 _CORNER_M: Final = 0.2
+_BEFORE_M: Final = 0.6
+"""So much room is before it."""
 _SECOND: Final = 0.25
 
 
 def front_doors(
-    spaces: list[shapely.Polygon], names: list[tuple[str, ...]], wall_m: float, rng: np.random.Generator
+    spaces: list[shapely.Polygon], names: tuple[tuple[str, ...], ...], wall_m: float, rng: np.random.Generator
 ) -> tuple[Door, ...]:
     """Return a front door, sometimes two; none where no axis-parallel outer wall is long enough."""
     welcome = [_WELCOME.get(each[0] if each else "", 0.0) + float(rng.gumbel()) for each in names]
@@ -27,7 +29,7 @@ def front_doors(
         places = [
             rect
             for rect in _places(spaces[k], wall_m, rng)
-            if all(shapely.box(*rect).distance(other) > wall_m for other in others)
+            if all(shapely.box(*rect).distance(other) > wall_m + _BEFORE_M for other in others)
         ]
         if places:
             found.append(Door(places[int(rng.integers(len(places)))], (k, None)))

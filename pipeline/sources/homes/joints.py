@@ -7,20 +7,24 @@ was lost with them. Made ones are, too.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from pipeline.sources.homes.slicing import borders
 from pipeline.sources.homes.values import Rect
-from pipeline.sources.homes.wishes import door_width
+from pipeline.sources.homes.wishes import door_width, hub_of
 
 CORNER_M = 0.06
 """A door's jamb stands so far from a wall's face at least."""
-LEAST_DOOR_M = 0.6
-WIDE_M = 2.4
-"""A gap wider than this is no door."""
-_AT_CORNER, _IN_MIDDLE = 0.45, 0.15
-HUBS = {"Hallway": 1.6, "Hall": 1.2, "Lobby": 1.0, "Entryway": 0.8, "Living_Room": 0.7, "Dining_Room": 0.3, "Room": 0.2}
+LEAST_DOOR_M, LEAST_WIDTH_M = 0.72, 0.5
+_AT_CORNER, _IN_MIDDLE = 0.1, 0.25
+_AGAIN, _AGAIN_SHARES, _DRAWS = (0.95, 0.6, 0.2), (0.2, 0.25, 0.55), 8
+_LONG_M, _WIDER = 2.2, 0.05
+"""A border so long takes any door; some more of these are wide ones, for the many borders that take none."""
+_Way: TypeAlias = tuple[tuple[int, int], tuple[float, float, float, bool]]
+HUB, RICHER = 1.3, 1.6
+"""How much the label of a room, and a door that it has, speak for another door."""
 ENDS = {"Bathroom": 0.7, "Toilet": 0.9, "Storage": 0.8, "Wardrobe": 0.9, "Balcony": 0.8, "Garage": 0.6, "Loggia": 0.8}
 
 
@@ -32,54 +36,70 @@ class Joint:
     gap: Rect
 
 
-def merged(rects: list[Rect], wall_m: float, count: int, rng: np.random.Generator) -> list[Joint]:
-    """Choose up to ``count`` borders whose walls are left out, wholly or but for stubs, no two of them in a ring.
-
-    A border is fit where the gap is wider than a door.
-    """
-    fit = {pair: at for pair, at in borders(rects).items() if at[2] - at[1] - wall_m >= WIDE_M}
-    group = list(range(len(rects)))
-    found = []
-    for k in rng.permutation(len(fit)).tolist():
-        if len(found) == count:
-            break
-        pair = list(fit)[k]
-        if group[pair[0]] == group[pair[1]]:
-            continue
-        line, low, high, upright = fit[pair]
-        low, high = low + wall_m / 2, high - wall_m / 2
-        if rng.random() < 0.4 and high - low > WIDE_M + 0.3:
-            spare = float(rng.uniform(0.2, high - low - WIDE_M))
-            left = spare * float(rng.choice([0.0, 0.5, 1.0, rng.random()]))
-            low, high = low + left, high - (spare - left)
-        found.append(Joint(pair, _across(line, low, high, wall_m, upright)))
-        old, new = group[pair[1]], group[pair[0]]
-        group = [new if g == old else g for g in group]
-    return found
-
-
 def doors(
     rects: list[Rect], space_of: list[int], labels: list[str | None], wall_m: float, rng: np.random.Generator
 ) -> list[Joint] | None:
-    """Join all spaces by a tree of doors, through the walls that people would choose; None where some stay apart."""
-    ways = []
+    """Join all spaces by a tree of doors, through the walls that people would choose; None where some stay apart.
+
+    The tree grows from a hub: of all walls between what is joined and what is not, the one is taken whose rooms are
+    likeliest to have many doors; a room that has some gets more.
+    """
+    ways: dict[tuple[int, int], list[_Way]] = {}
     for pair, at in borders(rects).items():
         one, other = space_of[pair[0]], space_of[pair[1]]
         clear = at[2] - at[1] - wall_m - 2 * CORNER_M
         if one != other and clear >= LEAST_DOOR_M:
-            ways.append((_cost(labels[one], labels[other], rng), pair, at))
-    group = list(range(max(space_of) + 1))
-    found = []
-    for _, pair, (line, start, end, upright) in sorted(ways):
-        one, other = group[space_of[pair[0]]], group[space_of[pair[1]]]
-        if one == other:
-            continue
-        group = [one if g == other else g for g in group]
-        low, high = start + wall_m / 2 + CORNER_M, end - wall_m / 2 - CORNER_M
-        width = min(door_width(rng), high - low)
-        at = low + (high - low - width) * _place(rng)
-        found.append(Joint(pair, _across(line, at, at + width, wall_m, upright)))
-    return found if len(set(group)) == 1 else None
+            ways.setdefault((min(one, other), max(one, other)), []).append((pair, at))
+    count = max(space_of) + 1
+    reach = np.zeros(count)
+    for one, other in ways:
+        reach[[one, other]] += 1.0
+    pull = np.array([HUB * hub_of(label) for label in labels]) + 0.5 * reach + rng.gumbel(size=count)
+    inside, degree = {int(np.argmax(pull))}, np.zeros(count)
+    found: list[Joint] = []
+    widths = _Widths(float(rng.choice(_AGAIN, p=_AGAIN_SHARES)), [])
+    while len(inside) < count:
+        edges = [(one, other) for one, other in ways if (one in inside) != (other in inside)]
+        if not edges:
+            return None
+        costs = [
+            _cost(labels[a], labels[b], rng) - pull[a] - pull[b] - RICHER * (degree[a] + degree[b]) for a, b in edges
+        ]
+        one, other = edges[int(np.argmin(costs))]
+        degree[[one, other]] += 1.0
+        inside |= {one, other}
+        found.append(_door(ways[one, other], widths, wall_m, rng))
+    return found
+
+
+@dataclass
+class _Widths:
+    """Widths of one house's doors: most houses have doors of many widths, some of one."""
+
+    again: float
+    before: list[float]
+
+    def draw(self, rng: np.random.Generator) -> float:
+        """Draw a width: that of a door before, but for a centimetre, or any."""
+        if self.before and rng.random() < self.again:
+            return self.before[int(rng.integers(len(self.before)))] + float(rng.integers(-1, 2)) / 100
+        return door_width(rng)
+
+
+def _door(ways: list[_Way], widths: _Widths, wall_m: float, rng: np.random.Generator) -> Joint:
+    """Put a door into the longest border of two spaces; doors of one house are often equally wide."""
+    pair, (line, start, end, upright) = max(ways, key=lambda way: way[1][2] - way[1][1])
+    low, high = start + wall_m / 2 + CORNER_M, end - wall_m / 2 - CORNER_M
+    for _ in range(_DRAWS):
+        width = widths.draw(rng)
+        if width <= high - low:
+            break
+    if high - low > _LONG_M and rng.random() < _WIDER:
+        width = min(door_width(rng, least_m=1.5), high - low)
+    width = max(min(width, high - low), LEAST_WIDTH_M)
+    widths.before.append(width)
+    at = low + (high - low - width) * _place(rng)
+    return Joint(pair, across(line, at, at + width, wall_m, upright=upright))
 
 
 def _place(rng: np.random.Generator) -> float:
@@ -92,12 +112,11 @@ def _place(rng: np.random.Generator) -> float:
 
 
 def _cost(one: str | None, other: str | None, rng: np.random.Generator) -> float:
-    """Return how unlikely a door between two rooms is."""
-    hub = HUBS.get(one or "", 0.0) + HUBS.get(other or "", 0.0)
-    end = ENDS.get(one or "", 0.0) * ENDS.get(other or "", 0.0)
-    return float(rng.gumbel()) - hub + 2.0 * end
+    """Return how unlikely a door between two rooms is, whatever other doors they have."""
+    return 2.0 * ENDS.get(one or "", 0.0) * ENDS.get(other or "", 0.0) - float(rng.gumbel())
 
 
-def _across(line: float, low: float, high: float, wall_m: float, upright: bool) -> Rect:
-    half = wall_m / 2 + 1e-3  # into both rooms, so that they become one
+def across(line: float, low: float, high: float, wall_m: float, *, upright: bool) -> Rect:
+    """Return the gap in a wall on a line, from one room's face to the other's and a little into both."""
+    half = wall_m / 2 + 1e-3
     return (line - half, low, line + half, high) if upright else (low, line - half, high, line + half)

@@ -16,6 +16,8 @@ from pipeline.sources.homes.values import Rect
 
 NEAR_M = 1e-6
 LEAST_SIDE_M = 0.9
+_HUB = 0.4
+"""How much it counts that no room has a border with all others."""
 _GOOD = 0.04
 """A layout this near to what is asked is taken at once."""
 
@@ -44,7 +46,7 @@ def lay_out(asked: Asked, door_m: float, tries: int, rng: np.random.Generator) -
         rects = _attempt(asked, rng)
         if rects is None or not joined(rects, door_m):
             continue
-        cost = _cost(rects, asked)
+        cost = _cost(rects, asked) + _HUB * _without_hub(rects, door_m)
         if best is None or cost < best[0]:
             best = cost, rects
         if cost < _GOOD:
@@ -170,7 +172,13 @@ def _cost(rects: list[Rect], asked: Asked) -> float:
     narrow = float(
         np.clip(1.3 - short, 0.0, None).sum() + np.clip(long / np.maximum(short, 0.1) - 3.5, 0.0, None).sum()
     )
-    return 2.0 * whole + 0.3 * each + 0.2 * float(narrow)
+    return 2.0 * whole + 0.8 * each + 0.2 * float(narrow)
+
+
+def _without_hub(rects: list[Rect], door_m: float) -> float:
+    """Return the share of rectangles that do not border on the one with the most borders."""
+    ends = [k for pair, (_, low, high, _) in borders(rects).items() if high - low >= door_m for k in pair]
+    return 1.0 - np.bincount(ends).max() / (len(rects) - 1) if ends else 0.0
 
 
 def _bounds(rects: list[Rect]) -> Rect:

@@ -24,6 +24,9 @@ NUMBERS: Final = (*("rooms", "boxes", "nameless", "area_m2", "aspect", "extent",
 STRATA: Final = (1, 2, 3, 4, 5, 6, 7, 9, 12)
 """The least number of spaces of each stratum."""
 NAMELESS: Final = "Unlabelled"
+_DRAWS: Final = 12
+_CALM: Final = 0.9
+"""Layouts add some spread to the areas of rooms; so much of the published one is drawn."""
 _WALLS_M: Final = (0.05, 0.4)
 
 
@@ -77,8 +80,10 @@ def draw_labels(boxes: int, rng: np.random.Generator) -> list[str]:
     """Draw the labels of a house: how often each occurs, then some more or fewer until there are ``boxes``."""
     k = stratum_of(boxes)
     shares = {label: np.array(rows[k]) for label, rows in table()["labels"].items()}
-    counts = {label: int(rng.choice(len(p), p=p / p.sum())) for label, p in shares.items()}
-    labels = [label for label, n in counts.items() for _ in range(n)]
+    sums = np.cumsum([p / p.sum() for p in shares.values()], axis=1)
+    draws = (rng.random((_DRAWS, len(sums), 1)) > sums[None]).sum(axis=2)
+    nearest = draws[int(np.argmin(np.abs(draws.sum(axis=1) - boxes)))]
+    labels = [label for label, n in zip(shares, nearest.tolist(), strict=True) for _ in range(n)]
     labels = [labels[i] for i in rng.permutation(len(labels))]
     means = np.array([p @ np.arange(len(p)) for p in shares.values()])
     words = list(shares)
@@ -87,10 +92,16 @@ def draw_labels(boxes: int, rng: np.random.Generator) -> list[str]:
     return labels[:boxes]
 
 
-def door_width(rng: np.random.Generator) -> float:
-    """Draw the clear width of a door, metres; no narrower than a robot of 0.2 m needs."""
-    quantiles = table()["door_widths_m"]
-    return max(round(float(np.interp(rng.random(), table()["shares"], quantiles)), 2), 0.6)
+def door_width(rng: np.random.Generator, least_m: float = 0.0) -> float:
+    """Draw the clear width of a door, metres; of doors of ``least_m`` and more."""
+    widths = {float(width): share for width, share in table()["door_widths_m"].items() if float(width) >= least_m}
+    sums = np.cumsum(list(widths.values()))
+    return list(widths)[int(np.searchsorted(sums, rng.random() * sums[-1]))]
+
+
+def hub_of(label: str | None) -> float:
+    """Return how many doors more than others a room of this label has."""
+    return float(table()["hubs"].get(label or NAMELESS, 0.0))
 
 
 def _drawn(spaces: int, rng: np.random.Generator) -> dict[str, float]:
@@ -113,11 +124,17 @@ def _dealt(labels: list[str], spaces: int, nameless: int, rng: np.random.Generat
 
 
 def _areas(names: tuple[tuple[str, ...], ...], total_m2: float, rng: np.random.Generator) -> tuple[float, ...]:
-    """Draw the areas of the spaces, by the label of each, in proportion to the whole."""
+    """Draw the areas of the spaces, by the label of each; those that vary most make up what is left to the whole."""
     known = table()["room_areas"]
-    logs = [known.get(each[0] if each else NAMELESS, (0.0, 0.6)) for each in names]
-    raw = np.exp([mean + spread * rng.standard_normal() for mean, spread in logs])
-    return tuple((raw / raw.sum() * total_m2).tolist())
+    rows = np.array([known.get(each[0] if each else NAMELESS, (0.0, 1.0, 0.6)) for each in names])
+    spread = _CALM * rows[:, 2]
+    logs = rows[:, 0] + rows[:, 1] * np.log(total_m2 / len(names)) + spread * rng.standard_normal(len(names))
+    low, high = -60.0, 60.0
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (low, middle) if np.exp(logs + middle * spread**2).sum() > total_m2 else (middle, high)
+    areas = np.exp(logs + low * spread**2)
+    return tuple((areas / areas.sum() * total_m2).tolist())
 
 
 def _root(correlations: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
