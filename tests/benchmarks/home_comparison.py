@@ -42,6 +42,7 @@ ASKED = {
     **dict.fromkeys(("oblique_share", "notches", "bays", "corners"), 0.20),
 }
 AUC = 0.70
+STEP_M = 0.05
 COMMON = 0.01
 """A label with a smaller share of the published rooms is left out of the mean distance of areas."""
 
@@ -113,9 +114,9 @@ def _areas_apart(ours: list[Seen], theirs: list[Seen]) -> float:
 
 
 @threadpool_limits.wrap(limits=1)  # threads that wait for each other on a busy machine take longer than one
-def told_apart(ours: list[Seen], theirs: list[Seen], *, tells: bool = True) -> Verdict:
+def told_apart(ours: list[Seen], theirs: list[Seen], *, step_m: float = 0.0, tells: bool = True) -> Verdict:
     """Cross-validate gradient boosting on all measures; permutation importance on what each fold has not seen."""
-    data, names = features(ours + theirs)
+    data, names = features(ours + theirs, step_m)
     truth = np.repeat([0, 1], [len(ours), len(theirs)])
     scores = np.zeros(len(truth))
     lost: list[npt.NDArray[np.float64]] = []
@@ -133,7 +134,7 @@ def told_apart(ours: list[Seen], theirs: list[Seen], *, tells: bool = True) -> V
     return Verdict(auc, [(names[k], float(mean[k])) for k in np.argsort(mean)[::-1][:20]] if lost else [])
 
 
-def show(lines: list[Line], verdict: Verdict) -> None:
+def show(lines: list[Line], verdict: Verdict, rounded: Verdict) -> None:
     """Print what was found beside what is asked."""
     table = Table(title="Made homes and published plans")
     for heading in ("measure", "published", "made", "distance", "asked", ""):
@@ -146,6 +147,7 @@ def show(lines: list[Line], verdict: Verdict) -> None:
     table.add_row(
         "AUC of a classifier", "", "", f"{verdict.auc:.3f}", f"{AUC:.2f}", "yes" if verdict.auc <= AUC else "NO"
     )
+    table.add_row(f"the same, widths to {STEP_M:.2f} m", "", "", f"{rounded.auc:.3f}", "", "")
     console = Console(width=110)
     console.print(table)
     for name, loss in verdict.tells:
@@ -161,7 +163,8 @@ def main() -> None:
     """Compare and print."""
     path, count = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 2000
     theirs, ours = published(path, count, last=True), looked_at(made_plans(count))
-    show(compared(ours, theirs), told_apart(ours, theirs))
+    rounded = told_apart(ours, theirs, step_m=STEP_M, tells=False)
+    show(compared(ours, theirs), told_apart(ours, theirs), rounded)
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ from houseexpo.plan.categories import UNLABELLED
 from stats import measures
 
 RADII = ("0.10", "0.20", "0.35")
+IN_STEPS = ("door_width_m", "narrowest_m")
 LEFT_OUT = ("wall_m",)
 """Measured for the table of statistics only: `stats` has no such measure."""
 STRAIGHT_M = 0.03
@@ -129,13 +130,16 @@ def _bulges(length: npt.NDArray[np.float64], heading: npt.NDArray[np.float64]) -
     return np.stack([out, into])
 
 
-def features(houses: list[Seen]) -> tuple[npt.NDArray[np.float64], list[str]]:
-    """Return one row a house for a classifier, and the columns' names: numbers, of lists their spread, labels."""
+def features(houses: list[Seen], step_m: float = 0.0) -> tuple[npt.NDArray[np.float64], list[str]]:
+    """Return one row a house for a classifier, and the columns' names: numbers, of lists their spread, labels.
+
+    With ``step_m`` widths are rounded to it, and corners to even numbers: a contour of pixels has jogs of 1 cm.
+    """
     words = sorted({word for house in houses for word in house.labels})
     names: list[str] = []
     columns = []
     for name in (name for name in houses[0].numbers if name not in LEFT_OUT):
-        lists = [house.numbers[name] for house in houses]
+        lists = [_rounded(name, house.numbers[name], step_m) for house in houses]
         if max(map(len, lists)) <= 1:
             names.append(name)
             columns.append([row[0] if row else np.nan for row in lists])
@@ -147,6 +151,12 @@ def features(houses: list[Seen]) -> tuple[npt.NDArray[np.float64], list[str]]:
         names.append(f"label {word}")
         columns.append([house.labels.get(word, 0) for house in houses])
     return np.array(columns, dtype=np.float64).T, names
+
+
+def _rounded(name: str, values: list[float], step_m: float) -> list[float]:
+    if step_m and name in IN_STEPS:
+        return [round(value / step_m) * step_m for value in values]
+    return [value // 2 * 2 for value in values] if step_m and name == "corners" else values
 
 
 def pooled_labels(houses: list[Seen]) -> Counter[str]:

@@ -11,7 +11,7 @@ import time
 from rich.console import Console
 
 from pipeline.sources.homes.house import make_home
-from tests.benchmarks.home_comparison import compared, looked_at, made_plans, show, told_apart
+from tests.benchmarks.home_comparison import STEP_M, compared, looked_at, made_plans, show, told_apart
 from tests.benchmarks.home_statistics import published
 from tests.builders.shared import DATA, needs_shared
 
@@ -25,7 +25,7 @@ def test_made_homes_are_near_published_plans() -> None:
     theirs = published(DATA / "houseexpo" / "plans_33717.jsonl.gz", COUNT, last=True)
     ours = looked_at(made_plans(COUNT))
     lines = compared(ours, theirs)
-    show(lines, told_apart(ours, theirs))
+    show(lines, told_apart(ours, theirs), told_apart(ours, theirs, step_m=STEP_M, tells=False))
     far = {line.name: line.distance for line in lines if line.name in REACHED and line.distance > (line.asked or 0.0)}
     assert not far
 

@@ -19,7 +19,7 @@ CORNER_M = 0.06
 """A door's jamb stands so far from a wall's face at least."""
 LEAST_DOOR_M, LEAST_WIDTH_M = 0.72, 0.5
 _AT_CORNER, _IN_MIDDLE = 0.1, 0.25
-_AGAIN, _AGAIN_SHARES, _DRAWS = (0.95, 0.6, 0.2), (0.2, 0.25, 0.55), 8
+_AGAIN, _AGAIN_SHARES, _DRAWS = (0.95, 0.6, 0.2), (0.28, 0.27, 0.45), 8
 _LONG_M, _WIDER = 2.2, 0.05
 """A border so long takes any door; some more of these are wide ones, for the many borders that take none."""
 _Way: TypeAlias = tuple[tuple[int, int], tuple[float, float, float, bool]]

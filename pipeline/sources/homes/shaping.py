@@ -75,7 +75,8 @@ def _bend(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
 
 def _stub(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
     """Divide a large room by a wall that leaves a wide gap at its end; False where none is large enough."""
-    fit = [k for k, rect in enumerate(found.rects) if min(_size(rect)) > WIDE_M + 0.6 + wall_m]
+    alone = [k for k, space in enumerate(found.space_of) if found.space_of.count(space) == 1]  # no wall ends in a gap
+    fit = [k for k in alone if min(_size(found.rects[k])) > WIDE_M + 0.6 + wall_m]
     if not fit:
         return False
     areas = np.array([_area(found.rects[k]) for k in fit])

@@ -6,8 +6,8 @@ makes wings, recesses and steps, as where rooms of a floor planner are set besid
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 import shapely
@@ -44,9 +44,10 @@ def lay_out(asked: Asked, door_m: float, tries: int, rng: np.random.Generator) -
     best: tuple[float, list[Rect]] | None = None
     for _ in range(tries):
         rects = _attempt(asked, rng)
-        if rects is None or not joined(rects, door_m):
+        doors = [] if rects is None else _doorways(rects, door_m)
+        if rects is None or not joined(len(rects), doors):
             continue
-        cost = _cost(rects, asked) + _HUB * _without_hub(rects, door_m)
+        cost = _cost(rects, asked) + _HUB * _without_hub(len(rects), doors)
         if best is None or cost < best[0]:
             best = cost, rects
         if cost < _GOOD:
@@ -56,29 +57,28 @@ def lay_out(asked: Asked, door_m: float, tries: int, rng: np.random.Generator) -
 
 def borders(rects: list[Rect]) -> dict[tuple[int, int], tuple[float, float, float, bool]]:
     """Return the border of each two rectangles that have one: where its line is, from, to, whether it is upright."""
+    x1, y1, x2, y2 = np.array(rects).T
     found = {}
-    for (i, a), (j, b) in combinations(enumerate(rects), 2):
-        for upright in (True, False):
-            (a1, a2, a3, a4), (b1, b2, b3, b4) = (a, b) if upright else (_turned(a), _turned(b))
-            low, high = max(a2, b2), min(a4, b4)
-            if high - low > NEAR_M and (abs(a3 - b1) < NEAR_M or abs(b3 - a1) < NEAR_M):
-                found[i, j] = (a3 if abs(a3 - b1) < NEAR_M else a1, low, high, upright)
-    return found
+    for upright, a1, a2, b1, b2 in ((True, x1, x2, y1, y2), (False, y1, y2, x1, x2)):
+        low, high = np.maximum(b1[:, None], b1), np.minimum(b2[:, None], b2)
+        meets = (np.abs(a2[:, None] - a1) < NEAR_M) & (high - low > NEAR_M)  # the first ends where the second begins
+        for i, j in np.argwhere(meets).tolist():
+            found[min(i, j), max(i, j)] = (float(a2[i]), float(low[i, j]), float(high[i, j]), upright)
+    return dict(sorted(found.items()))
 
 
-def joined(rects: list[Rect], door_m: float) -> bool:
-    """Whether one gets from any rectangle to any other through borders of this length and more."""
-    parent = list(range(len(rects)))
+def joined(count: int, ways: Iterable[tuple[int, int]]) -> bool:
+    """Whether these ways lead from any of ``count`` rectangles to any other."""
+    group = list(range(count))
+    for i, j in ways:
+        one, other = group[i], group[j]
+        if one != other:
+            group = [one if g == other else g for g in group]
+    return len(set(group)) == 1
 
-    def root(k: int) -> int:
-        while parent[k] != k:
-            k = parent[k]
-        return k
 
-    for (i, j), (_, low, high, _) in borders(rects).items():
-        if high - low >= door_m:
-            parent[root(i)] = root(j)
-    return len({root(k) for k in range(len(rects))}) == 1
+def _doorways(rects: list[Rect], door_m: float) -> list[tuple[int, int]]:
+    return [pair for pair, (_, low, high, _) in borders(rects).items() if high - low >= door_m]
 
 
 def _attempt(asked: Asked, rng: np.random.Generator) -> list[Rect] | None:
@@ -172,20 +172,14 @@ def _cost(rects: list[Rect], asked: Asked) -> float:
     narrow = float(
         np.clip(1.3 - short, 0.0, None).sum() + np.clip(long / np.maximum(short, 0.1) - 3.5, 0.0, None).sum()
     )
-    return 2.0 * whole + 0.8 * each + 0.2 * float(narrow)
+    return float(2.0 * whole + 0.8 * each + 0.2 * narrow)
 
 
-def _without_hub(rects: list[Rect], door_m: float) -> float:
+def _without_hub(count: int, ways: list[tuple[int, int]]) -> float:
     """Return the share of rectangles that do not border on the one with the most borders."""
-    ends = [k for pair, (_, low, high, _) in borders(rects).items() if high - low >= door_m for k in pair]
-    return 1.0 - np.bincount(ends).max() / (len(rects) - 1) if ends else 0.0
+    return 1.0 - float(np.bincount(np.array(ways).ravel()).max()) / (count - 1) if ways else 0.0
 
 
 def _bounds(rects: list[Rect]) -> Rect:
     x1, y1, x2, y2 = np.array(rects).T
     return float(x1.min()), float(y1.min()), float(x2.max()), float(y2.max())
-
-
-def _turned(rect: Rect) -> Rect:
-    x1, y1, x2, y2 = rect
-    return y1, x1, y2, x2

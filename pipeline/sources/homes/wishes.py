@@ -27,6 +27,7 @@ NAMELESS: Final = "Unlabelled"
 _DRAWS: Final = 12
 _CALM: Final = 0.9
 """Layouts add some spread to the areas of rooms; so much of the published one is drawn."""
+_LARGEST, _LEAST_GIVE, _HALVINGS = 1.5, 20.0, 50
 _WALLS_M: Final = (0.05, 0.4)
 
 
@@ -124,16 +125,17 @@ def _dealt(labels: list[str], spaces: int, nameless: int, rng: np.random.Generat
 
 
 def _areas(names: tuple[tuple[str, ...], ...], total_m2: float, rng: np.random.Generator) -> tuple[float, ...]:
-    """Draw the areas of the spaces, by the label of each; those that vary most make up what is left to the whole."""
+    """Draw the areas of the spaces, by label; large ones that vary much give and take what the whole asks."""
     known = table()["room_areas"]
     rows = np.array([known.get(each[0] if each else NAMELESS, (0.0, 1.0, 0.6)) for each in names])
     spread = _CALM * rows[:, 2]
     logs = rows[:, 0] + rows[:, 1] * np.log(total_m2 / len(names)) + spread * rng.standard_normal(len(names))
-    low, high = -60.0, 60.0
-    for _ in range(60):
+    give = spread**2 * np.exp(np.clip(logs - logs.mean(), -_LARGEST, _LARGEST))
+    low, high = -_LEAST_GIVE, _LEAST_GIVE
+    for _ in range(_HALVINGS):
         middle = (low + high) / 2
-        low, high = (low, middle) if np.exp(logs + middle * spread**2).sum() > total_m2 else (middle, high)
-    areas = np.exp(logs + low * spread**2)
+        low, high = (low, middle) if np.exp(logs + middle * give).sum() > total_m2 else (middle, high)
+    areas = np.exp(logs + low * give)
     return tuple((areas / areas.sum() * total_m2).tolist())
 
 
