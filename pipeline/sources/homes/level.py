@@ -19,7 +19,7 @@ from pipeline.geometry.overlay import polygons_of
 from pipeline.sources.homes.values import Home
 from pipeline.sources.procedural.prism import prism
 from pipeline.sources.procedural.values import DOOR_HEAD_M, SILL_M, WALL_TOP_M
-from pipeline.values import Level, SourceRoom
+from pipeline.values import MADE, Level, SourceRoom
 
 _LEAST_M2: Final = 1e-4
 
@@ -37,7 +37,7 @@ def level_of(home: Home) -> Level:
             SourceRoom((each.label,) if each.label else (), _labels(each.label), box=each.box) for each in home.boxes
         ),
         room_count=home.room_count,
-        provenance={"source": "procedural", "style": "home", "sha256": digest(home)},
+        provenance={"source": MADE, "style": "home", "sha256": digest(home)},
     )
 
 
