@@ -2,8 +2,8 @@
 
 R1  An explorer goes through a house by a scorer; now and then it chooses at random, so that it gets to where that
     scorer would not take it.
-R2  At some of its choices, some of the frontiers are tried: the nearest ones, those with the highest scores, and
-    others at random. Each time the exploration goes on by the scorer, in the true house, to its end.
+R2  At some of its choices, half of them or fewer in large houses, some of the frontiers are tried: the nearest ones,
+    those with the highest scores, and others at random. Each time the exploration goes on by the scorer, in the true house, to its end.
 R3  A choice's worth is the area under the curve of coverage that came of it, and the metres to 90%.
 """
 
@@ -26,6 +26,7 @@ TRIED: Final = 5
 """Frontiers that are tried at a choice, at most."""
 _NEAREST, _BEST = 2, 2
 _AT_RANDOM, _LOOKED_INTO = 0.2, 0.5
+_USUAL_M2 = 80.0
 _SEEN = 0.97
 """Coverage from which on nothing is to be learned."""
 
@@ -68,9 +69,11 @@ def no_choices() -> Choices:
 def choices_in(explorations: Explorations, plan: FloorPlan, scorer: Scorer, rng: np.random.Generator) -> Choices:
     """Return the choices of one exploration (R1)."""
     walk, found = explorations.begin(plan, rng), no_choices()
+    area_m2 = walk.state.observable_cells / explorations.config.pixels_per_metre**2
+    looked_into = _LOOKED_INTO * min(_USUAL_M2 / area_m2, 1.0)
     while explorations.go(walk, scorer, choices=0) == CHOICE and walk.coverage < _SEEN:
         n = walk.choices
-        if n > 1 and rng.random() < _LOOKED_INTO:
+        if n > 1 and rng.random() < looked_into:
             found = found.and_then(_tried(explorations, walk, scorer, rng))
         best = int(walk.errand.scores[:n].argmax())
         first = int(rng.integers(min(n, TRIED))) if rng.random() < _AT_RANDOM else best

@@ -1,11 +1,12 @@
 """Learning to choose frontiers: rounds of trying choices out and of telling their worth, each by the chooser before it.
 
 R1  The first round goes by information gain (``agents.information``), the others by what the last one learned.
-R2  Plans are those of the train list in an order that the seed decides. The last ``tested`` of the list, by their
-    ids' SHA-256, are learned from by nobody: there the mixture of area and metres is chosen for each round, and
-    the round that is kept.
-R3  The n-th plan's start and what is tried there are decided by the seed, the round and n. So a run that was killed
-    and goes on from its last file of choices ends with the same weights.
+R2  Plans are those of the train list, by their ids' SHA-256: the first ones for the first round, others in an order that
+    the seed decides for the next. The last ``tested`` are learned from by nobody: there the mixture of area and metres
+    is chosen for each round, and the round that is kept.
+R3  The n-th plan's start and what is tried there are decided by the round and n, and from the second round on by the
+    seed. So a run that was killed and goes on from its last file of choices ends with the same weights; and the first
+    round's file, which no seed has a part in, serves all seeds: copy ``round-0.npz`` to another folder, and resume.
 R4  What is kept is the round and mixture with the highest sum of two shares: how much more area than information gain
     has, and how much less metres than nearest frontier needs.
 """
@@ -53,8 +54,8 @@ class ChoosingConfig:
     ----------
     seed
         Of all that is drawn.
-    rounds, plans
-        How many rounds, and of how many plans each.
+    rounds, plans, more_plans
+        How many rounds, of how many plans the first one, and each of the others.
     tested
         Plans on which rounds and mixtures are compared.
     pixels_per_metre
@@ -65,14 +66,15 @@ class ChoosingConfig:
 
     seed: int = 0
     rounds: int = 2
-    plans: int = 100
+    plans: int = 160
+    more_plans: int = 40
     tested: int = 60
     pixels_per_metre: float = 12.5
-    steps: int = 800
+    steps: int = 600
 
     def __post_init__(self) -> None:
         whole(self.seed, "seed", at_least=0)
-        for name in ("rounds", "plans", "tested", "steps"):
+        for name in ("rounds", "plans", "more_plans", "tested", "steps"):
             whole(getattr(self, name), name, at_least=1)
         above_zero(self, "choosing", "pixels_per_metre")
 
@@ -151,16 +153,18 @@ class _Run:
         return area, metres
 
     def _choices(self, number: int, scorer: Scorer) -> Choices:
-        """Return the choices of a round; those of its file first (R3)."""
+        """Return the choices of a round; those of its file first (R2, R3)."""
         config, file = self._config, self._folder / f"round-{number}.npz"
         found, done = _read(file)
-        for n in range(done, config.plans):
-            plan = self._plans[self._learned[number * config.plans + n]]
-            rng = np.random.default_rng([config.seed, number, n])
+        before = config.plans + (number - 1) * config.more_plans if number else 0
+        most = config.more_plans if number else config.plans
+        for n in range(done, most):
+            plan = self._plans[self._learned[before + n]]
+            rng = np.random.default_rng([number, n, config.seed] if number else [number, n])
             found = found.and_then(choices_in(self._explorations, plan, scorer, rng))
-            if (n + 1) % _KEPT_EVERY == 0 or n + 1 == config.plans:
+            if (n + 1) % _KEPT_EVERY == 0 or n + 1 == most:
                 _write(file, found, n + 1)
-                self._say(f"round {number}: {n + 1} of {config.plans} plans, {len(found)} choices")
+                self._say(f"round {number}: {n + 1} of {most} plans, {len(found)} choices")
         return found
 
 
@@ -178,12 +182,13 @@ _BASES: Final = {"information": INFORMATION, "nearest": NEAREST}
 
 def _parted(ids: Sequence[str], config: ChoosingConfig) -> tuple[list[str], list[str]]:
     """Return the plans to learn from, in order, and those to be tested on (R2)."""
-    wanted = config.tested + config.rounds * config.plans
+    wanted = config.tested + config.plans + (config.rounds - 1) * config.more_plans
     if len(ids) < wanted:
         raise ConfigError(f"expected {wanted} plans to learn from and to be tested on, found {len(ids)}; ask for fewer")
     listed = sorted(ids, key=lambda name: hashlib.sha256(name.encode()).digest())
-    order = np.random.default_rng(config.seed).permutation(len(listed) - config.tested)
-    return [listed[i] for i in order.tolist()], listed[-config.tested :]
+    first, others = listed[: config.plans], listed[config.plans : len(listed) - config.tested]
+    order = np.random.default_rng(config.seed).permutation(len(others))
+    return [*first, *(others[i] for i in order.tolist())], listed[-config.tested :]
 
 
 def _begin(folder: Path, run: dict[str, Any], *, resume: bool) -> None:

@@ -37,7 +37,7 @@ def two_rooms(name: str, width: float = 6.0) -> FloorPlan:
 
 
 ROOMS, TRAIN = two_rooms("rooms"), ("rooms_a", "rooms_b", "rooms_c")
-TINY = ChoosingConfig(rounds=2, plans=1, tested=1, steps=200)
+TINY = ChoosingConfig(rounds=2, plans=1, more_plans=1, tested=1, steps=200)
 
 
 def write_rooms(folder: Path) -> Path:
@@ -121,7 +121,7 @@ def test_a_run_that_was_stopped_ends_with_the_same_weights(tmp_path: Path) -> No
 
 def test_too_few_plans_are_refused_before_a_run_begins(tmp_path: Path) -> None:
     plans = open_dataset(write_rooms(tmp_path))
-    with pytest.raises(ConfigError, match="expected 9 plans to learn from and to be tested on, found 3"):
+    with pytest.raises(ConfigError, match="expected 6 plans to learn from and to be tested on, found 3"):
         train_chooser(plans, TRAIN, replace(TINY, plans=4), tmp_path / "run", resume=False, say=print)
     assert not (tmp_path / "run").exists()
 
