@@ -1,9 +1,9 @@
 """Learning to choose frontiers: rounds of trying choices out and of telling their worth, each by the chooser before it.
 
 R1  The first round goes by information gain (``agents.information``), the others by what the last one learned.
-R2  Plans are those of the train list, by their ids' SHA-256: the first ones for the first round, others in an order that
-    the seed decides for the next. The last ``tested`` are learned from by nobody: there the mixture of area and metres
-    is chosen for each round, and the round that is kept.
+R2  Plans are those of the train list, by their ids' SHA-256: the first ones for the first round, others in an order
+    that the seed decides for the next. The last ``tested`` are learned from by nobody: there the mixture of area and
+    metres is chosen for each round, and the round that is kept.
 R3  The n-th plan's start and what is tried there are decided by the round and n, and from the second round on by the
     seed. So a run that was killed and goes on from its last file of choices ends with the same weights; and the first
     round's file, which no seed has a part in, serves all seeds: copy ``round-0.npz`` to another folder, and resume.
@@ -109,6 +109,7 @@ def train_chooser(
         There are too few plans.
     """
     run = {**asdict(config), "train": hashlib.sha256(list_bytes(sorted(ids))).hexdigest()}
+    commit()  # what the code is now, not what it will be when all is done
     at_work = _Run(plans, ids, config, folder, say)
     _begin(folder, run, resume=resume)
     return at_work.go(run)

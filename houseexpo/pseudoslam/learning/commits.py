@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import subprocess
+from functools import cache
 from pathlib import Path
 
 import houseexpo
 
 
+@cache
 def commit() -> str | None:
-    """Return the commit of the code, with "+" where files differ from it; None where it is not in a repository."""
+    """Return the commit of the code, with "+" where files differ from it; None where it is not in a repository.
+
+    It is what it was when it was first asked for.
+    """
     root = Path(houseexpo.__file__).parents[1]
     if not (root / ".git").exists():
         return None
