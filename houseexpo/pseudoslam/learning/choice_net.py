@@ -3,23 +3,24 @@
 R1  Of a choice only the differences count: numbers and worths are taken less their means over what was tried.
 R2  Worths are divided by their spread over all choices, and errors beyond 1.5 of it count linearly (Huber).
 R3  One net tells both worths, area and metres. What a chooser wants of them is a mixture of the two, made afterwards.
+R4  Several nets that begin with other weights are one, which tells their mean: choices are few and worths are noisy.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg import block_diag
 
 from houseexpo.errors import TrainingError
 from houseexpo.pseudoslam.kernels.planning.scoring import Scorer
 from houseexpo.pseudoslam.learning.choices import Choices
 
 Floats = npt.NDArray[np.float64]
-_CELLS: Final = 32
-_BATCH, _EPOCHS, _RATE, _DECAY = 128, 60, 2e-3, 1e-4
+_NETS, _CELLS = 6, 16
+_BATCH, _EPOCHS, _RATE, _DECAY = 128, 15, 2e-3, 1e-2
 _LINEAR = 1.5
 _EPS = 1e-9
 
@@ -42,7 +43,7 @@ class Net:
 
 
 def fit(choices: Choices, rng: np.random.Generator, epochs: int = _EPOCHS) -> Net:
-    """Return the net that tells best what choices were worth; TrainingError where there are none."""
+    """Return the net that tells best what choices were worth (R4); TrainingError where there are none."""
     if not len(choices):
         raise TrainingError("expected choices between frontiers to learn from, found none; learn from more plans")
     there = choices.tried[:, :, None].astype(np.float64)
@@ -51,14 +52,31 @@ def fit(choices: Choices, rng: np.random.Generator, epochs: int = _EPOCHS) -> Ne
     numbers = (choices.outlooks - middle) / spread * there
     wanted = _centred(choices.worth * np.array([1.0, -1.0]), there)
     wanted /= np.sqrt((wanted**2).sum(axis=(0, 1)) / there.sum()) + _EPS
+    line, first, first_bias, second, second_bias, last = _as_one(
+        [_fitted(numbers, there, wanted, rng, epochs) for _ in range(_NETS)]
+    )
+    return Net(line / spread, first / spread, first_bias - first @ (middle / spread), second, second_bias, last)
+
+
+def _fitted(numbers: Floats, there: Floats, wanted: Floats, rng: np.random.Generator, epochs: int) -> list[Floats]:
+    """Return the weights of one net."""
     parts = _begun(numbers.shape[2], rng)
-    batches = max(len(choices) // _BATCH, 1)
+    batches = max(len(numbers) // _BATCH, 1)
     adam = _Adam(parts, epochs * batches)
     for _ in range(epochs):
-        for rows in np.array_split(rng.permutation(len(choices)), batches):
+        for rows in np.array_split(rng.permutation(len(numbers)), batches):
             adam.step(_slopes(parts, numbers[rows], there[rows], wanted[rows]))
-    line, first, first_bias, second, second_bias, last = parts
-    return Net(line / spread, first / spread, first_bias - first @ (middle / spread), second, second_bias, last)
+    return parts
+
+
+def _as_one(nets: list[list[Floats]]) -> list[Floats]:
+    """Return the net that tells the mean of what others tell (R4): their cells side by side, not connected."""
+    lines, firsts, first_biases, seconds, second_biases, lasts = zip(*nets, strict=True)
+    share = 1.0 / len(nets)
+    return [
+        share * np.sum(lines, axis=0), np.vstack(firsts), np.concatenate(first_biases), block_diag(*seconds),
+        np.concatenate(second_biases), share * np.hstack(lasts),
+    ]  # fmt: skip
 
 
 class _Adam:

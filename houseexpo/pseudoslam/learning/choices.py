@@ -3,7 +3,8 @@
 R1  An explorer goes through a house by a scorer; now and then it chooses at random, so that it gets to where that
     scorer would not take it.
 R2  At some of its choices, half of them or fewer in large houses, some of the frontiers are tried: the nearest ones,
-    those with the highest scores, and others at random. Each time the exploration goes on by the scorer, in the true house, to its end.
+    those with the highest scores, and others at random. Each time the exploration goes on by the scorer, in the true
+    house, to its end.
 R3  A choice's worth is the area under the curve of coverage that came of it, and the metres to 90%.
 """
 
