@@ -52,8 +52,8 @@ def estimate_seeds(columns: Sequence[Sequence[float | None]]) -> Estimate:
     with np.errstate(invalid="ignore"):
         drawn = (seeds * (weights @ filled.T)).sum(axis=1) / (seeds * (weights @ has.T)).sum(axis=1)
     low, high = np.nanpercentile(drawn, _LEVELS)
-    found = (round(float(value), MEAN_DIGITS) for value in (filled.sum() / has.sum(), low, high))
-    return Estimate(*found, int(has.any(axis=0).sum()))
+    mean, low, high = (round(float(value), MEAN_DIGITS) for value in (filled.sum() / has.sum(), low, high))
+    return Estimate(mean, low, high, int(has.any(axis=0).sum()))
 
 
 def means(values: Floats) -> tuple[Floats, Floats, Floats]:
