@@ -66,11 +66,11 @@ def test_every_frontier_that_is_tried_has_a_worth() -> None:
 
 
 def made_choices(number: int, rng: np.random.Generator) -> Choices:
-    """Area is better for a large first number, metres for a small product of the next two; noise on both."""
+    """Area is better for a large first number, metres for a small second one; noise on both."""
     outlooks = rng.normal(3.0, 2.0, (number, TRIED, len(OUTLOOKS)))
     tried = np.arange(TRIED) < rng.integers(2, TRIED + 1, (number, 1))
     area = 0.01 * outlooks[..., 0] + rng.normal(0, 0.005, tried.shape)
-    metres = 2.0 * np.abs(outlooks[..., 1] - 3.0) + rng.normal(0, 1.0, tried.shape)
+    metres = 2.0 * outlooks[..., 1] + rng.normal(0, 1.0, tried.shape)
     worth = np.stack([area, metres], axis=2) + rng.normal(0, 5.0, (number, 1, 2))  # what all share counts for nothing
     return Choices(outlooks, tried, worth)
 
