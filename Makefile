@@ -4,6 +4,7 @@ PYTHON  ?= python3
 VENV    := .venv
 BIN     := $(VENV)/bin
 DATASET ?= datasets/demo
+RELEASE ?= data_manifests/free35k.toml
 RUNS    ?= experiments/runs
 SEEDS   ?= 0 1 2
 TRAIN   ?=
@@ -12,10 +13,11 @@ PUBLISHED ?=
 EXPLORERS := chooser chooser-1 chooser-2 frontier information tour oracle random forward wall
 RESULTS ?= $(EXPLORERS:%=budget:%) $(EXPLORERS:%=quality:%) $(patsubst %,avoidance:%,random forward wall) \
   $(foreach track,navigation pointgoal,$(patsubst %,$(track):%,a-star greedy random forward))
+ABOUT   ?=
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help setup cluster learn experiments dataset docs pictures results leaderboard test test-all check bench clean
+.PHONY: help setup cluster learn experiments dataset release docs pictures results leaderboard test test-all check bench clean
 
 help: ## show this list
 	@printf '\n  \033[1mHouseExpo\033[0m: turns 3D house models into 2D floor plans, in bulk\n\n'
@@ -50,6 +52,11 @@ experiments: learn ## learn the paper's two experiments, with three seeds each: 
 dataset: setup ## build the demo data set: 300 houses made by the project, into datasets/demo
 	@$(BIN)/houseexpo build --config data_manifests/demo.toml --out $(DATASET)
 	@$(BIN)/houseexpo stats $(DATASET) --out $(DATASET)/.build/statistics.html
+
+release: setup ## build a manifest (RELEASE=...) and release it, into releases/<its name>
+	@$(BIN)/houseexpo build --config $(RELEASE) --out datasets/$(basename $(notdir $(RELEASE)))
+	@$(BIN)/houseexpo release datasets/$(basename $(notdir $(RELEASE))) \
+	  --out releases/$(basename $(notdir $(RELEASE))) $(ABOUT)
 
 docs: setup ## build the pages of docs/ as a site, into docs/_build; warnings are errors
 	@$(BIN)/python -c 'import furo' 2>/dev/null || $(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[docs]'

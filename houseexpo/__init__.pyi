@@ -13,6 +13,7 @@ from .errors import (
     PlanError,
     TrainingError,
     UnknownPlanError,
+    WorkerError,
 )
 from .floorplan import FloorPlan, decode
 from .grids.frame import GridFrame
@@ -43,6 +44,7 @@ __all__ = [
     "Room",
     "TrainingError",
     "UnknownPlanError",
+    "WorkerError",
     "canonical",
     "contact_sheet",
     "decode",

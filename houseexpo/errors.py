@@ -52,3 +52,7 @@ class PolicyError(HouseExpoError):
 
 class TrainingError(HouseExpoError):
     """Learning cannot go on: a policy is no longer one, or what is there belongs to another run."""
+
+
+class WorkerError(HouseExpoError):
+    """A worker process ended before it answered."""

@@ -91,13 +91,14 @@ class FloorPlan(PlanData):
         return with_rooms(self)
 
     def walls(self, thickness: float = 0.1) -> tuple[Polygon, ...]:
-        """Walls as polygons, metres: what lies within ``thickness`` of the free space and is not free, holes whole.
+        """Walls as polygons, metres: what lies within ``thickness`` of the floor and is no floor, holes whole.
 
         Walls between rooms that are thinner than twice ``thickness`` come out as thick as they are; doors stay open.
+        Furniture is no wall: what it stands on is floor.
         """
         from houseexpo.analysis.walls import walls_around
 
-        return walls_around(self.free_space, thickness)
+        return walls_around(self.floor, thickness)
 
     def grid_frame(self, pixels_per_metre: float = 25.0) -> GridFrame:
         """Where the grids below stand: one cell of margin all round, row 0 at the lowest y, as published."""

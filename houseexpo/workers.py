@@ -7,10 +7,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
-
-if TYPE_CHECKING:
-    from multiprocessing.pool import Pool
+from typing import Final
 
 THREADS: Final = (
     "OMP_NUM_THREADS",
@@ -77,12 +74,3 @@ def single_threaded() -> Iterator[None]:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
-
-
-@contextmanager
-def pool(workers: int) -> Iterator[Pool]:
-    """Yield a pool of processes; a script that calls this needs its ``if __name__ == "__main__"``."""
-    import multiprocessing
-
-    with single_threaded(), multiprocessing.get_context("spawn").Pool(workers) as processes:
-        yield processes

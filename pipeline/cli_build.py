@@ -14,6 +14,7 @@ from houseexpo.words import counted
 from pipeline.cli_parts import settings_of, show_outcomes
 
 if TYPE_CHECKING:
+    from houseexpo.dataset.build_record import BuildRecord
     from pipeline.executors.outcome import Executor
 
 DAMAGED = 1
@@ -33,6 +34,24 @@ class Work:
     address: str | None
     rehash: bool
 
+    def record(self, *, add: bool) -> BuildRecord:
+        """Return the command that builds the same again, from whatever folder it is run in."""
+        from houseexpo.dataset.build_record import BuildRecord
+        from pipeline.batch.listing import absolute
+        from pipeline.overrides import NAME
+
+        options = {name: value for name, value in self.given.items() if name != "sources" and value is not None}
+        arguments = [absolute(source) for source in self.given["sources"]]
+        overrides = self.overrides
+        if self.config is not None:
+            arguments += ["--config", str(self.config.absolute())]
+            overrides = overrides or self.config.with_name(NAME)
+        for name, value in sorted(options.items()):
+            option = name.replace("_", "-")
+            switch = f"--{option}" if value is not False else f"--no-{option}"
+            arguments += [switch] if isinstance(value, bool) else [switch, str(value)]
+        return BuildRecord((*arguments, *(["--add"] if add else [])), str(overrides.absolute()) if overrides else "")
+
     def execute(self) -> Executor:
         """Return the executor."""
         from functools import partial
@@ -47,6 +66,7 @@ class Work:
 
 def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
     """Build, show what came of it, and return how many inputs are not done yet."""
+    from houseexpo.dataset.build_record import record_build
     from pipeline.batch.build import build as run_build
     from pipeline.batch.folder import Others
     from pipeline.display import watching
@@ -66,6 +86,7 @@ def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
             execute=work.execute(),
             ended=display.ended,
         )
+        record_build(data_set.root, work.record(add=others == Others.ADD))
         if not data_set.unchanged:
             write_report(data_set, display.progress)
     show_outcomes(data_set, work.out)

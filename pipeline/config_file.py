@@ -34,7 +34,9 @@ class BuildOptions:
     """What goes in. ``up``, ``units``, ``scale`` and ``storey_height`` (m) are for mesh files; "auto" is detected.
 
     ``units`` is auto, m, cm, mm, in, ft, or the metres in a unit; ``scale`` is 20 for a model at 1:20. A plan whose
-    quality is below ``min_quality``, 0 to 1, is rejected.
+    quality is below ``min_quality``, 0 to 1, is rejected. ``licence`` is the one under which plans of the sources may
+    be passed on (its SPDX identifier), ``credit`` says whom to name: ``houseexpo release`` asks for them.
+    ``furnished``, 0 to 1, is the share of the houses made by the project that get furniture.
     """
 
     sources: tuple[str, ...] = ()
@@ -47,6 +49,9 @@ class BuildOptions:
     furniture: bool = False
     model_path: str = ""  # folders to look for Gazebo models in, divided as in PATH
     min_quality: float = 0.0
+    furnished: float = 0.0
+    licence: str = ""
+    credit: str = ""
 
 
 @dataclass(frozen=True)
@@ -74,9 +79,14 @@ class BuildConfig:
     def parameters(self) -> dict[str, Any]:
         """Return what the plans depend on, as plain values: stored with the output, and hashed."""
         options = asdict(self.build)
-        names = ("seed", "up", "units", "scale", "storey_height", "furniture", "min_quality")
+        names = ("seed", "up", "units", "scale", "storey_height", "furniture", "min_quality", "furnished")
         chosen = {name: options[name] for name in names}
         return {"build": chosen, "limits": asdict(self.limits), **asdict(self.stages)}
+
+    def rights(self) -> dict[str, str]:
+        """Return what is stated of the sources' licence: the manifest repeats it, no plan depends on it."""
+        said = {"licence": self.build.licence, "credit": self.build.credit}
+        return {name: text for name, text in said.items() if text}
 
     def digest(self) -> str:
         """SHA-256 of the parameters, in hex digits."""
@@ -97,6 +107,8 @@ def load_config(path: Path) -> BuildConfig:
     config = fill(BuildConfig, own, path)
     if config.build.min_quality > 1:
         raise ConfigError(f"{path}: build.min_quality = {config.build.min_quality!r}: expected 0 to 1")
+    if config.build.furnished > 1:
+        raise ConfigError(f"{path}: build.furnished = {config.build.furnished!r}: expected 0 to 1")
     for name, value in asdict(config.limits).items():
         if not value:  # the system takes a limit of 0 for none
             raise ConfigError(f"{path}: limits.{name} = {value!r}: expected a number above 0")

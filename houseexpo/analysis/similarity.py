@@ -64,10 +64,16 @@ def comparison_mask(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) ->
     The grid is centred on the bounds, has an even number of cells each way and is finer than asked for by 1 in 10,000:
     then no wall on the 1 cm grid runs through cells' centres, where one side would have to be preferred.
     """
+    space = compared_space(space)
     frame = comparison_frame(space, pixels_per_metre)
     mask = np.zeros(frame.shape, dtype=bool)
     fill(mask, space, frame, True)
     return crop(mask)
+
+
+def compared_space(space: Space) -> Space:
+    """Return what of a plan is compared: furniture makes no other house, so what it stands on counts as free."""
+    return space.floor if isinstance(space, PlanData) and space.objects else space
 
 
 def comparison_frame(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) -> GridFrame:

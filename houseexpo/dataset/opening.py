@@ -26,9 +26,10 @@ _SHOWN = 6  # pictures in a notebook
 def open_dataset(path: str | os.PathLike[str]) -> Dataset:
     """Open a data set: a folder, the published ``json.tar.gz``, a ``.zip``, ``.jsonl`` or ``.jsonl.gz``.
 
-    A folder is one that ``houseexpo build`` wrote, or one of published JSON files. Opening reads an index and no plan,
-    but for the first time: then every plan is read and checked once, and the index (of an archive or JSON lines, the
-    plans in blocks too) is kept in the user's cache folder; the variable HOUSEEXPO_CACHE moves it.
+    A folder is one that ``houseexpo build`` or ``houseexpo release`` wrote, or one of published JSON files. Opening
+    reads an index and no plan, but for the first time: then every plan is read and checked once, and the index (of an
+    archive or JSON lines, the plans in blocks too) is kept in the user's cache folder; the variable HOUSEEXPO_CACHE
+    moves it. The address of a data set that ``houseexpo serve`` shows (``http://host:8000/demo``) opens too.
 
     Raises
     ------
@@ -49,9 +50,9 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
     >>> len(plans.select(rooms=(4, 9), area=(50, 200)))
     0
     """
-    from houseexpo.dataset.store.catalogue import open_catalogue
+    from houseexpo.dataset.store import opened
 
-    return Dataset(open_catalogue(Path(path)))
+    return Dataset(opened(path))
 
 
 class Dataset(Sequence[FloorPlan]):
@@ -94,8 +95,7 @@ class Dataset(Sequence[FloorPlan]):
     def __getitem__(self, item: str | int | slice) -> FloorPlan | Dataset:
         if isinstance(item, slice):
             return Dataset(self._catalogue, self._rows[item])
-        row = self._row(item) if isinstance(item, str) else int(self._rows[item])
-        return self._plan(row)
+        return self._plan(self._row(item) if isinstance(item, str) else int(self._rows[item]))
 
     def __iter__(self) -> Iterator[FloorPlan]:
         return map(self._plan, self._rows.tolist())
@@ -112,14 +112,19 @@ class Dataset(Sequence[FloorPlan]):
         """Return the JSON of a plan by its number, as it is packed."""
         return self._catalogue.read(int(self._rows[number]))
 
-    def column(self, name: str) -> list[Any]:
+    def column(self, name: str, *, compute: bool = True) -> list[Any]:
         """Return a column of the index, one value a plan: ``room_num``, ``area``, ``labels``, ``n_doors``, ...
 
-        ``navigability`` and ``n_doors``, which published plans lack, are computed where they are asked for, and kept.
+        ``navigability`` and ``n_doors``, which published plans lack, are computed where they are asked for, and kept;
+        ``compute=False`` gives None for a plan of which they are not known yet.
         """
         from houseexpo.dataset.store.columns import column
 
-        return column(self._catalogue, self._rows, name)
+        return column(self._catalogue, self._rows, name, compute=compute)
+
+    def index_table(self) -> Any:
+        """Return the index as a ``pyarrow.Table``, one row a plan."""
+        return self._catalogue.table.take(self._rows)
 
     def derived(self, name: str, measure: Callable[[FloorPlan], Any], workers: int = 1) -> list[Any]:
         """Return ``measure(plan)`` for each plan; kept under ``name`` in the user's cache (``store.derived``).
@@ -210,12 +215,12 @@ class Dataset(Sequence[FloorPlan]):
         return Dataset(self._catalogue, self._rows[rng.permutation(len(self))[:n]])
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _reopened, (self.path, self.ids)
+        return _reopened, (self._catalogue.address, self.ids)
 
     def __repr__(self) -> str:
         whole = len(self._catalogue.ids)
-        number = counted(whole, "plan") if len(self) == whole else f"{len(self):,} of {counted(whole, 'plan')}"
-        return f"Dataset({self.path.name!r}, {number})"
+        some = "" if len(self) == whole else f"{len(self):,} of "
+        return f"Dataset({self.path.name!r}, {some}{counted(whole, 'plan')})"
 
     def _repr_html_(self) -> str:
         """Show the data set in a notebook: what it is, and the first plans as pictures."""
@@ -241,8 +246,5 @@ class Dataset(Sequence[FloorPlan]):
         return plan
 
 
-def _reopened(path: Path, ids: list[str]) -> Dataset:
-    from houseexpo.dataset.store.catalogue import open_catalogue
-
-    catalogue = open_catalogue(path)
-    return Dataset(catalogue, np.array([catalogue.row_of[name] for name in ids], dtype=np.int64))
+def _reopened(address: str | Path, ids: list[str]) -> Dataset:
+    return open_dataset(address).only(ids)

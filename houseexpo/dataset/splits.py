@@ -34,7 +34,7 @@ PAPER: Final = {"train": 0.7, "test": 0.3}
 ROOMS: Final = (2, 4, 6, 8, 10, 15)
 """From these numbers of rooms on, a stratum starts; each has four quarters by area."""
 
-TRAITS: Final = "fingerprint, 1"
+TRAITS: Final = "fingerprint, 2"
 """Under which ``Dataset.derived`` keeps ``traits_of``."""
 
 _LEVEL: Final = re.compile(r"_L\d+(?=$|_[0-9a-f]{8}(?:_\d+)?$)")

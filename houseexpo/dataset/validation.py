@@ -18,8 +18,8 @@ from houseexpo.errors import DatasetError, PlanError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.rules import parts, rings
 from houseexpo.plan.rules.rings import Broken
+from houseexpo.processes import in_processes
 from houseexpo.progress import watched
-from houseexpo.workers import pool
 
 Rule = Callable[[FloorPlan], Iterator[Broken]]
 
@@ -141,8 +141,7 @@ def _checked(path: Path, workers: int) -> Iterator[tuple[list[tuple[str, str]], 
     if workers <= 1 or len(first) < _FEW:
         yield from map(check_records, chunks)
         return
-    with pool(workers) as processes:
-        yield from processes.imap(check_records, chunks)
+    yield from in_processes(check_records, chunks, workers)
 
 
 def _chunks(items: Iterable[Record]) -> Iterator[list[Record]]:

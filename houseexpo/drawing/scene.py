@@ -99,7 +99,7 @@ def scene(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
     scale = pixels_per_metre or size * 0.92 / extent
     text = min(max(0.24 * scale, 9.0), 15.0)
     margin, line = 0.04 * extent + _WALL_M, 2.2 * text / scale
-    closed = plan.outline.buffer(2 * _WALL_M, join_style="mitre").buffer(-_WALL_M, join_style="mitre")
+    closed = _inside(plan).buffer(2 * _WALL_M, join_style="mitre").buffer(-_WALL_M, join_style="mitre")
     rooms = list(_rooms(plan)) or list(_boxes(plan))
     floors = [Area(room.shape, colour(room.labels[0])) for room in rooms]
     areas = [Area(closed, WALL), Area(plan.free_space, FLOOR), *floors, *_furniture(plan), *_doors(plan)]
@@ -108,6 +108,15 @@ def scene(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
     key_areas, key_words, right = _key(plan, (x1, bottom - line / 2), text, scale)
     bounds = (x1 - margin, bottom - line, max(x2 + margin, right + text / scale), y2 + margin)
     return Scene(bounds, scale, (*areas, *key_areas), (*words, *key_words))
+
+
+def _inside(plan: PlanData) -> Polygon | MultiPolygon:
+    """Return what the outline encloses, and furniture that is cut out of it."""
+    if not plan.objects:
+        return plan.outline
+    import shapely
+
+    return shapely.union_all([plan.outline, plan.floor])
 
 
 def _rooms(plan: PlanData) -> list[_Space]:

@@ -20,7 +20,8 @@ def irsim(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientat
     """
     built = solid(plan, wall_thickness=wall_thickness, orientation=orientation)
     x1, y1, x2, y2 = built.bounds
-    start, goal = start_and_goal(built.space)
+    start, goal = start_and_goal(built.free)
+    solids = (*built.walls, *(thing.shape for thing in built.furniture))
     lines = [
         f"# plan {json.dumps(plan.id)}; metres",
         "world:",
@@ -37,7 +38,7 @@ def irsim(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientat
         "    sensors:",
         "      - {name: 'lidar2d', range_min: 0, range_max: 5, angle_range: 3.14159265, number: 180}",
         "obstacle:",
-        *(_obstacle(ring) for wall in built.walls for ring in trapezoids(wall)),
+        *(_obstacle(ring) for shape in solids for ring in trapezoids(shape)),
     ]
     return {f"{plan.id}.irsim.yaml": ("\n".join(lines) + "\n").encode()}
 

@@ -18,7 +18,11 @@ if TYPE_CHECKING:
     from manifold3d import Manifold
 
 FLOOR_M: Final = 0.05
-_COLOURS: Final = {"walls": (221, 218, 209, 255), "floor": (158, 142, 120, 255)}
+_COLOURS: Final = {
+    "walls": (221, 218, 209, 255),
+    "floor": (158, 142, 120, 255),
+    "furniture": (168, 135, 102, 255),
+}
 
 
 def glb(
@@ -32,8 +36,8 @@ def glb(
     """Write ``<id>.glb`` (binary glTF 2.0): y up, metres, world (x, y, z) as (X, Y, Z) = (x, z, -y).
 
     x and y are the plan's (mirrored back where the plan is mirrored), z the height above the floor. Two nodes,
-    ``walls`` (doors are gaps under lintels) and ``floor``, each a closed body. Options are those of
-    ``houseexpo.export.solid.solid``.
+    ``walls`` (doors are gaps under lintels) and ``floor``, and ``furniture`` where there is some, each a closed body.
+    Options are those of ``houseexpo.export.solid.solid``.
     """
     built = solid(
         plan,
@@ -71,7 +75,10 @@ def _scene(built: Solid) -> trimesh.Scene:
     import trimesh
 
     scene = trimesh.Scene()
-    for name, body in {"walls": _walls(built), "floor": _floor(built)}.items():
+    bodies = {"walls": _walls(built), "floor": _floor(built)}
+    if any(thing.height > 0 for thing in built.furniture):
+        bodies["furniture"] = _furniture(built)
+    for name, body in bodies.items():
         mesh = body.to_mesh64()
         x, y, z = np.asarray(mesh.vert_properties)[:, :3].T
         upright = np.column_stack([x, z, 0.0 - y])  # not -y: no negative zeros in the text
@@ -96,6 +103,13 @@ def _floor(built: Solid) -> Manifold:
     """The slab under rooms and walls, its top at height 0."""
     slab = shapely.union_all([built.space, *built.walls])
     return _extruded(slab, FLOOR_M).translate((0, 0, -FLOOR_M))
+
+
+def _furniture(built: Solid) -> Manifold:
+    from manifold3d import Manifold, OpType
+
+    pieces = [_extruded(thing.shape, thing.height) for thing in built.furniture if thing.height > 0]
+    return Manifold.batch_boolean(pieces, OpType.Add)
 
 
 def _extruded(shape: Any, height: float) -> Manifold:

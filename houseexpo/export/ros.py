@@ -73,5 +73,7 @@ def occupancy(
     frame = GridFrame.around(walls.bounds, 1.0 / resolution, y_up=True)
     pixels = np.full(frame.shape, UNKNOWN, dtype=np.uint8)
     fill(pixels, walls, frame, WALL)
+    if turned.objects:
+        fill(pixels, turned.floor, frame, WALL)
     fill(pixels, turned, frame, FREE)
     return pixels, frame

@@ -17,6 +17,7 @@ from houseexpo.plan import Ring
 
 _VERSION = "1.6"  # read by Gazebo classic and by today's Gazebo
 _WALL, _LINTEL, _GROUND = "0.86 0.85 0.82 1", "0.78 0.72 0.62 1", "0.62 0.6 0.57 1"
+_FURNITURE = "0.66 0.53 0.4 1"
 
 
 def sdf(
@@ -30,7 +31,8 @@ def sdf(
     """Write ``<id>.sdf``: z up, metres, the plan's x and y (mirrored back where the plan is mirrored).
 
     Everything is in the one file. The walls are one static model; each convex piece of a wall is a collision and a
-    visual: a box where it is a rectangle along the axes, else an extruded polyline. Options are those of ``solid``.
+    visual: a box where it is a rectangle along the axes, else an extruded polyline. Furniture is a second model, each
+    piece as high as it is. Options are those of ``solid``.
     """
     built = solid(
         plan,
@@ -43,12 +45,9 @@ def sdf(
     world = ET.SubElement(root, "world", name=plan.id)
     _sun(world)
     _ground(world, built)
-    model = _child(world, "model", name="walls")
-    _child(model, "static", "true")
-    link = _child(model, "link", name="walls")
-    for piece in _pieces(built):
-        for kind in ("collision", "visual"):
-            _stand(link, kind, piece)
+    _model(world, "walls", _pieces(built))
+    if built.furniture:
+        _model(world, "furniture", _furniture(built))
     ET.indent(root)
     return {f"{plan.id}.sdf": b'<?xml version="1.0"?>\n' + ET.tostring(root) + b"\n"}
 
@@ -70,6 +69,24 @@ def _pieces(built: Solid) -> Iterator[_Piece]:
         yield _Piece(f"wall_{i}", _WALL, ring, 0.0, built.wall_height)
     for i, ring in enumerate(lintels):
         yield _Piece(f"lintel_{i}", _LINTEL, ring, built.door_height, built.wall_height)
+
+
+def _furniture(built: Solid) -> Iterator[_Piece]:
+    for thing in built.furniture:
+        rings = trapezoids(thing.shape) if thing.height > 0 else []
+        for i, ring in enumerate(rings):
+            name = f"{thing.label.replace(' ', '_')}_{thing.id}" + (f"_{i}" if len(rings) > 1 else "")
+            yield _Piece(name, _FURNITURE, ring, 0.0, thing.height)
+
+
+def _model(world: ET.Element, name: str, pieces: Iterator[_Piece]) -> None:
+    """Put pieces up as one static model."""
+    model = _child(world, "model", name=name)
+    _child(model, "static", "true")
+    link = _child(model, "link", name=name)
+    for piece in pieces:
+        for kind in ("collision", "visual"):
+            _stand(link, kind, piece)
 
 
 def _stand(link: ET.Element, kind: str, piece: _Piece) -> None:

@@ -13,6 +13,7 @@ from houseexpo.analysis.walls import walls_around
 from houseexpo.errors import ConfigError
 from houseexpo.export.orientation import Orientation, oriented
 from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import PlanObject
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
@@ -35,17 +36,19 @@ Point = tuple[float, float]
 class Solid:
     """A plan to be built: polygons in metres, x right and y up in the export's world, heights above the floor.
 
-    ``space`` is the free space with walls straightened by at most 0.01 m. ``walls`` stand around and in it, leave doors
-    open and have no hollows (a courtyard that no door leads to is filled: it is not free). ``lintels`` are the doors'
-    areas, from ``door_height`` to ``wall_height``.
+    ``space`` is the floor with walls straightened by at most 0.01 m; ``free`` is what ``furniture`` leaves of it.
+    ``walls`` stand around and in the floor, leave doors open and have no hollows (a courtyard that no door leads to is
+    filled: it is not free). ``lintels`` are the doors' areas, from ``door_height`` to ``wall_height``.
     """
 
     plan: FloorPlan
     space: Polygon | MultiPolygon
+    free: Polygon | MultiPolygon
     walls: tuple[Polygon, ...]
     lintels: tuple[Polygon, ...]
     wall_height: float
     door_height: float
+    furniture: tuple[PlanObject, ...]
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -83,17 +86,20 @@ def solid(
         found = f"wall_height {wall_height!r} and door_height {door_height!r}"
         raise ConfigError(f"export: expected heights 0 < door_height <= wall_height in metres, found {found}")
     turned = oriented(plan, orientation)
-    space = shapely.set_precision(turned.free_space.simplify(_JAG_M), _GRID_M)
+    space = shapely.set_precision(turned.floor.simplify(_JAG_M), _GRID_M)
+    things = tuple(thing for thing in turned.objects if thing.room is not None)
     walls = shapely.set_precision(_without_hollows(space, walls_around(space, wall_thickness)), _GRID_M)
     doors = [door.shape for door in turned.doors if door.kind in _UNDER_LINTELS] if door_height < wall_height else []
     lintels = (_polygons(shapely.intersection(door, space)) for door in doors)
     return Solid(
         plan=turned,
         space=space,
+        free=shapely.difference(space, shapely.union_all([thing.shape for thing in things])) if things else space,
         walls=tuple(_polygons(walls)),
         lintels=tuple(part for parts in lintels for part in parts),
         wall_height=wall_height,
         door_height=door_height,
+        furniture=things,
     )
 
 

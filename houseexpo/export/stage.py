@@ -47,7 +47,7 @@ def stage(
         orientation=orientation,
     )
     x1, y1, x2, y2 = built.bounds
-    (x, y), _ = start_and_goal(built.space)
+    (x, y), _ = start_and_goal(built.free)
     side = ROBOT_RADIUS_M * math.sqrt(2)  # the square inside the disc
     middle = _numbers((x1 + x2) / 2, (y1 + y2) / 2)
     lines = [
@@ -66,6 +66,7 @@ def stage(
         "  gui_move 0",
         "  obstacle_return 1",
         *(_block(ring, built.wall_height) for wall in built.walls for ring in trapezoids(wall)),
+        *(_block(ring, thing.height) for thing in built.furniture for ring in trapezoids(thing.shape)),
         ")",
         f'robot ( name "robot" pose [{_numbers(x, y, 0, 0)}] )',
     ]

@@ -89,6 +89,16 @@ class PlanData(Value):
         return self._mended(even_odd, self.holes) if self.holes else self.outline
 
     @cached_property
+    def floor(self) -> Polygon | MultiPolygon:
+        """All that is inside the walls, metres: the free space, and what furniture in rooms stands on."""
+        things = [thing.shape for thing in self.objects if thing.room is not None]
+        if not things:
+            return self.free_space
+        import shapely
+
+        return shapely.union_all([self.free_space, *things])
+
+    @cached_property
     def repair(self) -> Repair | None:
         """What was wrong with the rings and what mending them changed; None where they are valid."""
         return self._mended(repair_of, self.holes)

@@ -67,7 +67,8 @@ class Parts:
         outcomes = [(entry.plans, entry.refused, entry.versions, entry.passing) for entry in self.entries]
         words = {name: asdict(override) for name, override in self.overrides.items()}
         lists = [(str(file.relative_to(self.folder.root)), file.read_bytes()) for file in list_files(self.folder.root)]
-        parts = (outcomes, _public(self.sources), self.config.parameters(), words, sorted(lists), digest_of(__name__))
+        sources = (_public(self.sources), self.config.rights())
+        parts = (outcomes, sources, self.config.parameters(), words, sorted(lists), digest_of(__name__))
         return hashlib.sha256(msgspec.json.encode(parts, order="deterministic")).hexdigest()
 
 
@@ -223,6 +224,7 @@ def _manifest(parts: Parts, kept: Mapping[str, Kept], stats: Mapping[str, Any]) 
         "format": FORMAT,
         "generator": {"name": "houseexpo", "version": version("houseexpo")},
         "sources": _public(parts.sources),
+        **parts.config.rights(),
         "parameters": parts.config.parameters(),
         "parameters_sha256": parts.config.digest(),
         "overrides": {name: asdict(override) for name, override in parts.overrides.items()},

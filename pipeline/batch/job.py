@@ -30,12 +30,15 @@ from pipeline.sources import reader
 from pipeline.sources.reading import recorded
 from pipeline.timing import measured, timed
 from pipeline.top_view import top_view
-from pipeline.values import Input, Level, RejectedLevel
+from pipeline.values import MADE, Input, Level, RejectedLevel
 
 if TYPE_CHECKING:  # how a source is fetched shows in no plan: it is no part of what a result depends on
     from pipeline.batch.mirror import Mirror
 
 Plan = Callable[[Level, PipelineConfig, np.random.Generator], Sequence[FloorPlan | RejectedLevel]]
+
+
+_FURNITURE = 1  # its chance is another than that of the stages
 
 
 def by_algorithm(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Sequence[FloorPlan | RejectedLevel]:
@@ -61,6 +64,7 @@ class Settings:
     plan: Plan
     plans: Plans
     min_quality: float = 0.0
+    furnished: float = 0.0
     mirrors: Sequence[Mirror] = ()
 
 
@@ -173,8 +177,19 @@ def _outcome(found: FloorPlan | RejectedLevel, level: Level, settings: Settings)
             check_quality(found, settings.min_quality)
     except Rejection as rejection:
         return Refused.of(found.id, rejection.pictured(top_view(level.walls)))
-    plan = replace(found, provenance={**(found.provenance or {}), **settings.stamp})
+    plan = _furnished(found, settings)
+    plan = replace(plan, provenance={**(plan.provenance or {}), **settings.stamp})
     return settings.plans.put(found.id, str(level.provenance.get("sha256", "")), encode(plan) + b"\n")
+
+
+def _furnished(plan: FloorPlan, settings: Settings) -> FloorPlan:
+    """Furnish a plan of a made house, where its turn comes."""
+    if not settings.furnished or (plan.provenance or {}).get("source") != MADE:
+        return plan
+    from pipeline.furnish import furnished, is_chosen
+
+    rng = np.random.default_rng([settings.seed, _FURNITURE, *hashlib.sha256(plan.id.encode()).digest()])
+    return furnished(plan, rng) if is_chosen(settings.furnished, rng) else plan
 
 
 def _dropped(override: Override) -> Rejection:

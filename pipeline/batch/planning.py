@@ -131,6 +131,7 @@ class Planning:
             plan,
             self.plans,
             config.build.min_quality,
+            config.build.furnished,
             self.listing.mirrors,
         )
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from houseexpo.errors import ConfigError
 from pipeline.sources import suncg
 from pipeline.sources.procedural import scene_id, write_house
-from pipeline.values import Input, Level, RejectedLevel
+from pipeline.values import MADE, Input, Level, RejectedLevel
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
@@ -31,4 +32,11 @@ def read(item: Input) -> Iterator[Level | RejectedLevel]:
     with tempfile.TemporaryDirectory(prefix="houseexpo-") as folder:
         write_house(Path(folder), index, seed)
         for house in suncg.find(folder):
-            yield from suncg.read(house)
+            yield from map(_as_made, suncg.read(house))
+
+
+def _as_made(level: Level | RejectedLevel) -> Level | RejectedLevel:
+    """Say that the project made the house: it is no house of SUNCG's."""
+    if isinstance(level, RejectedLevel):
+        return level
+    return replace(level, provenance={**level.provenance, "source": MADE})

@@ -32,7 +32,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.analysis.similarity import SYMMETRIES, Duplicate, comparison_frame, crop
+from houseexpo.analysis.similarity import SYMMETRIES, Duplicate, compared_space, comparison_frame, crop
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import Mask, edges_in_pixels, rings_of
 from pipeline.config import DedupeConfig
@@ -125,8 +125,9 @@ def _mask(load: Load, pixels_per_metre: float, number: int) -> shapes.Cells:
     given = load(number)
     if not isinstance(given, FloorPlan):
         return np.ascontiguousarray(crop(given)).view(np.uint8)
-    frame = comparison_frame(given, pixels_per_metre)
-    start, end = edges_in_pixels(rings_of(given), frame)
+    space = compared_space(given)
+    frame = comparison_frame(space, pixels_per_metre)
+    start, end = edges_in_pixels(rings_of(space), frame)
     mask = shapes.filled(start, end, *frame.shape)
     rows, cols = np.flatnonzero(shapes.row_sums(mask)), np.flatnonzero(shapes.col_sums(mask))
     if not len(rows):

@@ -8,10 +8,11 @@ from pipeline.geometry.closers import Closer, CloserKind
 from pipeline.geometry.doorways import Doorway
 from pipeline.geometry.mesh import Mesh
 from pipeline.geometry.spaces import JoinedPair, Passage, Spaces
-from pipeline.values.source import Input, Level, Reader, RejectedLevel, SourceObject, SourceOpening, SourceRoom
+from pipeline.values.source import MADE, Input, Level, Reader, RejectedLevel, SourceObject, SourceOpening, SourceRoom
 from pipeline.values.stages import Evidence, Layout, NamedRoom, Obstacle, Planes
 
 __all__ = [
+    "MADE",
     "Closer",
     "CloserKind",
     "Doorway",

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 from shapely import MultiPolygon, Polygon
 
@@ -96,6 +96,10 @@ class Level:
     def door_meshes(self) -> tuple[Mesh, ...]:
         """The meshes of the ``leaves``."""
         return tuple(each.mesh for each in self.leaves)
+
+
+MADE: Final = "procedural"
+"""What the provenance of a house that the project makes says of its source."""
 
 
 @dataclass(frozen=True)

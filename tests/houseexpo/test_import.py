@@ -30,7 +30,7 @@ DOCUMENTED = {
     "houseexpo": [
         *("LABELS", "UNLABELLED", "canonical", "Dataset", "open_dataset", "contact_sheet", "draw_plan", "svg"),
         *("ConfigError", "DatasetError", "HouseExpoError", "MissingDependencyError", "PlanError", "TrainingError"),
-        "UnknownPlanError",
+        *("UnknownPlanError", "WorkerError"),
         *("fetch", "load_plan", "save_plan", "GridFrame", "navigability", "rooms_graph", "with_rooms", "Door"),
         *("FloorPlan", "Frame", "Navigability", "PlanObject", "Quality", "Room", "decode", "encode", "door_mask"),
         *("free_mask", "room_mask", "Repair", "find_duplicates"),

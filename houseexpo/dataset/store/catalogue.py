@@ -15,7 +15,7 @@ import pyarrow as pa
 
 from houseexpo.dataset.store.blocks import BlockReader
 from houseexpo.dataset.store.cache import stored
-from houseexpo.dataset.store.records import lists, plan_files, plan_folder
+from houseexpo.dataset.store.records import lists, plan_files, plan_folder, plans_in
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.plan import checks
 
@@ -28,12 +28,18 @@ class Catalogue:
 
     def __init__(self, path: Path, table: Any, store: Path | None) -> None:
         self.path, self.table, self._store = path, table, store
+        self._is_loose = plans_in(path).is_dir()
         self.ids: list[str] = table.column("id").to_pylist()
         self.row_of = {name: number for number, name in enumerate(self.ids)}
 
+    @property
+    def address(self) -> Path | str:
+        """What opens the same data set again."""
+        return self.path
+
     def read(self, row: int) -> bytes:
         """Return a plan's JSON as it is packed."""
-        if not self.path.is_dir():
+        if not self._is_loose:
             return self._unpacked(row)
         file = plan_folder(self.path) / self._files[row]
         try:
@@ -89,7 +95,8 @@ def open_catalogue(path: Path) -> Catalogue:
         return Catalogue(path, _own_index(path), None)
     if not path.exists():
         raise DatasetError(f"{path}: expected a data set, found nothing there; check the path")
-    store = stored(path, partial(_build, path), partial(_is_whole, path))
+    packed = plans_in(path)
+    store = stored(packed, partial(_build, packed), partial(_is_whole, packed))
     return Catalogue(path, _read_index(store), store)
 
 

@@ -11,20 +11,27 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.dataset.store.catalogue import Catalogue, nearest
-from houseexpo.dataset.store.derived import derived
+from houseexpo.dataset.store.derived import derived, kept
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 
 Rows = npt.NDArray[np.int64]
 
 
-def column(catalogue: Catalogue, rows: Rows, name: str) -> list[Any]:
-    """Return a column of the index for some rows; what published plans lack is computed where it is absent."""
+def column(catalogue: Catalogue, rows: Rows, name: str, *, compute: bool = True) -> list[Any]:
+    """Return a column of the index for some rows; what published plans lack is computed where it is absent.
+
+    ``compute`` False: what would have to be computed is None.
+    """
     if name not in catalogue.table.column_names:
         raise ConfigError(f"column: {nearest(name, catalogue.table.column_names)}")
     values: list[Any] = catalogue.table.column(name).take(rows).to_pylist()
-    if name in _MEASURES:
+    if name in _MEASURES and compute:
         _fill(catalogue, rows, values, *_MEASURES[name])
+    elif name in _MEASURES:
+        missing = [i for i, value in enumerate(values) if value is None]
+        for i, value in zip(missing, kept(catalogue, rows[missing].tolist(), _MEASURES[name][0]), strict=True):
+            values[i] = value
     return values
 
 

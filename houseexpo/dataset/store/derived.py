@@ -19,8 +19,8 @@ import msgspec
 from houseexpo.dataset.store.cache import VERSION, cache_folder
 from houseexpo.dataset.store.catalogue import Catalogue
 from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.processes import in_processes
 from houseexpo.progress import watched
-from houseexpo.workers import pool
 
 Measure = Callable[[FloorPlan], Any]
 
@@ -56,6 +56,16 @@ def derived(catalogue: Catalogue, rows: Sequence[int], name: str, measure: Measu
     return [msgspec.json.decode(known[digest]) for digest in digests]
 
 
+def kept(catalogue: Catalogue, rows: Sequence[int], name: str) -> list[Any]:
+    """Return what was computed under ``name`` before, None for a plan of which it was not."""
+    with closing(_open()) as database:
+        known = _known(database, name)
+    if not known:
+        return [None] * len(rows)
+    found = (known.get(catalogue.digest(row)) for row in rows)
+    return [None if value is None else msgspec.json.decode(value) for value in found]
+
+
 def _open() -> sqlite3.Connection:
     database = sqlite3.connect(cache_folder() / f"derived-{VERSION}.sqlite", timeout=60)
     database.execute("CREATE TABLE IF NOT EXISTS derived (name TEXT, plan TEXT, value BLOB, PRIMARY KEY (name, plan))")
@@ -71,8 +81,7 @@ def _computed(plans: Iterable[tuple[str, bytes]], measure: Measure, workers: int
     if workers <= 1:
         yield from map(work, plans)
         return
-    with pool(workers) as processes:
-        yield from processes.imap_unordered(work, plans, chunksize=_CHUNK)
+    yield from in_processes(work, plans, workers, _CHUNK)
 
 
 def _measured(measure: Measure, item: tuple[str, bytes]) -> tuple[str, bytes]:

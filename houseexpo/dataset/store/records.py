@@ -25,6 +25,9 @@ MAX_PLAN_BYTES: Final = 64 * 2**20
 MAX_BYTES: Final = 64 * 2**30
 MAX_PLANS: Final = 5_000_000
 
+ARCHIVE: Final = "json.tar.gz"
+"""The archive of all plans in the folder of a release (``houseexpo.release``)."""
+
 KINDS: Final = ("a folder", ".tar.gz", ".tgz", ".zip", ".jsonl", ".jsonl.gz")
 _BROKEN: Final = (
     *(EOFError, OSError, zlib.error, tarfile.TarError, zipfile.BadZipFile, UnicodeError),
@@ -40,6 +43,13 @@ class Record(NamedTuple):
     data: bytes
 
 
+def plans_in(path: Path) -> Path:
+    """Return where the plans of a data set are: in the archive of a release, else in the path itself."""
+    archive = path / ARCHIVE
+    is_release = archive.is_file() and (path / "croissant.json").is_file() and not (path / "json").is_dir()
+    return archive if is_release else path
+
+
 def records(path: Path) -> Iterator[Record]:
     """Yield every plan of a data set: files of a folder sorted by name, others in the order in which they are packed.
 
@@ -48,6 +58,7 @@ def records(path: Path) -> Iterator[Record]:
     DatasetError
         The path is no data set, or it is broken.
     """
+    path = plans_in(path)
     read = _reader(path)
     size, count = 0, 0
     with broken(path):

@@ -53,7 +53,9 @@ class Row(NamedTuple):
 
 
 class Drive:
-    """An episode that somebody drives; ``rows`` is its trajectory.
+    """An episode that somebody drives.
+
+    ``rows`` is its trajectory, ``observation`` and ``info`` are what the environment shows and says now.
 
     Parameters
     ----------
@@ -69,15 +71,15 @@ class Drive:
         self._start_episode(seed)
 
     def _start_episode(self, seed: int | None = None) -> None:
-        _, self._info = self._env.reset(seed=seed, options=self._options)
+        self.observation, self.info = self._env.reset(seed=seed, options=self._options)
         self.rows: list[Row] = []
         self._trail: list[npt.NDArray[np.float64]] = []
         self._ended = ""
         self._note("", 0.0)
 
     def _note(self, action: str, reward: float) -> None:
-        x, y, heading = self._info["pose"].tolist()
-        self.rows.append(Row(len(self.rows), action, x, y, heading, reward, self._info["explored_m2"]))
+        x, y, heading = self.info["pose"].tolist()
+        self.rows.append(Row(len(self.rows), action, x, y, heading, reward, self.info["explored_m2"]))
         self._trail.append(self._env.state.poses_px.copy())
 
     def press(self, key: str) -> None:
@@ -87,11 +89,14 @@ class Drive:
         elif key == "t":
             self._shows = "both" if self._shows == "map" else "map"
         elif key in KEYS and not self._ended:
-            action = KEYS[key]
-            _, reward, terminated, truncated, self._info = self._env.step(ACTIONS.index(action))
-            self._note(action, reward)
-            if terminated or truncated:
-                self._ended = "done: " if self._info["is_success"] else "over: "
+            self.act(ACTIONS.index(KEYS[key]), KEYS[key])
+
+    def act(self, action: Any, name: str) -> None:
+        """Take an action of the environment, which the trajectory calls so."""
+        self.observation, reward, terminated, truncated, self.info = self._env.step(action)
+        self._note(name, reward)
+        if terminated or truncated:
+            self._ended = "done: " if self.info["is_success"] else "over: "
 
     def picture(self, most_px: tuple[int, int]) -> Image:
         """Return a picture of the episode now."""
@@ -100,7 +105,7 @@ class Drive:
     @property
     def caption(self) -> str:
         """How it stands, in a line, and the keys, in another."""
-        info, rewards = self._info, [row.reward for row in self.rows]
+        info, rewards = self.info, [row.reward for row in self.rows]
         bumps = counted(info["collisions"], "collision")
         hit = ", bump!" if info["collided"] else ""
         return (
@@ -108,8 +113,13 @@ class Drive:
             f"{bumps}, reward {rewards[-1]:+.2f} of {sum(rewards):+.2f}{hit}\n{HELP}"
         )
 
-    def save(self, folder: Path) -> list[Path]:
-        """Write trajectory.csv, the map for ROS (map.pgm, map.yaml) and a picture of it (map.png); return the files."""
+    @property
+    def ended(self) -> bool:
+        """Whether the episode has ended."""
+        return bool(self._ended)
+
+    def files(self) -> dict[str, bytes]:
+        """Return trajectory.csv, the map for ROS (map.pgm, map.yaml) and a picture of it (map.png), by name."""
         state, frame = self._env.state, self._env.simulator.world.frame
         shades = np.full(256, UNKNOWN, np.uint8)
         shades[[mapping.FREE, mapping.OBSTACLE]] = FREE, WALL
@@ -118,6 +128,11 @@ class Drive:
         stream = io.StringIO(newline="")
         csv.writer(stream, lineterminator="\n").writerows([Row._fields, *self.rows])
         files["trajectory.csv"] = stream.getvalue().encode()
+        return files
+
+    def save(self, folder: Path) -> list[Path]:
+        """Write ``files`` into a folder; return where they are."""
+        files = self.files()
         folder.mkdir(parents=True, exist_ok=True)
         for name, data in files.items():
             (folder / name).write_bytes(data)

@@ -27,12 +27,12 @@ from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.files import write_whole
 from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.processes import in_processes
 from houseexpo.progress import watched
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.io.pairs import ROOM_LABELS, Pair, PairConfig, pairs_of, stacked
 from houseexpo.pseudoslam.worlds.cache import still_world, with_what_moves
 from houseexpo.pseudoslam.worlds.store import WorldStore
-from houseexpo.workers import pool
 
 VERSION: Final = 1
 EPISODES: Final = 100
@@ -170,8 +170,7 @@ def _run(
         yield from map(work, jobs)
         return
     yield work(next(jobs))  # what has to be compiled is compiled once
-    with pool(workers) as processes:
-        yield from processes.imap_unordered(work, jobs)
+    yield from in_processes(work, jobs, workers)
 
 
 def _write_shard(out: Path, config: PairConfig, seed: int, job: Job) -> tuple[int, dict[str, Any]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final, Literal, NamedTuple, get_args
+from typing import Final, Literal, get_args
 
 import cv2
 import numpy as np
@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE
-from houseexpo.pseudoslam.kernels.motion.bodies import MOVING, STATIC, pose_at
-from houseexpo.pseudoslam.kernels.sensing.ranges import cast
+from houseexpo.pseudoslam.kernels.motion.bodies import STATIC
 from houseexpo.pseudoslam.render.canvas import Canvas, Colour, Image, Points, scale_for, scaled
+from houseexpo.pseudoslam.render.sight import Body, beam_ends, bodies_of, moved
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 
@@ -43,15 +43,6 @@ _UNKNOWN, _FREE, _HIDDEN, _HIDDEN_THING, _WALL, _MASS, _THING = range(7)
 _PRIORITY = np.array([0, 2, 1, 3, 5, 4, 6], np.uint8)  # which colour a pixel has that stands for several cells
 _SKIN = np.ones((3, 3), np.uint8)
 _GAP_PX = 12
-_BEAMS = 721  # the sector's edge is drawn with so many corners
-
-
-class _Body(NamedTuple):
-    """What moves: a polygon grown by a radius, both in pixels, and whether the robot sees it."""
-
-    corners: Points
-    round_px: float
-    seen: bool
 
 
 def picture(
@@ -89,15 +80,15 @@ def picture(
     scale, colours = scaled(_colours(simulator, state, shows), _PRIORITY, most_px)
     canvas = Canvas(_COLOURS[colours], scale)
     true, seen_from = state.pose_px, state.pose_px if shows == "truth" else state.believed_px
-    ends = _sight(simulator, state)
-    canvas.tint(_moved(np.vstack([true[None, :2], ends]), true, seen_from), ROBOT_COLOUR, SIGHT, colours < _WALL)
+    ends = beam_ends(simulator, state)
+    canvas.tint(moved(np.vstack([true[None, :2], ends]), true, seen_from), ROBOT_COLOUR, SIGHT, colours < _WALL)
     metre = simulator.config.pixels_per_metre
     _draw_goal(canvas, simulator, state)
     if len(trail) > 1:
         canvas.line(
             np.asarray(trail, np.float64)[:, slice(2) if shows == "truth" else slice(3, 5)], 0.05 * metre, TRAIL_COLOUR
         )
-    _draw_bodies(canvas, _bodies(simulator, state, ends), true, seen_from, shows)
+    _draw_bodies(canvas, bodies_of(simulator, state, ends), true, seen_from, shows)
     _draw_robot(canvas, seen_from, simulator.config.robot.radius_m * metre)
     return canvas.image
 
@@ -146,26 +137,6 @@ def _colours(simulator: Simulator, state: State, shows: Shows) -> npt.NDArray[np
     return found
 
 
-def _sight(simulator: Simulator, state: State) -> Points:
-    """Return (n, 2) where the beams of a fan end, pixels, from the right to the left."""
-    laser = simulator.config.laser
-    half = math.radians(laser.fov_deg) / 2
-    angles = np.linspace(-half, half, _BEAMS)
-    x, y, heading = state.pose_px
-    ranges = np.empty(_BEAMS)
-    range_px = laser.range_m * simulator.config.pixels_per_metre
-    cast(state.occupied, x, y, heading, np.cos(angles), np.sin(angles), range_px, ranges)
-    return np.stack([x + ranges * np.cos(heading + angles), y - ranges * np.sin(heading + angles)], axis=1)
-
-
-def _moved(points: Points, true: Points, believed: Points) -> Points:
-    """Return points seen from a pose as they lie seen from another."""
-    turn = believed[2] - true[2]
-    right, down = (points - true[:2]).T
-    cos, sin = math.cos(turn), math.sin(turn)
-    return np.stack([believed[0] + right * cos + down * sin, believed[1] - right * sin + down * cos], axis=1)
-
-
 def _draw_robot(canvas: Canvas, pose: Points, radius_px: float) -> None:
     ahead = np.array([math.cos(pose[2]), -math.sin(pose[2])])
     radius = max(radius_px, 1.2 / canvas.scale)
@@ -187,43 +158,11 @@ def _draw_goal(canvas: Canvas, simulator: Simulator, state: State) -> None:
         canvas.blob(place, share * radius, colour)
 
 
-def _draw_bodies(canvas: Canvas, bodies: list[_Body], true: Points, seen_from: Points, shows: Shows) -> None:
+def _draw_bodies(canvas: Canvas, bodies: list[Body], true: Points, seen_from: Points, shows: Shows) -> None:
     """Draw who moves; in what the robot knows, only whom a beam meets, where the robot believes that to be."""
     for body in bodies:
         if not body.seen and shows == "map":
             continue
-        corners = _moved(body.corners, true, seen_from) if body.seen else body.corners
+        corners = moved(body.corners, true, seen_from) if body.seen else body.corners
         canvas.blob(corners, body.round_px + 1.5 / canvas.scale, FREE_COLOUR)
         canvas.blob(corners, body.round_px, BODY_COLOUR if body.seen or shows == "truth" else HIDDEN_BODY_COLOUR)
-
-
-def _bodies(simulator: Simulator, state: State, ends: Points) -> list[_Body]:
-    """Return people and what goes on tracks; ``ends`` are ``_sight``'s."""
-    episode, radius = state.episode, simulator.params.walk.radius_px
-    met = _met(state, ends)
-    places = np.stack([episode.bodies.people["x"], episode.bodies.people["y"]], axis=1)
-    found = [_Body(place[None], radius, _is_met(met, place, radius)) for place in places]
-    tracks = episode.tracks
-    for k, clock in enumerate(episode.bodies.clocks):
-        x, y, heading = pose_at(tracks, k, clock)
-        shape = tracks.shapes[k]
-        ahead, left = tracks.corners[k, : shape.corners].T
-        cos, sin = math.cos(heading), math.sin(heading)
-        corners = np.stack([x + ahead * cos - left * sin, y - ahead * sin - left * cos], axis=1)
-        seen = _is_met(met, np.array([x, y]), float(shape.reach))
-        found.append(_Body(corners, float(shape.grown), seen))
-    return found
-
-
-def _met(state: State, ends: Points) -> Points:
-    """Return the ends (n, 2) of those beams that meet something that moves."""
-    way = ends - state.pose_px[:2]
-    within = ends + 0.5 * way / np.maximum(np.hypot(*way.T), 1e-9)[:, None]  # half a cell beyond the rim
-    rows, cols = state.occupied.shape
-    col, row = np.floor(within).astype(int).T
-    met: Points = ends[(state.occupied[row.clip(0, rows - 1), col.clip(0, cols - 1)] & MOVING) != 0]
-    return met
-
-
-def _is_met(met: Points, centre: Points, reach: float) -> bool:
-    return bool((np.hypot(*(met - centre).T) <= reach + 1.0).any())

@@ -12,12 +12,12 @@ from typing import Final
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import decode
+from houseexpo.processes import in_processes
 from houseexpo.progress import watched
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.worlds.cache import still_world
 from houseexpo.pseudoslam.worlds.records import encode_world
 from houseexpo.pseudoslam.worlds.store import WorldStore, store_folder
-from houseexpo.workers import pool
 
 _CHUNK: Final = 16
 _BATCH: Final = 4096
@@ -86,8 +86,7 @@ def _made(
         yield from map(work, jobs)
         return
     yield work(next(jobs))  # what has to be compiled is compiled once
-    with pool(workers) as processes:
-        yield from processes.imap_unordered(work, jobs, chunksize=_CHUNK)
+    yield from in_processes(work, jobs, workers, _CHUNK)
 
 
 def _world(config: SimulatorConfig, job: Job) -> tuple[bytes, bytes | str]:

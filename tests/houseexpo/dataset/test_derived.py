@@ -9,7 +9,7 @@ from houseexpo import open_dataset
 from houseexpo.dataset.store import derived as module
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
-from houseexpo.workers import THREADS, pool
+from houseexpo.workers import THREADS, single_threaded
 
 
 @pytest.fixture
@@ -46,7 +46,7 @@ def test_workers_compute_with_one_thread_each(folder, monkeypatch):
 
 def test_the_environment_comes_back_after_an_error(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    with pytest.raises(ZeroDivisionError), pool(1):
+    with pytest.raises(ZeroDivisionError), single_threaded():
         raise ZeroDivisionError
     assert os.environ["OMP_NUM_THREADS"] == "7"
 

@@ -1,0 +1,113 @@
+"""``houseexpo serve``: data sets as pages to walk through, and as an interface for programs."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from houseexpo.words import counted
+
+if TYPE_CHECKING:
+    from houseexpo.service.service import Service
+    from houseexpo.service.settings import Settings
+
+_TOKEN_BYTES: Final = 18
+_QUEUE: Final = 256
+
+
+def serve(
+    dataset: Annotated[
+        list[Path] | None,
+        typer.Argument(help="Data sets: folders, archives, JSON lines.", show_default="the fetched one"),
+    ] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="0: any that is free.")] = 8000,
+    host: Annotated[
+        str, typer.Option(help="Address to listen on. Others than this machine's own need a token.", metavar="ADDRESS")
+    ] = "127.0.0.1",
+    review: Annotated[bool, typer.Option("--review", help="Pages for judging plans.")] = False,
+    read_only: Annotated[bool, typer.Option("--read-only", help="Write nothing.")] = False,
+    measure: Annotated[
+        bool, typer.Option("--measure", help="Find doors and reach of plans that record none first; minutes, once.")
+    ] = False,
+) -> None:
+    """Show data sets in the browser: gallery, plans, statistics, a robot to drive; and serve them to programs."""
+    from houseexpo.errors import ConfigError
+
+    try:
+        import starlette  # noqa: F401
+        import uvicorn  # noqa: F401
+    except ImportError as error:
+        from houseexpo.errors import MissingDependencyError
+
+        raise MissingDependencyError(f"serve needs {error.name}; pip install 'houseexpo[serve]'") from None
+    from houseexpo.service.collection import opened
+    from houseexpo.service.service import Service
+    from houseexpo.service.settings import Settings, is_any, is_loopback
+
+    if review and read_only:
+        raise ConfigError("serve: --review writes decisions, --read-only forbids it; leave one out")
+    token = "" if is_loopback(host) else secrets.token_urlsafe(_TOKEN_BYTES)
+    listening = _listening(host, port)
+    with listening:
+        names = (socket.gethostname(),) if is_any(host) else ()
+        settings = Settings(host, listening.getsockname()[1], names, read_only, review, token)
+        service = Service(opened(dataset or [_fetched()]), settings)
+        for shown in service.collections.values():
+            for name in ("n_doors", "navigability") if measure else ():
+                shown.dataset.column(name)
+            typer.echo(f"{shown.name}: {counted(len(shown.now.views.table), 'plan')}")
+        typer.echo(f"open {address(settings)} in a browser; Ctrl-C ends it")
+        _run(service, listening)
+
+
+def address(settings: Settings) -> str:
+    """Return the address that people open; it holds the token, where there is one."""
+    host = f"[{settings.host}]" if ":" in settings.host else settings.host
+    host = settings.names[0] if settings.names else host
+    return f"http://{host}:{settings.port}/" + (f"?token={settings.token}" if settings.token else "")
+
+
+def _fetched() -> Path:
+    from houseexpo.commands.given import data_set
+
+    return data_set(None).path
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    """Return a socket that listens; taken before data sets are opened, so that a port in use is said at once."""
+    from houseexpo.errors import ConfigError
+
+    try:
+        family, _, _, _, where = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
+        found = socket.socket(family, socket.SOCK_STREAM)
+        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        found.bind(where)
+    except OSError as error:
+        what = error.strerror or str(error)
+        raise ConfigError(f"serve: cannot listen on {host}:{port} ({what}); choose another --port or --host") from None
+    return found
+
+
+def _run(service: Service, listening: socket.socket) -> None:
+    import uvicorn
+
+    from houseexpo.service.app import make_app
+
+    limits = service.settings.limits
+    config = uvicorn.Config(
+        make_app(service),
+        log_level="warning",
+        access_log=False,
+        backlog=_QUEUE,
+        server_header=False,
+        ws="websockets-sansio",
+        ws_max_size=limits.message_bytes,
+        ws_max_queue=8,
+        timeout_graceful_shutdown=2,
+        proxy_headers=False,
+    )
+    uvicorn.Server(config).run(sockets=[listening])

@@ -1,0 +1,40 @@
+"""How a data set folder was built, so that it can be built again: a record in ``.build``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+
+from houseexpo.files import as_json, write_whole
+
+_FILE = ".build/command.json"
+
+
+class BuildRecord(msgspec.Struct, frozen=True):
+    """A command that builds a data set again; paths in it are in full.
+
+    Parameters
+    ----------
+    arguments
+        Of ``houseexpo build``, without ``--out`` and ``--overrides``.
+    overrides
+        The file of corrections by hand that the build reads, or would read if it were there; "" where it names none.
+    """
+
+    arguments: tuple[str, ...]
+    overrides: str = ""
+
+
+def record_build(root: Path, record: BuildRecord) -> None:
+    """Keep the record in a data set folder; a file that says so already is left alone."""
+    if recorded_build(root) != record:
+        write_whole(root / _FILE, as_json(msgspec.to_builtins(record)), durable=True)
+
+
+def recorded_build(root: Path) -> BuildRecord | None:
+    """Return how a data set folder was built; None where nothing says so."""
+    try:
+        return msgspec.json.decode((root / _FILE).read_bytes(), type=BuildRecord)
+    except (OSError, msgspec.DecodeError):
+        return None

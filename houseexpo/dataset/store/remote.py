@@ -1,0 +1,178 @@
+"""A data set that a service offers (``houseexpo serve``): its index is fetched at once, a plan when it is asked for.
+
+1. The index is kept in the user's cache with its tag: it is fetched again only where it changed.
+2. A plan is kept under the SHA-1 of its bytes, which the index states: what comes over the wire is checked, and plans
+   that two services share are fetched once.
+3. Nothing else is asked of the server, and no other server is asked: redirections are refused.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import http.client
+import re
+import threading
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+from urllib.parse import parse_qsl, quote, unquote, urlsplit
+
+import msgspec
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from houseexpo.dataset.index import SCHEMA
+from houseexpo.dataset.store.cache import cache_folder
+from houseexpo.dataset.store.catalogue import Catalogue, read_ids
+from houseexpo.dataset.store.records import MAX_PLAN_BYTES
+from houseexpo.errors import DatasetError
+from houseexpo.files import write_whole
+from houseexpo.plan import checks
+
+_COLUMNS: Final = pa.schema([*SCHEMA, ("digest", pa.string())])
+_INDEX_BYTES: Final = 1 << 30
+_TIMEOUT_S: Final = 60.0
+_DIGEST: Final = re.compile("[0-9a-f]{40}")
+
+
+class _Answer(NamedTuple):
+    status: int
+    data: bytes
+    tag: str
+
+
+class _About(msgspec.Struct):
+    splits: dict[str, int] = {}
+
+
+def open_remote(address: str) -> RemoteCatalogue:
+    """Open a data set of a service: ``http://host:8000/demo``, with ``?token=`` where the service asks for one.
+
+    Raises
+    ------
+    DatasetError
+        The server does not answer, has no such data set, or sends what is no index.
+    """
+    server = _Server(address)
+    folder = cache_folder("remote", hashlib.sha256(server.plain.encode()).hexdigest()[:16], server.name)
+    index, tag = folder / "index.parquet", folder / "index.tag"
+    known = tag.read_text(errors="replace") if index.exists() and tag.exists() else ""
+    found = server.get("/index.parquet", _INDEX_BYTES, known)
+    if found.status != 304:  # R1
+        write_whole(index, found.data)
+        write_whole(tag, found.tag.encode())
+    try:
+        table = pq.read_table(index).select(_COLUMNS.names).cast(_COLUMNS)
+        for name, digest in zip(table.column("id").to_pylist(), table.column("digest").to_pylist(), strict=True):
+            checks.plan_id(name)
+            if not _DIGEST.fullmatch(digest or ""):
+                raise DatasetError(f"{server.plain}: {name}: expected the SHA-1 of the plan, found {digest!r}")
+    except (pa.ArrowException, OSError, KeyError) as error:
+        tag.unlink(missing_ok=True)
+        raise DatasetError(f"{server.plain}: expected the index of a data set, found {error}") from None
+    return RemoteCatalogue(address, server, folder, table)
+
+
+class RemoteCatalogue(Catalogue):
+    """What is known of a data set that a service offers; ``path`` is where copies of it lie."""
+
+    def __init__(self, address: str, server: _Server, folder: Path, table: Any) -> None:
+        super().__init__(folder, table, None)
+        self._address, self._server = address, server
+        self._digests: list[str] = table.column("digest").to_pylist()
+
+    @property
+    def address(self) -> str:
+        """What opens the same data set again."""
+        return self._address
+
+    def read(self, row: int) -> bytes:
+        """Return a plan's JSON, fetched where it was not before."""
+        digest, name = self._digests[row], self.ids[row]
+        kept = cache_folder("remote", "plans", digest[:2]) / digest
+        if kept.exists() and _sha1(data := kept.read_bytes()) == digest:
+            return data
+        data = self._server.get(f"/plans/{quote(name, safe='')}", MAX_PLAN_BYTES).data
+        if _sha1(data) != digest:  # R2
+            raise DatasetError(f"{self._server.plain}: {name}: was changed on the server; open the data set again")
+        write_whole(kept, data)
+        return data
+
+    @cached_property
+    def lists(self) -> dict[str, tuple[str, ...]]:
+        """The lists of ids that come with the data set."""
+        try:
+            about = msgspec.json.decode(self._server.get("", _INDEX_BYTES).data, type=_About)
+        except msgspec.DecodeError as error:
+            raise DatasetError(f"{self._server.plain}: expected what a data set is, found {error}") from None
+        return {
+            name: read_ids(self._server.get(f"/splits/{quote(name, safe='')}", _INDEX_BYTES).data, f"list {name!r}")
+            for name in about.splits
+        }
+
+
+class _Server:
+    """The part of a service that offers one data set; each thread keeps one connection."""
+
+    def __init__(self, address: str) -> None:
+        try:
+            parts = urlsplit(address)
+            self._host, self._port = parts.hostname or "", parts.port
+        except ValueError as error:
+            raise DatasetError(f"{address}: expected an address such as http://host:8000/demo ({error})") from None
+        names = [part for part in parts.path.split("/") if part]
+        if not self._host or len(names) != 1:
+            raise DatasetError(
+                f"{address}: expected an address such as http://host:8000/demo, with the data set's name"
+            )
+        self.name = checks.plan_id(unquote(names[0]))
+        self.plain = f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}/{names[0]}"
+        self._token = dict(parse_qsl(parts.query)).get("token", "")
+        self._kind = http.client.HTTPSConnection if parts.scheme == "https" else http.client.HTTPConnection
+        self._own = threading.local()
+
+    def get(self, path: str, most_bytes: int, tag: str = "") -> _Answer:
+        """Ask for ``/api/NAME`` and a path below it; DatasetError says what went wrong."""
+        headers = {"accept": "application/json", **({"if-none-match": tag} if tag else {})}
+        headers |= {"authorization": f"Bearer {self._token}"} if self._token else {}
+        try:
+            found = self._asked(f"/api/{quote(self.name, safe='')}{path}", headers, most_bytes)
+        except (OSError, http.client.HTTPException) as error:
+            what = str(error) or type(error).__name__
+            raise DatasetError(f"{self.plain}: no answer ({what}); is houseexpo serve running there?") from None
+        if found.status not in {200, 304}:
+            raise DatasetError(f"{self.plain}{path}: {_reason(found)}")
+        if len(found.data) > most_bytes:
+            raise DatasetError(f"{self.plain}{path}: expected at most {most_bytes:,} bytes, found more")
+        return found
+
+    def _asked(self, path: str, headers: dict[str, str], most_bytes: int) -> _Answer:
+        kept = getattr(self._own, "connection", None)
+        if kept is not None:
+            try:
+                return _exchanged(kept, path, headers, most_bytes)
+            except (OSError, http.client.HTTPException):  # the server may have closed it meanwhile
+                kept.close()
+        self._own.connection = self._kind(self._host, self._port, timeout=_TIMEOUT_S)
+        return _exchanged(self._own.connection, path, headers, most_bytes)
+
+
+def _exchanged(connection: http.client.HTTPConnection, path: str, headers: dict[str, str], most_bytes: int) -> _Answer:
+    connection.request("GET", path, headers=headers)
+    answer = connection.getresponse()
+    data = answer.read(most_bytes + 1)
+    if not answer.isclosed():
+        connection.close()
+    return _Answer(answer.status, data, answer.getheader("etag", ""))
+
+
+def _reason(found: _Answer) -> str:
+    try:
+        said = msgspec.json.decode(found.data, type=dict[str, str]).get("error", "")
+    except msgspec.DecodeError:
+        said = ""
+    return said or f"the server answered with status {found.status}"
+
+
+def _sha1(data: bytes) -> str:
+    return hashlib.sha1(data, usedforsecurity=False).hexdigest()

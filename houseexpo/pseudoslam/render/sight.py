@@ -1,0 +1,101 @@
+"""What a robot sees now: how far its beams reach, and who moves in them."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from houseexpo.pseudoslam.kernels.motion.bodies import MOVING, pose_at
+from houseexpo.pseudoslam.kernels.sensing.ranges import cast
+from houseexpo.pseudoslam.render.canvas import Points
+from houseexpo.pseudoslam.simulator import Simulator
+from houseexpo.pseudoslam.state import State
+
+BEAMS: Final = 721
+"""A sector's edge is drawn with so many corners."""
+
+
+class Body(NamedTuple):
+    """What moves: a polygon grown by a radius, both in pixels, and whether the robot sees it."""
+
+    corners: Points
+    round_px: float
+    seen: bool
+
+
+class Sight(NamedTuple):
+    """What a robot sees now, pixels: how far beams (n,) go, from the right of the fan to the left, and who moves there.
+
+    ``bodies`` (k, 3) are x, y and radius of each, where the robot believes them to be.
+    """
+
+    ranges: Points
+    bodies: Points
+
+
+def sight(simulator: Simulator, state: State, beams: int) -> Sight:
+    """Return what the robot sees, along so many beams; who moves is looked for with those of pictures."""
+    true, moving = state.pose_px, state.episode.bodies
+    found = []
+    if len(moving.people) + len(moving.clocks) > 0:
+        for body in bodies_of(simulator, state, beam_ends(simulator, state)):
+            if body.seen:
+                corners = moved(body.corners, true, state.believed_px)
+                centre = corners.mean(axis=0)
+                found.append((*centre, np.hypot(*(corners - centre).T).max() + body.round_px))
+    ranges = np.hypot(*(beam_ends(simulator, state, beams) - true[:2]).T)
+    return Sight(ranges, np.array(found).reshape(-1, 3))
+
+
+def beam_ends(simulator: Simulator, state: State, beams: int = BEAMS) -> Points:
+    """Return (n, 2) where the beams of a fan end, pixels, from the right to the left."""
+    laser = simulator.config.laser
+    half = math.radians(laser.fov_deg) / 2
+    angles = np.linspace(-half, half, beams)
+    x, y, heading = state.pose_px
+    ranges = np.empty(beams)
+    range_px = laser.range_m * simulator.config.pixels_per_metre
+    cast(state.occupied, x, y, heading, np.cos(angles), np.sin(angles), range_px, ranges)
+    return np.stack([x + ranges * np.cos(heading + angles), y - ranges * np.sin(heading + angles)], axis=1)
+
+
+def moved(points: Points, true: Points, believed: Points) -> Points:
+    """Return points seen from a pose as they lie seen from another."""
+    turn = believed[2] - true[2]
+    right, down = (points - true[:2]).T
+    cos, sin = math.cos(turn), math.sin(turn)
+    return np.stack([believed[0] + right * cos + down * sin, believed[1] - right * sin + down * cos], axis=1)
+
+
+def bodies_of(simulator: Simulator, state: State, ends: Points) -> list[Body]:
+    """Return people and what goes on tracks; ``ends`` are ``_sight``'s."""
+    episode, radius = state.episode, simulator.params.walk.radius_px
+    met = _met(state, ends)
+    places = np.stack([episode.bodies.people["x"], episode.bodies.people["y"]], axis=1)
+    found = [Body(place[None], radius, _is_met(met, place, radius)) for place in places]
+    tracks = episode.tracks
+    for k, clock in enumerate(episode.bodies.clocks):
+        x, y, heading = pose_at(tracks, k, clock)
+        shape = tracks.shapes[k]
+        ahead, left = tracks.corners[k, : shape.corners].T
+        cos, sin = math.cos(heading), math.sin(heading)
+        corners = np.stack([x + ahead * cos - left * sin, y - ahead * sin - left * cos], axis=1)
+        seen = _is_met(met, np.array([x, y]), float(shape.reach))
+        found.append(Body(corners, float(shape.grown), seen))
+    return found
+
+
+def _met(state: State, ends: Points) -> Points:
+    """Return the ends (n, 2) of those beams that meet something that moves."""
+    way = ends - state.pose_px[:2]
+    within = ends + 0.5 * way / np.maximum(np.hypot(*way.T), 1e-9)[:, None]  # half a cell beyond the rim
+    rows, cols = state.occupied.shape
+    col, row = np.floor(within).astype(int).T
+    met: Points = ends[(state.occupied[row.clip(0, rows - 1), col.clip(0, cols - 1)] & MOVING) != 0]
+    return met
+
+
+def _is_met(met: Points, centre: Points, reach: float) -> bool:
+    return bool((np.hypot(*(met - centre).T) <= reach + 1.0).any())

@@ -1,0 +1,60 @@
+"""What only the publisher of a release knows: its title, creators, version, date and addresses."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from datetime import date
+from typing import Final
+
+from houseexpo.errors import ConfigError
+
+CREATORS: Final = ("HouseExpo contributors",)
+_LONGEST: Final = 300
+
+
+@dataclass(frozen=True)
+class About:
+    """Words for the descriptions of a release; what is "" is left out of them.
+
+    ``published`` is a date (2026-05-01). There is no clock in it: two releases of one data set are the same bytes.
+
+    Raises
+    ------
+    ConfigError
+        A word cannot stand where it has to.
+    """
+
+    title: str = ""
+    creators: tuple[str, ...] = CREATORS
+    version: str = "1.0.0"
+    published: str = ""
+    url: str = ""
+    doi: str = ""
+
+    def __post_init__(self) -> None:
+        for name, text in (("title", self.title), *(("creator", creator) for creator in self.creators)):
+            if len(text) > _LONGEST or not text.isprintable() or text != text.strip():
+                raise ConfigError(f"release: {name}: expected a line of at most {_LONGEST} letters, found {text!r}")
+        if not self.creators or not all(self.creators):
+            raise ConfigError("release: creator: expected a name or more, found none")
+        _match(self.version, r"\d+\.\d+\.\d+", "version", "three numbers such as 1.0.0")
+        _match(self.url, r"(https?://[^\s\"<>]+)?", "url", "an address that begins with https://")
+        _match(self.doi, r"(10\.\d{4,9}/[^\s\"<>]+)?", "doi", "a DOI such as 10.5281/zenodo.1234567")
+        if self.published:
+            try:
+                date.fromisoformat(self.published)
+            except ValueError:
+                expected = "a date such as 2026-05-01"
+                raise ConfigError(f"release: date: expected {expected}, found {self.published!r}") from None
+            _match(self.published, r"\d{4}-\d\d-\d\d", "date", "a date such as 2026-05-01")
+
+    @property
+    def year(self) -> str:
+        """The year of publication, "" where no date is given."""
+        return self.published[:4]
+
+
+def _match(text: str, pattern: str, name: str, expected: str) -> None:
+    if not re.fullmatch(pattern, text):
+        raise ConfigError(f"release: {name}: expected {expected}, found {text!r}")

@@ -1,0 +1,88 @@
+"""The folder of a release: it appears whole or not at all, and replaces nothing but a former release.
+
+1. A folder is written into where it is not there yet, is empty, or holds a former release and nothing else.
+2. All is written beside it first. At the end it takes its place; a former release is removed then, whole.
+3. ``SHA256SUMS`` names every other file with its hash, sorted: ``sha256sum --check SHA256SUMS`` checks them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+from houseexpo.errors import ConfigError
+from houseexpo.files import PARTIAL, write_whole
+
+SUMS: Final = "SHA256SUMS"
+CROISSANT: Final = "croissant.json"
+
+
+def check_target(target: Path) -> None:
+    """Raise ConfigError where a release must not be written (R1)."""
+    if target.is_symlink() or (target.exists() and not target.is_dir()):
+        what = "a link" if target.is_symlink() else "a file"
+        raise ConfigError(f"{target}: expected a folder or nothing, found {what}; choose another --out")
+    if not target.exists() or not any(target.iterdir()):
+        return
+    if not (target / SUMS).is_file() or not (target / CROISSANT).is_file():
+        raise ConfigError(
+            f"{target}: expected an empty folder or a former release, found other files; choose another --out"
+        )
+    known = {SUMS, *_named(target / SUMS)}
+    others = sorted(set(_files(target)) - known)
+    if others:
+        raise ConfigError(
+            f"{target}: holds {others[0]!r}{f' and {len(others) - 1} more' if len(others) > 1 else ''} beside a former "
+            "release, which would be removed with it; move it away, or choose another --out"
+        )
+
+
+@contextmanager
+def appearing(target: Path) -> Iterator[Path]:
+    """Yield a folder beside the target to fill; at the end it takes the target's place, or vanishes (R2)."""
+    target = target.absolute()
+    target.parent.mkdir(parents=True, exist_ok=True)
+    partial = Path(tempfile.mkdtemp(dir=target.parent, prefix=PARTIAL))
+    try:
+        new, old = partial / "new", partial / "old"
+        new.mkdir()
+        yield new
+        check_target(target)  # again: somebody may have put something there meanwhile
+        if target.exists():
+            target.rename(old)
+        try:
+            new.rename(target)
+        except OSError:
+            if old.exists():
+                old.rename(target)
+            raise
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def write_sums(folder: Path) -> None:
+    """Write ``SHA256SUMS`` (R3)."""
+    lines = [f"{sha256(folder / name)}  {name}\n" for name in _files(folder) if name != SUMS]
+    write_whole(folder / SUMS, "".join(lines).encode())
+
+
+def sha256(file: Path) -> str:
+    """Return the SHA-256 of a file, in hex digits."""
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _files(folder: Path) -> list[str]:
+    """Return the names of all files and links below a folder, sorted."""
+    found = (file for file in folder.rglob("*") if file.is_symlink() or not file.is_dir())
+    return sorted(file.relative_to(folder).as_posix() for file in found)
+
+
+def _named(sums: Path) -> Iterator[str]:
+    for line in sums.read_text(encoding="utf-8", errors="replace").splitlines():
+        yield line.partition("  ")[2]

@@ -1,0 +1,180 @@
+"""What may be released: a finished build, whole and unchanged, whose plans may be passed on.
+
+1. A data set folder that ``houseexpo build`` finished, with a plan or more, all inputs done, no build at work in it.
+2. Every file has the SHA-256 that the manifest gives.
+3. Houses that the project makes (``procedural:``) may be passed on under ``licences.OWN``, or under the licence that
+   their manifest states. All others need that statement.
+4. Published HouseExpo plans are not passed on: they come by ``houseexpo fetch``. Nor are SUNCG's, which were withdrawn.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+
+from houseexpo.dataset import Dataset, open_dataset
+from houseexpo.dataset.store.records import records
+from houseexpo.errors import DatasetError
+from houseexpo.progress import watched
+from houseexpo.release.licences import OWN, Licence, licence_of
+
+MADE: Final = "procedural:"
+_WITHDRAWN: Final = "suncg"
+
+
+class Manifest(msgspec.Struct, frozen=True):
+    """What ``manifest.json`` says, as far as a release repeats it or rests on it."""
+
+    sources: list[str]
+    counts: dict[str, Any]
+    files: dict[str, str]
+    format: str
+    generator: dict[str, str] = {}
+    parameters: dict[str, Any] = {}
+    parameters_sha256: str = ""
+    versions: dict[str, str] = {}
+    licence: str = ""
+    credit: str = ""
+
+    @property
+    def is_made(self) -> bool:
+        """Whether the project made all of the houses."""
+        return bool(self.sources) and all(source.startswith(MADE) for source in self.sources)
+
+
+@dataclass(frozen=True)
+class Material:
+    """A data set that may be released, and under which licence; ``stats`` is its ``stats.json``."""
+
+    plans: Dataset
+    manifest: Manifest
+    licence: Licence
+    stats: Mapping[str, Any]
+
+
+@contextmanager
+def material(path: Path) -> Iterator[Material]:
+    """Open a data set that may be released; while the block lasts no build changes it.
+
+    Raises
+    ------
+    DatasetError
+        It may not be released, or not yet; the text says why, and what to do.
+    """
+    file = path / "manifest.json"
+    if not file.is_file():
+        raise _no_build(path)
+    with _at_rest(path):
+        manifest = _manifest(file)
+        licence = _licence(path, manifest)
+        plans = open_dataset(path)
+        _check_whole(path, manifest, plans)
+        _check_withdrawn(path, manifest, plans)
+        stats = msgspec.json.decode((path / "stats.json").read_bytes(), type=dict[str, Any])
+        yield Material(plans, manifest, licence, stats)
+
+
+def _no_build(path: Path) -> DatasetError:
+    """Say why what is no finished build is not released (R1, R4)."""
+    if (path / ".build").is_dir():
+        return DatasetError(f"{path}: expected a finished build, found no manifest.json; run houseexpo build again")
+    first = next(iter(records(path)))  # where there is no plan at all, this says so
+    if b'"format"' not in first.data:
+        return DatasetError(
+            f"{path}: published HouseExpo plans are not passed on from here, because whoever wants them gets them from "
+            "their authors by houseexpo fetch; build a data set of houses of your own, or of procedural:COUNT"
+        )
+    return DatasetError(
+        f"{path}: expected a data set folder that houseexpo build wrote, with its manifest.json, found none; "
+        "only a manifest says where plans come from"
+    )
+
+
+@contextmanager
+def _at_rest(path: Path) -> Iterator[None]:
+    """Hold the lock that builds hold, beside other readers (R1); a data set without ``.build`` is never built into."""
+    lock = path / ".build" / "lock"
+    if not lock.is_file():
+        yield
+        return
+    descriptor = os.open(lock, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise DatasetError(f"{path}: a build is at work in it; wait until it has ended") from None
+        except OSError:  # a file system without locks: whoever builds there sees to it himself
+            pass
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _manifest(file: Path) -> Manifest:
+    try:
+        return msgspec.json.decode(file.read_bytes(), type=Manifest)
+    except (msgspec.DecodeError, OSError) as error:
+        raise DatasetError(f"{file}: expected the manifest of a data set, found {error}; build again") from None
+
+
+def _licence(path: Path, manifest: Manifest) -> Licence:
+    """R3."""
+    if manifest.licence:
+        return licence_of(manifest.licence, f"{path / 'manifest.json'}: licence")
+    if manifest.is_made:
+        return licence_of(OWN, "release")
+    others = [source for source in manifest.sources if not source.startswith(MADE)] or ["unknown"]
+    named = ", ".join(map(repr, others[:3])) + (f" and {len(others) - 3} more" if len(others) > 3 else "")
+    raise DatasetError(
+        f"{path}: the plans come from {named}, and nothing states their licence; where you may pass them on, write "
+        'licence = "CC-BY-4.0" (its SPDX identifier) under [build] in the manifest and build again'
+    )
+
+
+def _check_whole(path: Path, manifest: Manifest, plans: Dataset) -> None:
+    """R1, R2."""
+    if not len(plans):
+        raise DatasetError(f"{path}: expected plans, found none; see rejected.jsonl for what came of the inputs")
+    if waiting := manifest.counts.get("not_done", 0):
+        raise DatasetError(
+            f"{path}: expected a finished build, found {waiting} inputs not done; run houseexpo build again"
+        )
+    needed = ("index.parquet", "stats.json", *(f"json/{name}.json" for name in plans.ids))
+    if missing := [name for name in needed if name not in manifest.files]:
+        raise DatasetError(f"{path}: {missing[0]}: expected in the manifest, found nowhere in it; build again")
+    for name, expected in watched(manifest.files.items(), f"checking {path.name}", len(manifest.files)):
+        if not _inside(path, name):
+            raise DatasetError(f"{path}: manifest.json: expected names of files in the folder, found {name!r}")
+        try:
+            found = hashlib.sha256((path / name).read_bytes()).hexdigest()
+        except OSError as error:
+            raise DatasetError(f"{path}: {name}: cannot be read ({error.strerror}); build again") from None
+        if found != expected:
+            raise DatasetError(
+                f"{path}: {name}: expected the SHA-256 that the manifest gives, found another; "
+                "the file was changed or is damaged: build again"
+            )
+
+
+def _inside(path: Path, name: str) -> bool:
+    return path.resolve() in (path / name).resolve().parents
+
+
+def _check_withdrawn(path: Path, manifest: Manifest, plans: Dataset) -> None:
+    """R4: the reader of SUNCG reads made houses too, so what counts is that the sources are others."""
+    if manifest.is_made:
+        return
+    withdrawn = plans.column("source").count(_WITHDRAWN)
+    if withdrawn:
+        raise DatasetError(
+            f"{path}: {withdrawn} of its plans were made from SUNCG's houses, which were withdrawn and may not be "
+            "passed on; build without them"
+        )

@@ -1,0 +1,85 @@
+"""The parts of a release: train, val, test, without a house or a copy of one on both sides.
+
+1. Lists that come with the data set are taken, where each plan stands in one of them and in no other.
+2. Where there are none, ``houseexpo split``'s own shares and seed divide the plans.
+3. Levels and copies of one house stand in one list (``dataset.splits``); lists that part them are refused.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from houseexpo.dataset import Dataset
+from houseexpo.dataset.splits import split, together
+from houseexpo.errors import DatasetError
+from houseexpo.words import counted
+
+SHARES: Final = {"train": 0.7, "val": 0.1, "test": 0.2}
+SEED: Final = 0
+_NAME: Final = re.compile(r"[A-Za-z0-9_]{1,40}")
+_FIRST: Final = tuple(SHARES)
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Ids by part, sorted; ``group_of`` gives each id the first id of those that must stay with it."""
+
+    lists: Mapping[str, tuple[str, ...]]
+    group_of: Mapping[str, str]
+
+    @property
+    def groups(self) -> int:
+        """How many groups hold more than one plan."""
+        return sum(count > 1 for count in Counter(self.group_of.values()).values())
+
+
+def parts_of(plans: Dataset, workers: int = 1) -> Parts:
+    """Divide a data set for its release; DatasetError where its own lists do not."""
+    own = plans.splits
+    if not own:  # R2
+        found = split(plans, SHARES, SEED, workers)
+        lists: Mapping[str, tuple[str, ...]] = {name: ids for name, ids in found.parts.items() if ids}
+        groups = found.groups
+    else:
+        groups = together(plans, workers)
+        lists = _checked(own, plans)
+    group_of = {name: group[0] for group in groups for name in group}
+    _check_apart(lists, groups, plans)
+    return Parts({name: tuple(sorted(lists[name])) for name in sorted(lists, key=_place)}, group_of)
+
+
+def _place(name: str) -> tuple[int, str]:
+    return (_FIRST.index(name) if name in _FIRST else len(_FIRST), name)
+
+
+def _checked(own: Mapping[str, tuple[str, ...]], plans: Dataset) -> dict[str, tuple[str, ...]]:
+    """R1."""
+    times = Counter(name for ids in own.values() for name in ids)
+    wrong = sorted(name for name in {*times, *plans.ids} if times[name] != 1 or name not in plans)
+    odd = sorted(name for name in own if not _NAME.fullmatch(name) or name == "all")
+    if odd:
+        raise DatasetError(
+            f"{plans.path}: expected lists named by letters, digits and '_', not 'all'; found {odd[0]!r}"
+        )
+    if wrong:
+        raise DatasetError(
+            f"{plans.path}: expected each plan in one of the lists {', '.join(sorted(own))}, found "
+            f"{counted(len(wrong), 'id')} otherwise, {wrong[0]!r} in {times[wrong[0]]}; run houseexpo split again"
+        )
+    return {name: ids for name, ids in own.items() if ids}
+
+
+def _check_apart(lists: Mapping[str, tuple[str, ...]], groups: tuple[tuple[str, ...], ...], plans: Dataset) -> None:
+    """R3."""
+    part_of = {name: part for part, ids in lists.items() for name in ids}
+    for group in groups:
+        sides = sorted({part_of[name] for name in group})
+        if len(sides) > 1:
+            raise DatasetError(
+                f"{plans.path}: expected levels and copies of a house in one list, found {', '.join(group[:3])} in "
+                f"{' and '.join(sides)}; run houseexpo split again, which keeps them together"
+            )

@@ -1,0 +1,163 @@
+"""Release a data set: check it, divide it, write tables, archive and descriptions, and let the folder appear whole."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from itertools import groupby
+from operator import itemgetter
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from houseexpo.dataset.splits import list_bytes
+from houseexpo.dataset.store.records import ARCHIVE
+from houseexpo.drawing import draw_plan
+from houseexpo.export.files import image
+from houseexpo.files import as_json, write_whole
+from houseexpo.floorplan import decode
+from houseexpo.processes import in_processes
+from houseexpo.progress import watched
+from houseexpo.release import citation
+from houseexpo.release.about import About
+from houseexpo.release.archive import write_archive
+from houseexpo.release.card import MEASURES, SHEET, card
+from houseexpo.release.croissant import croissant
+from houseexpo.release.figures import measures_png, sheet_png
+from houseexpo.release.folder import CROISSANT, appearing, check_target, write_sums
+from houseexpo.release.licences import Licence
+from houseexpo.release.material import Material, material
+from houseexpo.release.parquet import TableWriter
+from houseexpo.release.parts import Parts, parts_of
+from houseexpo.release.tables import OBJECTS, TABLES, Placed, Row, Table
+from houseexpo.release.words import Facts
+
+PICTURE_PX: Final = 256
+_CHUNK: Final = 32
+
+
+@dataclass(frozen=True)
+class Released:
+    """A release that stands: its folder, its licence, how many rows each part of each table has, and its size."""
+
+    folder: Path
+    licence: Licence
+    rows: Mapping[str, Mapping[str, int]]
+    size: int
+
+
+def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about: About | None = None, *,
+            workers: int = 1) -> Released:  # fmt: skip
+    """Write a folder that can be uploaded as it is.
+
+    Parameters
+    ----------
+    dataset
+        A data set folder that ``houseexpo build`` finished.
+    out
+        The folder; new, empty, or a former release, which is replaced whole.
+    about
+        Title, creators, version, date, addresses.
+    workers
+        Processes; with more than one, a script needs its ``if __name__ == "__main__"``. What is written does not depend
+        on how many.
+
+    Raises
+    ------
+    ConfigError
+        ``out`` holds other files.
+    DatasetError
+        The data set is not finished, damaged or empty, its plans may not be passed on, or its lists part a house.
+    """
+    target = Path(out)
+    check_target(target)
+    with material(Path(dataset)) as found, appearing(target) as folder:
+        parts = parts_of(found.plans, workers)
+        tables = TABLES if _furnished(found) else tuple(table for table in TABLES if table is not OBJECTS)
+        rows = _write_tables(folder, tables, found, parts, workers)
+        facts = Facts(_slug(target), about or About(), found, parts, rows)
+        _write_files(folder, tables, facts)
+        size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+    return Released(target, found.licence, rows, size)
+
+
+def _write_tables(
+    folder: Path, tables: tuple[Table, ...], found: Material, parts: Parts, workers: int
+) -> dict[str, dict[str, int]]:
+    """Write a file for each table and part; return how many rows each has."""
+    rows: defaultdict[str, dict[str, int]] = defaultdict(dict)
+    for table in tables:
+        (folder / table.name).mkdir()
+    chunks = list(_chunks(parts))
+    plans = ((part, [(found.plans.raw(name), parts.group_of[name]) for name in ids]) for part, ids in chunks)
+    made = map(_rows_of, plans) if workers <= 1 else in_processes(_rows_of, plans, workers)
+    for part, answers in groupby(watched(made, "writing tables", len(chunks)), key=itemgetter(0)):
+        with ExitStack() as files:
+            writers = {
+                table.name: files.enter_context(TableWriter(folder / table.name / f"{part}.parquet", table))
+                for table in tables
+            }
+            for _, made_rows in answers:
+                for name, writer in writers.items():
+                    writer.add(made_rows[name])
+        for name, writer in writers.items():
+            rows[name][part] = writer.rows
+    return dict(rows)
+
+
+def _chunks(parts: Parts) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Yield ids with their part, a few at a time."""
+    for part, ids in parts.lists.items():
+        for start in range(0, len(ids), _CHUNK):
+            yield part, ids[start : start + _CHUNK]
+
+
+def _rows_of(chunk: tuple[str, list[tuple[bytes, str]]]) -> tuple[str, dict[str, list[Row]]]:
+    """Return the rows of some plans of a part by table; this is what a worker does."""
+    part, plans = chunk
+    rows: dict[str, list[Row]] = {table.name: [] for table in TABLES}
+    for data, group in plans:
+        plan = decode(data)
+        placed = Placed(plan, part, group, image(draw_plan(plan, size=PICTURE_PX), "PNG"))
+        for table in TABLES:
+            rows[table.name] += table.rows(placed)
+    return part, rows
+
+
+def _write_files(folder: Path, tables: tuple[Table, ...], facts: Facts) -> None:
+    """Write all that stands beside the tables, the checksums last."""
+    plans, manifest = facts.material.plans, facts.material.manifest
+    write_archive(folder / ARCHIVE, ((f"json/{name}.json", plans.raw(name)) for name in plans.ids))
+    for home in ("splits", "pictures"):
+        (folder / home).mkdir()
+    for part, ids in facts.parts.lists.items():
+        write_whole(folder / "splits" / f"{part}.txt", list_bytes(ids))
+    provenance = msgspec.to_builtins(manifest)
+    del provenance["files"]
+    written = {
+        SHEET: sheet_png(plans),
+        MEASURES: measures_png(facts.stats),
+        "README.md": card(facts, tables),
+        "stats.json": as_json(facts.material.stats),
+        "provenance.json": as_json(provenance),
+        **citation.files(facts),
+    }
+    for name, data in written.items():
+        write_whole(folder / name, data)
+    write_whole(folder / CROISSANT, as_json(croissant(facts, tables, folder)))
+    write_sums(folder)
+
+
+def _furnished(found: Material) -> bool:
+    """Whether a plan has furniture, by the statistics."""
+    return bool(found.stats["plans"].get("furniture", {}).get("count"))
+
+
+def _slug(target: Path) -> str:
+    """Return the folder's name as descriptions may hold it."""
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", target.absolute().name).strip("-.") or "houseexpo-release"

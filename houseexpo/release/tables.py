@@ -1,0 +1,227 @@
+"""The tables of a release: plans, rooms, doors, and furniture where there is some; one row each.
+
+Geometry is WKB in the plan's own metres (docs/format.md), polygons counter-clockwise. What a column means is said once,
+here: the data card and the Croissant description repeat it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import pyarrow as pa
+
+from houseexpo.dataset.index import row
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import RADII_M
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+Row = dict[str, Any]
+IMAGE: Final = pa.struct([("bytes", pa.binary()), ("path", pa.string())])
+_STRINGS: Final = pa.list_(pa.string())
+_SHARE_RADIUS: Final = "0.20"
+
+
+class Placed(NamedTuple):
+    """A plan, its part, the group that it must stay with, and its picture as a PNG."""
+
+    plan: FloorPlan
+    split: str
+    group: str
+    png: bytes
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: its name, its type, and what it holds."""
+
+    name: str
+    type: Any  # pyarrow has no types of its own
+    about: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table; ``geometries`` are its columns of WKB with the kinds that occur, the first is the row's own."""
+
+    name: str
+    about: str
+    columns: tuple[Column, ...]
+    geometries: Mapping[str, tuple[str, ...]]
+    rows: Callable[[Placed], Iterator[Row]]
+
+
+def _plan_rows(placed: Placed) -> Iterator[Row]:
+    plan = placed.plan
+    known = row(plan)
+    reach = known.pop("navigability") or {}
+    yield {
+        **known,
+        "split": placed.split,
+        "group": placed.group,
+        **{_reached(radius): (reach.get(f"{radius:.2f}") or {}).get("largest_share") for radius in RADII_M},
+        "narrowest": (reach.get(_SHARE_RADIUS) or {}).get("narrowest"),
+        "n_objects": len(plan.objects),
+        "image": {"bytes": placed.png, "path": f"{plan.id}.png"},
+        "geometry": wkb(plan.free_space),
+    }
+
+
+def _room_rows(placed: Placed) -> Iterator[Row]:
+    for room in placed.plan.rooms:
+        yield {
+            "plan_id": placed.plan.id,
+            "split": placed.split,
+            "room": room.id,
+            "label": room.label,
+            "source_labels": list(room.source_labels),
+            "area": round(room.area, 2),
+            "geometry": wkb(room.shape),
+        }
+
+
+def _door_rows(placed: Placed) -> Iterator[Row]:
+    import shapely
+
+    for door in placed.plan.doors:
+        yield {
+            "plan_id": placed.plan.id,
+            "split": placed.split,
+            "door": door.id,
+            "kind": door.kind,
+            "width": door.width,
+            "room_a": door.rooms[0],
+            "room_b": door.rooms[1],
+            "geometry": wkb(door.shape),
+            "segment": wkb(shapely.LineString(door.segment)),
+        }
+
+
+def _object_rows(placed: Placed) -> Iterator[Row]:
+    for thing in placed.plan.objects:
+        yield {
+            "plan_id": placed.plan.id,
+            "split": placed.split,
+            "object": thing.id,
+            "label": thing.label,
+            "room": thing.room,
+            "height": thing.height,
+            "geometry": wkb(thing.shape),
+        }
+
+
+def wkb(shape: BaseGeometry) -> bytes:
+    """Return a geometry as WKB, little-endian; the outer rings of polygons run counter-clockwise."""
+    import shapely
+
+    return bytes(shapely.to_wkb(shapely.orient_polygons(shape), byte_order=1, include_srid=False))
+
+
+def _reached(radius_m: float) -> str:
+    return f"reached_{round(radius_m * 100):02d}cm"
+
+
+_OF_PLAN: Final = (
+    Column("plan_id", pa.string(), "Id of the plan."),
+    Column("split", pa.string(), "The list that the plan stands in."),
+)
+_REACH: Final = tuple(
+    Column(_reached(radius), pa.float64(), f"Share of its floor that a round robot of {radius:.2f} m radius can reach.")
+    for radius in RADII_M
+)
+PLANS: Final = Table(
+    "plans",
+    "One row a floor plan (one level of a house).",
+    (
+        Column("id", pa.string(), "Name of the plan; its JSON is json/<id>.json in json.tar.gz."),
+        Column("split", pa.string(), "The list that the plan stands in."),
+        Column("group", pa.string(), "First id of the plans that show the same house: no list parts a group."),
+        Column("room_num", pa.int32(), "Rooms of the level."),
+        Column("area", pa.float64(), "Free space in m2."),
+        Column("width", pa.float64(), "Extent along x in metres."),
+        Column("height", pa.float64(), "Extent along y in metres."),
+        Column("labels", _STRINGS, "Labels of rooms that occur, sorted."),
+        Column("n_doors", pa.int32(), "Doors of every kind."),
+        Column("n_cuts", pa.int32(), "Doors that were cut to join parts which nothing joined."),
+        Column("n_objects", pa.int32(), "Pieces of furniture."),
+        *_REACH,
+        Column("narrowest", pa.float64(), "Narrowest passage that a robot of 0.20 m radius has to take, in metres."),
+        Column("quality", pa.float64(), "How sure the pipeline is of the plan, 0 to 1."),
+        Column("source", pa.string(), "Kind of file that the plan was made from."),
+        Column("level", pa.int32(), "Number of the level in its house."),
+        Column("image", IMAGE, "A picture of the plan, PNG; path is a name for it."),
+        Column("geometry", pa.binary(), "Free space, WKB in metres: a polygon with its holes."),
+    ),
+    {"geometry": ("Polygon", "MultiPolygon")},
+    _plan_rows,
+)
+ROOMS: Final = Table(
+    "rooms",
+    "One row a room.",
+    (
+        *_OF_PLAN,
+        Column("room", pa.int32(), "Number of the room in its plan."),
+        Column("label", pa.string(), "One of the 25 labels, or Unlabelled."),
+        Column("source_labels", _STRINGS, "The words of the source."),
+        Column("area", pa.float64(), "Floor in m2."),
+        Column("geometry", pa.binary(), "The room, WKB in metres."),
+    ),
+    {"geometry": ("Polygon",)},
+    _room_rows,
+)
+DOORS: Final = Table(
+    "doors",
+    "One row a door or opening.",
+    (
+        *_OF_PLAN,
+        Column("door", pa.int32(), "Number of the door in its plan."),
+        Column("kind", pa.string(), "door, opening, entrance (leads outside, closed) or cut."),
+        Column("width", pa.float64(), "From jamb to jamb in metres."),
+        Column("room_a", pa.int32(), "A room that it leads to."),
+        Column("room_b", pa.int32(), "The other room; none where it leads outside."),
+        Column("geometry", pa.binary(), "The area between the wall's two faces, WKB in metres."),
+        Column("segment", pa.binary(), "From jamb to jamb on the wall's centre line, WKB in metres."),
+    ),
+    {"geometry": ("Polygon",), "segment": ("LineString",)},
+    _door_rows,
+)
+OBJECTS: Final = Table(
+    "objects",
+    "One row a piece of furniture.",
+    (
+        *_OF_PLAN,
+        Column("object", pa.int32(), "Number of the piece in its plan."),
+        Column("label", pa.string(), "What it is."),
+        Column("room", pa.int32(), "Number of the room that it stands in."),
+        Column("height", pa.float64(), "Above the floor, in metres."),
+        Column("geometry", pa.binary(), "Its footprint, WKB in metres; no free space."),
+    ),
+    {"geometry": ("Polygon",)},
+    _object_rows,
+)
+TABLES: Final = (PLANS, ROOMS, DOORS, OBJECTS)
+
+
+def schema_of(table: Table) -> Any:
+    """Return the Arrow schema, with what GeoParquet 1.1 and Hugging Face look for in a file's metadata."""
+    import json
+
+    columns = {
+        name: {
+            "encoding": "WKB",
+            "geometry_types": list(kinds),
+            "crs": None,
+            "edges": "planar",
+            **({"orientation": "counterclockwise"} if "Polygon" in kinds else {}),
+        }
+        for name, kinds in table.geometries.items()
+    }
+    geo = {"version": "1.1.0", "primary_column": next(iter(table.geometries)), "columns": columns}
+    images = {column.name: {"_type": "Image"} for column in table.columns if column.type == IMAGE}
+    metadata = {"geo": json.dumps(geo, separators=(",", ":"))}
+    if images:
+        metadata["huggingface"] = json.dumps({"info": {"features": images}}, separators=(",", ":"))
+    return pa.schema([(column.name, column.type) for column in table.columns], metadata=metadata)

@@ -1,0 +1,150 @@
+"""What is said of a released data set in more than one place: its description, and what to know before using it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from houseexpo.release.about import About
+from houseexpo.release.material import Material
+from houseexpo.release.parts import Parts
+from houseexpo.words import counted
+
+KEYWORDS: Final = (
+    "floor plans",
+    "indoor navigation",
+    "exploration",
+    "mobile robots",
+    "simulation",
+    "mapping",
+    "houses",
+)
+PAPER: Final = "HouseExpo: A Large-scale 2D Indoor Layout Dataset for Learning-based Algorithms on Mobile Robots (2019)"
+PAPER_URL: Final = "https://github.com/TeaganLi/HouseExpo"
+PAPER_AUTHORS: Final = (
+    *(("Li", "Tingguang"), ("Ho", "Danny"), ("Li", "Chenming")),
+    *(("Zhu", "Delong"), ("Wang", "Chaoqun"), ("Meng", "Max Q.-H.")),
+)
+
+
+@dataclass(frozen=True)
+class Facts:
+    """All that the descriptions of a release need; ``rows`` counts by table and part, in their order."""
+
+    name: str
+    about: About
+    material: Material
+    parts: Parts
+    rows: Mapping[str, Mapping[str, int]]
+
+    @property
+    def plans(self) -> int:
+        """How many plans there are."""
+        return len(self.material.plans)
+
+    @property
+    def title(self) -> str:
+        """The title given, or one that says what there is."""
+        kind = "made houses" if self.material.manifest.is_made else "houses"
+        return self.about.title or f"{counted(self.plans, 'floor plan')} of {kind}"
+
+    @property
+    def stats(self) -> Mapping[str, Any]:
+        """The statistics of the plans, as ``stats.json`` has them."""
+        found: Mapping[str, Any] = self.material.stats["plans"]
+        return found
+
+    @property
+    def furnished(self) -> bool:
+        """Whether any plan has furniture."""
+        return "objects" in self.rows
+
+    @property
+    def description(self) -> str:
+        """A paragraph."""
+        rooms, area = self.stats["rooms"], self.stats["area_m2"]
+        made = self.material.manifest.is_made
+        furniture = " Some are furnished." if self.furnished else ""
+        return (
+            f"{counted(self.plans, 'floor plan')} of houses for robots that learn to explore and to navigate, with "
+            f"{counted(int(rooms['sum']), 'room')}: outlines with holes, rooms with labels, doors, all as polygons in "
+            f"metres. A plan has {rooms['mean']:.1f} rooms and {area['mean']:.0f} m2 on average.{furniture} "
+            + ("The houses were made by a program; nobody lives in them." if made else f"{self.credit}")
+        ).strip()
+
+    @property
+    def credit(self) -> str:
+        """Who is to be named for the houses, as their manifest says."""
+        return self.material.manifest.credit
+
+    @property
+    def collection(self) -> str:
+        """How the plans came about."""
+        made = self.material.manifest.is_made
+        source = (
+            "A program makes 3D houses with known rooms from random numbers and a seed. "
+            if made
+            else "3D houses of the sources named were read. "
+        )
+        return (
+            f"{source}A pipeline cuts the walls of each level, finds rooms and doors, joins parts that nothing joins, "
+            "straightens walls and writes the level as polygons. Copies of an earlier plan are left out."
+        )
+
+    @property
+    def limits(self) -> tuple[str, ...]:
+        """What the data cannot tell."""
+        furniture = (
+            "Furniture was placed by rules, in part of the plans."
+            if self.furnished
+            else "Furniture is not in the plans: free space is everything inside the walls."
+        )
+        made = self.material.manifest.is_made
+        return (
+            "Plans are flat: heights of walls, stairs, thresholds and windows are not in them.",
+            furniture,
+            *(("The houses are synthetic; results on them need a check on real ones.",) if made else ()),
+            "Doors inside are open, doors to the outside are closed.",
+        )
+
+    @property
+    def biases(self) -> tuple[str, ...]:
+        """In which way the data leans."""
+        made = self.material.manifest.is_made
+        return (
+            *(("Layouts follow the rules of the program that made them and vary less than homes do.",) if made else ()),
+            "There are 25 labels; a room of another kind is Unlabelled or has the nearest of them.",
+            "Walls run mostly at right angles.",
+        )
+
+    @property
+    def uses(self) -> tuple[str, ...]:
+        """What the data is for, and what it is not for."""
+        return (
+            "Training and testing of exploration, navigation, mapping and map prediction for mobile robots.",
+            "Study of floor plans: rooms, doors, graphs.",
+            "Not for building, for appraisal of real estate, or for conclusions about how people live.",
+        )
+
+    @property
+    def personal(self) -> str:
+        """Whether people show in the data."""
+        if self.material.manifest.is_made:
+            return "Nobody: the houses exist nowhere and belong to no one."
+        return "No names, no addresses; file names of the sources stand in the provenance of plans."
+
+
+def bibtex(facts: Facts) -> str:
+    """Return how to cite the release."""
+    about = facts.about
+    fields = {
+        "title": f"{{{facts.title}}}",
+        "author": " and ".join(f"{{{name}}}" for name in about.creators),
+        "version": about.version,
+        "year": about.year,
+        "doi": about.doi,
+        "url": about.url,
+    }
+    lines = [f"  {name} = {{{text}}}" for name, text in fields.items() if text]
+    return "@misc{" + facts.name.replace("-", "_") + ",\n" + ",\n".join(lines) + "\n}"

@@ -1,0 +1,76 @@
+"""What our library computes of a plan: rooms, reach, ways, clearance, likeness."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from houseexpo.errors import ConfigError
+from houseexpo.floorplan import FloorPlan
+from houseexpo.service import shapes
+from houseexpo.service.answers import Json
+from houseexpo.service.service import Service
+from houseexpo.service.similar import similar
+from houseexpo.service.work import computed
+
+
+def routes(service: Service) -> list[BaseRoute]:
+    """Return the routes."""
+
+    def plan_of(request: Request) -> FloorPlan:
+        return service.collection(request).plan(request.path_params["plan"])
+
+    async def shape(request: Request) -> Response:
+        return Json(await computed(lambda: shapes.drawn(plan_of(request))))
+
+    async def rooms(request: Request) -> Response:
+        return Json(await computed(lambda: shapes.divided(plan_of(request).divided)))
+
+    async def reach(request: Request) -> Response:
+        radius = _metres(request.query_params, "radius", 0.2, shapes.WIDEST_M)
+        return Json(await computed(lambda: shapes.reached(plan_of(request), round(radius, 2))))
+
+    async def way(request: Request) -> Response:
+        given = request.query_params
+        radius = _metres(given, "radius", 0.2, shapes.WIDEST_M)
+        ends = _point(given, "from"), _point(given, "to")
+        return Json(await computed(lambda: shapes.way(plan_of(request), *ends, radius)))
+
+    async def clearance(request: Request) -> Response:
+        return Json(await computed(lambda: shapes.clearance(plan_of(request))))
+
+    async def alike(request: Request) -> Response:
+        now, name = service.collection(request).now, request.path_params["plan"]
+        return Json({"similar": await computed(similar, now, name)})
+
+    of_plan = "/api/{data}/plans/{plan}/"
+    areas = {"shape": shape, "rooms": rooms, "reach": reach, "way": way, "clearance": clearance, "similar": alike}
+    return [Route(of_plan + name, function) for name, function in areas.items()]
+
+
+def _metres(given: Mapping[str, str], name: str, usual: float, most: float) -> float:
+    """Return a length of the address, more than 0; ConfigError where it is none."""
+    word = given.get(name, "") or str(usual)
+    try:
+        found = float(word[:20])
+    except ValueError:
+        found = math.nan
+    if not 0.01 <= found <= most:
+        raise ConfigError(f"{name}: expected metres, 0.01 to {most:g}, found {word[:40]!r}")
+    return found
+
+
+def _point(given: Mapping[str, str], name: str) -> tuple[float, float]:
+    """Return a place of the address, ``x,y`` in metres."""
+    words = given.get(name, "")[:60].split(",")
+    try:
+        x, y = map(float, words)
+    except ValueError:
+        x = y = math.nan
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise ConfigError(f"{name}: expected a place such as 2.5,1.0 (metres), found {given.get(name, '')[:40]!r}")
+    return x, y

@@ -1,0 +1,125 @@
+"""The description of ``/api`` for programs (OpenAPI 3.1) and a page that lists it for people."""
+
+from __future__ import annotations
+
+from typing import Any, Final, NamedTuple
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from houseexpo import __version__
+from houseexpo.export import FORMATS
+from houseexpo.service.answers import Json
+from houseexpo.service.measures import MEASURES, RADII
+from houseexpo.service.query import SORTS
+from houseexpo.service.service import Service
+
+
+class Call(NamedTuple):
+    """One address: what it gives, of which type, and the parameters of its query."""
+
+    path: str
+    what: str
+    kind: str = "application/json"
+    query: tuple[str, ...] = ()
+
+
+_FILTER: Final = (*(m.name for m in MEASURES), "labels", "without", "source", "split", "text", "radius")
+_PARQUET: Final = "application/vnd.apache.parquet"
+
+CALLS: Final = (
+    Call("/api/data", "The data sets."),
+    Call("/api/{data}", "What a data set is: plans, splits, measures, labels, formats."),
+    Call("/api/{data}/plans", "Plans that meet a filter, by the page.", query=(*_FILTER, "sort", "offset", "limit")),
+    Call("/api/{data}/facets", "How many plans meet a filter, with counts beside each condition.", query=_FILTER),
+    Call("/api/{data}/ids.txt", "The ids of the plans found, one a line.", "text/plain", (*_FILTER, "sort")),
+    Call("/api/{data}/statistics", "Statistics of the plans found.", query=(*_FILTER, "against")),
+    Call("/api/{data}/splits/{name}", "A list of ids that comes with the data set.", "text/plain"),
+    Call("/api/{data}/index.parquet", "One row a plan, with the SHA-1 of its JSON; ranges.", _PARQUET),
+    Call("/api/{data}/tables", "The names of the data set's Parquet files."),
+    Call("/api/{data}/tables/{name}", "A Parquet file of the data set; ranges.", _PARQUET),
+    Call("/api/{data}/refused", "Inputs that gave no plan.", query=("stage", "reason", "offset")),
+    Call("/api/{data}/duplicates", "Plans that were dropped, with the kept ones.", query=("offset",)),
+    Call("/api/{data}/duplicates/{plan}/picture.png", "The picture of a dropped plan.", "image/png"),
+    Call("/api/{data}/plans/{plan}", "A plan's JSON as it is packed; its tag is the SHA-1 of its bytes."),
+    Call("/api/{data}/plans/{plan}/thumbnail.svg", "A small picture.", "image/svg+xml"),
+    Call("/api/{data}/plans/{plan}/picture.svg", "A picture with labels and scale.", "image/svg+xml"),
+    Call("/api/{data}/plans/{plan}/export/{form}", "A plan in another format.", "application/octet-stream"),
+    Call("/api/{data}/plans/{plan}/shape", "Rings of all that a plan records, metres."),
+    Call("/api/{data}/plans/{plan}/rooms", "Rooms and doors; found where the plan records none."),
+    Call("/api/{data}/plans/{plan}/reach", "Where a round robot can stand, and what it covers.", query=("radius",)),
+    Call("/api/{data}/plans/{plan}/way", "The shortest way of a round robot.", query=("from", "to", "radius")),
+    Call("/api/{data}/plans/{plan}/clearance", "The distance to the nearest wall, as a picture."),
+    Call("/api/{data}/plans/{plan}/similar", "The plans most like one."),
+)
+
+_ENUMS: Final[dict[str, list[str]]] = {
+    "radius": list(RADII),
+    "sort": [f"{sign}{name}" for name in SORTS for sign in ("", "-")],
+    "form": list(FORMATS),
+}
+_RANGES: Final = {measure.name for measure in MEASURES}
+
+
+def routes(service: Service) -> list[BaseRoute]:
+    """Return the routes."""
+
+    def document(_: Request) -> Response:
+        return Json(described())
+
+    def page(request: Request) -> Response:
+        return service.page(
+            request, "api.html", here="api", shown=next(iter(service.collections.values())), calls=CALLS
+        )
+
+    return [Route("/api", page), Route("/api/openapi.json", document)]
+
+
+def described() -> dict[str, Any]:
+    """Return the OpenAPI document."""
+    paths = {call.path: {"get": _get(call)} for call in CALLS}
+    info = {
+        "title": "houseexpo",
+        "version": __version__,
+        "description": "Floor plans for programs. Lengths are metres.",
+    }
+    return {"openapi": "3.1.0", "info": info, "paths": paths}
+
+
+def _get(call: Call) -> dict[str, Any]:
+    errors = {"description": "What is wrong, in a sentence.", "content": {"application/json": {"schema": _ERROR}}}
+    found: dict[str, Any] = {"200": {"description": call.what, "content": {call.kind: {}}}}
+    return {
+        "summary": call.what,
+        "operationId": _name_of(call.path),
+        "parameters": [*_in_path(call.path), *(_in_query(call, name) for name in call.query)],
+        "responses": {**found, "4XX": errors, "503": errors},
+    }
+
+
+_ERROR: Final = {"type": "object", "properties": {"error": {"type": "string"}}, "required": ["error"]}
+
+
+def _in_path(path: str) -> list[dict[str, Any]]:
+    names = [part[1:-1] for part in path.split("/") if part.startswith("{")]
+    return [{"name": name, "in": "path", "required": True, "schema": _schema(name)} for name in names]
+
+
+def _in_query(call: Call, name: str) -> dict[str, Any]:
+    metres = name == "radius" and call.path.endswith(("/reach", "/way"))
+    schema = {"type": "number", "minimum": 0.01} if metres else _schema(name)
+    words = "A number or a range: 3, 3..6, ..6, 3.." if name in _RANGES and not metres else ""
+    required = name in {"from", "to"}
+    return {"name": name, "in": "query", "required": required, "schema": schema, "description": words}
+
+
+def _schema(name: str) -> dict[str, Any]:
+    if name in {"offset", "limit"}:
+        return {"type": "integer", "minimum": 0}
+    return {"type": "string", **({"enum": _ENUMS[name]} if name in _ENUMS else {})}
+
+
+def _name_of(path: str) -> str:
+    parts = (f"by_{part.strip('{}')}" if part.startswith("{") else part for part in path.split("/")[2:])
+    return "_".join(parts).replace(".", "_")

@@ -1,0 +1,92 @@
+"""One plan: its JSON as it is packed, its pictures, its files in other formats."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import zipfile
+from typing import Final
+
+from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from houseexpo.drawing import svg
+from houseexpo.export import FORMATS
+from houseexpo.floorplan import FloorPlan
+from houseexpo.service.caching import tagged
+from houseexpo.service.service import Service
+
+_TYPES: Final = {
+    "json": "application/json",
+    "geojson": "application/geo+json",
+    "svg": "image/svg+xml",
+    "png": "image/png",
+    "glb": "model/gltf-binary",
+    "zip": "application/zip",
+    "graphml": "application/xml",
+}
+_TIME: Final = (1980, 1, 1, 0, 0, 0)  # of what lies in an archive: equal plans give equal bytes
+_ALONE: Final = "default-src 'none'; style-src 'unsafe-inline'; sandbox"
+"""What a picture may do that is opened as a page of its own."""
+
+
+def routes(service: Service) -> list[BaseRoute]:
+    """Return the routes."""
+
+    def raw(request: Request) -> Response:
+        data = service.collection(request).dataset.raw(request.path_params["plan"])
+        return tagged(request, data, _tag(data), "application/json")
+
+    async def thumbnail(request: Request) -> Response:
+        shown, name = service.collection(request), request.path_params["plan"]
+        data = shown.thumbnail(name)
+        if data is None:
+            data = await run_in_threadpool(shown.drawn, name)
+        return tagged(request, data, _tag(data), "image/svg+xml", {"cache-control": "max-age=60"})
+
+    def picture(request: Request) -> Response:
+        data = svg(service.collection(request).plan(request.path_params["plan"])).encode()
+        return tagged(request, data, _tag(data), "image/svg+xml", {"content-security-policy": _ALONE})
+
+    def export(request: Request) -> Response:
+        form = request.path_params["form"]
+        if form not in FORMATS:
+            raise HTTPException(404, f"no format {form[:40]!r}; there are: {', '.join(FORMATS)}")
+        plan = service.collection(request).plan(request.path_params["plan"])
+        name, data = exported(plan, form)
+        kind = _TYPES.get(name.rpartition(".")[2], "application/octet-stream")
+        attached = {"content-disposition": f"attachment; filename*=utf-8''{_quoted(name)}"}
+        return tagged(request, data, _tag(data), kind, {**attached, "content-security-policy": _ALONE})
+
+    return [
+        Route("/api/{data}/plans/{plan}", raw),
+        Route("/api/{data}/plans/{plan}/thumbnail.svg", thumbnail),
+        Route("/api/{data}/plans/{plan}/picture.svg", picture),
+        Route("/api/{data}/plans/{plan}/export/{form}", export),
+    ]
+
+
+def exported(plan: FloorPlan, form: str) -> tuple[str, bytes]:
+    """Return a plan in a format: the file's name and its bytes; several files as a ZIP archive."""
+    files = dict(FORMATS[form].files([plan]))
+    if len(files) == 1:
+        name, data = next(iter(files.items()))
+        return name.rpartition("/")[2], data
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in sorted(files.items()):
+            archive.writestr(zipfile.ZipInfo(name, _TIME), data)
+    return f"{plan.id}-{form}.zip", stream.getvalue()
+
+
+def _tag(data: bytes) -> str:
+    return hashlib.sha1(data, usedforsecurity=False).hexdigest()
+
+
+def _quoted(name: str) -> str:
+    from urllib.parse import quote
+
+    return quote(name, safe="")

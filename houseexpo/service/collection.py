@@ -1,0 +1,158 @@
+"""One data set on show: opened, measured, and opened again where it was built anew while it is shown."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import logging
+import re
+import threading
+import time
+from collections.abc import Iterable
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any, Final
+
+from houseexpo.dataset import Dataset, open_dataset
+from houseexpo.errors import ConfigError, HouseExpoError
+from houseexpo.floorplan import FloorPlan
+from houseexpo.service.kept import Kept
+from houseexpo.service.measures import measured
+from houseexpo.service.records import Records, read_records
+from houseexpo.service.thumbnails import thumbnail
+from houseexpo.service.views import Views
+
+RESERVED: Final = frozenset({"api", "static"})
+"""Paths of the service itself, which no data set may take."""
+
+_LOG = logging.getLogger(__name__)
+_SUFFIXES: Final = (".tar.gz", ".tgz", ".zip", ".jsonl.gz", ".jsonl")
+_LOOK_S: Final = 2.0
+_PICTURES_BYTES: Final = 48 << 20
+
+
+class Opened:
+    """A data set as it was when it was opened, with what is made of it once."""
+
+    def __init__(self, data: Dataset, stamp: object = None) -> None:
+        self.data, self.stamp = data, stamp
+        self.numbers = {name: number for number, name in enumerate(data.ids)}
+
+    @cached_property
+    def views(self) -> Views:
+        """What answers queries."""
+        return Views(measured(self.data))
+
+    @cached_property
+    def records(self) -> Records:
+        """What was refused, and what repeats other plans."""
+        return read_records(self.data.path)
+
+    @cached_property
+    def index(self) -> tuple[bytes, str]:
+        """The index as a Parquet file, the plans' SHA-1 in it, and its tag; equal data sets give equal bytes."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        table: Any = self.data.index_table()
+        if "digest" not in table.column_names:
+            digests = [self.data.digest(number).hex() for number in range(len(self.data))]
+            table = table.append_column("digest", pa.array(digests))
+        stream = io.BytesIO()
+        pq.write_table(table, stream, compression="zstd", row_group_size=4096)
+        return stream.getvalue(), hashlib.sha256(stream.getvalue()).hexdigest()[:32]
+
+
+class Collection:
+    """A data set with the name under which it is shown; ``/NAME/`` is its gallery."""
+
+    def __init__(self, name: str, path: Path) -> None:
+        self.name, self.path = name, path
+        self._now = Opened(open_dataset(path), _stamp(path))
+        self._looked_s = time.monotonic()
+        self._opening = threading.Lock()
+        self._pictures = Kept(_PICTURES_BYTES)
+
+    @property
+    def now(self) -> Opened:
+        """The data set as it is; a request that needs several things of it takes them from one ``now``."""
+        return self._now
+
+    @property
+    def dataset(self) -> Dataset:
+        """The plans."""
+        return self._now.data
+
+    def plan(self, plan_id: str) -> FloorPlan:
+        """Return a plan by its id, which is looked up in the index; UnknownPlanError where there is none."""
+        return self.dataset[plan_id]
+
+    def thumbnail(self, plan_id: str) -> bytes | None:
+        """Return a plan's small picture (SVG) where it was made before."""
+        return self._pictures.get((id(self._now), plan_id))
+
+    def drawn(self, plan_id: str) -> bytes:
+        """Return a plan's small picture, drawn now where it was not before."""
+        now = self._now
+        return self._pictures.made((id(now), plan_id), lambda: thumbnail(now.data[plan_id]))
+
+    def look(self) -> None:
+        """Open the data set again, in a thread of its own, where it was built anew; at most every two seconds."""
+        if time.monotonic() - self._looked_s < _LOOK_S:
+            return
+        self._looked_s = time.monotonic()
+        stamp = _stamp(self.path)
+        if stamp not in (None, self._now.stamp) and not self._opening.locked():
+            threading.Thread(target=partial(self._open_again, stamp), daemon=True).start()
+
+    def _open_again(self, stamp: object) -> None:
+        with self._opening:
+            try:
+                fresh = Opened(open_dataset(self.path), stamp)
+                _ = fresh.views
+            except HouseExpoError as error:  # it is being built, or damaged: what was opened before stays
+                _LOG.warning("%s: was changed and cannot be opened yet: %s", self.path, error)
+                return
+            self._now = fresh
+            _LOG.info("%s: was built anew; %s plans", self.path, len(fresh.data))
+
+
+def opened(paths: Iterable[Path]) -> dict[str, Collection]:
+    """Open data sets; each is named after its folder or file, and a number follows where that name is taken.
+
+    ConfigError where there is no path; DatasetError and PlanError as ``open_dataset`` says.
+    """
+    found: dict[str, Collection] = {}
+    for path in paths:
+        name = _free_name(_name_of(path), found)
+        found[name] = Collection(name, path)
+    if not found:
+        raise ConfigError("serve: expected a data set, found none")
+    return found
+
+
+def _stamp(path: Path) -> object:
+    """Return what shows that a data set was built anew; None while it is being built."""
+    for file in (path / "manifest.json", path / "json", path):
+        try:
+            found = file.stat()
+        except OSError:
+            continue
+        return (str(file), found.st_size, found.st_mtime_ns)
+    return None
+
+
+def _name_of(path: Path) -> str:
+    """Return a name that can stand in an address: letters, digits, ``.``, ``_`` and ``-``."""
+    whole = path.resolve().name
+    plain = next((whole.removesuffix(suffix) for suffix in _SUFFIXES if whole.endswith(suffix)), whole)
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", plain).strip("-.") or "data"
+
+
+def _free_name(name: str, taken: Iterable[str]) -> str:
+    used = {*taken, *RESERVED}
+    number, found = 1, name
+    while found in used:
+        number += 1
+        found = f"{name}-{number}"
+    return found

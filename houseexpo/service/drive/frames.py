@@ -1,0 +1,100 @@
+"""What goes to the browser at each frame: what changed of the map, and where the robot is; a few hundred bytes.
+
+A frame is little endian: ``HEAD``; three float32 for each body in sight (x, y, radius); a uint16 for each beam (its
+length in 1/32 of a cell); then the cells of the changed rectangle, row by row, as runs: a uint16 each, the two highest
+bits what the cells are (0 unknown, 1 free, 2 obstacle), the others how many.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE
+from houseexpo.pseudoslam.render.sight import Sight
+
+Grid = npt.NDArray[np.uint8]
+
+HEAD: Final = struct.Struct("<BBHIffffffHHHHHH")
+"""Kind (1), flags, collisions, number, pose (x across, y down, heading), explored m2, coverage, path m, the rectangle's
+first row and column, rows and columns, bodies, beams."""
+KIND: Final = 1
+SAVED: Final = 2
+"""The first byte of what is saved: a zip archive follows."""
+COLLIDED: Final = 1
+ENDED: Final = 2
+SUCCESS: Final = 4
+LONGEST: Final = (1 << 14) - 1
+FINE: Final = 32
+
+_CODES: Final = np.zeros(256, np.uint16)
+_CODES[[FREE, OBSTACLE]] = 1 << 14, 2 << 14
+
+
+class Report(NamedTuple):
+    """How the robot does; ``pose_px`` as odometry has it."""
+
+    number: int
+    flags: int
+    collisions: int
+    pose_px: tuple[float, float, float]
+    explored_m2: float
+    coverage: float
+    path_m: float
+
+
+class Delta(NamedTuple):
+    """A rectangle of the map, in which all lies that changed, as runs."""
+
+    row: int
+    col: int
+    rows: int
+    cols: int
+    runs: npt.NDArray[np.uint16]
+
+
+class SentMap:
+    """The map as the browser has it: it begins unknown."""
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        self._sent = np.zeros(shape, np.uint8)
+
+    def update(self, known: Grid) -> Delta:
+        """Return what changed since the last time; a rectangle without cells where nothing did."""
+        changed = known != self._sent
+        rows = np.flatnonzero(changed.any(axis=1))
+        if not len(rows):
+            return Delta(0, 0, 0, 0, np.empty(0, np.uint16))
+        top, bottom = int(rows[0]), int(rows[-1]) + 1
+        cols = np.flatnonzero(changed[top:bottom].any(axis=0))
+        left, right = int(cols[0]), int(cols[-1]) + 1
+        part = known[top:bottom, left:right]
+        self._sent[top:bottom, left:right] = part
+        return Delta(top, left, bottom - top, right - left, runs_of(part))
+
+
+def runs_of(cells: Grid) -> npt.NDArray[np.uint16]:
+    """Return cells of a map (rows, cols) as runs, row by row."""
+    codes = _CODES[cells.ravel()]
+    starts = np.concatenate([[0], np.flatnonzero(codes[1:] != codes[:-1]) + 1])
+    lengths = np.diff(starts, append=len(codes))
+    pieces = -(-lengths // LONGEST)
+    values = codes[starts].repeat(pieces)
+    full = np.full(len(values), LONGEST)
+    ends = np.cumsum(pieces) - 1
+    full[ends] = lengths - (pieces - 1) * LONGEST
+    runs: npt.NDArray[np.uint16] = values | full.astype(np.uint16)
+    return runs
+
+
+def frame_of(report: Report, delta: Delta, sight: Sight) -> bytes:
+    """Return a frame."""
+    head = HEAD.pack(
+        KIND, report.flags, min(report.collisions, 65535), report.number, *report.pose_px, report.explored_m2,
+        report.coverage, report.path_m, *delta[:4], len(sight.bodies), len(sight.ranges),
+    )  # fmt: skip
+    beams = np.minimum(sight.ranges * FINE, 65535).astype("<u2")
+    return b"".join([head, sight.bodies.astype("<f4").tobytes(), beams.tobytes(), delta.runs.astype("<u2").tobytes()])

@@ -1,0 +1,102 @@
+"""What a browser may say over a socket, checked; and the configuration that it asks for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated, Final, Literal, TypeAlias
+
+import msgspec
+from msgspec import Meta
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.config.dynamics import PeopleConfig
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.config.robot import LaserConfig, NoiseConfig
+
+YOU: Final = "you"
+FRAMES_PER_S: Final = 30
+LONGEST_TEXT: Final = 2000
+MAX_STEPS: Final = 50_000
+"""Of an episode in the browser: half an hour without a pause."""
+
+_SPEEDS: Final = {"slow": (0.75, 45.0), "normal": (1.5, 90.0), "fast": (3.0, 150.0)}
+"""Metres and degrees a second."""
+_NOISE: Final = {
+    "none": NoiseConfig(),
+    "some": NoiseConfig(laser_m=0.02, odometry_way=0.02, odometry_turn=0.02, odometry_deg_per_m=0.5),
+    "much": NoiseConfig(
+        laser_m=0.05, odometry_way=0.08, odometry_turn=0.06, odometry_deg_per_m=2.0, drop_out=0.05, max_range=0.02
+    ),
+}
+
+Share = Annotated[float, Meta(ge=-1, le=1)]
+
+
+class Start(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="start", tag_field="do"):
+    """Set a robot down; ``driver`` is "you" or an explorer's name."""
+
+    plan: Annotated[str, Meta(min_length=1, max_length=300)]
+    driver: Annotated[str, Meta(max_length=60)] = YOU
+    range_m: Annotated[float, Meta(ge=1, le=20)] = 5.0
+    fov_deg: Annotated[float, Meta(ge=30, le=360)] = 180.0
+    noise: Literal["none", "some", "much"] = "none"
+    people: Annotated[int, Meta(ge=0, le=20)] = 0
+    obstacles: Annotated[int, Meta(ge=0, le=20)] = 0
+    speed: Literal["slow", "normal", "fast"] = "normal"
+    seed: Annotated[int, Meta(ge=0, lt=2**31)] = 0
+
+    @property
+    def config(self) -> SimulatorConfig:
+        """What is simulated: a step of a person's robot takes a frame; an explorer's is the benchmark's."""
+        common = SimulatorConfig(
+            laser=LaserConfig(range_m=self.range_m, fov_deg=self.fov_deg),
+            noise=_NOISE[self.noise],
+            people=PeopleConfig(self.people),
+            obstacles=ObstaclesConfig(
+                random=RandomObstacles((self.obstacles, self.obstacles)) if self.obstacles else None
+            ),
+            max_steps=MAX_STEPS,
+        )
+        if self.driver != YOU:
+            return common
+        way, turn = _SPEEDS[self.speed]
+        robot = replace(common.robot, step_m=way / FRAMES_PER_S, turn_deg=turn / FRAMES_PER_S)
+        return replace(common, robot=robot, step_s=1 / FRAMES_PER_S)
+
+
+class Move(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="move", tag_field="do"):
+    """Move so until another message comes: shares of the full speed, ahead and to the left."""
+
+    linear: Share
+    angular: Share
+
+
+class Pace(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="pace", tag_field="do"):
+    """How many steps an explorer takes a second; 0: it waits."""
+
+    steps_per_s: Annotated[float, Meta(ge=0, le=FRAMES_PER_S)]
+
+
+class Seen(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="seen", tag_field="do"):
+    """The browser has drawn this frame."""
+
+    number: Annotated[int, Meta(ge=0, lt=2**32)]
+
+
+class Save(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="save", tag_field="do"):
+    """Send the path and the map."""
+
+
+Message: TypeAlias = Start | Move | Pace | Seen | Save
+
+
+def read(text: str) -> Message:
+    """Read a message; ConfigError where it is none."""
+    if len(text) > LONGEST_TEXT:
+        raise ConfigError(f"message: expected at most {LONGEST_TEXT} characters, found {len(text)}")
+    try:
+        found: Message = msgspec.json.decode(text, type=Message)
+    except msgspec.DecodeError as error:
+        raise ConfigError(f"message: {error}") from None
+    return found

@@ -1,0 +1,104 @@
+"""A plan's page: what is known of it; drawing and measuring on it is the page's part, computing that of ``/api``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+from urllib.parse import quote
+
+import msgspec
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from houseexpo.export import FORMATS
+from houseexpo.floorplan import FloorPlan
+from houseexpo.service.collection import Opened
+from houseexpo.service.measures import MEASURES, RADII
+from houseexpo.service.query import parsed
+from houseexpo.service.service import Service
+
+
+def routes(service: Service) -> list[BaseRoute]:
+    """Return the route of ``/DATA/plan/ID``."""
+
+    def plan(request: Request) -> Response:
+        shown = service.collection(request)
+        now, name = shown.now, request.path_params["plan"]
+        found = now.data[name]
+        query = parsed(request.query_params)
+        before, place, after, number = _neighbours(now, name, str(query), request)
+        return service.page(
+            request,
+            "plan.html",
+            shown=shown,
+            here="plan",
+            plan=found,
+            quoted=quote(name, safe=""),
+            query=str(query),
+            before=before,
+            after=after,
+            place=place,
+            found=number,
+            measures=list(_measures(now, name)),
+            quality=found.quality,
+            provenance=list(_told(found)),
+            splits=[each for each, ids in now.data.splits.items() if name in ids],
+            repeats=now.records.repeats_of(name),
+            formats=FORMATS,
+            python=_python(request, shown.name, name),
+        )
+
+    return [Route("/{data}/plan/{plan}", plan)]
+
+
+def _neighbours(now: Opened, name: str, query: str, request: Request) -> tuple[str | None, int, str | None, int]:
+    """Return the plan before, the place (from 1; 0 where the view lacks the plan), the plan after, and how many."""
+    rows = now.views.find(parsed(request.query_params)).rows
+    at = (rows == now.numbers[name]).nonzero()[0]
+    if not len(at):
+        return None, 0, None, len(rows)
+    place, ids = int(at[0]), now.views.table.ids
+    suffix = f"?{query}" if query else ""
+
+    def to(i: int) -> str | None:
+        return quote(ids[int(rows[i])], safe="") + suffix if 0 <= i < len(rows) else None
+
+    return to(place - 1), place + 1, to(place + 1), len(rows)
+
+
+def _measures(now: Opened, name: str) -> Iterator[tuple[str, str]]:
+    table, row = now.views.table, now.numbers[name]
+    for measure in MEASURES:
+        if measure.name in {"narrowest", "reach"}:
+            continue
+        value = table.value(row, measure.name)
+        if value is not None:
+            yield measure.title, f"{value:g}{f' {measure.unit}' if measure.unit else ''}"
+    for radius in RADII:
+        reach, narrowest = table.value(row, "reach", radius), table.value(row, "narrowest", radius)
+        if reach is not None:
+            width = "" if narrowest is None else f", narrowest passage {narrowest:g} m"
+            yield f"Reached, radius {radius} m", f"{reach:.1%}{width}"
+
+
+def _told(plan: FloorPlan) -> Iterator[tuple[str, str]]:
+    for key, value in (plan.provenance or {}).items():
+        yield key.replace("_", " "), _plain(value)
+    if plan.repair is not None:
+        yield "repair", str(plan.repair)
+
+
+def _plain(value: Any) -> str:
+    return value if isinstance(value, str) else msgspec.json.encode(value).decode()
+
+
+def _python(request: Request, data: str, name: str) -> str:
+    base = str(request.base_url).rstrip("/")
+    return (
+        "import houseexpo\n\n"
+        f'plans = houseexpo.open_dataset("{base}/{data}")\n'
+        f"plan = plans[{name!r}]\n"
+        "plan.area, plan.rooms, plan.doors\n"
+        "plan.grid(25), plan.graph()"
+    )

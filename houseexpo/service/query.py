@@ -1,0 +1,127 @@
+"""A view of a data set as its address says it: which plans, in which order.
+
+``rooms=3..6&area=..120&labels=Kitchen,Garage&source=ifc&text=loft&sort=-area`` holds the whole view; what is left out
+is open. ``radius`` is the robot's, for ``reach`` and ``narrowest``.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+from urllib.parse import urlencode
+
+from houseexpo.dataset.store.columns import known_label
+from houseexpo.errors import ConfigError
+from houseexpo.service.measures import MEASURES, RADII, USUAL_RADIUS
+
+NAMES: Final = tuple(measure.name for measure in MEASURES)
+GROUPS: Final = ("source", "split")
+SORTS: Final = ("id", *NAMES)
+_OTHERS: Final = frozenset({"offset", "limit", "token", "against"})
+"""Parameters that say something else than which plans."""
+
+_LONGEST: Final = 200
+
+
+@dataclass(frozen=True)
+class Query:
+    """Conditions that all have to be met.
+
+    Attributes
+    ----------
+    ranges
+        By measure: from and to, both included.
+    labels, without
+        Labels that all occur, and that do not occur.
+    groups
+        By ``source`` and ``split``: names of which one is the plan's.
+    text
+        Words that all occur in a plan's id, labels or source.
+    """
+
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    labels: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
+    groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    text: str = ""
+    radius: str = USUAL_RADIUS
+    sort: str = "id"
+
+    def __str__(self) -> str:
+        """Return the query as an address holds it, always in the same order."""
+        ranges = {name: _span(*self.ranges[name]) for name in NAMES if name in self.ranges}
+        lists = {"labels": self.labels, "without": self.without, **{name: self.groups.get(name, ()) for name in GROUPS}}
+        words = {"text": self.text, "radius": self.radius if self.radius != USUAL_RADIUS else ""}
+        joined = {name: ",".join(values) for name, values in lists.items()}
+        sort = {"sort": self.sort if self.sort != "id" else ""}
+        return urlencode({name: value for name, value in {**ranges, **joined, **words, **sort}.items() if value})
+
+
+def parsed(given: Mapping[str, str]) -> Query:
+    """Read a query from the parameters of an address.
+
+    Raises
+    ------
+    ConfigError
+        A parameter is unknown, or its value cannot be read; the text names it.
+    """
+    found = {name: value for name, value in given.items() if name not in _OTHERS and value != ""}
+    unknown = sorted(set(found) - {*NAMES, *GROUPS, "labels", "without", "text", "radius", "sort"})
+    if unknown:
+        known = ", ".join([*NAMES, *GROUPS, "labels", "without", "text", "radius", "sort"])
+        raise ConfigError(f"query: expected {known}; found {unknown[0][:40]!r}")
+    sort, radius = found.get("sort", "id"), found.get("radius", USUAL_RADIUS)
+    if sort.removeprefix("-") not in SORTS:
+        raise ConfigError(f"query: sort: expected one of {', '.join(SORTS)}, or that with a '-', found {sort[:40]!r}")
+    return Query(
+        ranges={name: _range(name, found[name]) for name in NAMES if name in found},
+        labels=tuple(sorted(known_label(word) for word in _words(found, "labels"))),
+        without=tuple(sorted(known_label(word) for word in _words(found, "without"))),
+        groups={name: tuple(sorted(_words(found, name))) for name in GROUPS if name in found},
+        text=" ".join(found.get("text", "")[:_LONGEST].casefold().split()),
+        radius=_radius(radius),
+        sort=sort,
+    )
+
+
+def number(given: Mapping[str, str], name: str, usual: int, most: int) -> int:
+    """Return a whole number of the address, 0 to ``most``; ConfigError where it is none."""
+    word = given.get(name, "") or str(usual)
+    if not re.fullmatch("[0-9]{1,9}", word) or int(word) > most:
+        raise ConfigError(f"query: {name}: expected a whole number, 0 to {most}, found {word[:40]!r}")
+    return int(word)
+
+
+def _radius(word: str) -> str:
+    try:
+        found = f"{float(word[:12]):.2f}"
+    except ValueError:
+        found = word
+    if found not in RADII:
+        raise ConfigError(f"query: radius: expected one of {', '.join(RADII)} (metres), found {word[:40]!r}")
+    return found
+
+
+def _words(given: Mapping[str, str], name: str) -> set[str]:
+    return {word.strip() for word in given.get(name, "").split(",") if word.strip()}
+
+
+def _range(name: str, word: str) -> tuple[float, float]:
+    low, dots, high = word.partition("..")
+    try:
+        first = float(low) if low else -math.inf
+        last = (float(high) if high else math.inf) if dots else first
+    except ValueError:
+        first = last = math.nan
+    if not first <= last or not word.strip("."):
+        raise ConfigError(f"query: {name}: expected a number or a range such as 3..6, ..6 or 3.., found {word[:40]!r}")
+    return first, last
+
+
+def _span(low: float, high: float) -> str:
+    if low == high:
+        return f"{low:g}"
+    return f"{'' if low == -math.inf else f'{low:g}'}..{'' if high == math.inf else f'{high:g}'}"

@@ -1,0 +1,85 @@
+"""What a build wrote beside its plans: inputs that were refused, and plans that repeat one that was kept."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, TypeVar
+
+import msgspec
+
+from houseexpo.plan import checks
+
+_MOST_BYTES: Final = 256 << 20
+_T = TypeVar("_T", bound=msgspec.Struct)
+
+
+class Refused(msgspec.Struct, frozen=True):
+    """A line of ``rejected.jsonl``: an input that gave no plan."""
+
+    id: str
+    stage: str
+    reason: str
+    detail: str = ""
+    advice: str = ""
+
+
+class Repeated(msgspec.Struct, frozen=True):
+    """A line of ``duplicates.jsonl``: a plan that was dropped since it repeats the kept one."""
+
+    id: str
+    kept_id: str
+    difference: float
+    symmetry: str = ""
+
+
+@dataclass(frozen=True)
+class Records:
+    """Both lists; ``broken`` says what of them could not be read."""
+
+    refused: tuple[Refused, ...] = ()
+    repeated: tuple[Repeated, ...] = ()
+    broken: tuple[str, ...] = ()
+
+    @property
+    def reasons(self) -> list[tuple[str, str, int]]:
+        """Stages and reasons with how often they occur, the most frequent first."""
+        counts = Counter((each.stage, each.reason) for each in self.refused)
+        return [(*key, n) for key, n in sorted(counts.items(), key=lambda item: (-item[1], item[0]))]
+
+    def of(self, stage: str, reason: str) -> Sequence[Refused]:
+        """Return what was refused at a stage for a reason; "" stands for any."""
+        return [each for each in self.refused if stage in ("", each.stage) and reason in ("", each.reason)]
+
+    def repeats_of(self, kept_id: str) -> Sequence[Repeated]:
+        """Return the plans that were dropped for one."""
+        return [each for each in self.repeated if each.kept_id == kept_id]
+
+
+def read_records(path: Path) -> Records:
+    """Read the lists of a data set's folder; what is no folder, or lacks them, has none."""
+    if not path.is_dir():
+        return Records()
+    refused, one = _lines(path / "rejected.jsonl", Refused)
+    repeated, other = _lines(path / "duplicates.jsonl", Repeated)
+    return Records(tuple(refused), tuple(repeated), (*one, *other))
+
+
+def picture_of(path: Path, plan_id: str) -> Path | None:
+    """Return the picture that a build kept of a plan that it dropped, None where it kept none."""
+    folder = path / ".build" / "pictures"
+    file = folder / f"{checks.plan_id(plan_id)}.png"
+    return file if file.is_file() and not file.is_symlink() and not folder.is_symlink() else None
+
+
+def _lines(file: Path, kind: type[_T]) -> tuple[list[_T], tuple[str, ...]]:
+    try:
+        if file.stat().st_size > _MOST_BYTES:
+            return [], (f"{file.name}: larger than {_MOST_BYTES >> 20} MiB; not shown",)
+        return [msgspec.json.decode(line, type=kind) for line in file.read_bytes().splitlines() if line.strip()], ()
+    except FileNotFoundError:
+        return [], ()
+    except (OSError, msgspec.DecodeError) as error:
+        return [], (f"{file.name}: cannot be read ({error})",)

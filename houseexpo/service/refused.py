@@ -1,0 +1,70 @@
+"""What gave no plan: by stage and reason; and plans that repeat another, beside the one that was kept."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response
+from starlette.routing import BaseRoute, Route
+
+from houseexpo.service.answers import Json
+from houseexpo.service.query import number
+from houseexpo.service.records import picture_of
+from houseexpo.service.service import Service
+
+_PAGE: Final = 100
+_FARTHEST: Final = 10**7
+
+
+def routes(service: Service) -> list[BaseRoute]:
+    """Return the routes of ``/DATA/refused`` and of what it shows."""
+
+    def page(request: Request) -> Response:
+        shown, given = service.collection(request), request.query_params
+        now, offset = shown.now, number(given, "offset", 0, _FARTHEST)
+        stage, reason = given.get("stage", ""), given.get("reason", "")
+        found = now.records.of(stage, reason)
+        repeated = now.records.repeated
+        pictured = {each.id for each in repeated[:_PAGE] if picture_of(shown.path, each.id)}
+        return service.page(
+            request,
+            "refused.html",
+            shown=shown,
+            here="refused",
+            records=now.records,
+            chosen=(stage, reason),
+            refused=found[offset : offset + _PAGE],
+            found=len(found),
+            offset=offset,
+            size=_PAGE,
+            repeated=repeated[:_PAGE],
+            pictured=pictured,
+            there=now.numbers,
+        )
+
+    def refused(request: Request) -> Response:
+        given = request.query_params
+        offset, records = number(given, "offset", 0, _FARTHEST), service.collection(request).now.records
+        found = records.of(given.get("stage", ""), given.get("reason", ""))
+        return Json({"found": len(found), "refused": found[offset : offset + _PAGE], "broken": records.broken})
+
+    def duplicates(request: Request) -> Response:
+        records, offset = service.collection(request).now.records, number(request.query_params, "offset", 0, _FARTHEST)
+        return Json({"found": len(records.repeated), "duplicates": records.repeated[offset : offset + _PAGE]})
+
+    def picture(request: Request) -> Response:
+        shown, name = service.collection(request), request.path_params["plan"]
+        known = any(each.id == name for each in shown.now.records.repeated)
+        file = picture_of(shown.path, name) if known else None
+        if file is None:
+            raise HTTPException(404, "the build kept no picture of that")
+        return FileResponse(file, media_type="image/png")
+
+    return [
+        Route("/{data}/refused", page),
+        Route("/api/{data}/refused", refused),
+        Route("/api/{data}/duplicates", duplicates),
+        Route("/api/{data}/duplicates/{plan}/picture.png", picture),
+    ]

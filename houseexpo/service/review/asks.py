@@ -1,0 +1,90 @@
+"""What a browser asks for, checked: nothing else reaches the desk."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from typing import Annotated, Any, Final, Literal, TypeVar
+
+import msgspec
+from msgspec import Meta
+
+from houseexpo.errors import ConfigError
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import source_from_plan
+
+NARROWEST_DOOR_M: Final = 0.3
+"""As ``houseexpo build`` has it."""
+_BESIDE_M: Final = 2.0
+_DIGITS: Final = 3
+_CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f]+")
+
+Name = Annotated[str, Meta(min_length=1, max_length=60)]
+Id = Annotated[str, Meta(min_length=1, max_length=300)]
+Point = tuple[float, float]
+Asked = TypeVar("Asked")
+
+
+class Decision(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A decision; ``points`` are metres in the plan, ``seen`` the number of the latest line that the reviewer knows."""
+
+    plan: Id
+    action: Literal["keep", "drop", "door", "no_room", "note"]
+    reviewer: Name
+    seen: int = 0
+    points: Annotated[list[Point], Meta(max_length=2)] = []
+    text: Annotated[str, Meta(max_length=500)] = ""
+
+
+class Undo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Take back the reviewer's latest decision."""
+
+    reviewer: Name
+
+
+def read(body: bytes, kind: type[Asked]) -> Asked:
+    """Read what a browser sent; ConfigError where it is something else."""
+    try:
+        return msgspec.json.decode(body, type=kind)
+    except msgspec.DecodeError as error:
+        raise ConfigError(f"request: expected {kind.__name__} as JSON, found {error}") from None
+
+
+def plain(text: str) -> str:
+    """Return words in one line, without what no keyboard types."""
+    return _CONTROLS.sub(" ", text).strip()
+
+
+def value_of(asked: Decision, plan: FloorPlan) -> Any:
+    """Return what a decision says beside its action, as the desk takes it.
+
+    Raises
+    ------
+    ConfigError
+        It has too few points, points outside of the plan, jambs that are too near, or the plan has no frame.
+    """
+    if asked.action in {"keep", "drop", "note"}:
+        return plain(asked.text)
+    wanted = 2 if asked.action == "door" else 1
+    if len(asked.points) != wanted:
+        raise ConfigError(f"{asked.action}: expected {wanted} points, found {len(asked.points)}")
+    _check_inside(asked.points, plan)
+    if asked.action == "door" and math.dist(*asked.points) < NARROWEST_DOOR_M:
+        found = f"{math.dist(*asked.points):.2f} m"
+        raise ConfigError(f"door: expected jambs {NARROWEST_DOOR_M} m apart or more, found {found}; set them anew")
+    if plan.frame is None:
+        raise ConfigError(f"{plan.id}: it does not say where it stands in its source; only keep and drop are possible")
+    points = [_rounded(point) for point in source_from_plan(plan.frame, asked.points).tolist()]
+    return points if asked.action == "door" else points[0]
+
+
+def _check_inside(points: Sequence[Point], plan: FloorPlan) -> None:
+    x1, y1, x2, y2 = plan.bbox
+    for x, y in points:
+        if not (x1 - _BESIDE_M <= x <= x2 + _BESIDE_M and y1 - _BESIDE_M <= y <= y2 + _BESIDE_M):
+            raise ConfigError(f"point: expected one in the plan, metres, found ({x:g}, {y:g})")
+
+
+def _rounded(point: Sequence[float]) -> list[float]:
+    return [round(value, _DIGITS) + 0.0 for value in point]  # + 0.0: no -0.0

@@ -1,0 +1,173 @@
+"""Build a data set again with what was decided, and see what came of it: ``houseexpo build`` in a process of its own.
+
+R1  One build of a data set at a time. It goes on when the browser goes away, and ends with the server.
+R2  The plans decided on are kept as they were before, in memory, to be shown beside what became of them.
+R3  A build that fails changes nothing of what was decided; its last lines say why.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import deque
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from threading import Lock, Thread
+from typing import Any, Final, Literal
+
+import msgspec
+
+from houseexpo.dataset import open_dataset
+from houseexpo.dataset.build_record import recorded_build
+from houseexpo.errors import ConfigError, HouseExpoError
+from houseexpo.service.collection import Collection
+from houseexpo.service.review.desk import Desk
+
+Phase = Literal["idle", "building", "built", "failed", "stopped"]
+_LINES: Final = 60
+_MOST_SHOWN: Final = 400
+"""Plans that are kept as they were; more are built, but not shown."""
+_PATIENCE: Final = 100
+
+
+class Outcome(msgspec.Struct, frozen=True):
+    """What became of a plan that was decided on; ``why`` says where there is none any more."""
+
+    plan: str
+    became: Literal["changed", "the same", "gone", "new"]
+    why: str = ""
+
+
+class Building:
+    """Builds one data set again; threads may share it."""
+
+    def __init__(self, collection: Collection, desk: Desk) -> None:
+        self.root, self._collection, self._desk = collection.path, collection, desk
+        self.phase: Phase = "idle"
+        self.outcomes: list[Outcome] = []
+        self.before: dict[str, bytes] = {}
+        self._lines: deque[str] = deque(maxlen=_LINES)
+        self._process: subprocess.Popen[str] | None = None
+        self._stopped = False
+        self._lock = Lock()
+
+    def refusal(self) -> str:
+        """Return why it cannot be built again, "" where it can."""
+        if recorded_build(self.root) is None:
+            return f"{self.root.name} does not say how it was built; run its houseexpo build once more, then it does"
+        return ""
+
+    def status(self) -> dict[str, Any]:
+        """Return how it stands, as plain values."""
+        return {
+            "phase": self.phase,
+            "refusal": self.refusal(),
+            "waiting": len(self._desk.since_build()),
+            "lines": list(self._lines),
+            "outcomes": msgspec.to_builtins(self.outcomes),
+        }
+
+    def start(self, reviewer: str) -> None:
+        """Begin to build; ConfigError where it cannot be, or is being built (R1)."""
+        if why := self.refusal():
+            raise ConfigError(why)
+        with self._lock:
+            if self.phase == "building":
+                raise ConfigError(f"{self.root.name} is being built already; wait until that has ended")
+            touched, dataset = self._desk.since_build(), self._collection.dataset
+            self.before = {name: dataset.raw(name) for name in touched[:_MOST_SHOWN] if name in dataset}  # R2
+            self.outcomes, self.phase, self._stopped = [], "building", False
+            self._lines.clear()
+            self._process = self._begun()
+            atexit.register(self.stop)
+        Thread(target=self._follow, args=(self._process, touched[:_MOST_SHOWN], reviewer), daemon=True).start()
+
+    def stop(self) -> None:
+        """End a build as Ctrl-C does: what is done is kept."""
+        process = self._process
+        if process is not None and process.poll() is None:
+            self._stopped = True
+            os.killpg(process.pid, signal.SIGINT)
+
+    def _begun(self) -> subprocess.Popen[str]:
+        record = recorded_build(self.root)
+        arguments = record.arguments if record else ()
+        overrides = ["--overrides", str(self._desk.file)] if self._desk.file.exists() else []
+        command = [sys.executable, "-m", "houseexpo", "build", *arguments, *overrides, "--out", str(self.root)]
+        return subprocess.Popen(  # noqa: S603  # what was recorded when it was built, by this user
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            errors="replace", start_new_session=True,
+        )  # fmt: skip
+
+    def _follow(self, process: subprocess.Popen[str], touched: Sequence[str], reviewer: str) -> None:
+        assert process.stdout is not None  # noqa: S101  # it is a pipe
+        dataset, manifest = self._collection.dataset, _look(self.root)
+        for line in process.stdout:
+            self._lines.append(line.rstrip())
+        code = process.wait()
+        atexit.unregister(self.stop)
+        if code:
+            self.phase = "stopped" if self._stopped else "failed"  # R3
+            return
+        try:
+            self.outcomes = outcomes(self.root, self.before, touched)
+            for _ in range(_PATIENCE):  # the pages open what was built when they look next
+                self._collection.look()
+                if _look(self.root) == manifest or self._collection.dataset is not dataset:
+                    break
+                time.sleep(0.1)
+            self._desk.built(reviewer)
+            self.phase = "built"
+        except HouseExpoError as error:
+            self._lines.append(str(error))
+            self.phase = "failed"
+
+
+def _look(root: Path) -> int:
+    try:
+        return (root / "manifest.json").stat().st_mtime_ns
+    except OSError:
+        return 0
+
+
+def outcomes(root: Path, before: Mapping[str, bytes], touched: Sequence[str]) -> list[Outcome]:
+    """Say what became of plans, and which are new of the same houses.
+
+    Parameters
+    ----------
+    before
+        JSON of the plans that there were, by id.
+    touched
+        Ids of the plans decided on.
+    """
+    dataset = open_dataset(root)
+    reasons = _reasons(root)
+    found = []
+    for name in touched:
+        if name in dataset:
+            same = before.get(name) == dataset.raw(name)
+            found.append(Outcome(name, "new" if name not in before else "the same" if same else "changed"))
+        else:
+            found.append(Outcome(name, "gone", reasons.get(name, "no longer among the plans")))
+    return found
+
+
+def _reasons(root: Path) -> dict[str, str]:
+    """Return why ids are no plans, by id."""
+    found = {}
+    for line in _lines(root / "rejected.jsonl"):
+        found[str(line.get("id"))] = f"{line.get('reason')}: {line.get('detail')}"
+    for line in _lines(root / "duplicates.jsonl"):
+        found[str(line.get("id"))] = f"a duplicate of {line.get('kept_id')}"
+    return found
+
+
+def _lines(file: Path) -> list[dict[str, Any]]:
+    try:
+        return [msgspec.json.decode(line, type=dict[str, Any]) for line in file.read_bytes().splitlines()]
+    except (OSError, msgspec.DecodeError):
+        return []

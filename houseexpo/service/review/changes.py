@@ -1,0 +1,58 @@
+"""What a decision changes in a plan's table of ``overrides.toml``, and how that is taken back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from houseexpo.errors import ConfigError
+from houseexpo.service.review.log import Action, Line
+
+LISTS: Final = {"door": 2, "no_room": 1}
+"""Keys that hold several things, and how deep one of them is a list of lists: one alone may stand without a list."""
+
+
+class DecidedOtherwiseError(ConfigError):
+    """Somebody else has decided on the plan meanwhile."""
+
+
+def several(value: Any, key: str) -> list[Any]:
+    """Return what a key of ``LISTS`` holds as a list, also where one thing stands without it."""
+    inner = value
+    for _ in range(LISTS[key]):
+        inner = inner[0] if isinstance(inner, list) and inner else None
+    return [value] if inner is not None and not isinstance(inner, list) else list(value or [])
+
+
+def changes_of(table: Mapping[str, Any], action: Action, value: Any) -> dict[str, tuple[Any, Any]]:
+    """Return what a decision changes in a plan's table: before and after by key."""
+    wanted: dict[str, Any]
+    if action == "keep":
+        wanted = {"drop": None, "keep": True}
+    elif action == "drop":
+        wanted = {"keep": None, "drop": True, **({"why": value} if value else {})}
+    elif action == "note":
+        wanted = {"why": value or None}
+    else:
+        wanted = {action: _plain([*several(table.get(action), action), value])}
+    return {key: (table.get(key), after) for key, after in wanted.items()}
+
+
+def _plain(items: list[Any]) -> Any:
+    return items[0] if len(items) == 1 else items or None
+
+
+def taken_back(line: Line, key: str, now: Any, before: Any, after: Any) -> tuple[Any, Any]:
+    """Return a key's value now and after an undo; DecidedOtherwiseError where it is not what the line made of it."""
+    if now == after:
+        return now, before
+    if key in LISTS:
+        added = [item for item in several(after, key) if item not in several(before, key)]
+        return now, _plain([item for item in several(now, key) if item not in added])
+    raise DecidedOtherwiseError(f"{line.plan}: somebody changed {key!r} since {said(line)}; decide anew instead")
+
+
+def said(line: Line) -> str:
+    """Say what somebody did."""
+    words = {"no_room": "marked no room", "door": "drew a door", "note": "wrote a note", "undo": "took something back"}
+    return f"{line.reviewer} {words.get(line.action, f'chose {line.action}')}"

@@ -1,0 +1,212 @@
+"""Where decisions are noted: a log and ``overrides.toml``, side by side, by any number of people at once.
+
+R1  One at a time: a lock that the system takes away when its owner ends, among threads and processes alike.
+R2  The new ``overrides.toml`` is written under another name, then the line in the log, then the file gets its name. An
+    answer comes after that. Where there is no room on the disk, nothing changes.
+R3  Killed between the line and the name, the next one at the desk finds the file as it was before the line, and does
+    what the line says. A file that a person changed meanwhile is neither, and is taken as it is.
+R4  A decision on a plan on which somebody else decided meanwhile, unseen, is refused, with what that was.
+R5  An undo takes back the reviewer's latest decision; what others decided since stays, or the undo is refused.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import os
+import tempfile
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from threading import RLock
+from typing import Any
+
+from houseexpo.errors import ConfigError
+from houseexpo.files import PARTIAL
+from houseexpo.service.review.changes import DecidedOtherwiseError, changes_of, said, taken_back
+from houseexpo.service.review.log import Action, Line, Log, sync_folder
+from houseexpo.service.review.toml_edit import edited
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What stands in the log about a plan: its latest decision, and all that are not undone."""
+
+    last: Line
+    actions: tuple[Action, ...]
+
+
+class Desk:
+    """The decisions on one data set; ``file`` is its ``overrides.toml``, which need not be there yet."""
+
+    def __init__(self, file: Path) -> None:
+        self.file = file.resolve()
+        self.log = Log(self.file.with_suffix(".log.jsonl"))
+        self._thread = RLock()
+
+    def judged(self) -> dict[str, Judged]:
+        """Return what is decided, by plan."""
+        with self._thread:
+            self.log.catch_up()
+            found: dict[str, Judged] = {}
+            for line in self.log.active:
+                before = found[line.plan].actions if line.plan in found else ()
+                found[line.plan] = Judged(line, (*before, line.action))
+            return found
+
+    def latest(self) -> dict[str, Line]:
+        """Return the last line about each plan, undos among them."""
+        with self._thread:
+            self.log.catch_up()
+            return {line.plan: line for line in self.log.lines}
+
+    def table(self, plan: str) -> dict[str, Any]:
+        """Return what ``overrides.toml`` says of a plan."""
+        table: dict[str, Any] = _tables(self._text()).get(plan, {})
+        return table
+
+    def decide(self, plan: str, action: Action, reviewer: str, value: Any = None, seen: int = 0) -> Line:
+        """Note a decision; it is on the disk when this returns.
+
+        Parameters
+        ----------
+        value
+            Of a door two points, of no room a point, metres in the source's plan axes; of a note or drop, the words.
+        seen
+            The number of the latest line about the plan that the reviewer knows.
+
+        Raises
+        ------
+        DecidedOtherwiseError
+            R4.
+        ConfigError
+            ``overrides.toml`` is not readable, or cannot be changed or written.
+        """
+        with self._locked():
+            others = [line for line in self.log.lines if line.plan == plan and line.reviewer != reviewer]
+            if others and others[-1].number > seen:
+                raise DecidedOtherwiseError(f"{plan}: {said(others[-1])} meanwhile; look again, and decide then")
+            table = self.table(plan)
+            return self._note(plan, action, reviewer, changes_of(table, action, value))
+
+    def undo(self, reviewer: str) -> Line:
+        """Take back a reviewer's latest decision (R5); ConfigError where there is none, or others built on it."""
+        with self._locked():
+            own = [line for line in self.log.active if line.reviewer == reviewer]
+            if not own:
+                raise ConfigError(f"nothing of {reviewer} is left to undo")
+            line = own[-1]
+            table = self.table(line.plan)
+            back = {key: taken_back(line, key, table.get(key), *pair) for key, pair in line.changes.items()}
+            return self._note(line.plan, "undo", reviewer, back, undoes=line.number)
+
+    def built(self, reviewer: str) -> Line:
+        """Note that the data set was built with what is decided."""
+        with self._locked():
+            return self._note("", "build", reviewer, {})
+
+    def since_build(self) -> list[str]:
+        """Return the plans on which something was decided, or undone, since the data set was built last."""
+        with self._thread:
+            self.log.catch_up()
+            built = max((line.number for line in self.log.lines if line.action == "build"), default=0)
+            return sorted({line.plan for line in self.log.lines if line.number > built})
+
+    @contextmanager
+    def _locked(self) -> Iterator[None]:
+        with self._thread, self._lock_file():
+            self.log.catch_up()
+            for left in self.file.parent.glob(f"{PARTIAL}{self.file.name}-*"):
+                left.unlink(missing_ok=True)
+            self._go_on()
+            yield
+
+    @contextmanager
+    def _lock_file(self) -> Iterator[None]:
+        try:
+            descriptor = os.open(self.file.with_name(f".{self.file.stem}.lock"), os.O_RDWR | os.O_CREAT, 0o644)
+        except OSError as error:
+            raise _not_written(self.file, error) from None
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX)  # R1
+            yield
+        except OSError as error:
+            raise _not_written(self.file, error) from None
+        finally:
+            os.close(descriptor)
+
+    def _go_on(self) -> None:
+        """Do what the last line says, where that was kept from being done (R3)."""
+        text = self._text()
+        last = self.log.lines[-1] if self.log.lines else None
+        if last is not None and last.changes and last.file[0] != last.file[1] and _hash(text) == last.file[0]:
+            self._prepared(self._edited(text, last.plan, last.changes)).replace(self.file)
+            sync_folder(self.file.parent)
+
+    def _note(
+        self, plan: str, action: Action, reviewer: str, changes: Mapping[str, tuple[Any, Any]], undoes: int = 0
+    ) -> Line:
+        changes = {key: pair for key, pair in changes.items() if pair[0] != pair[1]}
+        before = self._text()
+        after = self._edited(before, plan, changes) if changes else before
+        number = (self.log.lines[-1].number if self.log.lines else 0) + 1
+        now = datetime.now(UTC).isoformat(timespec="milliseconds")
+        line = Line(number, now, reviewer, plan, action, changes, undoes, (_hash(before), _hash(after)))
+        partial = self._prepared(after) if changes else None  # R2
+        try:
+            self.log.add(line)
+        except OSError:
+            if partial:
+                partial.unlink(missing_ok=True)
+            raise
+        if partial:
+            partial.replace(self.file)
+            sync_folder(self.file.parent)
+        self.log.catch_up()
+        return line
+
+    def _text(self) -> str:
+        try:
+            return self.file.read_bytes().decode()
+        except FileNotFoundError:
+            return ""
+        except (OSError, UnicodeDecodeError) as error:
+            raise ConfigError(f"{self.file.name}: cannot be read ({error}); mend it first") from None
+
+    def _edited(self, text: str, plan: str, changes: Mapping[str, tuple[Any, Any]]) -> str:
+        try:
+            return edited(text, plan, {key: after for key, (_, after) in changes.items()})
+        except ConfigError as error:
+            raise ConfigError(f"{self.file.name}: {error}") from None
+
+    def _prepared(self, text: str) -> Path:
+        """Bring the new content to the disk under another name."""
+        descriptor, partial = tempfile.mkstemp(dir=self.file.parent, prefix=f"{PARTIAL}{self.file.name}-")
+        try:
+            with os.fdopen(descriptor, "wb") as stream:
+                stream.write(text.encode())
+                stream.flush()
+                os.fchmod(stream.fileno(), self.file.stat().st_mode & 0o777 if self.file.exists() else 0o644)
+                os.fsync(stream.fileno())
+        except OSError:
+            Path(partial).unlink(missing_ok=True)
+            raise
+        return Path(partial)
+
+
+def _tables(text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"overrides: expected TOML, found {error}; mend it first") from None
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _not_written(file: Path, error: OSError) -> ConfigError:
+    return ConfigError(f"{file.name}: cannot be written ({error.strerror}); nothing was changed")

@@ -1,0 +1,166 @@
+"""The routes of review: a page, what it asks for, and what it decides."""
+
+from __future__ import annotations
+
+import getpass
+from typing import Any, Final, get_args
+
+from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from houseexpo.drawing import svg
+from houseexpo.errors import ConfigError
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.service.answers import Json
+from houseexpo.service.collection import Collection
+from houseexpo.service.review.asks import Decision, Undo, plain, read, value_of
+from houseexpo.service.review.building import Building
+from houseexpo.service.review.changes import DecidedOtherwiseError
+from houseexpo.service.review.desk import Desk
+from houseexpo.service.review.place import overrides_file
+from houseexpo.service.review.queue import Move, Queue
+from houseexpo.service.review.shown import SIZE_PX, history, marks, plan_values
+from houseexpo.service.service import Service
+
+_MOVES: Final = get_args(Move)
+
+
+class Table:
+    """All that the review of one data set needs."""
+
+    def __init__(self, collection: Collection) -> None:
+        self._collection = collection
+        self._queue = Queue(collection.dataset)
+        self.desk = Desk(overrides_file(collection.path))
+        self.building = Building(collection, self.desk)
+
+    @property
+    def queue(self) -> Queue:
+        """The plans in order, anew where the data set was built again."""
+        dataset = self._collection.dataset
+        if self._queue.dataset is not dataset:
+            self._queue = Queue(dataset)
+        return self._queue
+
+    def state(self, name: str | None) -> dict[str, Any]:
+        """Return what is shown of a plan, None: that none is left; and how far all is judged."""
+        judged = self.desk.judged()
+        queue = self.queue
+        common = {"progress": queue.progress(judged), "build": self.building.status()}
+        if name is None:
+            return {"plan": None, **common}
+        plan, table = queue.dataset[name], self.desk.table(name)
+        return {
+            **plan_values(plan),
+            **history(self.desk.latest().get(name), judged.get(name)),
+            "place": queue.places[name] + 1,
+            "table": table,
+            "marks": marks(plan, table),
+            **common,
+        }
+
+
+def routes(service: Service) -> list[BaseRoute]:
+    """Return the routes of ``/DATA/review``; none where the service is not asked to review."""
+    if not service.settings.review:
+        return []
+    tables: dict[str, Table] = {}
+
+    def table(request: Request) -> Table:
+        collection = service.collection(request)
+        if collection.name not in tables:
+            tables[collection.name] = Table(collection)
+        return tables[collection.name]
+
+    def page(request: Request) -> Response:
+        shown = service.collection(request)
+        file = table(request).desk.file.name
+        return service.page(request, "review/review.html", here="review", shown=shown, reviewer=_user(), file=file)
+
+    def state(request: Request) -> Response:
+        found, asked = table(request), request.query_params
+        how = asked.get("move", "here")
+        if how not in _MOVES:
+            raise ConfigError(f"move: expected one of {', '.join(_MOVES)}; found {how!r}")
+        name = found.queue.move(asked.get("plan"), how, plain(asked.get("reviewer", "")), found.desk.judged())  # type: ignore[arg-type]  # one of _MOVES
+        return Json(found.state(name), headers={"cache-control": "no-store"})
+
+    def picture(request: Request) -> Response:
+        found, name = table(request), request.path_params["plan"]
+        if request.query_params.get("when") != "before":
+            return _drawn(found.queue.dataset[name])
+        if name not in found.building.before:
+            raise HTTPException(404, f"{name}: there was no such plan before the last build")
+        return _drawn(decode(found.building.before[name]))
+
+    def decided(found: Table, body: bytes) -> dict[str, Any]:
+        asked = read(body, Decision)
+        if found.building.phase == "building" and asked.action in {"door", "no_room"}:
+            raise HTTPException(409, "the data set is being built; draw when that has ended")
+        plan = found.queue.dataset[asked.plan]
+        try:
+            line = found.desk.decide(
+                asked.plan, asked.action, _reviewer(asked.reviewer), value_of(asked, plan), asked.seen
+            )
+        except DecidedOtherwiseError as error:
+            raise HTTPException(409, str(error)) from None
+        return {**found.state(asked.plan), "noted": line.number}
+
+    def undone(found: Table, body: bytes) -> dict[str, Any]:
+        try:
+            line = found.desk.undo(_reviewer(read(body, Undo).reviewer))
+        except DecidedOtherwiseError as error:
+            raise HTTPException(409, str(error)) from None
+        there = line.plan if line.plan in found.queue.dataset else None
+        return {**found.state(there), "undone": line.plan}
+
+    def started(found: Table, body: bytes) -> dict[str, Any]:
+        found.building.start(_reviewer(read(body, Undo).reviewer))
+        return found.building.status()
+
+    def stopped(found: Table, body: bytes) -> dict[str, Any]:  # noqa: ARG001  # each is called alike
+        found.building.stop()
+        return found.building.status()
+
+    def status(request: Request) -> Response:
+        return Json(table(request).building.status(), headers={"cache-control": "no-store"})
+
+    def posted(work: Any) -> Any:
+        async def answer(request: Request) -> Response:
+            body = await request.body()
+            found = await run_in_threadpool(table, request)
+            return Json(await run_in_threadpool(work, found, body))
+
+        return answer
+
+    return [
+        Route("/{data}/review", page),
+        Route("/{data}/review/state", state),
+        Route("/{data}/review/pictures/{plan}.svg", picture),
+        Route("/{data}/review/decide", posted(decided), methods=["POST"]),
+        Route("/{data}/review/undo", posted(undone), methods=["POST"]),
+        Route("/{data}/review/build", posted(started), methods=["POST"]),
+        Route("/{data}/review/stop", posted(stopped), methods=["POST"]),
+        Route("/{data}/review/build", status),
+    ]
+
+
+def _drawn(plan: FloorPlan) -> Response:
+    return Response(svg(plan, size=SIZE_PX), media_type="image/svg+xml", headers={"cache-control": "no-store"})
+
+
+def _reviewer(name: str) -> str:
+    found = plain(name)
+    if not found:
+        raise ConfigError("reviewer: expected a name, found none; write yours")
+    return found
+
+
+def _user() -> str:
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError):  # a system without such a user
+        return ""

@@ -1,0 +1,49 @@
+// How the build again stands, and what became of each plan that was decided on: before and after.
+const at = (id) => document.getElementById(id);
+let shown = "";
+
+export function showBuild(found, base, readOnly) {
+  const is = (phase) => found.phase === phase;
+  const waiting = found.waiting === 1 ? "1 plan was decided on" : `${found.waiting} plans were decided on`;
+  const words = {
+    idle: found.waiting ? `${waiting} since the last build` : "Nothing was decided since the last build.",
+    building: "It is being built…", built: "Built.", failed: "The build failed:", stopped: "Stopped; what is done is kept.",
+  };
+  at("build-words").textContent = found.refusal || words[found.phase];
+  at("build").disabled = readOnly || is("building") || found.refusal !== "";
+  at("stop").hidden = !is("building");
+  at("lines").hidden = !(is("building") || is("failed"));
+  at("lines").textContent = found.lines.join("\n");
+  const key = JSON.stringify([found.phase, found.outcomes]);
+  if (key === shown) return;
+  shown = key;
+  at("outcomes").replaceChildren(...found.outcomes.map((outcome) => pair(outcome, base)));
+}
+
+function pair(outcome, base) {
+  const place = document.createElement("div");
+  place.className = "outcome";
+  const title = document.createElement("h3");
+  const why = outcome.became === "gone" ? `: ${outcome.why}` : "";
+  title.textContent = `${outcome.plan}: ${outcome.became}${why}`;
+  const both = document.createElement("div");
+  both.className = "pair";
+  const picture = `${base}/pictures/${encodeURIComponent(outcome.plan)}.svg`;
+  const stamp = Date.now();
+  both.append(
+    figure("Before", outcome.became === "new" ? "" : `${picture}?when=before&at=${stamp}`, outcome.plan),
+    figure("After", outcome.became === "gone" ? "" : `${picture}?at=${stamp}`, outcome.plan),
+  );
+  place.append(title, both);
+  return place;
+}
+
+function figure(words, address, plan) {
+  const found = document.createElement("figure");
+  const caption = Object.assign(document.createElement("figcaption"), { textContent: words, className: "muted" });
+  const inside = address
+    ? Object.assign(document.createElement("img"), { src: address, alt: `${plan}, ${words.toLowerCase()}`, loading: "lazy" })
+    : Object.assign(document.createElement("p"), { textContent: "no plan", className: "none" });
+  found.append(caption, inside);
+  return found;
+}

@@ -1,0 +1,194 @@
+// Review: shows one plan, takes decisions by keyboard, mouse or touch, and asks the server to note each of them.
+import { Sheet } from "./sheet.js";
+import { showBuild } from "./build.js";
+
+const root = document.getElementById("review");
+const base = root.dataset.base;
+const readOnly = root.dataset.readOnly === "yes";
+const at = (id) => document.getElementById(id);
+const sheet = new Sheet(at("stage"), at("picture"), at("marks"), at("hint"));
+let now = null; // what the server said of the plan that is shown
+let busy = Promise.resolve(); // one request after the other: keys may come faster than answers
+let buildPhase = "";
+let leaving = false; // a plan is judged and the next is on its way: a key that is too fast is not for it
+
+function reviewer() {
+  return at("reviewer").value.trim();
+}
+
+function say(text, kind = "") {
+  at("said").textContent = text;
+  at("said").className = `said ${kind}`;
+}
+
+async function ask(path, body) {
+  const options = body === undefined ? {} : {
+    method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body),
+  };
+  const answer = await fetch(`${base}/${path}`, options);
+  const found = await answer.json();
+  if (!answer.ok) throw new Error(found.error ?? `the server answered ${answer.status}`);
+  return found;
+}
+
+function inTurn(work) {
+  busy = busy.then(work).catch((error) => say(error.message, "bad"));
+  return busy;
+}
+
+function go(move, plan = now?.plan) {
+  return inTurn(async () => {
+    const query = new URLSearchParams({ move, reviewer: reviewer() });
+    if (plan) query.set("plan", plan);
+    const found = await ask(`state?${query}`);
+    if (found.plan === null && now) {
+      now = { ...now, ...found, plan: now.plan };
+      showProgress(found.progress);
+      say("All plans are judged.", "good");
+    } else show(found);
+  });
+}
+
+function show(found) {
+  now = found;
+  showProgress(found.progress);
+  setBuild(found.build);
+  if (found.plan === null) {
+    say("There is no plan to judge.");
+    return;
+  }
+  history.replaceState(null, "", `?plan=${encodeURIComponent(found.plan)}`);
+  at("plan").textContent = found.plan;
+  const sure = found.quality === null ? "no quality" : `quality ${found.quality.toFixed(2)}${found.doubtful ? ", doubtful" : ""}`;
+  at("facts").textContent = `${sure} · ${counted(found.rooms, "room")} · ${counted(found.doors, "door")} · ${found.area} m² · ${found.place} of ${found.progress.plans}`;
+  const words = { keep: "kept", drop: "dropped", door: "a door", no_room: "no room", note: "a note" };
+  at("judged").textContent = found.judged
+    ? `${found.judged.by}: ${found.judged.actions.map((each) => words[each]).join(", ")}` : "not judged yet";
+  at("table").textContent = Object.entries(found.table).map(([key, value]) => `${key} = ${JSON.stringify(value)}`).join("\n") || "nothing yet";
+  at("grounds").replaceChildren(...found.grounds.map(ground));
+  if (found.grounds.length === 0) at("grounds").textContent = found.quality === null ? "Nothing says how sure it is." : "Nothing.";
+  for (const id of ["door", "no_room"]) at(id).disabled = readOnly || !found.drawable;
+  const stamp = `${found.build.phase}-${found.build.outcomes.length}`;
+  sheet.show(found, `${base}/pictures/${encodeURIComponent(found.plan)}.svg?at=${stamp}`);
+}
+
+function counted(number, word) {
+  return `${number} ${word}${number === 1 ? "" : "s"}`;
+}
+
+function ground([name, value]) {
+  const line = document.createElement("li");
+  const meter = Object.assign(document.createElement("meter"), { min: 0, max: 1, low: 0.2, high: 0.6, optimum: 0, value });
+  meter.setAttribute("aria-label", name);
+  const number = Object.assign(document.createElement("span"), { textContent: value.toFixed(2), className: "number" });
+  line.append(name, meter, number);
+  return line;
+}
+
+function showProgress(progress) {
+  const { doubtful, doubtful_judged: done, plans, judged } = progress;
+  at("progress").max = Math.max(doubtful || plans, 1);
+  at("progress").value = doubtful ? done : judged;
+  at("progress-words").textContent = doubtful
+    ? `${done} of ${doubtful} doubtful plans judged, ${judged} of all ${plans}` : `${judged} of ${plans} plans judged`;
+}
+
+function decide(action, { points = [], text = "" } = {}) {
+  if (!now?.plan || leaving) return undefined;
+  if (readOnly) return say("This service is read-only.", "bad");
+  if (!reviewer()) { at("reviewer").focus(); return say("Write your name first: the log says who decided.", "bad"); }
+  const { plan, seen } = now;
+  const leaves = action === "keep" || action === "drop";
+  leaving = leaves;
+  return inTurn(async () => {
+    show(await ask("decide", { plan, action, reviewer: reviewer(), seen: Math.max(seen, now.plan === plan ? now.seen : 0), points, text }));
+    const words = { keep: "Kept", drop: "Dropped", door: "A door is drawn in", no_room: "Marked no room in", note: "Noted on" };
+    say(`${words[action]} ${plan}. It is on the disk.`, "good");
+    if (leaves) go("open", plan);
+  }).then(() => busy).finally(() => { leaving = false; });
+}
+
+function undo() {
+  if (readOnly) return say("This service is read-only.", "bad");
+  return inTurn(async () => {
+    const found = await ask("undo", { reviewer: reviewer() });
+    if (found.plan !== null) show(found);
+    say(`Taken back: the last decision on ${found.undone}.`, "good");
+  });
+}
+
+function draw(kind) {
+  if (at(kind).disabled) return say("This plan does not say where it stands in its source: keep it or drop it.", "bad");
+  const wanted = sheet.wanted === kind ? "" : kind;
+  sheet.draw(wanted, (points) => { pressed(""); decide(kind, { points }); });
+  pressed(wanted);
+}
+
+function pressed(kind) {
+  for (const id of ["door", "no_room"]) at(id).setAttribute("aria-pressed", String(id === kind));
+}
+
+function openNote() {
+  at("note-form").hidden = false;
+  at("note-text").value = now?.table.why ?? "";
+  at("note-text").focus();
+}
+
+function closeNote() {
+  at("note-form").hidden = true;
+  at("stage").focus({ preventScroll: true });
+}
+
+function build() {
+  if (readOnly) return say("This service is read-only.", "bad");
+  if (!reviewer()) { at("reviewer").focus(); return say("Write your name first.", "bad"); }
+  return inTurn(async () => setBuild(await ask("build", { reviewer: reviewer() })));
+}
+
+function setBuild(found) {
+  const ended = buildPhase === "building" && found.phase !== "building";
+  buildPhase = found.phase;
+  showBuild(found, base, readOnly);
+  if (found.phase === "building") setTimeout(() => inTurn(async () => setBuild(await ask("build"))), 700);
+  if (ended && now?.plan) go("here");
+}
+
+const KEYS = {
+  k: () => decide("keep"), x: () => decide("drop"), d: () => draw("door"), r: () => draw("no_room"), n: openNote,
+  u: undo, b: build, arrowright: () => go("next"), arrowleft: () => go("previous"), " ": () => go("open"),
+};
+
+document.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.target.matches("input, select, textarea")) {
+    if (event.key === "Escape") { closeNote(); event.preventDefault(); }
+    return;
+  }
+  if (sheet.key(event)) {
+    if (!sheet.wanted) pressed("");
+    event.preventDefault();
+    return;
+  }
+  if (event.target.matches("button, a, pre") && (event.key === " " || event.key === "Enter")) return;
+  const work = KEYS[event.key.toLowerCase()];
+  if (work) { event.preventDefault(); work(); }
+});
+
+for (const id of ["keep", "drop"]) at(id).addEventListener("click", () => decide(id));
+for (const id of ["door", "no_room"]) at(id).addEventListener("click", () => draw(id));
+for (const id of ["next", "previous", "open"]) at(id).addEventListener("click", () => go(id));
+at("undo").addEventListener("click", undo);
+at("note").addEventListener("click", openNote);
+at("build").addEventListener("click", build);
+at("stop").addEventListener("click", () => inTurn(async () => setBuild(await ask("stop", {}))));
+at("note-form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  decide("note", { text: at("note-text").value });
+  closeNote();
+});
+at("reviewer").value = localStorage.getItem("reviewer") ?? root.dataset.reviewer;
+at("reviewer").addEventListener("change", () => localStorage.setItem("reviewer", reviewer()));
+if (readOnly) for (const id of ["keep", "drop", "note", "undo", "build"]) at(id).disabled = true;
+
+const asked = new URLSearchParams(location.search).get("plan");
+go(asked ? "here" : "open", asked).then(() => at("stage").focus({ preventScroll: true }));

@@ -1,0 +1,203 @@
+"""What stands between any request and the pages: pure ASGI, so that sockets are guarded as requests are.
+
+R1  The Host header names this server (``Settings.knows``): other names that lead here come from an attack.
+R2  Where a token is set, every request shows it: as a cookie, as ``Authorization: Bearer``, or once as ``?token=``,
+    which sets the cookie. It is compared in constant time.
+R3  What writes and what opens a socket comes from the service's own pages or from a program: its ``Origin`` is this
+    server, where it has one, and ``Sec-Fetch-Site`` says same-origin or none.
+R4  Nothing is written where the service is read-only.
+R5  One client has a share of requests a second and of open sockets; the server has a number of sockets.
+R6  Every answer tells browsers to load from here only, and to show it in no other site's frame.
+"""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections import Counter, OrderedDict
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, Final, NamedTuple
+from urllib.parse import parse_qsl, urlencode, urlsplit
+
+import msgspec
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.middleware import Middleware
+from starlette.requests import cookie_parser
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from houseexpo.service.settings import Limits, Settings
+
+COOKIE: Final = "houseexpo-token"
+_READS: Final = frozenset({"GET", "HEAD", "OPTIONS"})
+_CLIENTS: Final = 4096
+_SECONDS_OF_COOKIE: Final = 30 * 24 * 3600
+
+HEADERS: Final = {
+    "content-security-policy": (
+        "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; form-action 'self'; "
+        "frame-ancestors 'none'"
+    ),
+    "x-content-type-options": "nosniff",
+    "x-frame-options": "DENY",
+    "referrer-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    "cross-origin-opener-policy": "same-origin",
+    "permissions-policy": "camera=(), geolocation=(), microphone=()",
+}
+
+
+class Refusal(NamedTuple):
+    """What is answered to a request that is not let through."""
+
+    status: int
+    text: str
+    headers: Mapping[str, str] = MappingProxyType({})
+
+
+def guarded(settings: Settings) -> list[Middleware]:
+    """Return the guard as Starlette takes it."""
+    return [Middleware(Guard, settings=settings)]
+
+
+class Guard:
+    """Lets a request or a socket through, or answers it."""
+
+    def __init__(self, app: ASGIApp, settings: Settings) -> None:
+        self._app, self._settings = app, settings
+        self._rate = Rate(settings.limits)
+        self._sockets: Counter[str] = Counter()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Take one request, one socket, or the server's start and end."""
+        if scope["type"] not in {"http", "websocket"}:
+            await self._app(scope, receive, send)
+            return
+        headers, client = Headers(scope=scope), (scope.get("client") or ("", 0))[0]
+        refusal = self._stranger(scope, headers) or self._forbidden(scope, headers) or self._too_much(scope, client)
+        if refusal is not None:
+            await _answer(refusal, scope, receive, send)
+        elif scope["type"] == "websocket":
+            await self._socket(scope, receive, send, client)
+        else:
+            await self._app(scope, receive, _with_headers(send))
+
+    def _stranger(self, scope: Scope, headers: Headers) -> Refusal | None:
+        token = self._settings.token
+        if not self._settings.knows(_without_port(headers.get("host", ""))):  # R1
+            text = "The Host header names another server. Use the address that houseexpo serve printed."
+            return Refusal(421, text)
+        if not token or _shows(scope, headers, token):  # R2
+            return None
+        if scope["type"] == "http" and (there := _with_token(scope, token)) is not None:
+            return Refusal(303, "", there)
+        text = "This server asks for a token. Open the address that houseexpo serve printed; it holds the token."
+        return Refusal(401, text, {"www-authenticate": "Bearer"})
+
+    def _forbidden(self, scope: Scope, headers: Headers) -> Refusal | None:
+        writes = scope["type"] == "http" and scope["method"] not in _READS
+        if (writes or scope["type"] == "websocket") and not _own(headers):  # R3
+            return Refusal(403, "Only the pages of this server may do that; the request came from another site.")
+        if writes and self._settings.read_only:  # R4
+            return Refusal(403, "This service is read-only. Nothing was changed.")
+        return None
+
+    def _too_much(self, scope: Scope, client: str) -> Refusal | None:
+        if not self._rate.allows(client):  # R5
+            return Refusal(429, "Too many requests from this address; wait a second.", {"retry-after": "1"})
+        if scope["type"] == "websocket" and self._full(client):
+            return Refusal(503, "Too many open sockets; close another page of this service.", {"retry-after": "5"})
+        return None
+
+    def _full(self, client: str) -> bool:
+        limits = self._settings.limits
+        return self._sockets.total() >= limits.sockets or self._sockets[client] >= limits.sockets_per_client
+
+    async def _socket(self, scope: Scope, receive: Receive, send: Send, client: str) -> None:
+        self._sockets[client] += 1
+        try:
+            await self._app(scope, receive, send)
+        finally:
+            self._sockets[client] -= 1
+
+
+class Rate:
+    """A bucket of requests for each client: it fills with time and each request takes one."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._buckets: OrderedDict[str, tuple[float, float]] = OrderedDict()  # (requests left, when)
+
+    def allows(self, client: str, now_s: float | None = None) -> bool:
+        """Take one request of a client out of its bucket, False where it is empty."""
+        now = time.monotonic() if now_s is None else now_s
+        left, before = self._buckets.pop(client, (float(self._limits.burst), now))
+        left = min(left + (now - before) * self._limits.requests_per_s, self._limits.burst)
+        allowed = left >= 1
+        self._buckets[client] = (left - allowed, now)
+        while len(self._buckets) > _CLIENTS:
+            self._buckets.popitem(last=False)
+        return allowed
+
+
+def _without_port(host: str) -> str:
+    try:
+        return urlsplit(f"//{host}").hostname or ""
+    except ValueError:
+        return ""
+
+
+def _shows(scope: Scope, headers: Headers, token: str) -> bool:
+    given = [cookie_parser(headers.get("cookie", "")).get(COOKIE, "")]
+    kind, _, value = headers.get("authorization", "").partition(" ")
+    given += [value.strip()] if kind.lower() == "bearer" else []
+    given += [value for name, value in _query(scope) if name == "token"] if scope["type"] == "websocket" else []
+    return any(secrets.compare_digest(each.encode(), token.encode()) for each in given)
+
+
+def _with_token(scope: Scope, token: str) -> dict[str, str] | None:
+    """Return where a client goes that has the token in its address: the same without it, which keeps it in a cookie."""
+    query = _query(scope)
+    given = [value for name, value in query if name == "token"]
+    if not any(secrets.compare_digest(each.encode(), token.encode()) for each in given):
+        return None
+    rest = urlencode([(name, value) for name, value in query if name != "token"])
+    path = "/" + scope["raw_path"].decode("latin-1").split("?")[0].lstrip("/")  # "//elsewhere" would leave this server
+    cookie = f"{COOKIE}={token}; Path=/; Max-Age={_SECONDS_OF_COOKIE}; HttpOnly; SameSite=Strict"
+    return {"location": path + (f"?{rest}" if rest else ""), "set-cookie": cookie, "cache-control": "no-store"}
+
+
+def _query(scope: Scope) -> list[tuple[str, str]]:
+    return parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
+
+
+def _own(headers: Headers) -> bool:
+    if headers.get("sec-fetch-site", "none") not in {"same-origin", "none"}:
+        return False
+    origin = headers.get("origin")
+    return origin is None or urlsplit(origin).netloc.lower() == headers.get("host", "").lower()
+
+
+def _with_headers(send: Send) -> Send:
+    async def sent(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            found = MutableHeaders(scope=message)
+            for name, value in HEADERS.items():
+                found.setdefault(name, value)  # R6
+        await send(message)
+
+    return sent
+
+
+async def _answer(refusal: Refusal, scope: Scope, receive: Receive, send: Send) -> None:
+    """Answer what is not let through; a socket is closed before it is opened, which its client sees as status 403."""
+    if scope["type"] == "websocket":
+        await receive()
+        await send({"type": "websocket.close", "code": 1008, "reason": refusal.text[:100]})
+        return
+    body = msgspec.json.encode({"error": refusal.text}) if refusal.text else b""
+    own = {"content-type": "application/json", "content-length": str(len(body))}
+    found: dict[str, Any] = {**HEADERS, **own, **refusal.headers}
+    raw = [(name.encode("latin-1"), value.encode("latin-1")) for name, value in found.items()]
+    await send({"type": "http.response.start", "status": refusal.status, "headers": raw})
+    await send({"type": "http.response.body", "body": body})

@@ -1,0 +1,57 @@
+"""Plans that look like one: those of like size are compared cell by cell, under the symmetries of the square.
+
+1. The plans nearest in area, sides and rooms are candidates.
+2. Fingerprints (``analysis.similarity``) bound how much two plans differ from below; the least bounds come first.
+3. Of those the difference is found exactly.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from houseexpo.analysis.similarity import compare, comparison_mask, fingerprint, lower_bound
+from houseexpo.dataset.splits import TRAITS, traits_of
+from houseexpo.service.collection import Opened
+
+_CANDIDATES: Final = 240
+_COMPARED: Final = 24
+
+
+def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
+    """Return the plans most like one: id, difference (0: the same; 1: nothing in common) and symmetry.
+
+    UnknownPlanError where there is no plan of that id.
+    """
+    plan, table = now.data[plan_id], now.views.table
+    row = now.numbers[plan_id]
+    columns = [_scaled(table.numbers(name), row) for name in ("area", "long_side", "short_side", "rooms")]
+    far = np.sum(np.nan_to_num(np.stack(columns), nan=1.0) ** 2, axis=0)
+    far[row] = np.inf
+    near = np.argsort(far, kind="stable")[:_CANDIDATES]
+    near = near[np.isfinite(far[near])]
+    if not len(near):
+        return []
+    ids = [table.ids[other] for other in near.tolist()]
+    traits = now.data.only(ids).derived(TRAITS, traits_of)
+    prints = np.array([trait["print"] for trait in traits], dtype=np.int32)
+    mask = comparison_mask(plan)
+    bounds = lower_bound(fingerprint(mask), prints) / np.maximum(prints[:, 0], int(mask.sum()))
+    found: list[tuple[float, str, str]] = []
+    for other in np.argsort(bounds, kind="stable")[:_COMPARED].tolist():
+        limit = sorted(each[0] for each in found)[most - 1] if len(found) >= most else np.inf
+        if bounds[other] > limit:
+            break
+        match = compare(mask, comparison_mask(now.data[ids[other]]), limit)
+        if match is not None:
+            found.append((match.difference, ids[other], match.symmetry))
+    return [
+        {"id": name, "difference": round(difference, 4), "symmetry": symmetry}
+        for difference, name, symmetry in sorted(found)[:most]
+    ]
+
+
+def _scaled(values: Any, row: int) -> Any:
+    """Return how far each value lies from one of them, as a share of it."""
+    return (values - values[row]) / max(abs(float(values[row])), 1.0)

@@ -1,0 +1,118 @@
+// A plan as SVG in metres: x right, y up (so y is turned round), layers that can be shown and hidden, zoom and move.
+import { element } from "./api.js";
+
+export const path = (rings) => rings.map((ring) => `M${ring.map(([x, y]) => `${x},${-y}`).join(" ")}Z`).join("");
+const line = { "vector-effect": "non-scaling-stroke" };
+const area = (cls, rings, more = {}) => element("path", { class: cls, d: path(rings), "fill-rule": "evenodd", ...line, ...more });
+
+export class Drawing {
+  constructor(place, shape) {
+    const [x1, y1, x2, y2] = shape.bounds, margin = 0.06 * Math.max(x2 - x1, y2 - y1) + 0.2;
+    this.home = [x1 - margin, -y2 - margin, x2 - x1 + 2 * margin, y2 - y1 + 2 * margin];
+    this.svg = element("svg", { role: "img", "aria-label": `Floor plan ${shape.id}`, preserveAspectRatio: "xMidYMid meet" });
+    this.layers = {};
+    for (const name of ["walls", "space", "boxes", "rooms", "objects", "clearance", "reach", "doors", "outline", "grid", "frame", "labels", "way"]) {
+      this.layers[name] = element("g", { class: name });
+      this.svg.append(this.layers[name]);
+    }
+    this.shape = shape;
+    this.fill();
+    this.look(this.home);
+    place.replaceChildren(this.svg);
+    this.listen();
+  }
+
+  fill() {
+    const { shape, layers } = this, [x1, y1, x2, y2] = shape.bounds;
+    layers.space.append(area("space", shape.space));
+    layers.outline.append(area("outline", shape.space));
+    layers.walls.append(area("wall", shape.walls));
+    layers.objects.append(...shape.objects.map((each) => titled(area("object", each.rings), `${each.label}, ${each.height} m high`)));
+    layers.boxes.append(element("clipPath", { id: "inside" }, element("path", { d: path(shape.space), "clip-rule": "evenodd" })));
+    layers.boxes.setAttribute("clip-path", "url(#inside)");
+    const boxes = [...shape.boxes].sort((a, b) => size(b.box) - size(a.box));
+    layers.boxes.append(...boxes.map(({ label, colour, box: [a, b, c, d] }) =>
+      titled(area("box", [[[a, b], [c, b], [c, d], [a, d]]], { fill: colour }), label.replaceAll("_", " "))));
+    this.rooms(shape);
+    for (let x = Math.ceil(x1); x <= x2; x++) layers.grid.append(rule(x, -y1, x, -y2, x % 5 === 0));
+    for (let y = Math.ceil(y1); y <= y2; y++) layers.grid.append(rule(x1, -y, x2, -y, y % 5 === 0));
+    layers.frame.append(element("rect", { class: "size", x: x1, y: -y2, width: x2 - x1, height: y2 - y1, ...line }),
+      word("measure", (x1 + x2) / 2, -y1 + 0.025 * this.home[3], `${(x2 - x1).toFixed(2)} m`),
+      word("measure", x1, -(y1 + y2) / 2, `${(y2 - y1).toFixed(2)} m`));
+  }
+
+  rooms({ rooms, doors }) {
+    const { layers } = this;
+    layers.rooms.replaceChildren(...rooms.map((room) =>
+      titled(area("room", room.rings, { fill: room.colour }), `${room.label}, ${room.area.toFixed(1)} m²`)));
+    layers.doors.replaceChildren(...doors.map((door) =>
+      titled(area("door", door.rings, { fill: door.colour }), `${door.kind}, ${door.width.toFixed(2)} m`)));
+    const labels = rooms.length
+      ? rooms.map((room) => [room.at, [room.label, `${room.area.toFixed(1)} m²`]])
+      : this.shape.boxes.map(({ label, box: [a, b, c, d] }) => [[(a + c) / 2, (b + d) / 2], [label.replaceAll("_", " ")]]);
+    layers.labels.replaceChildren(...labels.flatMap(([[x, y], words]) =>
+      words.map((each, i) => word("in-room", x, -y + (i - (words.length - 1) / 2) * 0.019 * this.home[3], each))));
+  }
+
+  show(name, on) { this.layers[name].style.display = on ? "" : "none"; if (name === "doors" || name === "rooms") this.layers.outline.style.display = ""; }
+
+  clearance({ bounds: [a, b, c, d], png }) {
+    this.layers.clearance.replaceChildren(element("image", {
+      href: `data:image/png;base64,${png}`, x: a, y: -d, width: c - a, height: d - b, preserveAspectRatio: "none" }));
+  }
+
+  reach(found) {
+    this.layers.reach.replaceChildren(...found.pieces.flatMap((piece, i) => [
+      area(i === 0 ? "covers" : "lost", piece.covers), area("stands", piece.stands)]));
+  }
+
+  way(ends, points) {
+    const radius = 0.008 * this.view[3];
+    this.layers.way.replaceChildren(
+      ...(points ? [element("polyline", { class: "way", points: points.map(([x, y]) => `${x},${-y}`).join(" "), ...line })] : []),
+      ...ends.map(([x, y]) => element("circle", { class: "end", cx: x, cy: -y, r: radius, ...line })));
+  }
+
+  look(view) {
+    this.view = view;
+    this.svg.setAttribute("viewBox", view.map((each) => each.toFixed(4)).join(" "));
+    const font = view[3] * 0.018;
+    for (const layer of [this.layers.labels, this.layers.frame]) layer.style.fontSize = `${font}px`;
+  }
+
+  zoom(factor, [x, y] = [this.view[0] + this.view[2] / 2, this.view[1] + this.view[3] / 2]) {
+    const wide = Math.min(Math.max(this.view[2] * factor, 0.5), this.home[2] * 4), by = wide / this.view[2];
+    this.look([x - (x - this.view[0]) * by, y - (y - this.view[1]) * by, wide, this.view[3] * by]);
+  }
+
+  at(event) { // metres of the plan, y down as the SVG has it
+    const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(this.svg.getScreenCTM().inverse());
+    return [point.x, point.y];
+  }
+
+  listen() {
+    let from = null, moved = false;
+    this.svg.addEventListener("wheel", (event) => { event.preventDefault(); this.zoom(event.deltaY > 0 ? 1.15 : 1 / 1.15, this.at(event)); }, { passive: false });
+    this.svg.addEventListener("pointerdown", (event) => { from = [event.clientX, event.clientY, ...this.view]; moved = false; this.svg.setPointerCapture(event.pointerId); });
+    this.svg.addEventListener("pointermove", (event) => {
+      const [x, y] = this.at(event);
+      this.onhover?.([x, -y]);
+      if (!from) return;
+      const across = event.clientX - from[0], down = event.clientY - from[1];
+      if (Math.hypot(across, down) > 4) moved = true;
+      const metres = 1 / this.svg.getScreenCTM().a;
+      if (moved) this.look([from[2] - across * metres, from[3] - down * metres, from[4], from[5]]);
+    });
+    this.svg.addEventListener("pointerup", (event) => {
+      const click = from && !moved;
+      from = null;
+      if (click) { const [x, y] = this.at(event); this.onclick?.([x, -y]); }
+    });
+    this.svg.addEventListener("pointercancel", () => { from = null; });
+  }
+}
+
+const size = ([a, b, c, d]) => (c - a) * (d - b);
+const rule = (x1, y1, x2, y2, five) => element("line", { x1, y1, x2, y2, class: five ? "five" : "", ...line });
+const word = (cls, x, y, text) => element("text", { class: cls, x, y }, text);
+const titled = (node, text) => { node.append(Object.assign(document.createElementNS("http://www.w3.org/2000/svg", "title"), { textContent: text })); return node; };

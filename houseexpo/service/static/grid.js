@@ -1,0 +1,108 @@
+// Thousands of plans in a page that holds only those in sight: tiles are placed where the scroll is.
+import { ask, count, element, rounded, say } from "./api.js";
+
+const PAGE = 100, CAPTION = 40, LEAST = 168;
+
+export class Grid {
+  constructor(place, data) {
+    Object.assign(this, { place, data, query: "", found: 0, pages: new Map(), tiles: new Map(), waiting: false });
+    addEventListener("scroll", () => this.soon(), { passive: true });
+    new ResizeObserver(() => { this.measure(); this.draw(); }).observe(place);
+    place.addEventListener("keydown", (event) => this.moved(event));
+  }
+
+  show(query, found) {
+    if (query !== this.query) { this.query = query; this.pages.clear(); this.clear(); }
+    this.found = found;
+    this.measure();
+    this.draw();
+  }
+
+  clear() { for (const tile of this.tiles.values()) tile.remove(); this.tiles.clear(); }
+
+  measure() {
+    const wide = this.place.clientWidth;
+    const least = wide < 520 ? 150 : LEAST;
+    this.columns = Math.max(Math.floor(wide / least), 2);
+    this.side = wide / this.columns;
+    this.tall = this.side + CAPTION;
+    this.place.style.height = `${Math.ceil(this.found / this.columns) * this.tall}px`;
+  }
+
+  soon() {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => { this.waiting = false; this.draw(); });
+  }
+
+  draw() {
+    if (!this.columns) return;
+    const top = -this.place.getBoundingClientRect().top;
+    const first = Math.max(Math.floor(top / this.tall) - 2, 0) * this.columns;
+    const last = Math.min((Math.ceil((top + innerHeight) / this.tall) + 2) * this.columns, this.found);
+    for (const [number, tile] of this.tiles) {
+      if (number < first || number >= last) { tile.remove(); this.tiles.delete(number); }
+    }
+    for (let number = first; number < last; number++) this.put(number);
+    for (let page = Math.floor(first / PAGE); page * PAGE < last; page++) this.load(page);
+  }
+
+  put(number) {
+    let tile = this.tiles.get(number);
+    if (!tile) {
+      tile = element("a", { class: "plan waiting", role: "listitem", "data-number": number });
+      this.tiles.set(number, tile);
+      this.place.append(tile);
+    }
+    const row = Math.floor(number / this.columns), column = number % this.columns;
+    Object.assign(tile.style, {
+      left: `${column * this.side}px`, top: `${row * this.tall}px`, width: `${this.side - 6}px`, height: `${this.tall - 6}px` });
+    const line = this.pages.get(Math.floor(number / PAGE))?.[number % PAGE];
+    if (line && tile.classList.contains("waiting")) this.fill(tile, line, number);
+  }
+
+  fill(tile, line, number) {
+    const id = encodeURIComponent(line.id);
+    const facts = [`${line.rooms} rooms`, rounded(line.area, "m²")];
+    if (line.quality !== undefined) facts.push(`q ${line.quality.toFixed(2)}`);
+    const sort = new URLSearchParams(this.query).get("sort")?.replace("-", "");
+    if (sort && !["id", "rooms", "area", "quality"].includes(sort) && line[sort] !== undefined) facts.push(`${sort.replace("_", " ")} ${rounded(line[sort])}`);
+    tile.href = `/${this.data}/plan/${id}${this.query ? `?${this.query}` : ""}`;
+    tile.classList.remove("waiting");
+    tile.replaceChildren(
+      element("img", { src: `/api/${this.data}/plans/${id}/thumbnail.svg`, alt: "", width: 200, height: 200, decoding: "async" }),
+      element("span", { class: "id" }, line.id), element("span", {}, facts.join(" · ")));
+    tile.setAttribute("aria-posinset", number + 1);
+    tile.setAttribute("aria-setsize", this.found);
+  }
+
+  async load(page) {
+    if (this.pages.has(page)) return;
+    this.pages.set(page, null);
+    const query = this.query;
+    try {
+      const answer = await ask(`/api/${this.data}/plans?${query ? `${query}&` : ""}offset=${page * PAGE}&limit=${PAGE}`);
+      if (query !== this.query) return;
+      this.pages.set(page, answer.plans);
+      this.soon();
+    } catch (error) {
+      this.pages.delete(page);
+      if (query === this.query) say(`The plans could not be loaded: ${error.message}`);
+    }
+  }
+
+  moved(event) { // arrow keys go from plan to plan, also beyond what is in sight
+    const step = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -this.columns, ArrowDown: this.columns }[event.key];
+    const from = Number(document.activeElement?.dataset.number);
+    if (!step || Number.isNaN(from)) return;
+    const to = from + step;
+    if (to < 0 || to >= this.found) return;
+    event.preventDefault();
+    const target = Math.floor(to / this.columns) * this.tall + this.place.getBoundingClientRect().top;
+    if (target < 120 || target + this.tall > innerHeight) scrollBy(0, target < 120 ? target - 140 : target + this.tall - innerHeight + 20);
+    this.draw();
+    this.tiles.get(to)?.focus({ preventScroll: true });
+  }
+}
+
+export const plansFound = (found, total) => (found === total ? `${count(total)} plans` : `${count(found)} of ${count(total)} plans`);

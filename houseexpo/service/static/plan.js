@@ -1,0 +1,118 @@
+// A plan's page: its drawing, what a robot reaches, ways, what is alike.
+import { ask, element, say } from "./api.js";
+import { Drawing } from "./drawing.js";
+
+const page = document.getElementById("plan"), { name, plan } = page.dataset;
+const base = `/api/${name}/plans/${plan}`;
+const radius = document.getElementById("radius"), said = document.getElementById("reached"), way = document.getElementById("way");
+const box = (layer) => document.querySelector(`[data-layer="${layer}"]`);
+let drawing = null, ends = [], asked = 0, clearance = null;
+
+const place = document.getElementById("drawing");
+ask(`${base}/shape`).then((shape) => {
+  drawing = new Drawing(place, shape);
+  place.removeAttribute("aria-busy");
+  for (const input of document.querySelectorAll("[data-layer]")) {
+    drawing.show(input.dataset.layer, input.checked);
+    input.addEventListener("change", () => toggled(input.dataset.layer, input.checked));
+  }
+  drawing.onhover = ([x, y]) => { document.getElementById("where").textContent = `${x.toFixed(2)}, ${y.toFixed(2)} m`; };
+  drawing.onclick = (point) => { ends = ends.length === 1 ? [ends[0], point] : [point]; clicked(); };
+  alike();
+}).catch((error) => say(`The plan could not be drawn: ${error.message}`));
+
+async function toggled(layer, on) {
+  drawing.show(layer, on);
+  if (!on) return;
+  try {
+    if (layer === "clearance" && !clearance) {
+      clearance = await ask(`${base}/clearance`);
+      drawing.clearance(clearance);
+      way.textContent = `Yellow is ${clearance.most} m from the nearest wall, blue is at a wall.`;
+    }
+    if (layer === "reach") await reach();
+  } catch (error) { say(error.message); }
+}
+
+async function reach() {
+  const turn = ++asked, value = Number(radius.value);
+  const found = await ask(`${base}/reach?radius=${value.toFixed(2)}`);
+  if (turn !== asked) return;
+  drawing.reach(found);
+  const share = `${(100 * found.largest_share).toFixed(1)}%`;
+  said.textContent = found.components === 0 ? "The robot fits nowhere."
+    : found.components === 1 ? `One piece: it reaches every place that it fits into. Narrowest passage ${found.narrowest} m.`
+      : `${found.components} pieces; the biggest (green) is ${share}. Narrowest passage inside it ${found.narrowest} m.`;
+}
+
+let sliding = 0;
+radius.addEventListener("input", () => {
+  document.getElementById("radius-said").textContent = `${Number(radius.value).toFixed(2)} m`;
+  clearTimeout(sliding);
+  sliding = setTimeout(() => {
+    if (!drawing) return;
+    box("reach").checked = true;
+    drawing.show("reach", true);
+    reach().then(() => ends.length === 2 && clicked()).catch((error) => say(error.message));
+  }, 60);
+});
+
+async function clicked() {
+  drawing.way(ends, null);
+  const words = ends.map(([x, y]) => `${x.toFixed(2)}, ${y.toFixed(2)}`);
+  document.getElementById("from").value = words[0];
+  document.getElementById("to").value = words[1] ?? "";
+  if (ends.length < 2) { way.textContent = "Click where the way ends."; return; }
+  const query = new URLSearchParams({ from: ends[0].join(","), to: ends[1].join(","), radius: Number(radius.value).toFixed(2) });
+  try {
+    const found = await ask(`${base}/way?${query}`);
+    drawing.way(found.ends ?? ends, found.points);
+    way.textContent = found.found ? `${found.length.toFixed(2)} m for a robot of ${Number(radius.value).toFixed(2)} m radius.` : found.why;
+  } catch (error) { way.textContent = error.message; }
+}
+
+document.getElementById("way-form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  const points = ["from", "to"].map((id) => document.getElementById(id).value.split(/[\s,;]+/).filter(Boolean).map(Number));
+  if (points.some((point) => point.length !== 2 || point.some(Number.isNaN))) { way.textContent = "Give each place as x, y in metres."; return; }
+  ends = points;
+  if (drawing) clicked();
+});
+
+document.getElementById("nearer").addEventListener("click", () => drawing?.zoom(0.8));
+document.getElementById("farther").addEventListener("click", () => drawing?.zoom(1.25));
+document.getElementById("whole").addEventListener("click", () => drawing?.look(drawing.home));
+document.getElementById("find-rooms")?.addEventListener("click", async (event) => {
+  const button = event.target;
+  button.disabled = true;
+  button.textContent = "Looking…";
+  try {
+    const found = await ask(`${base}/rooms`);
+    drawing.rooms(found);
+    for (const [layer, on] of [["boxes", false], ["rooms", true], ["doors", true]]) { box(layer).checked = on; drawing.show(layer, on); }
+    button.textContent = `Found ${found.rooms.length} rooms and ${found.doors.length} doors`;
+  } catch (error) { say(error.message); button.textContent = "Find rooms and doors"; button.disabled = false; }
+});
+
+async function alike() {
+  const section = document.getElementById("alike"), status = section.querySelector("[role=status]");
+  try {
+    const { similar } = await ask(`${base}/similar`);
+    section.querySelector(".strip").append(...similar.map((each) => element("a", { role: "listitem", href: `/${name}/plan/${encodeURIComponent(each.id)}` },
+      element("img", { src: `/api/${name}/plans/${encodeURIComponent(each.id)}/thumbnail.svg`, alt: "", width: 124, height: 124, loading: "lazy" }),
+      element("span", {}, each.id), element("span", {}, `${(100 * each.difference).toFixed(1)}% differs`))));
+    status.textContent = similar.length ? "" : "There is no other plan like it.";
+  } catch (error) { status.textContent = error.message; }
+}
+
+document.getElementById("copy").addEventListener("click", async () => {
+  const copied = document.getElementById("copied");
+  try { await navigator.clipboard.writeText(document.getElementById("python").textContent); copied.textContent = "Copied."; }
+  catch { getSelection().selectAllChildren(document.getElementById("python")); copied.textContent = "Selected; copy it with the keyboard."; }
+});
+
+addEventListener("keydown", (event) => {
+  if (event.target.matches("input, select, textarea") || event.ctrlKey || event.metaKey || event.altKey) return;
+  const id = { p: "before", n: "after" }[event.key];
+  if (id) document.getElementById(id)?.click();
+});

@@ -1,0 +1,60 @@
+// Histograms of the plans that the filter finds, and of another data set beside them.
+import { ask, count, element, rounded, say } from "./api.js";
+
+const place = document.getElementById("statistics"), { name, query, against } = place.dataset;
+const WIDE = 320, TALL = 110;
+
+function figure(measure) {
+  if (!measure.known && !measure.other?.known) return null;
+  const { counts, first, step, other } = measure, sum = total(counts), there = other ? total(other.counts) : 1;
+  const shares = counts.map((each) => each / sum), beside = other?.counts.map((each) => each / there);
+  const most = Math.max(...shares, ...(beside ?? []), 1e-9), wide = WIDE / counts.length, up = (share) => TALL - (share / most) * TALL;
+  const svg = element("svg", { viewBox: `0 0 ${WIDE} ${TALL + 18}`, role: "img", "aria-label": `${measure.title}: mean ${rounded(measure.mean ?? 0, measure.unit)}` },
+    ...shares.map((share, i) => titled(element("rect", { class: "one", x: i * wide + 0.5, width: Math.max(wide - 1, 0.5), y: up(share), height: TALL - up(share) }),
+      `${rounded(first + i * step)}: ${count(counts[i])} plans, ${(100 * share).toFixed(1)}%`)),
+    element("line", { class: "base", x1: 0, x2: WIDE, y1: TALL, y2: TALL }));
+  if (beside) svg.append(element("polyline", { class: "other", points: beside.map((share, i) => `${i * wide},${up(share)} ${(i + 1) * wide},${up(share)}`).join(" ") }));
+  for (const [i, anchor] of [[0, "start"], [counts.length / 2, "middle"], [counts.length, "end"]]) {
+    svg.append(element("text", { x: i * wide, y: TALL + 14, "text-anchor": anchor }, rounded(first + i * step) + (i === counts.length ? "+" : "")));
+  }
+  const rows = [["mean", "mean"], ["median", "median"], ["5% to 95%", "p05", "p95"], ["least to most", "min", "max"]];
+  const cell = (of, keys) => element("td", { class: "number" }, of?.known ? keys.map((key) => rounded(of[key])).join(" to ") : "");
+  const table = element("table", {}, element("tbody", {}, ...rows.map(([words, ...keys]) =>
+    element("tr", {}, element("th", { scope: "row" }, words), cell(measure, keys), ...(other ? [cell(other, keys)] : [])))));
+  const distance = measure.distance === undefined ? [] : [element("p", { class: "muted" }, `Means differ by ${measure.distance} deviations.`)];
+  return element("section", { class: "card figure" }, element("h2", {}, measure.title + (measure.unit ? `, ${measure.unit}` : "")), svg, table, ...distance);
+}
+
+function labels(found) {
+  const names = Object.keys(found.labels).filter((label) => found.labels[label] || found.other?.labels[label]).sort((a, b) => found.labels[b] - found.labels[a]);
+  const most = Math.max(...Object.values(found.labels), ...Object.values(found.other?.labels ?? {}), 1e-9);
+  const bar = (share) => (share / most) * 150;
+  const svg = element("svg", { viewBox: `0 0 ${WIDE} ${names.length * 17}`, role: "img", "aria-label": "Labels by how often they occur" },
+    ...names.flatMap((label, i) => [
+      element("text", { class: "name", x: 116, y: i * 17 + 12, "text-anchor": "end" }, label.replaceAll("_", " ")),
+      titled(element("rect", { class: "one", x: 122, y: i * 17 + 3, width: bar(found.labels[label]), height: 11 }), `${(100 * found.labels[label]).toFixed(1)}%`),
+      ...(found.other ? [element("line", { class: "other", x1: 122 + bar(found.other.labels[label]), x2: 122 + bar(found.other.labels[label]), y1: i * 17 + 1, y2: i * 17 + 16 })] : []),
+      element("text", { x: 126 + Math.max(bar(found.labels[label]), bar(found.other?.labels[label] ?? 0)), y: i * 17 + 12 }, `${(100 * found.labels[label]).toFixed(1)}%`)]));
+  const distance = found.other ? [element("p", { class: "muted" }, `Total variation ${found.labels_distance}.`)] : [];
+  return element("section", { class: "card figure tall" }, element("h2", {}, "Labels"), svg, ...distance);
+}
+
+const total = (counts) => Math.max(counts.reduce((sum, each) => sum + each, 0), 1);
+const titled = (node, text) => { node.append(Object.assign(document.createElementNS("http://www.w3.org/2000/svg", "title"), { textContent: text })); return node; };
+
+const given = new URLSearchParams(query);
+if (against) given.set("against", against);
+ask(`/api/${name}/statistics?${given}`).then((found) => {
+  const what = document.getElementById("what");
+  what.textContent = `${found.found === found.total ? "All" : `${count(found.found)} of`} ${count(found.total)} plans. `;
+  if (query) what.append(element("code", {}, decodeURIComponent(query)));
+  if (against) what.append(element("br"), element("span", { class: "key" }, element("i", { class: "a" }), "these plans"), element("span", { class: "key" }, element("i", { class: "b" }), `${against}, ${count(found.other.found)} plans`));
+  const [first, ...others] = Object.values(found.measures).map(figure).filter(Boolean);
+  document.getElementById("figures").append(first, labels(found), ...others);
+}).catch((error) => say(error.message));
+
+document.getElementById("against")?.addEventListener("change", (event) => {
+  const to = new URLSearchParams(query);
+  if (event.target.value) to.set("against", event.target.value);
+  location.search = to.toString();
+});

@@ -1,0 +1,132 @@
+"""Statistics of what a query finds, live; beside another data set where one is named; and the report of ``stats``.
+
+A mean's distance is given in deviations of the other data set, that of labels as their total variation (half the sum
+of the differences of shares), as ``houseexpo stats --compare`` has them.
+"""
+
+from __future__ import annotations
+
+from importlib.metadata import entry_points
+from typing import Any, Final
+
+import numpy as np
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, Response
+from starlette.routing import BaseRoute, Route
+
+from houseexpo.errors import ConfigError
+from houseexpo.plan.categories import LABELS
+from houseexpo.service.answers import Json
+from houseexpo.service.collection import Opened
+from houseexpo.service.measures import MEASURES, Measure, Numbers
+from houseexpo.service.query import Query, parsed
+from houseexpo.service.service import Service
+from houseexpo.service.views import Bins, bins_of
+from houseexpo.service.work import computed
+
+REPORTS: Final = "houseexpo.reports"
+"""Entry points of this group take a ``Dataset`` and return a page of HTML."""
+
+_MOST: Final = 3000
+_REPORT_POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox"
+
+
+def routes(service: Service) -> list[BaseRoute]:
+    """Return the routes of the page, its numbers and the report."""
+
+    def page(request: Request) -> Response:
+        shown, query = service.collection(request), parsed(request.query_params)
+        against = _against(service, request)
+        others = [name for name in service.collections if name != shown.name]
+        given: dict[str, Any] = {"query": str(query), "others": others, "against": against, "reports": bool(_reports())}
+        return service.page(request, "statistics.html", shown=shown, here="statistics", **given)
+
+    def numbers(request: Request) -> Response:
+        now, query = service.collection(request).now, parsed(request.query_params)
+        against = _against(service, request)
+        return Json(statistics(now, query, service.collections[against].now if against else None))
+
+    async def report(request: Request) -> Response:
+        now, query = service.collection(request).now, parsed(request.query_params)
+        made = _reports()
+        if not made:
+            raise HTTPException(404, "no package makes a report; install houseexpo as a whole")
+        rows = now.views.find(query).rows
+        if not 0 < len(rows) <= _MOST:
+            text = f"report: expected 1 to {_MOST} plans, found {len(rows)}; narrow the filter, or run houseexpo stats"
+            raise ConfigError(text)
+        ids = [now.views.table.ids[row] for row in rows.tolist()]
+        html = await computed(lambda: made[0].load()(now.data.only(ids)))
+        return HTMLResponse(html, headers={"content-security-policy": _REPORT_POLICY})
+
+    return [
+        Route("/{data}/statistics", page),
+        Route("/{data}/statistics/report", report),
+        Route("/api/{data}/statistics", numbers),
+    ]
+
+
+def statistics(now: Opened, query: Query, other: Opened | None = None) -> dict[str, Any]:
+    """Return what the plans that a query finds are like; ``other`` is a whole data set to compare them with."""
+    mask = now.views.find(query).mask
+    there = None if other is None else np.ones(len(other.views.table), dtype=bool)
+    measures = {}
+    for measure in MEASURES:
+        values = now.views.table.numbers(measure.name, query.radius)
+        beside = None if other is None else other.views.table.numbers(measure.name, query.radius)
+        measures[measure.name] = _described(measure, values, mask, beside)
+    labels = _label_shares(now, mask)
+    found: dict[str, Any] = {"total": len(mask), "found": int(mask.sum()), "measures": measures, "labels": labels}
+    if other is not None and there is not None:
+        found["other"] = {"found": len(there), "labels": (beside_labels := _label_shares(other, there))}
+        found["labels_distance"] = round(sum(abs(labels[label] - beside_labels[label]) for label in LABELS) / 2, 4)
+    return found
+
+
+def _described(measure: Measure, values: Numbers, mask: Any, beside: Numbers | None) -> dict[str, Any]:
+    bins = bins_of(values if beside is None else np.concatenate([values, beside]), whole=measure.counts)
+    here = Bins(bins.first, bins.step, bins.number, bins.of[: len(values)])
+    found = {
+        "title": measure.title,
+        "unit": measure.unit,
+        "first": bins.first,
+        "step": bins.step,
+        "counts": here.counts(mask),
+        **_summary(values[mask]),
+    }
+    if beside is not None:
+        there = Bins(bins.first, bins.step, bins.number, bins.of[len(values) :])
+        found["other"] = {"counts": there.counts(np.ones(len(beside), dtype=bool)), **_summary(beside)}
+        spread = float(np.nanstd(beside)) if (~np.isnan(beside)).any() else 0.0
+        means = found.get("mean"), found["other"].get("mean")
+        if spread > 0 and None not in means:
+            found["distance"] = round(abs(means[0] - means[1]) / spread, 3)
+    return found
+
+
+def _summary(values: Numbers) -> dict[str, Any]:
+    known = values[~np.isnan(values)]
+    if not len(known):
+        return {"known": 0}
+    names = ("min", "p05", "median", "p95", "max")
+    ends = np.quantile(known, (0, 0.05, 0.5, 0.95, 1)).round(4).tolist()
+    return {"known": len(known), "mean": round(float(known.mean()), 4), **dict(zip(names, ends, strict=True))}
+
+
+def _label_shares(now: Opened, mask: Any) -> dict[str, float]:
+    """Return, for each label, its share of all pairs of a plan and a label in it."""
+    counts = (now.views.table.labels & mask).sum(axis=1)
+    shares: list[float] = (counts / max(int(counts.sum()), 1)).round(5).tolist()
+    return dict(zip(LABELS, shares, strict=True))
+
+
+def _against(service: Service, request: Request) -> str:
+    name = request.query_params.get("against", "")
+    if name and name not in service.collections:
+        raise ConfigError(f"against: expected one of {', '.join(service.collections)}, found {name[:40]!r}")
+    return name
+
+
+def _reports() -> list[Any]:
+    return sorted(entry_points(group=REPORTS), key=lambda entry: entry.name)

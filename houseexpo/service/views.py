@@ -1,0 +1,190 @@
+"""What a query finds in a table of measures: the rows in order, and beside each condition how many there are.
+
+R1  A histogram, and the counts of sources and splits, leave their own condition out: they show what another choice
+    would give. Counts of labels do not: labels add up, so each says how many would be left with it.
+R2  All that does not depend on the query is made once: bins, orders.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import OrderedDict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.plan.categories import LABELS
+from houseexpo.service.measures import MEASURES, OF_A_RADIUS, RADII, Bits, Measure, Numbers, Table
+from houseexpo.service.query import Query
+
+_BINS: Final = 32
+_KEPT: Final = 128
+_STEPS: Final = (1.0, 2.0, 2.5, 5.0)
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Where the bars of a histogram stand: ``first`` is the left end, the last bar takes all that is greater.
+
+    ``of`` (n,) is the bar of each plan, ``number`` for those of which the measure is not known.
+    """
+
+    first: float
+    step: float
+    number: int
+    of: npt.NDArray[np.int16]
+
+    def counts(self, among: Bits) -> list[int]:
+        """Return how many of the plans of a mask (n,) each bar holds."""
+        found = np.bincount(self.of[among], minlength=self.number + 1)[: self.number]
+        counts: list[int] = found.tolist()
+        return counts
+
+
+@dataclass(frozen=True)
+class View:
+    """What a query found: ``rows`` in order; ``facets`` as plain values, ready for JSON."""
+
+    rows: npt.NDArray[np.int64]
+    mask: Bits
+    facets: dict[str, Any]
+
+
+class Views:
+    """Answers queries; the last ones are kept, since a page asks for one view many times."""
+
+    def __init__(self, table: Table) -> None:
+        self.table = table
+        self._kept: OrderedDict[str, View] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def find(self, query: Query) -> View:
+        """Return what a query finds."""
+        key = str(query)
+        with self._lock:
+            if key in self._kept:
+                self._kept.move_to_end(key)
+                return self._kept[key]
+        view = self._found(query)
+        with self._lock:
+            self._kept[key] = view
+            while len(self._kept) > _KEPT:
+                self._kept.popitem(last=False)
+        return view
+
+    def _found(self, query: Query) -> View:
+        failed = dict(self._failed(query))
+        fails = np.zeros(len(self.table), dtype=np.uint8)
+        for each in failed.values():
+            fails += each
+        mask = fails == 0
+
+        def without(name: str) -> Bits:  # R1
+            return mask if name not in failed else np.equal(fails, failed[name])
+
+        measures = {measure.name: self._histogram(measure, query.radius, without(measure.name)) for measure in MEASURES}
+        groups = {
+            name: dict(zip(known, _counted(code[without(name)], len(known)), strict=True))
+            for name, (known, code) in self.table.groups.items()
+        }
+        labels = dict(zip(LABELS, (self.table.labels & mask).sum(axis=1).tolist(), strict=True))
+        order = self._order(query.sort, query.radius)
+        rows = order[mask[order]]
+        facets = {"total": len(self.table), "found": len(rows), "measures": measures, "labels": labels, **groups}
+        return View(rows, mask, facets)
+
+    def _failed(self, query: Query) -> Iterator[tuple[str, Bits]]:
+        """Yield each condition's name and the plans that fail it."""
+        table = self.table
+        for name, (low, high) in query.ranges.items():
+            values = table.numbers(name, query.radius)
+            yield name, ~((values >= low) & (values <= high))
+        for label in query.labels:
+            yield f"label {label}", ~table.labels[LABELS.index(label)]
+        for label in query.without:
+            yield f"no {label}", table.labels[LABELS.index(label)]
+        for name, wanted in query.groups.items():
+            known, code = table.groups[name]
+            numbers = [number for number, found in enumerate(known) if found in wanted]
+            yield name, ~np.isin(code, numbers)
+        if query.text:
+            lacking = [~self._holds(word) for word in query.text.split()]
+            yield "text", np.logical_or.reduce(lacking)
+
+    def _holds(self, word: str) -> Bits:
+        """Whether each plan's words hold a word."""
+        from pyarrow import compute
+
+        found: Bits = compute.match_substring(self._words, word).to_numpy(zero_copy_only=False)
+        return found
+
+    @cached_property
+    def _words(self) -> Any:
+        import pyarrow as pa
+
+        return pa.array(self.table.words, pa.string())
+
+    def _histogram(self, measure: Measure, radius: str, among: Bits) -> dict[str, Any]:
+        bins = self._bins[f"{measure.name} {radius}" if measure.name in OF_A_RADIUS else measure.name]
+        return {"first": bins.first, "step": bins.step, "counts": bins.counts(among)}
+
+    @cached_property
+    def _bins(self) -> dict[str, Bins]:  # R2
+        names = {measure.name: (measure, RADII if measure.name in OF_A_RADIUS else ("",)) for measure in MEASURES}
+        return {
+            f"{name} {radius}".strip(): bins_of(self.table.numbers(name, radius), whole=measure.counts)
+            for name, (measure, radii) in names.items()
+            for radius in radii
+        }
+
+    def _order(self, sort: str, radius: str) -> npt.NDArray[np.int64]:
+        """Return all rows in an order: what is not known comes last, ties in the order of the ids."""
+        name = sort.removeprefix("-")
+        key = (name, radius if name in OF_A_RADIUS else "", sort.startswith("-"))
+        if key not in self._orders:
+            self._orders[key] = self._sorted(*key)
+        return self._orders[key]
+
+    @cached_property
+    def _orders(self) -> dict[tuple[str, str, bool], npt.NDArray[np.int64]]:
+        return {}
+
+    def _sorted(self, name: str, radius: str, descending: bool) -> npt.NDArray[np.int64]:
+        by_id = np.array(sorted(range(len(self.table)), key=self.table.ids.__getitem__), dtype=np.int64)
+        if name == "id":
+            return by_id[::-1] if descending else by_id
+        values = self.table.numbers(name, radius)[by_id]
+        return np.asarray(by_id[np.argsort(-values if descending else values, kind="stable")])
+
+
+def bins_of(values: Numbers, *, whole: bool) -> Bins:
+    """Choose round bars for numbers: at most 32, of equal width; what few plans exceed falls in the last one."""
+    known = values[~np.isnan(values)]
+    if not len(known):
+        return Bins(0.0, 1.0, 0, np.zeros(len(values), dtype=np.int16))
+    low, high = float(known.min()), float(np.quantile(known, 0.995, method="higher"))
+    step = _round_step((high - low) / (_BINS - 1), whole=whole)
+    first = math.floor(low / step + 1e-9) * step
+    number = min(int((max(high, low) - first) / step + 1e-9) + 1, _BINS)
+    place = np.floor((np.nan_to_num(values, nan=first) - first) / step + 1e-9)
+    of = np.clip(place, 0, number - 1).astype(np.int16)
+    of[np.isnan(values)] = number
+    return Bins(round(first, 9), step, number, of)
+
+
+def _round_step(least: float, *, whole: bool) -> float:
+    if least <= 0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(least))
+    step = next((factor * power for factor in _STEPS if factor * power >= least), 10 * power)
+    return max(1.0, math.ceil(step)) if whole else step
+
+
+def _counted(codes: npt.NDArray[np.int32], number: int) -> list[int]:
+    counts: list[int] = np.bincount(codes[codes >= 0], minlength=number)[:number].tolist()
+    return counts

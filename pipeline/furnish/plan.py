@@ -1,0 +1,102 @@
+"""Furnish a finished plan: rooms one by one, then the plan as a whole is cut and checked.
+
+1. Each room is furnished by its label (``room``), from one source of chance: a plan and a seed give the same furniture.
+2. Footprints are cut out of the outline, or become holes of it, and are cut out of the rooms (docs/format.md).
+3. The plan keeps its bounds and stays in one piece, and a robot of 0.2 m gets wherever it got before, as
+   ``houseexpo.analysis.navigability`` says. Rooms in which it does not are left empty; if that does not help, all are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from houseexpo.analysis.navigability import navigability, standing_pieces
+from houseexpo.floorplan import FloorPlan
+from houseexpo.inference.tiling import grid_ring, grid_rings
+from houseexpo.plan import PlanObject, Reach, Room
+from pipeline.furnish.places import Standing
+from pipeline.furnish.room import CM, Furnishing, in_cm, is_plain
+
+ROBOT_M: Final = 0.2
+_Furniture = Mapping[int, list[Standing]]
+"""By room."""
+
+
+def is_chosen(share: float, rng: np.random.Generator) -> bool:
+    """Whether a plan is among the share, 0 to 1, that is furnished."""
+    return bool(rng.random() < share)
+
+
+def furnished(plan: FloorPlan, rng: np.random.Generator) -> FloorPlan:
+    """Return the plan with furniture as ``objects``; itself where nothing fits, or has furniture already."""
+    if plan.objects or not plan.rooms:
+        return plan
+    found = {room.id: _of_room(plan, room, rng) for room in plan.rooms}
+    while any(found.values()):
+        made = _cut(plan, found)
+        wrong = set(found) if made is None else _not_reached(plan, made)
+        if made is not None and not wrong:
+            return replace(made, navigability=navigability(made))
+        found = {room: pieces for room, pieces in found.items() if room not in wrong}
+    return plan
+
+
+def _of_room(plan: FloorPlan, room: Room, rng: np.random.Generator) -> list[Standing]:
+    """R1."""
+    doors = [door for door in plan.doors if room.id in door.rooms]
+    return Furnishing(room, doors, rng).furnish()
+
+
+def _cut(plan: FloorPlan, found: _Furniture) -> FloorPlan | None:
+    """Return the plan with the pieces cut out (R2); None where it is no plain polygon of the same bounds then."""
+    shapes = {room: [shapely.box(*each.box.tolist()) for each in pieces] for room, pieces in found.items()}
+    whole = in_cm(Polygon(plan.verts, plan.holes))
+    outline = shapely.difference(whole, shapely.union_all([box for boxes in shapes.values() for box in boxes]))
+    if not is_plain(outline) or outline.bounds != whole.bounds:
+        return None
+    rooms = []
+    for room in plan.rooms:
+        left = shapely.difference(in_cm(room.shape), shapely.union_all(shapes.get(room.id, [])))
+        if not is_plain(left):
+            return None
+        polygon, holes = grid_rings(_in_metres(left))
+        rooms.append(replace(room, polygon=polygon, holes=holes))
+    verts, holes = grid_rings(_in_metres(outline))
+    return replace(
+        plan, verts=verts, holes=holes, rooms=tuple(rooms), objects=tuple(_objects(found)), navigability=Reach()
+    )
+
+
+def _objects(found: _Furniture) -> list[PlanObject]:
+    pieces = [(room, each) for room in sorted(found) for each in found[room]]
+    rings = [grid_ring(_in_metres(shapely.box(*each.box.tolist())).exterior, clockwise=True) for _, each in pieces]
+    return [
+        PlanObject(number, each.piece.label, room, ring, each.piece.height / CM)
+        for number, ((room, each), ring) in enumerate(zip(pieces, rings, strict=True))
+    ]
+
+
+def _in_metres(shape: Polygon) -> Polygon:
+    return shapely.transform(shape, lambda points: points / CM)
+
+
+def _not_reached(before: FloorPlan, after: FloorPlan) -> set[int]:
+    """Return the furnished rooms in which the robot does not get wherever it got before (R3)."""
+    was, now = (standing_pieces(plan.free_space, ROBOT_M) for plan in (before, after))
+    furnished_rooms = {thing.room for thing in after.objects if thing.room is not None}
+    if not now:
+        return furnished_rooms
+    cut_off = now[1:] if len(now) > len(was) else []
+    wrong = {
+        room.id
+        for room, shape in ((room, room.shape) for room in before.rooms if room.id in furnished_rooms)
+        if (was and shape.intersects(was[0]) and not shape.intersects(now[0]))
+        or any(shape.intersects(part) for part in cut_off)
+    }
+    return wrong or (furnished_rooms if cut_off else wrong)

@@ -1,0 +1,186 @@
+"""Furnish one room.
+
+1. Pieces stand in the room, 5 cm or more from each other, at a wall or 5 cm or more from it.
+2. Before a piece its ``front`` is free of others; a piece that belongs to it (a chair to a desk) may stand there.
+3. Nothing stands before a door, as wide as the door and as deep as a person needs.
+4. A robot of 0.2 m still gets from everywhere to everywhere in the room, and where ways of 0.6 m led from door to door,
+   they do still.
+5. Pieces cover no more than a part of the room.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import islice
+from typing import Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import MultiPolygon, Polygon
+
+from houseexpo.plan import Door, Room
+from pipeline.furnish.boxes import Boxes, apart, fronts, grown, walls_of
+from pipeline.furnish.catalogue import WANTS, Piece
+from pipeline.furnish.places import Standing, Surroundings, candidates
+
+CM: Final = 100.0
+GAP_CM: Final = 5
+ROBOT_CM: Final = 20
+WAY_CM: Final = 30
+COVERED: Final = 0.4
+"""The largest part of a room that furniture covers."""
+
+_DOOR_CM: Final = 80  # free before a door, from its wall
+_SMALL_DOOR_CM: Final = 45
+_SMALL_M2: Final = 5.0
+_SPECK_CM2: Final = 1000.0
+_TRIES: Final = 12
+
+
+class _Left(NamedTuple):
+    """What is left of a room: its floor, and where a robot's and a person's middle can stand (doors included)."""
+
+    room: Polygon
+    robot: Polygon | MultiPolygon
+    way: Polygon | MultiPolygon
+
+    def without(self, box: npt.NDArray[np.int64]) -> _Left:
+        """Take a box away."""
+        margins = (0, ROBOT_CM, WAY_CM)
+        boxes = (shapely.box(*grown(box, margin).tolist()) for margin in margins)
+        return _Left(*(shapely.difference(shape, taken) for shape, taken in zip(self, boxes, strict=True)))
+
+
+class Furnishing:
+    """A room that is being furnished; all in centimetres."""
+
+    def __init__(self, room: Room, doors: Sequence[Door], rng: np.random.Generator) -> None:
+        shape = shapely.orient_polygons(in_cm(room.shape))
+        self._room, self._edge, self._rng = shape, shape.boundary, rng
+        self._area_m2, self._wants = room.area, WANTS.get(room.label, ())
+        rings = (shape.exterior, *shape.interiors)
+        self._walls = walls_of([np.round(shapely.get_coordinates(ring)[:-1]).astype(np.int64) for ring in rings])
+        self._bounds: Boxes = np.round(np.array(shape.bounds)).astype(np.int64)
+        self._doors = shapely.union_all(list(self._before_doors(doors)))
+        inner = [in_cm(door.shape) for door in doors if door.kind != "entrance"]
+        floor = shapely.union_all([shape, *inner])
+        self._entries = shapely.points([_entry(door, shape) for door in doors]) if doors else np.array([])
+        # corners count for a little more than a disc needs; what a piece takes is its box, grown
+        ways = [shapely.buffer(floor, -radius, join_style="mitre") for radius in (ROBOT_CM, WAY_CM)]
+        self._left = _Left(shape, *ways)
+        self._places = len(_places(self._left.robot))
+        self._joined = self._together(self._left)
+        self.standing: list[Standing] = []
+        shapely.prepare(self._room)
+        shapely.prepare(self._doors)
+
+    def furnish(self) -> list[Standing]:
+        """Place what the room's label asks for, as far as it fits."""
+        if not self._places:
+            return []
+        for want in self._wants:
+            for _ in range(want.most):
+                if self._area_m2 >= want.area and self._rng.random() < want.chance:
+                    self._place(want.piece)
+        return self.standing
+
+    def _place(self, piece: Piece) -> None:
+        """Put a piece up in the best place that it may take, a smaller one where it does not fit."""
+        liked = int(self._rng.integers(len(piece.widths)))
+        for width in dict.fromkeys((piece.widths[liked], piece.widths[0])):
+            places = candidates(piece, width, Surroundings(self._walls, self._bounds, self.standing), self._rng)
+            if not len(places.boxes):
+                continue
+            allowed = np.flatnonzero(self._allowed(piece, places.boxes, places.facings))
+            clear = (k for k in allowed.tolist() if self._flush_or_clear(places.boxes[k]))
+            for k in islice(clear, _TRIES):
+                left = self._left.without(places.boxes[k])
+                if self._keeps_ways(left):
+                    self._left = left
+                    self.standing.append(Standing(piece, places.boxes[k], int(places.facings[k])))
+                    return
+
+    def _allowed(self, piece: Piece, boxes: Boxes, facings: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+        """Whether each place is free and has its front free (R1 to R3, R5)."""
+        zones = grown(boxes, piece.front) if piece.place == "middle" else fronts(boxes, facings, piece.front)
+        taken = np.array([each.box for each in self.standing], dtype=np.int64).reshape(-1, 4)
+        others = [each for each in self.standing if each.piece.label != piece.by]
+        kept = np.array([_zone(each) for each in others], dtype=np.int64).reshape(-1, 4)
+        good = apart(grown(boxes, GAP_CM), taken) & apart(zones, taken) & apart(boxes, kept)
+        covered = float(np.prod(taken[:, 2:] - taken[:, :2], axis=1).sum())
+        good &= covered + np.prod(boxes[:, 2:] - boxes[:, :2], axis=1) <= COVERED * self._room.area
+        near = np.flatnonzero(good)
+        good[near] = shapely.covers(self._room, shapely.box(*zones[near].T))  # a zone holds its box
+        near = np.flatnonzero(good)
+        good[near] = ~shapely.intersects(self._doors, shapely.box(*grown(boxes[near], -1).T))
+        return np.asarray(good)
+
+    def _flush_or_clear(self, box: npt.NDArray[np.int64]) -> bool:
+        """Whether each side of a box lies at a wall, or 5 cm or more from any (R1)."""
+        x1, y1, x2, y2 = box.tolist()
+        for side, beyond in (
+            (((x1, y1), (x1, y2)), (x1 - GAP_CM, y1, x1, y2)),
+            (((x2, y1), (x2, y2)), (x2, y1, x2 + GAP_CM, y2)),
+            (((x1, y1), (x2, y1)), (x1, y1 - GAP_CM, x2, y1)),
+            (((x1, y2), (x2, y2)), (x1, y2, x2, y2 + GAP_CM)),
+        ):
+            is_clear = self._room.covers(shapely.box(*beyond))
+            if not is_clear and self._edge.intersection(shapely.LineString(side)).length < 1:
+                return False
+        return True
+
+    def _keeps_ways(self, left: _Left) -> bool:
+        """R4; and what is left of the room is one plain polygon."""
+        if not 0 < len(_places(left.robot)) <= self._places:
+            return False
+        return (not self._joined or self._together(left)) and is_plain(left.room)
+
+    def _together(self, left: _Left) -> bool:
+        """Whether one place, 0.6 m wide at its narrowest, holds the entries of all doors."""
+        return any(shapely.covers(part, self._entries).all() for part in _places(left.way))
+
+    def _before_doors(self, doors: Sequence[Door]) -> Iterator[Polygon]:
+        """R3."""
+        reach = _SMALL_DOOR_CM if self._area_m2 < _SMALL_M2 else _DOOR_CM
+        for door in doors:
+            (ax, ay), (bx, by) = in_cm(shapely.LineString(door.segment)).coords
+            along = np.array([bx - ax, by - ay])
+            extra = along / max(float(np.hypot(*along)), 1.0) * GAP_CM
+            line = shapely.LineString([np.array([ax, ay]) - extra, np.array([bx, by]) + extra])
+            wall = door.shape.area / max(door.width, 0.1) * CM
+            yield shapely.buffer(line, reach + wall / 2, cap_style="flat")
+
+
+def in_cm(shape: Polygon) -> Polygon:
+    """Return a shape of metres in whole centimetres."""
+    return shapely.transform(shape, lambda points: np.round(points * CM))
+
+
+def is_plain(shape: Polygon) -> bool:
+    """Whether a shape is one polygon whose rings touch neither themselves nor each other."""
+    if shape.geom_type != "Polygon" or shape.is_empty or not shape.is_valid:
+        return False
+    points = np.concatenate([shapely.get_coordinates(ring)[:-1] for ring in (shape.exterior, *shape.interiors)])
+    return len(np.unique(points, axis=0)) == len(points)
+
+
+def _zone(standing: Standing) -> npt.NDArray[np.int64]:
+    box = standing.box[None]
+    if standing.piece.place == "middle":
+        return np.asarray(grown(box, standing.piece.front)[0])
+    return np.asarray(fronts(box, np.array([standing.facing]), standing.piece.front)[0])
+
+
+def _places(shape: Polygon | MultiPolygon) -> list[Polygon]:
+    """Return the parts of where a disc's centre can stand, specks left out."""
+    return [part for part in shapely.get_parts(shape) if part.area >= _SPECK_CM2]
+
+
+def _entry(door: Door, room: Polygon) -> npt.NDArray[np.float64]:
+    """Return the point before a door's middle, on the room's side, where a person stands."""
+    a, b = np.array(door.segment) * CM
+    across = np.array([a[1] - b[1], b[0] - a[0]]) / max(float(np.hypot(*(b - a))), 1.0)
+    wall = door.shape.area / max(door.width, 0.1) * CM / 2
+    sides = [(a + b) / 2 + sign * across * (wall + WAY_CM + 2) for sign in (1, -1)]
+    return min(sides, key=lambda point: room.distance(shapely.Point(point)))

@@ -1,0 +1,13 @@
+"""The report of some plans, made while a person waits: ``houseexpo serve`` finds it by its entry point."""
+
+from __future__ import annotations
+
+from houseexpo.dataset import Dataset
+from stats.gather import gather
+from stats.page import page
+from stats.report import Report
+
+
+def report_of(data: Dataset) -> str:
+    """Return the page of statistics of a data set or a selection, as HTML; plans are measured in this process."""
+    return page(Report(gather(data, workers=1)))

@@ -1,0 +1,132 @@
+"""The data service on the published data set: a filter, 50 clients at once, memory.
+
+The clients ask over loopback for what a gallery asks: pages of plans, counts of new filters, thumbnails, plans. They
+run in a process of their own, so that they do not take the server's time but the machine's. Plans are asked for at
+random: most thumbnails are made, not remembered.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import multiprocessing
+import random
+import re
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import psutil
+import pytest
+from rich.console import Console
+from rich.table import Table
+
+from houseexpo import open_dataset
+from houseexpo.service.collection import Opened
+from houseexpo.service.query import parsed
+from tests.builders.shared import DATA, needs_shared
+
+PLANS = DATA / "houseexpo" / "plans_33717.jsonl.gz"
+CLIENTS, SECONDS = 50, 15.0
+FILTERS = (
+    *("rooms=3..6&area=50..200", "labels=Kitchen,Garage&sort=-area"),
+    *("without=Hall&area=..90", "text=garage&rooms=5"),
+)
+_START = "from houseexpo.commands.serve import serve; import typer, sys; typer.run(serve)"
+
+pytestmark = needs_shared
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[tuple[str, psutil.Process]]:
+    """The service in a process of its own, warm."""
+    command = [sys.executable, "-c", _START, str(PLANS), "--port", "0", "--read-only"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        try:
+            address = next(found[0] for line in process.stdout if (found := re.search(r"http://\S+", line)))
+            yield address.rstrip("/"), psutil.Process(process.pid)
+        finally:
+            process.terminate()
+
+
+def test_a_filter_on_all_published_plans() -> None:
+    """Median and worst of combined filters, each asked once: nothing is remembered."""
+    views = Opened(open_dataset(PLANS)).views
+    views.find(parsed({"sort": "-area"}))
+    times = []
+    for low in range(40):
+        query = {"rooms": f"{low % 7}..", "area": f"{low}..{low + 150}"}
+        query |= {"labels": "Kitchen", "text": "bedroom", "sort": "-area"}
+        start = time.perf_counter()
+        views.find(parsed(query))
+        times.append(1000 * (time.perf_counter() - start))
+    table = Table("filter on 33,717 plans", "median, ms", "worst, ms", "asked")
+    table.add_row("range, label, text, sort", f"{statistics.median(times):.1f}", f"{max(times):.1f}", "100")
+    Console().print(table)
+
+
+def test_fifty_clients(server: tuple[str, psutil.Process]) -> None:
+    """Requests a second and their times, and the server's memory at the end."""
+    address, process = server
+    ids = open_dataset(PLANS).ids
+    with multiprocessing.get_context("spawn").Pool(1) as clients:
+        before = sum(process.cpu_times()[:2])
+        times, failed = clients.apply(_crowd, (address, Path(PLANS).name.split(".")[0], ids[::7]))
+    times.sort()
+    cpu_ms = 1000 * (sum(process.cpu_times()[:2]) - before) / len(times)
+    memory = process.memory_info().rss / 2**20
+    table = Table("50 clients", "requests/s", "p50, ms", "p95", "p99", "failed", "memory, MB", "CPU a request, ms")
+    row = [f"{times[int(len(times) * share)] * 1000:.0f}" for share in (0.5, 0.95, 0.99)]
+    table.add_row("found", f"{len(times) / SECONDS:.0f}", *row, str(failed), f"{memory:.0f}", f"{cpu_ms:.1f}")
+    table.add_row("asked", "300", "", "150", "", "0", "500", "")
+    Console().print(table)
+    assert failed == 0
+
+
+def _crowd(address: str, name: str, ids: list[str]) -> tuple[list[float], int]:
+    return asyncio.run(_asking(address, name, ids))
+
+
+async def _asking(address: str, name: str, ids: list[str]) -> tuple[list[float], int]:
+    times: list[float] = []
+    failed = 0
+    parts = urlsplit(address)
+    until = time.perf_counter() + SECONDS
+
+    async def client(number: int) -> None:
+        nonlocal failed
+        rng = random.Random(number)  # noqa: S311
+        reader, writer = await asyncio.open_connection(parts.hostname, parts.port)
+        while time.perf_counter() < until:
+            start = time.perf_counter()
+            failed += await _status(reader, writer, parts.netloc, _path(rng, name, ids)) != 200
+            times.append(time.perf_counter() - start)
+        writer.close()
+
+    await asyncio.gather(*(client(number) for number in range(CLIENTS)))
+    return times, failed
+
+
+async def _status(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, host: str, path: str) -> int:
+    """Ask over a connection that stays open, read the answer whole: little work, so that the server has the cores."""
+    writer.write(f"GET {path} HTTP/1.1\r\nhost: {host}\r\n\r\n".encode())
+    head = (await reader.readuntil(b"\r\n\r\n")).lower()
+    length = int(head.split(b"content-length: ")[1].split(b"\r\n")[0])
+    await reader.readexactly(length)
+    return int(head.split(b" ")[1])
+
+
+def _path(rng: random.Random, name: str, ids: list[str]) -> str:
+    """What a person's browser asks for: mostly pictures, then pages of plans, then counts, then plans."""
+    kind = rng.random()
+    if kind < 0.6:
+        return f"/api/{name}/plans/{rng.choice(ids)}/thumbnail.svg"
+    if kind < 0.8:
+        return f"/api/{name}/plans?{rng.choice(FILTERS)}&offset={100 * rng.randrange(10)}&limit=100"
+    if kind < 0.9:
+        return f"/api/{name}/facets?{rng.choice(FILTERS)}&vertices=..{rng.randrange(1000)}"
+    return f"/api/{name}/plans/{rng.choice(ids)}"

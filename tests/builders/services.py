@@ -1,0 +1,123 @@
+"""Small data sets on show, and a server that runs while a test asks it."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from houseexpo.dataset.index import index_table, row
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Door, Quality, Room
+from houseexpo.plan.json_codec import encode
+from houseexpo.service.collection import opened
+from houseexpo.service.service import Service
+from houseexpo.service.settings import Settings
+
+BASE = "http://localhost:8000"
+
+
+def box(x1: float, y1: float, x2: float, y2: float) -> list[tuple[float, float]]:
+    """A rectangle, clockwise."""
+    return [(x1, y1), (x1, y2), (x2, y2), (x2, y1)]
+
+
+def two_rooms(name: str, width: float = 4.0, quality: float = 0.9, label: str = "Kitchen") -> FloorPlan:
+    """Rooms of ``width`` x 3 m and 3 x 3 m, a wall of 0.1 m between them, a door of 0.8 m in it."""
+    a, b = round(0.1 + width, 2), round(0.2 + width, 2)
+    c = round(b + 3.0, 2)
+    outline = [(0.1, 0.1), (0.1, 3.1), (a, 3.1), (a, 1.9), (b, 1.9), (b, 3.1), (c, 3.1), (c, 0.1), (b, 0.1)]
+    outline += [(b, 1.1), (a, 1.1), (a, 0.1)]
+    rooms = (Room(0, label, box(0.1, 0.1, a, 3.1)), Room(1, "Bedroom", box(b, 0.1, c, 3.1)))
+    middle = round((a + b) / 2, 2)
+    door = Door(0, "door", ((middle, 1.1), (middle, 1.9)), 0.8, box(a, 1.1, b, 1.9), (0, 1))
+    boxes = {label: (rooms[0].shape.bounds,), "Bedroom": (rooms[1].shape.bounds,)}
+    told = {"source": "made", "file": f"{name}.glb"}
+    return FloorPlan(
+        name,
+        outline,
+        2,
+        boxes,
+        rooms=rooms,
+        doors=(door,),
+        provenance=told,
+        quality=Quality(quality, {"cut_share": 0.0}),
+    )
+
+
+def built(folder: Path, plans: list[FloorPlan], train: tuple[str, ...] = ()) -> Path:
+    """Write plans as ``houseexpo build`` leaves them, with inputs refused and a duplicate dropped."""
+    (folder / "json").mkdir(parents=True, exist_ok=True)
+    for old in (folder / "json").iterdir():
+        old.unlink()
+    for plan in plans:
+        (folder / "json" / f"{plan.id}.json").write_bytes(encode(plan))
+    (folder / "index.parquet").write_bytes(index_table([row(plan) for plan in plans]))
+    (folder / "splits").mkdir(exist_ok=True)
+    (folder / "splits" / "train.txt").write_text("".join(f"{name}\n" for name in train))
+    lines(folder / "rejected.jsonl", [
+        {"id": "shed", "stage": "rooms", "reason": "too_small", "detail": "2.1 m2", "advice": "none"},
+        {"id": "<b>hut</b>", "stage": "rooms", "reason": "too_small", "detail": "1.0 m2", "advice": "none"},
+        {"id": "car", "stage": "reading", "reason": "no_floor", "detail": "no floor", "advice": "check the file"},
+    ])  # fmt: skip
+    lines(folder / "duplicates.jsonl", [
+        {"id": "twin", "kept_id": plans[0].id, "difference": 0.0123, "symmetry": "mirror_x"}
+    ])  # fmt: skip
+    (folder / "manifest.json").write_text(f'{{"plans": {len(plans)}}}')
+    return folder
+
+
+def lines(file: Path, values: list[dict[str, Any]]) -> None:
+    """Write values as JSON lines."""
+    file.write_bytes(b"".join(msgspec.json.encode(value) + b"\n" for value in values))
+
+
+def published(file: Path, count: int) -> Path:
+    """Write plans of the published kind: an outline and a label box each, 3 to 3 + count / 2 m wide."""
+    from tests.builders.datasets import houses
+
+    file.write_bytes(b"".join(data + b"\n" for data in houses(count).values()))
+    return file
+
+
+def some_plans() -> list[FloorPlan]:
+    """Four plans that differ in width, quality and the first room's label."""
+    return [
+        two_rooms("a1", 4.0, 0.95),
+        two_rooms("b2", 5.0, 0.55, "Garage"),
+        two_rooms("c3", 7.0, 0.75),
+        two_rooms("d 4&é", 4.1, 0.85, "Bathroom"),
+    ]
+
+
+def service_of(*paths: Path, **settings: Any) -> Service:
+    """Return a service of data sets."""
+    return Service(opened(paths), Settings(**settings))
+
+
+@contextmanager
+def running(service: Service) -> Iterator[str]:
+    """Run a service on a free port of this machine; yields its address, without a slash at the end."""
+    import uvicorn
+
+    from houseexpo.service.app import make_app
+
+    listening = socket.socket()
+    listening.bind(("127.0.0.1", 0))
+    server = uvicorn.Server(uvicorn.Config(make_app(service), log_level="error", ws="websockets-sansio"))
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]}, daemon=True)
+    thread.start()
+    while not server.started and thread.is_alive():
+        time.sleep(0.01)
+    try:
+        yield f"http://127.0.0.1:{listening.getsockname()[1]}"
+    finally:
+        server.should_exit = True
+        thread.join(10)
+        listening.close()

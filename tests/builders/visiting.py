@@ -1,0 +1,29 @@
+"""A page in a browser of its own, watched; and pictures of it for people to look at."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.builders.browsing import CHROMIUM, browser, visit
+
+
+@contextmanager
+def visited(address: str, path: str, **context: Any) -> Iterator[Any]:
+    """Yield a page that ``browsing.visit`` watches; skips where there is no Chromium."""
+    pytest.importorskip("playwright.sync_api")
+    if CHROMIUM is None:
+        pytest.skip("needs Chromium")
+    with browser() as opened, visit(opened, address, path, base_url=address, **context) as page:
+        yield page
+
+
+def shoot(page: Any, name: str) -> None:
+    """Keep a picture of the page where SCREENSHOTS names a folder."""
+    if folder := os.environ.get("SCREENSHOTS"):
+        page.screenshot(path=str(Path(folder) / f"{name}.png"))

@@ -1,0 +1,93 @@
+"""``houseexpo serve``: what it refuses before it starts, and the address that it says."""
+
+from __future__ import annotations
+
+import socket
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from houseexpo.commands import serve as command
+from houseexpo.errors import ConfigError, DatasetError
+from houseexpo.service.service import Service
+from tests.builders.services import built, published, some_plans
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
+    return built(tmp_path / "homes", some_plans())
+
+
+@pytest.fixture
+def started(monkeypatch: pytest.MonkeyPatch) -> list[Service]:
+    """The services that would run."""
+    found: list[Service] = []
+    monkeypatch.setattr(command, "_run", lambda service, _: found.append(service))
+    return found
+
+
+def said(*words: object) -> str:
+    app = typer.Typer()
+    app.command()(command.serve)
+    result = CliRunner().invoke(app, [*map(str, words)], catch_exceptions=False)
+    assert result.exit_code == 0
+    return result.output
+
+
+def test_it_says_what_is_shown_and_where(folder: Path, tmp_path: Path, started: list[Service]) -> None:
+    text = said(folder, published(tmp_path / "houses.jsonl", 3), "--port", 0)
+    assert "homes: 4 plans" in text
+    assert "houses: 3 plans" in text
+    settings = started[0].settings
+    assert f"http://127.0.0.1:{settings.port}/ " in text
+    assert (settings.token, settings.read_only, settings.review) == ("", False, False)
+    assert settings.port > 0
+
+
+def test_names_that_are_taken_get_a_number(folder: Path, tmp_path: Path, started: list[Service]) -> None:
+    other = built(tmp_path / "other" / "homes", some_plans()[:2])
+    taken = built(tmp_path / "api", some_plans()[:1])
+    odd = built(tmp_path / "my homes (2)", some_plans()[:1])
+    said(folder, other, taken, odd, "--port", 0)
+    assert list(started[0].collections) == ["homes", "homes-2", "api-2", "my-homes-2"]
+
+
+def test_another_address_than_loopback_has_a_token(folder: Path, started: list[Service]) -> None:
+    text = said(folder, "--host", "0.0.0.0", "--port", 0)  # noqa: S104
+    token = started[0].settings.token
+    assert len(token) >= 20
+    assert f"?token={token}" in text
+    assert f"http://{socket.gethostname()}:" in text
+
+
+def test_a_port_in_use_is_said(folder: Path) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        with pytest.raises(ConfigError, match=r"cannot listen on 127\.0\.0\.1:\d+ \(.*\); choose another"):
+            said(folder, "--port", taken.getsockname()[1])
+
+
+@pytest.mark.parametrize(
+    ("words", "error", "text"),
+    [
+        (("nowhere",), DatasetError, "found nothing there"),
+        (("--review", "--read-only"), ConfigError, "leave one out"),
+        (("--host", "no.such.host.invalid"), ConfigError, "cannot listen"),
+    ],
+)
+def test_what_cannot_be_served_is_said(folder: Path, words: tuple[str, ...], error: Any, text: str) -> None:
+    where = () if words == ("nowhere",) else (folder,)
+    with pytest.raises(error, match=text):
+        said(*where, *words, "--port", 0)
+
+
+def test_a_data_set_that_is_being_built_is_refused(tmp_path: Path, folder: Path) -> None:
+    (folder / ".build").mkdir()
+    (folder / "manifest.json").unlink()
+    with pytest.raises(DatasetError, match="expected a finished build"):
+        said(folder, "--port", 0)

@@ -1,0 +1,97 @@
+"""What a release says of itself: Croissant, data card, citation, deposit, licence."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from pathlib import Path
+
+import pytest
+import typer
+import yaml
+from PIL import Image
+from typer.testing import CliRunner
+
+from houseexpo.commands.release import release as command
+from houseexpo.dataset import open_dataset
+from houseexpo.release import release
+from houseexpo.release.tables import DOORS, PLANS, ROOMS
+
+
+def _read(folder: Path, name: str) -> dict[str, object]:
+    found: dict[str, object] = json.loads((folder / name).read_text())
+    return found
+
+
+def test_croissant_is_valid_and_its_records_can_be_read(made: Path, released: Path) -> None:
+    mlcroissant = pytest.importorskip("mlcroissant")
+    found = mlcroissant.Dataset(jsonld=str(released / "croissant.json"))
+    assert not found.metadata.ctx.issues.errors
+    assert not found.metadata.ctx.issues.warnings
+    ids = {record["plans/id"].decode() for record in found.records("plans")}
+    assert ids == set(open_dataset(made).ids)
+    room = next(iter(found.records("rooms")))
+    assert set(room) == {f"rooms/{column.name}" for column in ROOMS.columns}
+    plan = next(iter(found.records("plans")))
+    assert plan["plans/image"].size[0] > 100
+
+
+def test_croissant_describes_every_column_and_file(released: Path) -> None:
+    said = json.loads((released / "croissant.json").read_text())
+    assert "http://mlcommons.org/croissant/1.0" in said["conformsTo"]
+    fields = {record["name"]: [field["name"] for field in record["field"]] for record in said["recordSet"]}
+    assert fields == {table.name: [column.name for column in table.columns] for table in (PLANS, ROOMS, DOORS)}
+    named = {entry["contentUrl"] for entry in said["distribution"] if entry["@type"] == "cr:FileObject"}
+    tables = {file.relative_to(released).as_posix() for file in released.rglob("*.parquet")}
+    assert named == {*tables, "json.tar.gz"}
+    for term in ("dataCollection", "dataBiases", "dataLimitations", "dataUseCases", "personalSensitiveInformation"):
+        assert said[f"rai:{term}"]
+
+
+def test_the_card_has_a_header_and_pictures_that_are_there(made: Path, released: Path) -> None:
+    text = (released / "README.md").read_text()
+    _, header, body = text.split("---\n", 2)
+    said = yaml.safe_load(header)
+    assert said["license"] == "cc-by-4.0"
+    assert said["size_categories"] == ["n<1K"]
+    for config in said["configs"]:
+        assert all((released / part["path"]).is_file() for part in config["data_files"])
+    pictures = re.findall(r"!\[[^\]]+\]\(([^)]+)\)", body)
+    assert len(pictures) == 2
+    for name in pictures:
+        with Image.open(io.BytesIO((released / name).read_bytes())) as picture:
+            assert picture.format == "PNG"
+            assert picture.size[0] > 800
+    assert f"{len(open_dataset(made))} floor plans of houses" in body
+    assert not re.search(r"\{%|\{\{ |\bNone\b|\n\n\n", body)
+
+
+def test_citation_deposit_and_licence_agree(released: Path) -> None:
+    citation = yaml.safe_load((released / "CITATION.cff").read_text())
+    zenodo, datacite = _read(released, ".zenodo.json"), _read(released, "datacite.json")
+    assert citation["title"] == zenodo["title"] == datacite["titles"][0]["title"] == "Eight houses"  # type: ignore[index]
+    assert [author["name"] for author in citation["authors"]] == ["A. Author", "B. Builder"]
+    assert citation["doi"] == zenodo["doi"] == datacite["doi"] == "10.5281/zenodo.1234567"
+    assert (citation["license"], zenodo["license"]) == ("CC-BY-4.0", "cc-by-4.0")
+    assert (zenodo["upload_type"], datacite["publicationYear"]) == ("dataset", 2026)
+    assert "SPDX-License-Identifier: CC-BY-4.0" in (released / "LICENSE").read_text()
+
+
+def test_without_a_date_nothing_makes_one_up(rooms: Path, tmp_path: Path) -> None:
+    out = release(rooms, tmp_path / "three-rooms").folder
+    assert not (out / "datacite.json").exists()
+    assert "date-released" not in (out / "CITATION.cff").read_text()
+    assert "datePublished" not in _read(out, "croissant.json")
+    assert _read(out, "croissant.json")["name"] == "three-rooms"
+    assert "datacite" not in (out / "README.md").read_text()
+    assert _read(out, "provenance.json")["sources"] == ["houses"]
+
+
+def test_the_command_releases_and_says_what(rooms: Path, tmp_path: Path) -> None:
+    app = typer.Typer()
+    app.command()(command)
+    run = CliRunner().invoke(app, [str(rooms), "--out", str(tmp_path / "out"), "--title", "Rooms", "--workers", "1"])
+    assert run.exit_code == 0, run.output
+    assert "Open Database License 1.0 (ODbL-1.0)" in " ".join(run.output.split())
+    assert (tmp_path / "out" / "README.md").read_text().count("# Rooms\n") == 1

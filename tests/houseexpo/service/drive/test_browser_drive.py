@@ -1,0 +1,112 @@
+"""Drive as a person does it: with keys, by touch, beside an explorer; the path and the map are saved."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("starlette")
+
+from houseexpo import save_plan
+from tests.builders.driving import two_rooms
+from tests.builders.services import running, service_of
+from tests.builders.visiting import shoot, visited
+
+pytestmark = [pytest.mark.slow, pytest.mark.browser]
+MADE_MS = 120_000  # kernels may have to be compiled first
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    folder: Path = tmp_path_factory.mktemp("homes") / "houses"
+    folder.mkdir()
+    save_plan(two_rooms(), folder / "two_rooms.json")
+    with running(service_of(folder)) as found:
+        yield found
+
+
+def wait_for(page: Any, what: str, number: int = 1) -> None:
+    page.wait_for_function(
+        f"(n) => [...document.querySelectorAll('.panel')].filter((panel) => {what}).length >= n",
+        arg=number, timeout=MADE_MS,
+    )  # fmt: skip
+
+
+def frames(page: Any, panel: int = 0) -> int:
+    return int(page.locator(".panel").nth(panel).get_attribute("data-frame") or 0)
+
+
+def known_cells(page: Any) -> int:
+    """How many pixels of the map are not grey."""
+    found: int = page.evaluate(
+        """() => { const map = document.querySelector('.map'), copy = new OffscreenCanvas(map.width, map.height);
+        const pen = copy.getContext('2d'); pen.drawImage(map, 0, 0);
+        const data = pen.getImageData(0, 0, map.width, map.height).data;
+        let n = 0; for (let i = 0; i < data.length; i += 4) n += data[i] !== 215; return n; }"""
+    )
+    return found
+
+
+def test_keys_drive_and_the_map_grows(address: str, tmp_path: Path) -> None:
+    with visited(address, "/houses/drive?plan=two_rooms", accept_downloads=True) as page:
+        wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame")
+        before = known_cells(page)
+        page.keyboard.down("ArrowLeft")
+        wait_for(page, "panel.dataset.frame > 40")
+        page.keyboard.up("ArrowLeft")
+        assert known_cells(page) > before
+        page.keyboard.down("w")
+        wait_for(page, "panel.dataset.frame > 70")
+        page.keyboard.up("w")
+        page.wait_for_timeout(400)
+        still = frames(page)
+        page.wait_for_timeout(400)
+        assert frames(page) == still  # at rest nothing is sent
+        shoot(page, "drive")
+        with page.expect_download() as download:
+            page.keyboard.press("f")
+        download.value.save_as(tmp_path / "saved.zip")
+        assert "trajectory.csv" in zipfile.ZipFile(tmp_path / "saved.zip").namelist()
+        page.keyboard.press("r")
+        wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame < 5")
+
+
+def test_two_explorers_side_by_side(address: str) -> None:
+    with visited(address, "/houses/drive?plan=two_rooms&driver=frontier&other=information") as page:
+        wait_for(page, "panel.dataset.frame > 10", 2)
+        page.keyboard.press("p")
+        page.wait_for_timeout(500)
+        held = frames(page, 0), frames(page, 1)
+        page.wait_for_timeout(500)
+        assert (frames(page, 0), frames(page, 1)) == held
+        shoot(page, "drive-two")
+        page.keyboard.press("p")
+        wait_for(page, "panel.dataset.state === 'ended'", 2)
+        assert "All is seen." in page.inner_text(".panel .said")
+
+
+def test_touch_drives_on_a_phone_in_the_dark(address: str) -> None:
+    context: dict[str, Any] = {"viewport": {"width": 390, "height": 800}, "color_scheme": "dark", "has_touch": True}
+    with visited(address, "/houses/drive?plan=two_rooms", **context) as page:
+        wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame")
+        button = page.locator("[data-move=left]")
+        button.dispatch_event("pointerdown", {"pointerId": 1, "pointerType": "touch"})
+        wait_for(page, "panel.dataset.frame > 20")
+        button.dispatch_event("pointerup", {"pointerId": 1, "pointerType": "touch"})
+        assert page.evaluate("() => document.documentElement.scrollWidth <= window.innerWidth")
+        shoot(page, "drive-phone")
+
+
+def test_people_and_obstacles_are_set_down_by_the_form(address: str) -> None:
+    with visited(address, "/houses/drive?plan=two_rooms") as page:
+        wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame")
+        page.fill("[name=people]", "2")
+        page.fill("[name=obstacles]", "2")
+        page.select_option("[name=sensor]", "10 360")
+        page.click("button[type=submit]")
+        wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame > 30")  # people walk by themselves
+        shoot(page, "drive-people")

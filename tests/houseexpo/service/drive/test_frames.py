@@ -1,0 +1,58 @@
+"""Frames add up to the map, whichever are left out, and are small."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from houseexpo.pseudoslam.render.sight import Sight
+from houseexpo.service.drive.frames import LONGEST, Report, SentMap, frame_of, runs_of
+from tests.builders.driving import VALUES, frame_from, painted
+
+REPORT = Report(7, 5, 3, (1.5, 2.5, -0.5), 12.5, 0.25, 3.75)
+NOTHING = Sight(np.empty(0), np.empty((0, 3)))
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 2**31), st.integers(1, 9), st.integers(1, 9), st.integers(1, 5))
+def test_frames_add_up_to_the_map(seed: int, rows: int, cols: int, steps: int) -> None:
+    rng = np.random.default_rng(seed)
+    known, shown = np.zeros((rows, cols), np.uint8), np.zeros((rows, cols), np.uint8)
+    sent = SentMap(known.shape)
+    for _ in range(steps):
+        change = rng.random((rows, cols)) < 0.3
+        known[change] = rng.choice(VALUES, change.sum())
+        painted(shown, frame_from(frame_of(REPORT, sent.update(known), NOTHING)))
+        assert np.array_equal(shown, known)
+
+
+def test_a_frame_says_how_the_robot_does() -> None:
+    sight = Sight(np.array([0.0, 31.25, 125.0]), np.array([[4.0, 5.0, 6.0]]))
+    found = frame_from(frame_of(REPORT, SentMap((2, 2)).update(np.zeros((2, 2), np.uint8)), sight))
+    assert found[:7] == (5, 3, 7, (1.5, 2.5, -0.5), 12.5, 0.25, 3.75)
+    assert found.rect == (0, 0, 0, 0)
+    assert found.bodies.tolist() == [[4.0, 5.0, 6.0]]
+    assert found.ranges.tolist() == [0.0, 31.25, 125.0]
+
+
+def test_only_the_rectangle_that_changed_is_sent() -> None:
+    known = np.zeros((50, 60), np.uint8)
+    sent = SentMap(known.shape)
+    known[10, 20], known[12, 25] = 255, 127
+    delta = sent.update(known)
+    assert delta[:4] == (10, 20, 3, 6)
+    assert len(sent.update(known).runs) == 0
+
+
+def test_long_runs_are_parted() -> None:
+    for size in (LONGEST, LONGEST + 1, 3 * LONGEST + 7):
+        runs = runs_of(np.full((1, size), 127, np.uint8))
+        assert (runs >> 14 == 1).all()
+        assert int((runs & LONGEST).sum()) == size
+
+
+def test_a_great_map_at_once_is_small() -> None:
+    known = np.zeros((1000, 1000), np.uint8)
+    known[100:900, 100:900] = 127
+    assert len(frame_of(REPORT, SentMap(known.shape).update(known), NOTHING)) < 8000

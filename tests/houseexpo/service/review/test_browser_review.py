@@ -1,0 +1,135 @@
+"""Review as a person does it: with the keyboard alone, and with clicks."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("starlette")
+
+from tests.builders.reviewing import judged_later
+from tests.builders.services import running, service_of
+from tests.builders.visiting import shoot, visited
+
+pytestmark = [pytest.mark.slow, pytest.mark.browser]
+PHONE: dict[str, Any] = {"viewport": {"width": 390, "height": 800}, "color_scheme": "dark", "has_touch": True}
+QUALITIES = {"doubtful": 0.4, "middling": 0.7, "sure": 0.95}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return judged_later(tmp_path / "houses", QUALITIES)
+
+
+@pytest.fixture
+def page(folder: Path) -> Iterator[Any]:
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as found:
+        shows(found, "doubtful")
+        yield found
+
+
+def shows(page: Any, plan: str) -> None:
+    page.wait_for_function("name => document.getElementById('plan').textContent === name", arg=plan)
+    page.wait_for_function("() => document.getElementById('picture').complete")
+
+
+def says(page: Any, words: str) -> None:
+    page.wait_for_function("words => document.getElementById('said').textContent.includes(words)", arg=words)
+
+
+def overrides(folder: Path) -> dict[str, Any]:
+    return tomllib.loads((folder / "overrides.toml").read_text())
+
+
+def test_the_keyboard_alone_is_enough(page: Any, folder: Path) -> None:
+    press = page.keyboard.press
+    press("d")
+    for _ in range(3):
+        press("ArrowUp")
+    press("Enter")
+    for _ in range(9):
+        press("ArrowDown")
+    shoot(page, "review-door")
+    press("Enter")
+    says(page, "A door is drawn in doubtful")
+    ((x1, y1), (x2, y2)) = overrides(folder)["doubtful"]["door"]
+    assert (x2 - x1, y2 - y1) == pytest.approx((0.0, -0.9), abs=0.001)
+    press("r")
+    press("Shift+ArrowRight")
+    press("Enter")
+    says(page, "Marked no room")
+    press("n")
+    page.keyboard.type("seen on site")
+    press("Enter")
+    says(page, "Noted on doubtful")
+    shoot(page, "review-marks")
+    press("u")
+    says(page, "Taken back")
+    assert "why" not in overrides(folder)["doubtful"]
+    press("k")
+    shows(page, "middling")
+    press("x")
+    shows(page, "sure")
+    assert overrides(folder)["doubtful"]["keep"]
+    assert overrides(folder)["middling"] == {"drop": True}
+    assert "2 of 2 doubtful plans judged" in page.inner_text("#progress-words")
+    press("u")
+    shows(page, "middling")
+    assert "middling" not in overrides(folder)
+    press("ArrowLeft")
+    shows(page, "doubtful")
+    press("ArrowRight")
+    shows(page, "middling")
+    press("k")
+    shows(page, "sure")
+    press("k")
+    says(page, "All plans are judged")
+
+
+def test_a_door_is_two_clicks_where_it_is_seen(page: Any, folder: Path) -> None:
+    page.click("#door")
+    box = page.locator("#marks").bounding_box()
+    at = page.evaluate("() => fetch('review/state').then((answer) => answer.json())")["picture"]
+    for x, y in ((1.0, 2.0), (1.0, 3.0)):
+        across = (x - at["origin"][0]) * at["ppm"] / at["size"][0]
+        down = 1 - (y - at["origin"][1]) * at["ppm"] / at["size"][1]
+        page.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
+    says(page, "A door is drawn in doubtful")
+    assert overrides(folder)["doubtful"]["door"] == [
+        pytest.approx([11.0, 0.0], abs=0.02), pytest.approx([11.0, 1.0], abs=0.02)
+    ]  # fmt: skip
+
+
+def test_escape_and_another_persons_decision(folder: Path) -> None:
+    # the browser has a line of its own about the request that is refused
+    with running(service_of(folder, review=True)) as address, pytest.raises(AssertionError, match="409"):
+        _decide_after_ben(address)
+    assert overrides(folder)["doubtful"] == {"drop": True}
+
+
+def _decide_after_ben(address: str) -> None:
+    with visited(address, "/houses/review") as page:
+        shows(page, "doubtful")
+        for key in ("d", "Escape", "n", "Escape"):
+            page.keyboard.press(key)
+        asked = {"plan": "doubtful", "action": "drop", "reviewer": "ben"}
+        assert page.request.post("/houses/review/decide", data=asked).ok
+        page.keyboard.press("k")
+        says(page, "ben chose drop meanwhile")
+
+
+def test_it_works_on_a_phone_in_the_dark(folder: Path) -> None:
+    with (
+        running(service_of(folder, review=True)) as address,
+        visited(address, "/houses/review?plan=middling", **PHONE) as page,
+    ):
+        shows(page, "middling")
+        shoot(page, "review-phone")
+        assert page.evaluate("() => document.documentElement.scrollWidth <= window.innerWidth")
+        page.tap("#keep")
+        shows(page, "sure")
+        assert overrides(folder) == {"middling": {"keep": True}}

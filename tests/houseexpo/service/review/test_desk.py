@@ -1,0 +1,197 @@
+"""What is decided is on the disk when it is answered, whoever else decides, and whatever happens then."""
+
+from __future__ import annotations
+
+import os
+import signal
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from houseexpo.errors import ConfigError
+from houseexpo.service.review.changes import DecidedOtherwiseError
+from houseexpo.service.review.desk import Desk
+from houseexpo.service.review.log import Line
+from tests.builders.reviewing import clerk
+
+DOOR = [[1.0, 2.0], [1.0, 2.9]]
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "overrides.toml"
+
+
+def tables(file: Path) -> dict[str, dict[str, object]]:
+    return tomllib.loads(file.read_text())
+
+
+def lines(file: Path) -> list[Line]:
+    return [msgspec.json.decode(line, type=Line) for line in file.with_suffix(".log.jsonl").read_bytes().splitlines()]
+
+
+def test_decisions_stand_in_the_file_and_in_the_log(file: Path) -> None:
+    desk = Desk(file)
+    desk.decide("villa", "door", "ann", DOOR)
+    desk.decide("villa", "door", "ann", [[3.0, 2.0], [4.0, 2.0]])
+    desk.decide("villa", "no_room", "ann", [5.0, 5.0])
+    desk.decide("hall", "drop", "ben", "a hall")
+    assert tables(file) == {
+        "villa": {"door": [DOOR, [[3.0, 2.0], [4.0, 2.0]]], "no_room": [5.0, 5.0]},
+        "hall": {"drop": True, "why": "a hall"},
+    }
+    assert [(line.number, line.reviewer, line.plan, line.action) for line in lines(file)] == [
+        (1, "ann", "villa", "door"),
+        (2, "ann", "villa", "door"),
+        (3, "ann", "villa", "no_room"),
+        (4, "ben", "hall", "drop"),
+    ]
+    assert desk.judged()["villa"].actions == ("door", "door", "no_room")
+
+
+def test_keep_and_drop_take_each_others_place_and_a_note_may_go(file: Path) -> None:
+    desk = Desk(file)
+    desk.decide("villa", "drop", "ann")
+    desk.decide("villa", "note", "ann", "odd")
+    desk.decide("villa", "keep", "ann")
+    assert tables(file) == {"villa": {"keep": True, "why": "odd"}}
+    desk.decide("villa", "note", "ann", "")
+    assert tables(file) == {"villa": {"keep": True}}
+
+
+def test_undo_takes_back_ones_own_latest_and_is_a_line_of_its_own(file: Path) -> None:
+    file.write_text("# by hand\n[hut]\nkeep = true  # seen\n")
+    before, desk = file.read_text(), Desk(file)
+    desk.decide("hut", "drop", "ann")
+    desk.decide("villa", "door", "ann", DOOR)
+    desk.decide("villa", "door", "ben", [[3.0, 2.0], [4.0, 2.0]], seen=2)
+    assert desk.undo("ann").plan == "villa"
+    assert tables(file)["villa"] == {"door": [[3.0, 2.0], [4.0, 2.0]]}  # Ben's stays
+    assert desk.undo("ann").plan == "hut"
+    desk.undo("ben")
+    assert tables(file) == tomllib.loads(before)
+    assert "# by hand" in file.read_text()
+    assert "# seen" in file.read_text()
+    assert [line.undoes for line in lines(file)] == [0, 0, 0, 2, 1, 3]
+    assert desk.judged() == {}
+    with pytest.raises(ConfigError, match="nothing of ann is left"):
+        desk.undo("ann")
+
+
+def test_what_somebody_else_decided_unseen_is_not_overruled(file: Path) -> None:
+    desk = Desk(file)
+    desk.decide("villa", "keep", "ann")
+    with pytest.raises(DecidedOtherwiseError, match="ann chose keep meanwhile"):
+        desk.decide("villa", "drop", "ben")
+    desk.decide("villa", "drop", "ben", seen=1)
+    assert tables(file) == {"villa": {"drop": True}}
+    with pytest.raises(DecidedOtherwiseError, match="somebody changed"):
+        desk.undo("ann")
+
+
+def test_a_file_changed_by_hand_meanwhile_is_taken_as_it_is(file: Path) -> None:
+    desk = Desk(file)
+    desk.decide("villa", "keep", "ann")
+    file.write_text('# mine\n[villa]\nwhy = "by hand"\n')
+    desk.decide("hall", "drop", "ann")
+    assert tables(file) == {"villa": {"why": "by hand"}, "hall": {"drop": True}}
+
+
+@pytest.mark.parametrize("step", ["before the line", "after the line"])
+def test_killed_in_the_middle_it_is_done_or_not_in_both_places(
+    file: Path, monkeypatch: pytest.MonkeyPatch, step: str
+) -> None:
+    Desk(file).decide("villa", "keep", "ann")
+
+    def killed(*_: object) -> None:
+        raise SystemExit
+
+    where = {"before the line": "houseexpo.service.review.log.Log.add", "after the line": "pathlib.Path.replace"}
+    with monkeypatch.context() as patch:
+        patch.setattr(where[step], killed)
+        with pytest.raises(SystemExit):
+            Desk(file).decide("hall", "drop", "ann")
+    Desk(file).decide("barn", "keep", "ben")
+    noted = "hall" in {line.plan for line in lines(file)}
+    assert noted == (step == "after the line")
+    assert ("hall" in tables(file)) == noted
+    assert not list(file.parent.glob(".partial-*"))
+
+
+def test_a_line_that_was_cut_off_is_passed_over(file: Path) -> None:
+    Desk(file).decide("villa", "keep", "ann")
+    with file.with_suffix(".log.jsonl").open("ab") as stream:
+        stream.write(b'{"number":2,"time":"20')
+    desk = Desk(file)
+    assert desk.decide("hall", "drop", "ann").number == 2
+    assert [line.plan for line in desk.log.lines] == ["villa", "hall"]
+    assert set(Desk(file).judged()) == {"villa", "hall"}
+
+
+def test_without_room_on_the_disk_nothing_changes(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk = Desk(file)
+    desk.decide("villa", "keep", "ann")
+    before = file.read_bytes(), file.with_suffix(".log.jsonl").read_bytes()
+
+    def full_after(synced: int) -> Callable[[int], None]:
+        calls = iter(range(9))
+
+        def sync(descriptor: int) -> None:
+            if next(calls) == synced:
+                raise OSError(28, "No space left on device")
+
+        return sync
+
+    for synced in (0, 1):  # the file's own bytes, and the line's
+        with monkeypatch.context() as patch:
+            patch.setattr("os.fsync", full_after(synced))
+            with pytest.raises(ConfigError, match="No space left"):
+                desk.decide("hall", "drop", "ann")
+        assert (file.read_bytes(), file.with_suffix(".log.jsonl").read_bytes()) == before
+        assert not list(file.parent.glob(".partial-*"))
+    assert desk.decide("hall", "drop", "ann").number == 2
+
+
+def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="cannot be written"):
+        Desk(tmp_path / "gone" / "overrides.toml").decide("villa", "keep", "ann")
+
+
+def test_a_file_that_is_no_toml_is_said_and_left_alone(file: Path) -> None:
+    file.write_text("[villa\n")
+    with pytest.raises(ConfigError, match="mend it first"):
+        Desk(file).decide("villa", "keep", "ann")
+    assert file.read_text() == "[villa\n"
+
+
+def test_two_people_at_once_lose_nothing(file: Path) -> None:
+    people = [clerk(file, name, 25) for name in ("ann", "ben")]
+    answered = {plan for each in people for plan in each.communicate(timeout=60)[0].split()}
+    assert len(answered) == 50
+    assert set(tables(file)) == answered
+    assert [line.number for line in lines(file)] == list(range(1, 51))
+
+
+def test_kill_9_loses_nothing_that_was_answered(file: Path) -> None:
+    for count in (3, 8):
+        process = clerk(file, f"ann{count}", 1000)
+        assert process.stdout is not None
+        answered = [process.stdout.readline().strip() for _ in range(count)]
+        os.kill(process.pid, signal.SIGKILL)
+        answered += process.stdout.read().split()
+        process.wait()
+        Desk(file).decide(f"next{count}", "keep", "ben")
+        assert set(answered) <= set(tables(file))
+        assert {line.plan for line in lines(file)} == set(tables(file))
+
+
+def test_since_a_build_is_what_was_decided_after_it(file: Path) -> None:
+    desk = Desk(file)
+    desk.decide("villa", "keep", "ann")
+    desk.built("ann")
+    assert desk.since_build() == []
+    desk.undo("ann")
+    assert desk.since_build() == ["villa"]

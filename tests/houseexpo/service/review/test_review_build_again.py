@@ -1,0 +1,132 @@
+"""Build again does what was decided, on what it touches, and shows before and after."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("starlette")
+from starlette.testclient import TestClient
+from typer.testing import CliRunner
+
+from houseexpo.commands.app import make_app as make_commands
+from houseexpo.dataset import open_dataset
+from houseexpo.dataset.build_record import recorded_build
+from houseexpo.grids.frame import plan_from_source
+from houseexpo.service.app import make_app
+from houseexpo.service.collection import Collection
+from houseexpo.service.service import Service
+from houseexpo.service.settings import Settings
+from tests.builders.batch import one_room
+from tests.builders.bungalow import BEDROOM_DOOR, FILE, PATIO
+
+pytestmark = pytest.mark.slow
+MANIFEST = '[build]\nsources = ["houses"]\nmin_quality = 0.0\n'
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Build a data set of a bungalow that is wrong and a hut that is right, with a manifest."""
+    folder: Path = tmp_path_factory.mktemp("home")
+    (folder / "houses").mkdir()
+    shutil.copy(FILE, folder / "houses" / "bungalow.obj")
+    one_room(folder / "houses" / "hut.ply")
+    (folder / "homes.toml").write_text(MANIFEST)
+    words = ["build", "--config", str(folder / "homes.toml"), "--out", str(folder / "plans"), "--workers", "1"]
+    result = CliRunner().invoke(make_commands(), words)
+    assert result.exit_code == 0, result.output
+    return folder
+
+
+@pytest.fixture
+def client(home: Path) -> Iterator[TestClient]:
+    service = Service({"plans": Collection("plans", home / "plans")}, Settings(review=True))
+    with TestClient(make_app(service), base_url="http://127.0.0.1") as found:
+        yield found
+
+
+def post(client: TestClient, path: str, **words: Any) -> dict[str, Any]:
+    answer = client.post(f"/plans/review/{path}", json={"reviewer": "ann", **words})
+    assert answer.status_code == 200, answer.text
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+def built(client: TestClient) -> dict[str, Any]:
+    post(client, "build")
+    for _ in range(1200):
+        found: dict[str, Any] = client.get("/plans/review/build").json()
+        if found["phase"] != "building":
+            return found
+        time.sleep(0.1)
+    raise TimeoutError(found["lines"])
+
+
+def test_a_build_says_how_it_was_made(home: Path) -> None:
+    found = recorded_build(home / "plans")
+    assert found is not None
+    assert found.arguments[:2] == ("--config", str(home / "homes.toml"))
+    assert found.overrides == str(home / "overrides.toml")
+
+
+def test_build_again_does_what_was_decided(client: TestClient, home: Path) -> None:
+    (home / "overrides.toml").write_text("# seen on site\n")
+    hut = home / "plans" / "json"
+    name = client.get("/plans/review/state").json()["plan"]
+    assert "bungalow" in name
+    untouched = {file: file.stat().st_mtime_ns for file in hut.iterdir() if name not in file.name}
+    before = client.get(f"/plans/review/pictures/{name}.svg").text
+    frame = client.get("/plans/review/state").json()
+    post(client, "decide", plan=name, action="door", points=at(home, name, BEDROOM_DOOR))
+    post(client, "decide", plan=name, action="no_room", points=at(home, name, [PATIO]))
+    found = built(client)
+    assert found["phase"] == "built", found["lines"]
+    assert found["outcomes"] == [{"plan": name, "became": "changed", "why": ""}]
+    assert found["waiting"] == 0
+    assert client.get(f"/plans/review/pictures/{name}.svg?when=before").text == before
+    after = client.get("/plans/review/state", params={"plan": name}).json()
+    assert after["quality"] > frame["quality"]
+    assert after["doors"] == 3
+    assert {file: file.stat().st_mtime_ns for file in untouched} == untouched
+    assert (home / "overrides.toml").read_text().startswith("# seen on site\n")
+
+
+def test_what_is_dropped_is_gone_and_says_why(client: TestClient) -> None:
+    names = [client.get("/plans/review/state", params={"move": "next", "plan": ""}).json()["plan"]]
+    names.append(client.get("/plans/review/state", params={"move": "next", "plan": names[0]}).json()["plan"])
+    hut = next(name for name in names if "hut" in name)
+    post(client, "decide", plan=hut, action="drop", text="no home")
+    found = built(client)
+    assert found["phase"] == "built", found["lines"]
+    (outcome,) = found["outcomes"]
+    assert (outcome["plan"], outcome["became"]) == (hut, "gone")
+    assert outcome["why"]
+    assert client.get("/plans/review/state").json()["progress"]["plans"] == 1
+
+
+def test_a_build_that_fails_says_why_and_loses_no_decision(client: TestClient, home: Path) -> None:
+    manifest = home / "homes.toml"
+    manifest.write_text(MANIFEST.replace("min_quality", "mine_quality"))
+    try:
+        name = client.get("/plans/review/state").json()["plan"]
+        post(client, "decide", plan=name, action="keep")
+        found = built(client)
+        assert found["phase"] == "failed"
+        assert any("mine_quality" in line for line in found["lines"])
+        assert found["waiting"] == 1
+        assert "keep = true" in (home / "overrides.toml").read_text()
+    finally:
+        manifest.write_text(MANIFEST)
+
+
+def at(home: Path, name: str, points: Any) -> list[list[float]]:
+    """Return points of the source in the plan's metres."""
+    plan = open_dataset(home / "plans")[name]
+    assert plan.frame is not None
+    found: list[list[float]] = plan_from_source(plan.frame, points).tolist()
+    return found

@@ -1,0 +1,198 @@
+"""Review over HTTP: the order, decisions, undo, two people, what is refused."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("starlette")
+from starlette.testclient import TestClient
+
+from houseexpo.service.app import make_app
+from houseexpo.service.collection import Collection
+from houseexpo.service.review.asks import NARROWEST_DOOR_M
+from houseexpo.service.service import Service
+from houseexpo.service.settings import Settings
+from pipeline.overrides import NARROWEST_DOOR_M as OF_BUILD
+from pipeline.overrides import load_overrides
+from tests.builders.reviewing import judged_later
+
+QUALITIES = {"sure": 0.95, "doubtful": 0.4, "middling": 0.7, "published": None}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return judged_later(tmp_path / "houses", QUALITIES)
+
+
+@pytest.fixture
+def client(folder: Path) -> Iterator[TestClient]:
+    with served(folder) as found:
+        yield found
+
+
+def served(folder: Path, **settings: Any) -> TestClient:
+    service = Service({"houses": Collection("houses", folder)}, Settings(**{"review": True, **settings}))
+    return TestClient(make_app(service), base_url="http://127.0.0.1")
+
+
+def state(client: TestClient, **query: str) -> dict[str, Any]:
+    answer = client.get("/houses/review/state", params={"reviewer": "ann", **query})
+    assert answer.status_code == 200, answer.text
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+def decide(client: TestClient, plan: str, action: str, status: int = 200, **words: Any) -> dict[str, Any]:
+    asked = {"plan": plan, "action": action, "reviewer": "ann", **words}
+    answer = client.post("/houses/review/decide", json=asked)
+    assert answer.status_code == status, answer.text
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+def overrides(folder: Path) -> dict[str, Any]:
+    return tomllib.loads((folder / "overrides.toml").read_text())
+
+
+def test_the_least_sure_comes_first_and_what_has_no_quality_last(client: TestClient) -> None:
+    order = [state(client)["plan"]]
+    for _ in range(3):
+        order.append(state(client, plan=order[-1], move="next")["plan"])
+    assert order == ["doubtful", "middling", "sure", "published"]
+    assert state(client, plan="published", move="next")["plan"] == "published"
+    assert state(client, plan="middling", move="previous")["plan"] == "doubtful"
+
+
+def test_what_is_shown_says_why_a_plan_is_doubtful(client: TestClient) -> None:
+    found = state(client)
+    assert (found["quality"], found["doubtful"], found["place"]) == (0.4, True, 1)
+    assert found["grounds"] == [["cut share", 0.5]]
+    assert found["progress"] == {"plans": 4, "judged": 0, "doubtful": 2, "doubtful_judged": 0}
+    picture = client.get("/houses/review/pictures/doubtful.svg")
+    assert picture.headers["content-type"] == "image/svg+xml"
+    wide, high = found["picture"]["size"]
+    assert f'width="{wide}" height="{high}"' in picture.text
+
+
+def test_decisions_are_what_a_build_reads(client: TestClient, folder: Path) -> None:
+    decide(client, "doubtful", "door", points=[[1.0, 2.0], [1.0, 2.9]])
+    decide(client, "doubtful", "no_room", points=[[3.0, 3.0]])
+    decide(client, "doubtful", "note", text="seen\non site")
+    decide(client, "sure", "drop", text="a hall")
+    decide(client, "middling", "keep")
+    found = load_overrides(None, folder / "overrides.toml")
+    assert found["doubtful"].door == (((11.0, 0.0), (11.0, 0.9)),)  # metres of the source
+    assert found["doubtful"].no_room == ((13.0, 1.0),)
+    assert found["doubtful"].why == "seen on site"
+    assert found["sure"].drop
+    assert found["middling"].keep
+    shown = state(client, plan="doubtful")
+    assert shown["marks"] == {"doors": [[[1.0, 2.0], [1.0, 2.9]]], "no_rooms": [[3.0, 3.0]]}
+    assert shown["judged"]["by"] == "ann"
+    assert shown["progress"] == {"plans": 4, "judged": 3, "doubtful": 2, "doubtful_judged": 2}
+
+
+def test_the_next_open_plan_is_one_that_nobody_judged_or_looks_at(client: TestClient) -> None:
+    assert state(client, move="open")["plan"] == "doubtful"
+    assert state(client, move="open", reviewer="ben")["plan"] == "middling"
+    decide(client, "doubtful", "keep")
+    decide(client, "middling", "keep", reviewer="ben")
+    assert state(client, move="open", plan="doubtful")["plan"] == "sure"
+    decide(client, "sure", "keep")
+    decide(client, "published", "drop")
+    assert state(client, move="open", plan="sure")["plan"] is None
+
+
+def test_undo_goes_back_over_http(client: TestClient, folder: Path) -> None:
+    decide(client, "doubtful", "keep")
+    found = client.post("/houses/review/undo", json={"reviewer": "ann"}).json()
+    assert found["undone"] == found["plan"] == "doubtful"
+    assert found["judged"] is None
+    assert overrides(folder) == {}
+    assert client.post("/houses/review/undo", json={"reviewer": "ann"}).status_code == 400
+
+
+def test_two_people_do_not_overrule_each_other_unseen(client: TestClient) -> None:
+    seen = state(client, plan="doubtful")["seen"]
+    decide(client, "doubtful", "keep")
+    assert "meanwhile" in decide(client, "doubtful", "drop", 409, reviewer="ben", seen=seen)["error"]
+    decide(client, "doubtful", "drop", reviewer="ben", seen=state(client, plan="doubtful")["seen"])
+
+
+HOSTILE: list[tuple[dict[str, Any], int]] = [
+    ({"plan": "../../etc/passwd"}, 404),
+    ({"plan": "nothing"}, 404),
+    ({"action": "delete"}, 400),
+    ({"action": "undo"}, 400),
+    ({"action": "door"}, 400),
+    ({"action": "door", "points": [[1, 1], [1, 1.1]]}, 400),
+    ({"action": "door", "points": [[1, 1], [1e9, 1]]}, 400),
+    ({"action": "no_room", "points": [[1e308, 1e308]]}, 400),
+    ({"action": "door", "points": [[1, 1]] * 50}, 400),
+    ({"reviewer": ""}, 400),
+    ({"reviewer": "\x00\n"}, 400),
+    ({"reviewer": "x" * 61}, 400),
+    ({"action": "note", "text": "x" * 501}, 400),
+    ({"seen": "no"}, 400),
+    ({"why": "unknown key"}, 400),
+    ({"plan": "published", "action": "door", "points": [[1, 1], [1, 2]]}, 400),
+]
+
+
+@pytest.mark.parametrize(("words", "status"), HOSTILE)
+def test_what_is_no_decision_is_refused_and_nothing_written(
+    client: TestClient, folder: Path, words: dict[str, Any], status: int
+) -> None:
+    asked = {"plan": "doubtful", "action": "keep", "reviewer": "ann", **words}
+    answer = client.post("/houses/review/decide", json=asked)
+    assert answer.status_code == status
+    assert answer.json()["error"]
+    assert not (folder / "overrides.toml").exists()
+    assert not (folder / "overrides.log.jsonl").exists()
+
+
+@pytest.mark.parametrize("body", [b"", b"no json", b"[]", b'{"plan":', b"\xff\xfe"])
+def test_bodies_that_are_no_json_are_refused(client: TestClient, body: bytes) -> None:
+    assert client.post("/houses/review/decide", content=body).status_code == 400
+
+
+def test_other_sites_decide_nothing(client: TestClient, folder: Path) -> None:
+    asked = {"plan": "doubtful", "action": "keep", "reviewer": "ann"}
+    for headers in ({"origin": "http://evil.example"}, {"sec-fetch-site": "cross-site"}):
+        assert client.post("/houses/review/decide", json=asked, headers=headers).status_code == 403
+    assert not (folder / "overrides.toml").exists()
+
+
+def test_read_only_is_read_only(folder: Path) -> None:
+    with served(folder, read_only=True) as client:
+        assert client.get("/houses/review").status_code == 200
+        assert state(client)["plan"] == "doubtful"
+        for path in ("decide", "undo", "build", "stop"):
+            assert client.post(f"/houses/review/{path}", json={"reviewer": "ann"}).status_code == 403
+    assert sorted(file.name for file in folder.iterdir()) == sorted(f"{name}.json" for name in QUALITIES)
+
+
+def test_without_review_there_are_no_such_pages(folder: Path) -> None:
+    with served(folder, review=False) as client:
+        assert client.get("/houses/review/state").status_code == 404
+        assert client.post("/houses/review/decide", json={}).status_code in {404, 405}
+
+
+def test_what_was_not_built_cannot_be_built_again(client: TestClient) -> None:
+    assert "does not say how it was built" in state(client)["build"]["refusal"]
+    assert client.post("/houses/review/build", json={"reviewer": "ann"}).status_code == 400
+
+
+def test_the_page_shows_its_keys(client: TestClient) -> None:
+    page = client.get("/houses/review").text
+    for key in ("K", "X", "D", "R", "N", "U", "B", "Space"):
+        assert f"<kbd>{key}</kbd>" in page
+
+
+def test_doors_are_as_wide_as_a_build_asks() -> None:
+    assert NARROWEST_DOOR_M == OF_BUILD

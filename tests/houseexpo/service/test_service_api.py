@@ -1,0 +1,180 @@
+"""``/api``: what programs get, its tags, parts of files, its own description, and what it says to bad input."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import time
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from starlette.testclient import TestClient
+
+from houseexpo.service.api.openapi import CALLS, described
+from houseexpo.service.app import make_app
+from houseexpo.service.service import Service
+from tests.builders.services import built, some_plans, two_rooms
+
+
+def test_data_sets_say_what_they_are(client: TestClient) -> None:
+    found = client.get("/api/data").json()["data"]
+    assert [(each["name"], each["plans"]) for each in found] == [("homes", 4), ("published", 12)]
+    assert found[0]["splits"] == {"train": 2}
+    assert found[0] == client.get("/api/homes").json()
+
+
+def test_plans_come_by_the_page(client: TestClient) -> None:
+    first = client.get("/api/published/plans?limit=5&sort=-area").json()
+    assert (first["found"], first["next"], len(first["plans"])) == (12, 5, 5)
+    last = client.get("/api/published/plans?limit=5&offset=10&sort=-area").json()
+    assert (last["next"], len(last["plans"])) == (None, 2)
+    areas = [line["area"] for line in [*first["plans"], *last["plans"]]]
+    assert areas == sorted(areas, reverse=True)
+    assert client.get("/api/published/plans?limit=5&offset=99").json()["plans"] == []
+
+
+def test_ids_and_splits_are_lists(client: TestClient) -> None:
+    assert client.get("/api/homes/ids.txt?quality=0.8..").text.splitlines() == ["a1", "d 4&é"]
+    assert client.get("/api/homes/splits/train").text == "a1\nc3\n"
+    assert client.get("/api/homes/splits/val").status_code == 404
+
+
+def test_the_index_is_a_parquet_file_that_is_read_in_parts(client: TestClient) -> None:
+    whole = client.get("/api/homes/index.parquet")
+    table = pq.read_table(io.BytesIO(whole.content))
+    assert table.column("id").to_pylist() == ["a1", "b2", "c3", "d 4&é"]
+    assert client.get("/api/homes/index.parquet").headers["etag"] == whole.headers["etag"]
+    size = len(whole.content)
+    parts = {"0-3": (0, 4), "-4": (size - 4, size), f"{size - 1}-": (size - 1, size), "5-99999999": (5, size)}
+    for asked, (first, last) in parts.items():
+        part = client.get("/api/homes/index.parquet", headers={"range": f"bytes={asked}"})
+        assert part.status_code == 206
+        assert part.content == whole.content[first:last]
+        assert part.headers["content-range"] == f"bytes {first}-{last - 1}/{size}"
+    for asked in ("bytes=99999999-", "bytes=5-3"):
+        assert client.get("/api/homes/index.parquet", headers={"range": asked}).status_code == 416, asked
+    for asked in ("bytes=0-1,3-4", "lines=1-2", "bytes=-"):
+        assert client.get("/api/homes/index.parquet", headers={"range": asked}).content == whole.content, asked
+    changed = {"range": "bytes=0-3", "if-range": '"other"'}
+    assert client.get("/api/homes/index.parquet", headers=changed).content == whole.content
+
+
+def test_parquet_files_of_the_folder_are_tables(client: TestClient, folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "outside.parquet").write_bytes(b"secret")
+    (folder / "link.parquet").symlink_to(tmp_path / "outside.parquet")
+    assert client.get("/api/homes/tables").json() == {"tables": ["index.parquet"]}
+    data = (folder / "index.parquet").read_bytes()
+    assert client.get("/api/homes/tables/index.parquet").content == data
+    part = client.get("/api/homes/tables/index.parquet", headers={"range": "bytes=0-3"})
+    assert (part.status_code, part.content) == (206, b"PAR1")
+    assert client.get("/api/homes/tables/link.parquet").status_code == 404
+
+
+def test_statistics_follow_the_filter_and_stand_beside_another_set(client: TestClient) -> None:
+    found = client.get("/api/homes/statistics?quality=0.8..&against=published").json()
+    assert (found["found"], found["total"]) == (2, 4)
+    quality = found["measures"]["quality"]
+    assert (quality["known"], quality["mean"]) == (2, pytest.approx(0.9))
+    assert sum(quality["counts"]) == 2
+    assert quality["other"]["known"] == 0
+    assert found["labels"]["Bedroom"] == 0.5
+    assert found["labels_distance"] == pytest.approx(0.75)
+    area = found["measures"]["area"]
+    beside = [4 * (3 + i / 2) for i in range(12)]
+    assert area["other"]["mean"] == pytest.approx(np.mean(beside))
+    assert area["distance"] == pytest.approx(abs(area["mean"] - np.mean(beside)) / np.std(beside), abs=0.001)
+
+
+def test_what_was_refused_is_listed(client: TestClient) -> None:
+    assert client.get("/api/homes/refused").json()["found"] == 3
+    chosen = client.get("/api/homes/refused?stage=reading&reason=no_floor").json()["refused"]
+    assert [each["id"] for each in chosen] == ["car"]
+    assert client.get("/api/homes/duplicates").json()["duplicates"][0]["kept_id"] == "a1"
+
+
+@pytest.mark.parametrize(
+    ("path", "status", "said"),
+    [
+        ("/api/nowhere", 404, "no data set 'nowhere' here"),
+        ("/api/homes/plans/nobody", 404, "no 'nobody'; the nearest is"),
+        ("/api/homes/plans/%00", 404, "no "),
+        ("/api/homes/plans?limit=100000", 400, "limit: expected a whole number, 0 to 500"),
+        ("/api/homes/plans?offset=-1", 400, "offset"),
+        ("/api/homes/plans?limit=%D9%A3", 400, "limit"),
+        ("/api/homes/plans?rooms=1e999..&area=x", 400, "area"),
+        ("/api/homes/plans?labels=%3Cscript%3E", 400, "labels"),
+        ("/api/homes/plans/a1/reach?radius=-1", 400, "radius: expected metres"),
+        ("/api/homes/plans/a1/reach?radius=1e9", 400, "radius: expected metres"),
+        ("/api/homes/plans/a1/way?from=1,2", 400, "to: expected a place"),
+        ("/api/homes/plans/a1/way?from=1,2,3&to=nan,nan", 400, "from: expected a place"),
+        ("/api/homes/statistics?against=nowhere", 400, "against: expected one of"),
+        ("/nothing/at/all", 404, "Not Found"),
+    ],
+)
+def test_what_cannot_be_answered_is_said(client: TestClient, path: str, status: int, said: str) -> None:
+    found = client.get(path)
+    assert found.status_code == status
+    assert said in found.json()["error"]
+
+
+def test_other_methods_are_refused(client: TestClient) -> None:
+    for method in ("POST", "PUT", "DELETE"):
+        assert client.request(method, "/api/homes/plans/a1").status_code == 405
+
+
+def test_the_description_speaks_of_every_route_and_only_of_those(service: Service) -> None:
+    routes = {getattr(route, "path", "") for route in make_app(service).routes}
+    served = {path for path in routes if path.startswith("/api/")} - {"/api/openapi.json"}
+    assert served == {call.path for call in CALLS}
+    document = described()
+    assert json.loads(json.dumps(document)) == document
+    names = [each["get"]["operationId"] for each in document["paths"].values()]
+    assert len(set(names)) == len(names)
+    for path, each in document["paths"].items():
+        assert set(re.findall(r"{(\w+)}", path)) == {p["name"] for p in each["get"]["parameters"] if p["in"] == "path"}
+
+
+def test_a_query_parameter_that_is_described_is_taken(client: TestClient) -> None:
+    words = dict.fromkeys(("source", "split", "text", "stage", "reason"), "x")
+    words |= {"labels": "Kitchen", "without": "Hall", "radius": "0.2", "sort": "id", "against": "homes"}
+    words |= {"offset": "0", "limit": "3", "from": "1,1", "to": "2,2"}
+    for call in CALLS:
+        path = call.path.format(data="homes", plan="a1", form="svg", name="train")
+        for name in call.query:
+            needed = {each: words[each] for each in ("from", "to") if each in call.query}
+            given = needed | {name: words.get(name, "1..")}
+            assert client.get(path, params=given).status_code == 200, (path, name)
+
+
+def test_a_data_set_built_anew_is_opened_anew(client: TestClient, service: Service, folder: Path) -> None:
+    shown = service.collections["homes"]
+    built(folder, [*some_plans(), two_rooms("e5")])
+    (folder / "manifest.json").write_text('{"plans": 5, "new": true}')
+    shown._looked_s = 0.0
+    shown.look()
+    for _ in range(500):
+        if len(shown.dataset) == 5:
+            break
+        time.sleep(0.02)
+    assert client.get("/api/homes/plans").json()["found"] == 5
+    assert client.get("/api/homes/plans/e5").status_code == 200
+
+
+def test_a_plan_that_was_deleted_is_said_and_the_others_go_on(client: TestClient, folder: Path) -> None:
+    (folder / "json" / "b2.json").unlink()
+    gone = client.get("/api/homes/plans/b2")
+    assert gone.status_code == 503
+    assert "cannot be read" in gone.json()["error"]
+    assert client.get("/api/homes/plans/b2/shape").status_code == 503
+    assert client.get("/api/homes/plans/a1").status_code == 200
+
+
+def test_a_data_set_that_is_being_built_stays_as_it_was(service: Service, folder: Path) -> None:
+    shown = service.collections["homes"]
+    (folder / ".build").mkdir()
+    (folder / "manifest.json").unlink()
+    shown._open_again("other")
+    assert len(shown.dataset) == 4

@@ -1,0 +1,187 @@
+"""The pages as a person uses them, in Chromium: nothing foreign is asked for, nothing fails, no dialog comes up."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.builders.browsing import CHROMIUM, NAMELESS, TOO_WIDE, browser, visit
+from tests.builders.services import built, published, running, service_of, some_plans
+
+pytest.importorskip("playwright")
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.browser,
+    pytest.mark.skipif(CHROMIUM is None, reason="needs chromium"),
+]
+
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True, "device_scale_factor": 2}
+LOOKS: dict[str, dict[str, Any]] = {
+    "light": {"color_scheme": "light"},
+    "dark": {"color_scheme": "dark"},
+    "phone": {"color_scheme": "light", **PHONE},
+}
+PAGES = {
+    "gallery": "/homes/",
+    "plan": "/homes/plan/a1",
+    "refused": "/homes/refused",
+    "statistics": "/homes/statistics?against=published",
+    "api": "/api",
+}
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    home = tmp_path_factory.mktemp("shown")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HOUSEEXPO_CACHE", str(home / "cache"))
+        homes = built(home / "homes", some_plans(), ("a1", "c3"))
+        with running(service_of(homes, published(home / "published.jsonl", 400))) as found:
+            yield found
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    with browser() as opened:
+        yield opened
+
+
+def said(page: Any, place: str, words: str | re.Pattern[str]) -> None:
+    """Wait until a place of the page says something."""
+    from playwright.sync_api import expect
+
+    expect(page.locator(place)).to_have_text(words, timeout=15_000)
+
+
+def count(page: Any) -> str:
+    page.wait_for_load_state("networkidle")
+    return str(page.inner_text("#count"))
+
+
+@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_is_whole_in_every_look(chromium: Any, address: str, name: str, look: str) -> None:
+    with visit(chromium, address, PAGES[name], **LOOKS[look]) as page:
+        assert page.evaluate(NAMELESS) == []
+        assert not page.evaluate(TOO_WIDE)
+        assert page.locator("h1").count() == 1
+
+
+def test_thousands_scroll_in_a_page_that_holds_dozens(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/published/") as page:
+        assert count(page) == "400 plans"
+        assert page.locator("a.plan").count() < 120
+        page.evaluate("scrollTo(0, document.body.scrollHeight)")
+        page.wait_for_selector('[data-number="399"] .id')
+        assert page.locator("a.plan").count() < 120
+        assert page.locator('[data-number="399"] .id').inner_text() == f"{399:032x}"
+
+
+def test_filters_combine_and_the_address_holds_them(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/homes/") as page:
+        page.click('[data-label="Garage"]')
+        said(page, "#count", "1 of 4 plans")
+        assert "labels=Garage" in page.url
+        page.click('[data-label="Garage"]')  # now: without it
+        said(page, "#count", "3 of 4 plans")
+        page.fill('#measure-quality input[aria-label$="from"]', "0.8")
+        page.press('#measure-quality input[aria-label$="from"]', "Enter")
+        said(page, "#count", "2 of 4 plans")
+        link = page.url
+        page.select_option("#sort", "quality")
+        said(page, '[data-number="1"] .id', "d 4&é")
+        page.go_back()
+        page.wait_for_url(link)
+        page.go_back()
+        said(page, "#count", "3 of 4 plans")
+    with visit(chromium, address, link.removeprefix(address)) as page:
+        assert count(page) == "2 of 4 plans"
+        assert page.get_attribute('[data-label="Garage"]', "data-state") == "without"
+        page.click("#clear")
+        said(page, "#count", "4 plans")
+
+
+def test_a_range_is_brushed(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/published/") as page:
+        box = page.locator("#measure-area svg").bounding_box()
+        page.mouse.move(box["x"] + 2, box["y"] + 20)
+        page.mouse.down()
+        page.mouse.move(box["x"] + box["width"] / 4, box["y"] + 20)
+        page.mouse.up()
+        page.wait_for_url(re.compile("area="))
+        said(page, "#count", re.compile("^[0-9]+ of 400 plans$"))
+        found = int(count(page).split(" ")[0])
+        assert 60 < found < 140
+
+
+def test_words_are_searched_while_they_are_typed(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/homes/") as page:
+        page.type("#text", "b2")
+        said(page, "#count", "1 of 4 plans")
+        page.fill("#text", "nothing like it")
+        page.wait_for_selector("#nothing:not([hidden])")
+
+
+def test_arrow_keys_walk_from_plan_to_plan(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/published/") as page:
+        page.wait_for_selector('[data-number="0"] .id')
+        page.focus('[data-number="0"]')
+        page.keyboard.press("ArrowRight")
+        assert page.evaluate("document.activeElement.dataset.number") == "1"
+        for _ in range(12):
+            page.keyboard.press("ArrowDown")
+        number = int(page.evaluate("document.activeElement.dataset.number"))
+        assert number > 40
+        page.wait_for_selector(f'[data-number="{number}"][href]')
+        page.keyboard.press("Enter")
+        page.wait_for_url(re.compile("/published/plan/"))
+
+
+def test_a_plan_is_measured_by_hand(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/homes/plan/a1") as page:
+        page.wait_for_selector("#drawing svg path.room")
+        page.uncheck('[data-layer="rooms"]')
+        assert not page.is_visible("#drawing path.room")
+        page.check('[data-layer="grid"]')
+        assert page.evaluate("document.querySelector('#drawing g.grid').style.display") == ""
+        page.check('[data-layer="clearance"]')
+        page.wait_for_selector("#drawing image")
+        page.locator("#radius").fill("0.45")
+        said(page, "#reached", re.compile("^2 pieces"))
+        page.locator("#radius").fill("0.2")
+        said(page, "#reached", re.compile("^One piece"))
+        box = page.locator("#drawing svg").bounding_box()
+        place = page.evaluate(
+            """([x, y]) => { const svg = document.querySelector('#drawing svg');
+            const at = new DOMPoint(x, -y).matrixTransform(svg.getScreenCTM()); return [at.x, at.y]; }""",
+            [1.1, 1.5],
+        )
+        assert box["x"] < place[0] < box["x"] + box["width"]
+        page.mouse.click(*place)
+        page.fill("#to", "6.2, 1.5")
+        page.press("#to", "Enter")
+        said(page, "#way", re.compile(r"^5\.1\d m"))
+        with page.expect_download() as download:
+            page.click(".formats a[download]:has-text('svg')")
+        assert Path(download.value.path()).read_bytes().startswith(b"<svg")
+        page.keyboard.press("n")
+        page.wait_for_url(re.compile("/homes/plan/b2"))
+
+
+def test_rooms_are_found_where_there_are_none(chromium: Any, address: str) -> None:
+    with visit(chromium, address, f"/published/plan/{3:032x}") as page:
+        page.click("#find-rooms")
+        page.wait_for_selector("#drawing path.room")
+        assert page.inner_text("#find-rooms") == "Found 1 rooms and 0 doors"
+
+
+def test_another_data_set_is_one_choice_away(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/homes/") as page:
+        page.select_option("#data-set", "/published/")
+        page.wait_for_url(re.compile("/published/$"))
+        assert count(page) == "400 plans"

@@ -1,0 +1,128 @@
+"""The pages: they come whole, quote what they show, and say in words what went wrong."""
+
+from __future__ import annotations
+
+import re
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any
+
+import pytest
+from starlette.testclient import TestClient
+
+from houseexpo.service import statistics
+from houseexpo.service.app import make_app
+from tests.builders.services import BASE, service_of
+
+PAGES = (
+    *("/homes/", "/homes/plan/a1", "/homes/plan/d%204%26%C3%A9", "/homes/refused", "/homes/statistics", "/api"),
+    *("/published/", f"/published/plan/{1:032x}", "/published/refused", "/published/statistics?rooms=2.."),
+)
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_a_page_loads_from_here_only(client: TestClient, path: str) -> None:
+    found = client.get(path)
+    assert found.status_code == 200
+    for url in re.findall(r'(?:src|href)="([^"]*)"', found.text):
+        assert url.startswith(("/", "?", "#")), url
+        assert not url.startswith("//")
+    assert not re.search(r"<script(?![^>]*src=)|\son\w+=|\sstyle=", found.text)  # the policy would refuse them
+    assert found.text.count("<h1") == 1
+    assert "default-src 'self'" in found.headers["content-security-policy"]
+
+
+def test_what_a_page_loads_is_there(client: TestClient) -> None:
+    for path in PAGES:
+        for url in re.findall(r'(?:src|href)="(/static/[^"]*)"', client.get(path).text):
+            assert client.get(url).status_code == 200, url
+    script = client.get("/static/gallery.js")
+    assert script.headers["content-type"].startswith("text/javascript")
+    assert client.get("/static/gallery.js", headers={"if-none-match": script.headers["etag"]}).status_code == 304
+    for url in re.findall(r'from "\./([\w.]+)"', script.text):
+        assert client.get(f"/static/{url}").status_code == 200
+
+
+def test_the_first_page_is_the_first_data_set(client: TestClient) -> None:
+    assert client.get("/", follow_redirects=False).headers["location"] == "/homes/"
+    assert client.get("/homes", follow_redirects=True).status_code == 200
+
+
+def test_links_of_review_are_there_where_it_is(folder: Path) -> None:
+    for review in (False, True):
+        client = TestClient(make_app(service_of(folder, review=review)), base_url=BASE)
+        assert ('href="/homes/review"' in client.get("/homes/").text) is review
+
+
+def test_a_plans_page_says_what_is_known(client: TestClient) -> None:
+    text = client.get("/homes/plan/a1?quality=0.7..&sort=-quality").text
+    assert "1 of 3" in text
+    assert 'href="/homes/plan/d%204%26%C3%A9?quality=0.7..&amp;sort=-quality"' in text
+    assert "a1.glb" in text
+    assert "train" in text
+    assert "twin" in text
+    assert "open_dataset(&#34;http://localhost:8000/homes&#34;)" in text
+
+
+def test_a_plan_that_the_filter_leaves_out_has_no_neighbours(client: TestClient) -> None:
+    text = client.get("/homes/plan/b2?quality=0.7..").text
+    assert 'id="after"' not in text
+    assert "b2" in text
+
+
+def test_what_was_refused_is_quoted(client: TestClient) -> None:
+    text = client.get("/homes/refused").text
+    assert "&lt;b&gt;hut&lt;/b&gt;" in text
+    assert "<b>hut" not in text
+    assert "twin" in text
+    assert "<td>car</td>" not in client.get("/homes/refused?stage=rooms&reason=too_small").text
+    assert "lists nothing that was refused" in client.get("/published/refused").text
+
+
+def test_lists_that_are_damaged_are_said(folder: Path) -> None:
+    (folder / "rejected.jsonl").write_bytes(b'{"id": "cut off')
+    client = TestClient(make_app(service_of(folder)), base_url=BASE)
+    assert "rejected.jsonl: cannot be read" in client.get("/homes/refused").text
+
+
+def test_a_picture_of_a_dropped_plan_is_shown_where_the_build_kept_one(client: TestClient, folder: Path) -> None:
+    pictures = folder / ".build" / "pictures"
+    assert "no picture kept" in client.get("/homes/refused").text
+    pictures.mkdir(parents=True)
+    (pictures / "twin.png").write_bytes(b"\x89PNG")
+    assert client.get("/api/homes/duplicates/twin/picture.png").content == b"\x89PNG"
+    (pictures / "a1.png").write_bytes(b"\x89PNG")
+    assert client.get("/api/homes/duplicates/a1/picture.png").status_code == 404  # it was not dropped
+
+
+def test_an_error_is_a_page_for_people(client: TestClient) -> None:
+    found = client.get("/homes/plan/nobody", headers={"accept": "text/html"})
+    assert found.status_code == 404
+    assert "Not here" in found.text
+    assert "no &#39;nobody&#39;" in found.text
+    assert "Traceback" not in found.text
+
+
+def test_a_fault_is_told_without_a_traceback(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(_: Any) -> Any:
+        raise RuntimeError("inside")
+
+    monkeypatch.setattr("houseexpo.service.collection.Opened.records", property(broken))
+    found = client.get("/homes/refused", headers={"accept": "text/html"})
+    assert found.status_code == 500
+    assert "inside" not in found.text
+    assert client.get("/homes/").status_code == 200
+
+
+def test_the_report_is_made_of_the_plans_found(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+    entry = EntryPoint("plans", "tests.nowhere:report", statistics.REPORTS)
+    monkeypatch.setattr(EntryPoint, "load", lambda _: lambda data: asked.append(data.ids) or "<p>made</p>")
+    monkeypatch.setattr(statistics, "entry_points", lambda **_: [entry])
+    found = client.get("/homes/statistics/report?quality=0.8..")
+    assert found.text == "<p>made</p>"
+    assert asked == [["a1", "d 4&é"]]
+    assert "script" not in found.headers["content-security-policy"]
+    assert "narrow the filter" in client.get("/homes/statistics/report?quality=..0.1").json()["error"]
+    monkeypatch.setattr(statistics, "entry_points", lambda **_: [])
+    assert client.get("/homes/statistics/report").status_code == 404

@@ -1,0 +1,107 @@
+"""A remote data set lists, selects and loads as a local one; what goes wrong on the way is said."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from houseexpo import open_dataset
+from houseexpo.errors import DatasetError, UnknownPlanError
+from houseexpo.service.service import Service
+from tests.builders.server import serving
+from tests.builders.services import built, running, service_of, some_plans, two_rooms
+
+
+@pytest.fixture
+def address(service: Service) -> Iterator[str]:
+    with running(service) as found:
+        yield found
+
+
+def test_it_is_as_the_local_one(address: str, folder: Path) -> None:
+    local, remote = open_dataset(folder), open_dataset(f"{address}/homes")
+    assert remote.ids == local.ids
+    assert [remote.raw(name) for name in remote.ids] == [local.raw(name) for name in local.ids]
+    assert list(map(str, remote)) == list(map(str, local))
+    assert remote.splits == local.splits
+    assert remote.split("train").ids == ["a1", "c3"]
+    assert remote.column("navigability") == local.column("navigability")
+    assert remote.select(labels=["garage"], doors=1, area=(10, None)).ids == ["b2"]
+    assert remote.sample(2, 0).ids == local.sample(2, 0).ids
+    assert repr(remote) == "Dataset('homes', 4 plans)"
+    with pytest.raises(UnknownPlanError, match="no 'nobody'"):
+        remote["nobody"]
+
+
+def test_published_plans_too(address: str) -> None:
+    remote = open_dataset(f"{address}/published/")
+    assert len(remote) == 12
+    assert remote[3].room_num == 4
+
+
+def test_a_pickle_opens_it_again(address: str) -> None:
+    part = open_dataset(f"{address}/homes")[1:3]
+    assert pickle.loads(pickle.dumps(part)).ids == ["b2", "c3"]  # noqa: S301
+
+
+def test_what_was_fetched_is_kept(address: str, service: Service) -> None:
+    assert open_dataset(f"{address}/homes")["a1"].room_num == 2
+    remote = open_dataset(f"{address}/homes")
+    service.collections["homes"].path.joinpath("json", "a1.json").unlink()
+    assert remote["a1"].room_num == 2
+    with pytest.raises(DatasetError, match="no answer"):
+        open_dataset("http://127.0.0.1:9/homes")
+
+
+def test_a_kept_plan_that_was_damaged_is_fetched_anew(address: str, tmp_path: Path) -> None:
+    remote = open_dataset(f"{address}/homes")
+    data = remote.raw("a1")
+    kept = [file for file in (tmp_path / "cache" / "remote" / "plans").rglob("*") if file.is_file()]
+    kept[0].write_bytes(b"{}")
+    assert remote.raw("a1") == data
+
+
+def test_a_plan_that_changed_meanwhile_is_refused(address: str, folder: Path) -> None:
+    remote = open_dataset(f"{address}/homes")
+    built(folder, [two_rooms("a1", 6.0), *some_plans()[1:]])
+    with pytest.raises(DatasetError, match="a1: was changed on the server; open the data set again"):
+        remote["a1"]
+
+
+def test_a_token_is_sent(folder: Path) -> None:
+    word = "secret"
+    with running(service_of(folder, token=word)) as address:
+        assert len(open_dataset(f"{address}/homes?token={word}")) == 4
+        with pytest.raises(DatasetError, match="asks for a token"):
+            open_dataset(f"{address}/homes")
+
+
+def test_the_server_may_close_a_connection(folder: Path) -> None:
+    service = service_of(folder)
+    with running(service) as address:
+        remote = open_dataset(f"{address}/homes")
+        remote._catalogue._server._own.connection.sock.close()
+        assert remote["b2"].id == "b2"
+
+
+@pytest.mark.parametrize("address", ["http://", "http://host:port/a", "http://localhost:1", "http://localhost:1/a/b"])
+def test_an_address_without_a_data_set_is_refused(address: str) -> None:
+    with pytest.raises(DatasetError, match="expected an address"):
+        open_dataset(address)
+
+
+def test_a_name_that_is_not_there_is_said(address: str) -> None:
+    with pytest.raises(DatasetError, match="no data set 'house' here; there are: homes, published"):
+        open_dataset(f"{address}/house")
+
+
+def test_another_kind_of_server_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
+    with serving({"api/demo/index.parquet": b"<html>hello"}) as served:
+        with pytest.raises(DatasetError, match="expected the index of a data set"):
+            open_dataset(f"{served.address}/demo")
+        with pytest.raises(DatasetError, match="status 404"):
+            open_dataset(f"{served.address}/other")

@@ -1,0 +1,172 @@
+"""Who may ask for what: hosts, tokens, other sites, read-only, limits."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.testclient import TestClient
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from houseexpo.service.safety import COOKIE, HEADERS, Rate, guarded
+from houseexpo.service.settings import Limits, Settings, is_loopback
+from tests.builders.services import BASE
+
+WORD = "secret"
+SOCKET = "ws://localhost:8000/socket"
+
+
+def guard(settings: Settings, base: str = BASE) -> TestClient:
+    """A client of an application that answers everything, behind the guard."""
+
+    async def answer(request: Request) -> Response:
+        await request.body()
+        return PlainTextResponse("in")
+
+    async def socket(opened: WebSocket) -> None:
+        await opened.accept()
+        await opened.send_text("in")
+        with suppress(WebSocketDisconnect):
+            await opened.receive_text()
+
+    routes = [Route("/{path:path}", answer, methods=["GET", "POST"]), WebSocketRoute("/socket", socket)]
+    app = Starlette(routes=routes, middleware=guarded(settings), max_body_size=settings.limits.body_bytes)
+    return TestClient(app, base_url=base, follow_redirects=False)
+
+
+@pytest.mark.parametrize("host", ["localhost", "127.0.0.1:8000", "[::1]:8000", "LOCALHOST.:1"])
+def test_names_of_this_machine_are_let_in(host: str) -> None:
+    assert guard(Settings()).get("/", headers={"host": host}).text == "in"
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "127.0.0.1.evil.example", "localhost.evil.example", "", "[::1", "a@b"]
+)
+def test_other_names_are_not(host: str) -> None:  # R1
+    found = guard(Settings()).get("/", headers={"host": host})
+    assert found.status_code == 421
+    assert "Host header" in found.json()["error"]
+
+
+def test_a_server_of_all_addresses_is_called_by_address_or_its_name_only() -> None:
+    settings = Settings("0.0.0.0", names=("den",), token=WORD)  # noqa: S104
+    client = guard(settings)
+    shown = {"authorization": "Bearer secret"}
+    for host in ("192.168.1.5:8000", "den", "Den:8000"):
+        assert client.get("/", headers={"host": host, **shown}).status_code == 200
+    assert client.get("/", headers={"host": "evil.example", **shown}).status_code == 421
+
+
+def test_a_token_is_asked_for_and_moves_into_a_cookie() -> None:  # R2
+    client = guard(Settings(token=WORD))
+    assert client.get("/a").status_code == 401
+    assert client.get("/a?token=secres").status_code == 401
+    assert client.get("/a", headers={"cookie": f"{COOKIE}=wrong"}).status_code == 401
+    assert client.get("/a", headers={"authorization": "Bearer secret"}).text == "in"
+    found = client.get("/a?x=1&token=secret")
+    assert (found.status_code, found.headers["location"]) == (303, "/a?x=1")
+    assert "HttpOnly" in found.headers["set-cookie"]
+    assert client.get("/a").text == "in"  # the client keeps cookies
+
+
+def test_the_token_leads_to_no_other_server() -> None:
+    found = guard(Settings(token=WORD)).get(f"{BASE}//evil.example/a?token=secret")
+    assert found.headers["location"].startswith("/evil.example")
+
+
+def test_a_token_of_other_letters_is_only_wrong() -> None:
+    assert guard(Settings(token=WORD)).get("/?token=%C3%A9%00").status_code == 401
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"origin": "http://evil.example"},
+        {"origin": "null"},
+        {"sec-fetch-site": "cross-site"},
+        {"sec-fetch-site": "same-site"},
+    ],
+)
+def test_another_site_may_neither_write_nor_open_a_socket(headers: dict[str, str]) -> None:  # R3
+    client = guard(Settings())
+    assert client.post("/a", headers=headers).status_code == 403
+    assert client.get("/a", headers=headers).status_code == 200
+    with pytest.raises(WebSocketDisconnect), client.websocket_connect(SOCKET, headers=headers):
+        pass
+
+
+def test_the_services_own_pages_and_programs_may() -> None:
+    client = guard(Settings())
+    own = {"origin": "http://localhost:8000", "sec-fetch-site": "same-origin"}
+    assert client.post("/a", headers={**own, "host": "localhost:8000"}).text == "in"
+    assert client.post("/a").text == "in"
+    with client.websocket_connect(SOCKET) as opened:
+        assert opened.receive_text() == "in"
+
+
+def test_read_only_means_read_only() -> None:  # R4
+    client = guard(Settings(read_only=True))
+    assert client.post("/a").status_code == 403
+    assert client.request("DELETE", "/a").status_code == 403
+    assert client.get("/a").text == "in"
+
+
+def test_a_client_has_a_share_of_requests() -> None:  # R5
+    rate = Rate(Limits(requests_per_s=2, burst=3))
+    assert [rate.allows("a", 0.0) for _ in range(4)] == [True, True, True, False]
+    assert rate.allows("b", 0.0)
+    assert [rate.allows("a", 0.6) for _ in range(2)] == [True, False]
+    client = guard(Settings(limits=Limits(requests_per_s=0.001, burst=2)))
+    assert [client.get("/").status_code for _ in range(3)] == [200, 200, 429]
+
+
+def test_clients_that_came_once_are_forgotten() -> None:
+    rate = Rate(Limits())
+    for number in range(5000):
+        rate.allows(str(number), 0.0)
+    assert len(rate._buckets) <= 4096
+
+
+def test_sockets_are_counted_and_given_back() -> None:
+    client = guard(Settings(limits=Limits(sockets=1, sockets_per_client=1)))
+    with client.websocket_connect(SOCKET) as one:
+        one.receive_text()
+        with pytest.raises(WebSocketDisconnect), client.websocket_connect(SOCKET):
+            pass
+        one.send_text("end")
+    with client.websocket_connect(SOCKET) as again:
+        assert again.receive_text() == "in"
+
+
+def test_a_large_body_is_refused() -> None:
+    assert guard(Settings(limits=Limits(body_bytes=1000))).post("/a", content=b"x" * 1001).status_code == 413
+
+
+def test_every_answer_tells_the_browser_to_load_from_here_only() -> None:  # R6
+    client = guard(Settings())
+    for found in (client.get("/"), client.get("/", headers={"host": "evil.example"})):
+        assert found.headers.items() >= HEADERS.items()
+
+
+def test_loopback_is_known() -> None:
+    assert all(map(is_loopback, ("127.0.0.1", "127.9.9.9", "::1", "localhost")))
+    assert not any(map(is_loopback, ("0.0.0.0", "192.168.1.1", "example.org", "")))  # noqa: S104
+
+
+def test_no_path_leads_out(client: TestClient, tmp_path: Path) -> None:
+    (tmp_path / "secret.json").write_text("{}")
+    for path in (
+        "/api/homes/plans/..%2F..%2Fsecret",
+        "/static/..%2Fapp.py",
+        "/static/%2e%2e/app.py",
+        "/api/homes/tables/..%2Findex.parquet",
+        "/homes/plan/..%2Fsecret.json",
+        "/api/homes/splits/..%2F..%2Fx",
+        "/api/homes/duplicates/..%2F..%2Fsecret/picture.png",
+    ):
+        assert client.get(path).status_code == 404, path

@@ -1,0 +1,47 @@
+"""A data set folder says how it was built, in words that build the same from any other folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from houseexpo.dataset.build_record import BuildRecord, record_build, recorded_build
+from pipeline.cli_build import Work
+
+NOTHING: dict[str, Any] = {"sources": (), "limit": None, "seed": None, "furniture": None, "scale": None}
+
+
+def work(given: dict[str, Any], config: Path | None = None, overrides: Path | None = None) -> Work:
+    return Work(config, {**NOTHING, **given}, overrides, "plans", 1, "local", None, rehash=False)
+
+
+def test_options_that_were_given_are_given_again() -> None:
+    found = work({"sources": ("procedural:3",), "limit": 1, "seed": 0, "scale": 1.0}).record(add=False)
+    assert found == BuildRecord(("procedural:3", "--limit", "1", "--scale", "1.0", "--seed", "0"))
+    assert work({"furniture": True}).record(add=True).arguments == ("--furniture", "--add")
+    assert work({"furniture": False}).record(add=False).arguments == ("--no-furniture",)
+
+
+def test_paths_are_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "houses").mkdir()
+    found = work({"sources": ("houses",)}, Path("homes.toml")).record(add=False)
+    assert found.arguments == (str(tmp_path / "houses"), "--config", str(tmp_path / "homes.toml"))
+    assert found.overrides == str(tmp_path / "overrides.toml")
+    assert work({}, Path("homes.toml"), Path("mine.toml")).record(add=False).overrides == str(tmp_path / "mine.toml")
+
+
+def test_a_record_is_read_as_it_was_written_and_else_there_is_none(tmp_path: Path) -> None:
+    (tmp_path / ".build").mkdir()
+    assert recorded_build(tmp_path) is None
+    record = BuildRecord(("procedural:3",), "/somewhere/overrides.toml")
+    record_build(tmp_path, record)
+    assert recorded_build(tmp_path) == record
+    file = tmp_path / ".build" / "command.json"
+    before = file.stat().st_mtime_ns
+    record_build(tmp_path, record)
+    assert file.stat().st_mtime_ns == before
+    file.write_bytes(b'{"arguments": 3')
+    assert recorded_build(tmp_path) is None
