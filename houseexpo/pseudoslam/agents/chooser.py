@@ -14,10 +14,10 @@ import numpy as np
 
 from houseexpo.pseudoslam.agents.exploring import Explorer, Grid
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Policy, Robot, Training
-from houseexpo.pseudoslam.agents.weights import read_weights
 from houseexpo.pseudoslam.kernels.planning.outlook import LOOKED_AT, OUTLOOKS, describe
 from houseexpo.pseudoslam.kernels.planning.scoring import Scorer, best_of
 from houseexpo.pseudoslam.kernels.types import Rows
+from houseexpo.pseudoslam.learning.weights import read_weights
 from houseexpo.pseudoslam.plan_rules import outlook_rules
 
 FAMILY: Final = "chooser"

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,28 +19,14 @@ import numpy.typing as npt
 from houseexpo.pseudoslam.agents.forward import LEFT, RIGHT
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
 from houseexpo.pseudoslam.agents.walking import Walker
-from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.mapping.merge import UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
-from houseexpo.pseudoslam.kernels.planning.plan import FRONTIER, FrontierRules
+from houseexpo.pseudoslam.kernels.planning.plan import FRONTIER
 from houseexpo.pseudoslam.kernels.types import Rows
-from houseexpo.pseudoslam.plan_rules import frontier_rules
+from houseexpo.pseudoslam.plan_rules import MAX_BUMPS, MAX_FRONTIERS, explorer_frontiers, first_looks
 from houseexpo.pseudoslam.step_params import scratch_of, with_room
 
 Grid = npt.NDArray[np.uint8]
-MAX_FRONTIERS: Final = 64
-MAX_BUMPS: Final = 4
-_SPARE_PX: Final = 1.5
-
-
-def explorer_frontiers(config: SimulatorConfig) -> FrontierRules:
-    """Return how explorers find frontiers: close by what was given up there may be others."""
-    return frontier_rules(config)._replace(spare_px=_SPARE_PX)
-
-
-def first_looks(config: SimulatorConfig) -> int:
-    """Return how many turns it takes until the robot has looked all round (R1)."""
-    return math.ceil((360.0 - config.laser.fov_deg) / config.robot.turn_deg - 1e-9)
 
 
 class Explorer(ABC):

@@ -29,7 +29,6 @@ from houseexpo.dataset import Dataset
 from houseexpo.dataset.splits import list_bytes
 from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.files import as_json, write_whole
-from houseexpo.pseudoslam.agents.weights import rounded, write_weights
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import above_zero, whole
 from houseexpo.pseudoslam.kernels.planning.outlook import OUTLOOKS
@@ -38,6 +37,7 @@ from houseexpo.pseudoslam.learning.choice_net import fit
 from houseexpo.pseudoslam.learning.choices import Choices, choices_in, no_choices
 from houseexpo.pseudoslam.learning.commits import commit
 from houseexpo.pseudoslam.learning.explorations import Explorations, mean_worth
+from houseexpo.pseudoslam.learning.weights import rounded, write_weights
 
 WEIGHTS: Final = "weights.json"
 MIXTURES: Final = (0.0, 0.25, 0.5, 0.75, 1.0)

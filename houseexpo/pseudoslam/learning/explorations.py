@@ -10,14 +10,19 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.pseudoslam.agents.exploring import MAX_BUMPS, MAX_FRONTIERS, explorer_frontiers, first_looks
-from houseexpo.pseudoslam.agents.walking import ENOUGH
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.explore import ERRAND, Course, Errand, ExplorerRules, explore
 from houseexpo.pseudoslam.kernels.planning.outlook import LOOKED_AT, OUTLOOKS
 from houseexpo.pseudoslam.kernels.planning.plan import FRONTIER
 from houseexpo.pseudoslam.kernels.planning.scoring import Scorer
-from houseexpo.pseudoslam.plan_rules import outlook_rules
+from houseexpo.pseudoslam.plan_rules import (
+    ENOUGH,
+    MAX_BUMPS,
+    MAX_FRONTIERS,
+    explorer_frontiers,
+    first_looks,
+    outlook_rules,
+)
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_params import scratch_of, step_params_of, with_room

@@ -13,11 +13,11 @@ from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.chooser import weights_file
 from houseexpo.pseudoslam.agents.loading import load_policy
-from houseexpo.pseudoslam.agents.weights import read_weights, rounded, write_weights
 from houseexpo.pseudoslam.benchmark.result import read_result
 from houseexpo.pseudoslam.benchmark.run import Settings, run
 from houseexpo.pseudoslam.benchmark.tracks import track_of
 from houseexpo.pseudoslam.learning.choosing import NEAREST
+from houseexpo.pseudoslam.learning.weights import read_weights, rounded, write_weights
 from tests.builders.shared import DATA, needs_shared
 
 RESULTS = Path(__file__).parents[4] / "experiments" / "chooser-20-plans"

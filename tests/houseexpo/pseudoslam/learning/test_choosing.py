@@ -17,7 +17,6 @@ from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
-from houseexpo.pseudoslam.agents.weights import read_weights
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.planning.outlook import LOOKED_AT, OUTLOOKS
 from houseexpo.pseudoslam.kernels.planning.scoring import best_of
@@ -25,6 +24,7 @@ from houseexpo.pseudoslam.learning.choice_net import fit
 from houseexpo.pseudoslam.learning.choices import TRIED, Choices, choices_in
 from houseexpo.pseudoslam.learning.choosing import INFORMATION, WEIGHTS, ChoosingConfig, train_chooser
 from houseexpo.pseudoslam.learning.explorations import Explorations
+from houseexpo.pseudoslam.learning.weights import read_weights
 
 CONFIG = SimulatorConfig(pixels_per_metre=12.5)
 
