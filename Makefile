@@ -8,11 +8,16 @@ RELEASE ?= data_manifests/free35k.toml
 RUNS    ?= experiments/runs
 SEEDS   ?= 0 1 2
 TRAIN   ?=
+PLANS   ?= 500
+PUBLISHED ?=
+EXPLORERS := chooser chooser-1 chooser-2 frontier information tour oracle random forward wall
+RESULTS ?= $(EXPLORERS:%=budget:%) $(EXPLORERS:%=quality:%) $(patsubst %,avoidance:%,random forward wall) \
+  $(foreach track,navigation pointgoal,$(patsubst %,$(track):%,a-star greedy random forward))
 ABOUT   ?=
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help setup cluster learn experiments dataset release docs pictures leaderboard test test-all check bench clean
+.PHONY: help setup cluster learn experiments dataset release docs pictures results leaderboard test test-all check bench clean
 
 help: ## show this list
 	@printf '\n  \033[1mHouseExpo\033[0m: turns 3D house models into 2D floor plans, in bulk\n\n'
@@ -60,6 +65,12 @@ docs: setup ## build the pages of docs/ as a site, into docs/_build; warnings ar
 
 pictures: setup ## draw the pictures of docs/algorithm.md anew
 	@$(BIN)/python docs/pictures.py
+
+results: setup ## run all policies of the leaderboard on its plans, with PLANS=500 plans: hours; then `make leaderboard`
+	@for run in $(RESULTS); do track=$${run%%:*}; policy=$${run##*:}; \
+	  id=$$($(BIN)/python -c "from houseexpo.pseudoslam.benchmark.tracks import track_of; print(track_of('$$track').id)"); \
+	  $(BIN)/houseexpo benchmark run --track $$track --policy $$policy --plans $(PLANS) $(PUBLISHED) \
+	    --out docs/leaderboard/$$id-$$policy.json || exit; done
 
 leaderboard: setup ## make docs/leaderboard.md from the results in docs/leaderboard
 	@$(BIN)/houseexpo benchmark compare docs/leaderboard --title Leaderboard --out docs/leaderboard.md

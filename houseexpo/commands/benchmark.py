@@ -87,8 +87,8 @@ def _print(files: list[Path]) -> None:
             table = Table(title=f"{compared.track.id}: {facts(compared)}")
             for number, head in enumerate(heads(metrics)):
                 table.add_column(head, justify="right" if number else "left")
-            for result in compared.results:
-                table.add_row(*row(compared, result, metrics))
+            for entry in compared.entries:
+                table.add_row(*row(compared, entry, metrics))
             console().print(table)
 
 

@@ -21,7 +21,8 @@ def record(
     plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="at random")] = None,
     task: Annotated[TaskName, typer.Option(help="What counts; avoidance has a room of its own.")] = "exploration",
     policy: Annotated[
-        str, typer.Option(help="A name, as frontier, forward or random; a Python file; or module:name.")
+        str,
+        typer.Option(help="A name, as frontier; a file; or module:name. Several, by commas: side by side."),
     ] = "frontier",
     steps: Annotated[int, typer.Option(min=1, help="At most; it is over where the episode is.")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="Of plan, start, noise and policy.")] = 0,
@@ -40,11 +41,27 @@ def record(
     from rich.console import Console
 
     from houseexpo.commands.environment import environment
+    from houseexpo.errors import ConfigError
     from houseexpo.pseudoslam.agents.policies import policy_of
+    from houseexpo.pseudoslam.io.races import Racer, record_race
     from houseexpo.pseudoslam.io.record import record as write
     from houseexpo.words import counted
 
     console = Console()
+    if len(names := policy.split(",")) > 1:
+        if out is None or bag is not None or shows == "beside":
+            raise ConfigError(
+                "record: several policies make a movie, --out, of maps side by side; no bag, no --shows beside"
+            )
+        with console.status(f"recording {counted(steps, 'step')}"):
+            racers = [(name, *environment(dataset, plan, task, config, steps)) for name in names]
+            runners = [Racer(name, env, policy_of(name, env, seed)) for name, env, _ in racers]
+            record_race(
+                runners, out, steps, seed=seed, options=racers[0][2], fps=fps, every=every, shows=shows, most_px=size
+            )
+        for racer in runners:
+            console.print(f"{racer.name}: {racer.caption()}", highlight=False, soft_wrap=True)
+        return
     with console.status(f"recording {counted(steps, 'step')}"):
         env, options = environment(dataset, plan, task, config, steps, ranges=bag is not None)
         acts = policy_of(policy, env, seed)

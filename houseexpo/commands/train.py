@@ -1,19 +1,24 @@
-"""``houseexpo train``: learn to explore, to avoid obstacles, or to go to goals."""
+"""``houseexpo train``: learn to explore, to choose frontiers, to avoid obstacles, or to go to goals."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from houseexpo.commands.environment import TaskName
+from houseexpo.errors import ConfigError
 
 
 def train(
-    task: Annotated[TaskName, typer.Argument(help="What is learned.", show_default=False)],
+    task: Annotated[
+        Literal["exploration", "chooser", "avoidance", "navigation"],
+        typer.Argument(help="What is learned; chooser: to choose frontiers.", show_default=False),
+    ],
     out: Annotated[Path, typer.Option(help="Folder of the run.", show_default=False)],
-    config: Annotated[Path | None, typer.Option(help="TOML file of a TrainConfig.", show_default="PPO's usual")] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="TOML file of a TrainConfig, or a ChoosingConfig.", show_default="PPO's usual")
+    ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on from the folder's last whole checkpoint.")] = False,
     dataset: Annotated[
         Path | None, typer.Option(help="Data set, instead of the file's.", show_default="fetched; avoidance: a room")
@@ -25,9 +30,16 @@ def train(
     """Learn by PPO on the robot's map, with a memory or without; test on plans that are not learned in.
 
     A run that was killed goes on with --resume, as if it had not been. The folder then holds policy.pt and policy.json,
-    the curves learning.csv and evaluation.csv, and logs for TensorBoard.
+    the curves learning.csv and evaluation.csv, and logs for TensorBoard. A chooser is learned by trying choices out, on
+    one core and without PyTorch; its folder holds weights.json.
     """
     from dataclasses import replace
+
+    if task == "chooser":
+        if steps is not None or threads is not None:
+            raise ConfigError("train chooser: --steps and --threads are not for it; its file says how many plans")
+        _chooser(out, config, dataset, seed, resume=resume)
+        return
 
     from houseexpo.commands.given import data_set
     from houseexpo.commands.printing import console
@@ -54,3 +66,23 @@ def train(
     places = places_of(opened, given.environment, given.evaluation.plans)
     run_train(Run(task, given, places, out), resume=resume, threads=threads, say=say)
     say(f"{out / POLICY}, and what it is in {out / Path(POLICY).with_suffix('.json')}")
+
+
+def _chooser(out: Path, config: Path | None, dataset: Path | None, seed: int | None, *, resume: bool) -> None:
+    """Learn to choose frontiers."""
+    from dataclasses import replace
+
+    from houseexpo.commands.given import data_set
+    from houseexpo.commands.printing import console
+    from houseexpo.pseudoslam.learning.choosing import WEIGHTS, ChoosingConfig, train_chooser
+    from houseexpo.pseudoslam.learning.config import read_toml
+
+    given = read_toml(ChoosingConfig, config) if config else ChoosingConfig()
+    given = given if seed is None else replace(given, seed=seed)
+    opened, printed = data_set(dataset), console()
+
+    def say(line: str) -> None:
+        printed.print(line, highlight=False, soft_wrap=True, markup=False)
+
+    train_chooser(opened, opened.split("train").ids, given, out, resume=resume, say=say)
+    say(f"{out / WEIGHTS}")

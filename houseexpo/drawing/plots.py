@@ -20,6 +20,16 @@ _VARIABLES: Final = {
 }  # fmt: skip
 """Colours that matplotlib draws with, and the page's variables that take their places."""
 
+_COLOURS: Final = (
+    "#2b6f8f", "#d9772b", "#3c8d53", "#a8423f", "#7a5aa6", "#8a6d3b", "#c25a94", "#5c6670", "#9a9a1f", "#1fa3a8",
+    "#d4a017", "#3f4fb0",
+)  # fmt: skip
+_FIXED: Final = {
+    "--ink": "#1d2328", "--muted": "#626c75", "--line": "#e2e0da", "--one": "#2b6f8f", "--other": "#d9772b",
+    **{f"--series-{number}": colour for number, colour in enumerate(_COLOURS)},
+}  # fmt: skip
+"""What the page's variables are where there is no page: its colours by day."""
+
 _STYLE: Final[Any] = {
     "svg.fonttype": "none",  # letters stay letters: they scale, can be searched and take the page's font
     "svg.hashsalt": "houseexpo",
@@ -55,6 +65,14 @@ def axes_of(size: tuple[float, float]) -> Iterator[tuple[Axes, io.StringIO]]:
         figure = Figure(figsize=size, layout="constrained")
         yield figure.subplots(), out
         figure.savefig(out, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
+
+
+def svg_alone(out: io.StringIO) -> str:
+    """Return a plot as a file of its own, on white, in fixed colours."""
+    text = svg_of(out).replace("<svg", '<svg style="background: #ffffff; font-family: sans-serif"', 1)
+    for variable, colour in _FIXED.items():
+        text = text.replace(f"var({variable})", colour)
+    return f"{text}\n"
 
 
 def svg_of(out: io.StringIO) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.planning import PlanningConfig
+from houseexpo.pseudoslam.kernels.planning.outlook import OutlookRules
 from houseexpo.pseudoslam.kernels.planning.plan import (
     BY_FRONTIER,
     BY_NEIGHBOUR,
@@ -21,7 +22,14 @@ from houseexpo.pseudoslam.kernels.types import Offsets
 
 LARGE_M = 0.4
 """Frontiers so long come before the others."""
+ENOUGH = 0.95
+"""A step that gains so much of the best one's is taken, if it needs fewer turns: 18 degrees off cost 5% of the way."""
+MAX_FRONTIERS, MAX_BUMPS = 64, 4
+"""Frontiers that an explorer looks at, and how often it may be blocked on its way to one."""
+_SPARE_PX = 1.5
 _NEAR_M = 1.0  # how far from a frontier a goal is looked for before all that see it are
+_FAN = 32  # directions in which is looked from a place for what is unknown
+_SAMPLES_PER_M = 4  # cells that are looked at in a box, in rows and in columns
 _AIM_M = 1.5  # how far along its way the robot looks for where to head
 
 
@@ -57,8 +65,28 @@ def frontier_rules(config: SimulatorConfig, large_m: float = LARGE_M, least_m: f
         max(round(large_m * ppm), 1),
         max(round(least_m * ppm), 1),
         float(radius_px),
+        max(round(config.laser.range_m * ppm), 1),
         near_offsets(max(_NEAR_M * ppm, 2 * radius_px)),
     )
+
+
+def explorer_frontiers(config: SimulatorConfig) -> FrontierRules:
+    """Return how explorers find frontiers: close by what was given up there may be others."""
+    return frontier_rules(config)._replace(spare_px=_SPARE_PX)
+
+
+def first_looks(config: SimulatorConfig) -> int:
+    """Return how many turns it takes until the robot has looked all round."""
+    return math.ceil((360.0 - config.laser.fov_deg) / config.robot.turn_deg - 1e-9)
+
+
+def outlook_rules(config: SimulatorConfig) -> OutlookRules:
+    """Return what frontiers are described by."""
+    ppm = float(config.pixels_per_metre)
+    angles = np.arange(_FAN) * (2 * math.pi / _FAN)
+    frontiers = frontier_rules(config)
+    apart = max(round(ppm / _SAMPLES_PER_M), 1)
+    return OutlookRules(ppm, frontiers.range_px, frontiers.large, apart, np.cos(angles), np.sin(angles))
 
 
 def near_offsets(reach_px: float) -> Offsets:

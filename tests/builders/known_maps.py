@@ -130,16 +130,24 @@ def _crosses(start: tuple[int, int], way: tuple[int, int], row: int, col: int) -
     return first < last
 
 
-def slow_clusters(known: np.ndarray) -> list[list[tuple[int, int]]]:
-    """Unknown cells beside free ones, in clusters (R1, R2 of ``frontiers``), by their first cells."""
+def slow_clusters(known: np.ndarray, reach: int | None = None) -> list[list[tuple[int, int]]]:
+    """Unknown cells beside free ones, in clusters (R1, R2 of ``frontiers``), by their first cells; None: endless."""
     rows, cols = known.shape
     edges = np.zeros(known.shape, bool)
     for row, col in np.argwhere(known == UNKNOWN).tolist():
         for r, c in ((row - 1, col), (row + 1, col), (row, col - 1), (row, col + 1)):
             edges[row, col] |= 0 <= r < rows and 0 <= c < cols and known[r, c] == FREE
-    labels, n = label(edges, np.ones((3, 3)))
-    clusters = [[(row, col) for row, col in np.argwhere(labels == k).tolist()] for k in range(1, n + 1)]
-    return sorted(clusters)
+    clusters = []
+    while edges.any():
+        row, col = np.argwhere(edges)[0].tolist()
+        near = np.zeros(edges.shape, bool)
+        far = max(rows, cols) if reach is None else reach
+        near[max(row - far, 0) : row + far + 1, max(col - far, 0) : col + far + 1] = True
+        labels, _ = label(edges & near, np.ones((3, 3)))
+        cluster = labels == labels[row, col]
+        clusters.append([(r, c) for r, c in np.argwhere(cluster).tolist()])
+        edges &= ~cluster
+    return clusters
 
 
 def slow_middle(cluster: list[tuple[int, int]]) -> tuple[int, int]:

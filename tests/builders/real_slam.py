@@ -151,7 +151,7 @@ def slam(run: Run, folder: Path, seed: int = 0) -> SlamMap:
     log = list(readings(world, SCANNER, run.poses, rng, drift=DRIFT, laser_m=LASER_M))
     convert(log, folder)
     (folder / "slam.ini").write_text(SETTINGS)
-    _call(folder, "icp-slam", "slam.ini", "run.rawlog")
+    call(folder, "icp-slam", "slam.ini", "run.rawlog")
     made = folder / "slam"
     picture = cv2.imread(str(next(made.glob("*OccupancyGridMap2D*.png"))), cv2.IMREAD_GRAYSCALE)
     bounds = np.loadtxt(next(made.glob("*_limits.txt")), comments="%").tolist()
@@ -159,30 +159,31 @@ def slam(run: Run, folder: Path, seed: int = 0) -> SlamMap:
     return SlamMap(np.asarray(picture, np.uint8), tuple(bounds), float(ms))
 
 
-def convert(log: list[Reading], folder: Path) -> None:
+def convert(log: list[Reading], folder: Path, scanner: Scanner = SCANNER) -> None:
     """Write ``run.log`` and ``run.rawlog``, and check that the SLAM will read what was meant.
 
     carmen2rawlog 2.5.8 takes the log's seconds for 1e-12 of a second: all scans would lie at one time, and the SLAM
     stand still. Where it does, the log is written again with times in that unit.
     """
     for second in (1.0, 1e12):
-        write_log(folder / "run.log", SCANNER, log, SECONDS * second)
-        _call(folder, "carmen2rawlog", "-q", "-w", "-i", "run.log", "-o", "run.rawlog")
-        _call(folder, "rawlog-edit", "-q", "-w", "--export-2d-scans-txt", "-i", "run.rawlog")
+        write_log(folder / "run.log", scanner, log, SECONDS * second)
+        call(folder, "carmen2rawlog", "-q", "-w", "-i", "run.log", "-o", "run.rawlog")
+        call(folder, "rawlog-edit", "-q", "-w", "--export-2d-scans-txt", "-i", "run.rawlog")
         scans = np.loadtxt(folder / "run_ROBOTLASER1.txt", comments="%")
         if scans[-1, 0] > scans[0, 0]:
             break
-    assert scans.shape == (len(log), 1 + 2 * SCANNER.beams)
+    assert scans.shape == (len(log), 1 + 2 * scanner.beams)
     np.testing.assert_allclose(np.diff(scans[:, 0]), SECONDS, atol=1e-3)
-    first, ranges, valid = log[0].ranges_m, scans[0, 1 : 1 + SCANNER.beams], scans[0, 1 + SCANNER.beams :]
+    first, ranges, valid = log[0].ranges_m, scans[0, 1 : 1 + scanner.beams], scans[0, 1 + scanner.beams :]
     np.testing.assert_allclose(ranges, first, atol=1e-3)
-    np.testing.assert_array_equal(valid != 0, first < SCANNER.range_m)
+    np.testing.assert_array_equal(valid != 0, first < scanner.range_m)
     raw = gzip.decompress((folder / "run.rawlog").read_bytes())
     at = raw.index(_SCAN) + len(_SCAN) + 1  # after the name and a byte of its version
     aperture, to_the_left, range_m = struct.unpack_from("<f?f", raw, at)
-    assert (np.float32(np.pi), True, SCANNER.range_m) == (np.float32(aperture), to_the_left, range_m)
+    assert (np.float32(np.pi), True, scanner.range_m) == (np.float32(aperture), to_the_left, range_m)
 
 
-def _call(folder: Path, *command: str) -> None:
+def call(folder: Path, *command: str) -> None:
+    """Run a program in a folder."""
     done = subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{' '.join(command)}: {done.stdout[-2000:]}{done.stderr[-2000:]}"

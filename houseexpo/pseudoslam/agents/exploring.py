@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,13 +23,10 @@ from houseexpo.pseudoslam.kernels.mapping.merge import UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
 from houseexpo.pseudoslam.kernels.planning.plan import FRONTIER
 from houseexpo.pseudoslam.kernels.types import Rows
-from houseexpo.pseudoslam.plan_rules import frontier_rules
+from houseexpo.pseudoslam.plan_rules import MAX_BUMPS, MAX_FRONTIERS, explorer_frontiers, first_looks
 from houseexpo.pseudoslam.step_params import scratch_of, with_room
 
 Grid = npt.NDArray[np.uint8]
-MAX_FRONTIERS: Final = 64
-_SPARE_PX: Final = 1.5
-_MAX_BUMPS: Final = 4
 
 
 class Explorer(ABC):
@@ -44,9 +41,9 @@ class Explorer(ABC):
         self.radius_px = config.robot.radius_m * self.metre
         self._walker = Walker(robot)
         self._turn = math.radians(config.robot.turn_deg)
-        self._looks = math.ceil((360.0 - config.laser.fov_deg) / config.robot.turn_deg - 1e-9)
-        self._rules = frontier_rules(config)._replace(spare_px=_SPARE_PX)
-        self._scratch = scratch_of(config)
+        self._looks = first_looks(config)
+        self._rules = explorer_frontiers(config)
+        self.scratch = scratch_of(config)
         self._frontiers = np.zeros(MAX_FRONTIERS, FRONTIER)
         self._given_up: list[int] = []
         self._target = -1
@@ -54,8 +51,8 @@ class Explorer(ABC):
         self.decided = False
 
     @abstractmethod
-    def choose(self, known: Grid, frontiers: Rows) -> int:
-        """Return the number of the frontier to go to.
+    def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
+        """Return the number of the frontier to go to; ``scratch.ways`` are the ways from where the robot is.
 
         Parameters
         ----------
@@ -63,6 +60,8 @@ class Explorer(ABC):
             The map.
         frontiers
             (n,) ``FRONTIER``, one at least, ordered as ``find_frontiers`` does.
+        info
+            What else the robot knows.
         """
 
     def __call__(self, _observation: Any, info: Knowledge) -> int | None:
@@ -87,7 +86,7 @@ class Explorer(ABC):
 
     def _has_to_decide(self, known: Grid) -> bool:
         """Whether R2 asks for it; gives up what it is blocked on the way to (R3)."""
-        if self._bumps > _MAX_BUMPS:
+        if self._bumps > MAX_BUMPS:
             self._given_up.append(self._target)
             return True
         return self._target < 0 or bool(known.flat[self._target] != UNKNOWN)
@@ -95,13 +94,13 @@ class Explorer(ABC):
     def _decide(self, known: Grid, info: Knowledge) -> bool:
         """Choose a frontier and aim at its goal; return whether there is one."""
         x, y = info["pose_px"][:2].tolist()
-        scratch = self._scratch = with_room(self._scratch, known.size)
+        scratch = self.scratch = with_room(self.scratch, known.size)
         given_up = np.array(self._given_up, np.int32)
         n = find_frontiers(known, x, y, self._rules, given_up, scratch, self._frontiers)
         if not n:
             self._target = -1
             return False
-        chosen = self._frontiers[self.choose(known, self._frontiers[:n])]
+        chosen = self._frontiers[self.choose(known, self._frontiers[:n], info)]
         self._target, goal = int(chosen["middle"]), int(chosen["goal"])
         self._bumps = 0
         cols = known.shape[1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from houseexpo.pseudoslam.agents.exploring import Explorer, Grid
-from houseexpo.pseudoslam.agents.protocol import Robot, knowledge_of
+from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot, knowledge_of
 from houseexpo.pseudoslam.kernels.types import Rows
 from houseexpo.pseudoslam.simulator import ACTIONS, Action, Simulator
 from houseexpo.pseudoslam.state import State
@@ -14,9 +14,9 @@ from houseexpo.pseudoslam.state import State
 class NearestFrontier(Explorer):
     """Goes to the nearest long frontier, and to the specks in the end."""
 
-    def choose(self, known: Grid, frontiers: Rows) -> int:
+    def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
         """Return the first: they are ordered so."""
-        del known, frontiers
+        del known, frontiers, info
         return 0
 
 

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from houseexpo.pseudoslam.agents.exploring import Explorer, Grid
-from houseexpo.pseudoslam.agents.protocol import Robot
+from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot
 from houseexpo.pseudoslam.kernels.planning.gain import unknown_in_sight
 from houseexpo.pseudoslam.kernels.planning.plan import STRAIGHT
 from houseexpo.pseudoslam.kernels.types import Rows
@@ -28,7 +28,7 @@ class InformationGain(Explorer):
         angles = np.arange(_BEAMS) * (2 * math.pi / _BEAMS)
         self._cos, self._sin = np.cos(angles), np.sin(angles)
 
-    def choose(self, known: Grid, frontiers: Rows) -> int:
+    def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:  # noqa: ARG002  # others use it
         """Return the one with the greatest worth; of equal ones the first."""
         first = frontiers[:_LOOKED_AT]
         worth = [

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.agents.protocol import Interface, PolicyFactory, interface_of
+from houseexpo.pseudoslam.agents.protocol import Interface, PolicyFactory, Training, interface_of, training_of
 
 _HERE: Final = "houseexpo.pseudoslam.agents"
 NAMES: Final = {
@@ -23,6 +23,9 @@ NAMES: Final = {
     "frontier": f"{_HERE}.frontier:NearestFrontier",
     "information": f"{_HERE}.information:InformationGain",
     "tour": f"{_HERE}.touring:Tour",
+    "chooser": f"{_HERE}.chooser:seed_0",
+    "chooser-1": f"{_HERE}.chooser:seed_1",
+    "chooser-2": f"{_HERE}.chooser:seed_2",
     "oracle": f"{_HERE}.oracle:Oracle",
     "greedy": f"{_HERE}.greedy:Greedy",
     "a-star": f"{_HERE}.a_star:AStar",
@@ -43,7 +46,7 @@ class NamedPolicy:
     source
         ``module:function`` or ``file:function``.
     sha256
-        Of the file that it came from; "" where there is none.
+        Of the file that it came from, of its weights where it has some; "" where there is none.
     """
 
     name: str
@@ -55,6 +58,11 @@ class NamedPolicy:
     def interface(self) -> Interface:
         """How it wants to see and to act."""
         return interface_of(self.factory)
+
+    @property
+    def training(self) -> Training | None:
+        """Which training made it, where one did."""
+        return training_of(self.factory)
 
 
 def load_policy(name: str) -> NamedPolicy:
@@ -115,7 +123,15 @@ def _from_training(path: Path, _attribute: str) -> PolicyFactory:
     return Learned(path)
 
 
-LOADERS: Final[dict[str, Callable[[Path, str], PolicyFactory]]] = {".py": _from_python, ".pt": _from_training}
+def _from_weights(path: Path, _attribute: str) -> PolicyFactory:
+    from houseexpo.pseudoslam.agents.chooser import TrainedChooser
+
+    return TrainedChooser(path)
+
+
+LOADERS: Final[dict[str, Callable[[Path, str], PolicyFactory]]] = {
+    ".py": _from_python, ".pt": _from_training, ".json": _from_weights,
+}  # fmt: skip
 """How files are read, by suffix: from the file and what was named in it to a factory."""
 
 
@@ -137,6 +153,7 @@ def _attribute(name: str, module: object, attribute: str) -> PolicyFactory:
 def _checked(name: str, factory: object, source: str, file: Path | None) -> NamedPolicy:
     if not callable(factory):
         raise ConfigError(f"policy {name!r}: expected a class or function, found {factory!r}")
-    found = NamedPolicy(name, factory, source, hashlib.sha256(file.read_bytes()).hexdigest() if file else "")
     interface_of(factory)
-    return found
+    training_of(factory)
+    file = getattr(factory, "file", file)
+    return NamedPolicy(name, factory, source, hashlib.sha256(file.read_bytes()).hexdigest() if file else "")

@@ -2,8 +2,9 @@
 
 A *factory* makes one: ``factory(robot, seed)``, a class or a function. A *policy* is what it returns: a function
 ``policy(observation, info)`` from what the environment shows, and a ``Knowledge``, to an action of the environment, or
-None where it is done. A factory may have an attribute ``interface`` that says how it wants to see and to act, and a
-policy an attribute ``decided``, False where its last action only went on with what it had decided before.
+None where it is done. A factory may have an attribute ``interface`` that says how it wants to see and to act, and
+``training``, of which policies it is one that differ by the seed of their training only. A policy may have an attribute
+``decided``, False where its last action only went on with what it had decided before.
 
 A policy sees the robot's own map and no truth: not the house's id, not its walls, not the share that is seen. Only one
 whose interface says ``sees_truth`` is given the world, and results say so.
@@ -76,6 +77,14 @@ class Interface:
 
 
 @dataclass(frozen=True)
+class Training:
+    """Which training made a policy: results of one ``family`` and several seeds are one row of a table."""
+
+    family: str
+    seed: int
+
+
+@dataclass(frozen=True)
 class Robot:
     """What a factory is given: the configuration and the spaces, and the world where it asked for the truth."""
 
@@ -100,6 +109,14 @@ def interface_of(factory: PolicyFactory) -> Interface:
     found = getattr(factory, "interface", Interface())
     if not isinstance(found, Interface):
         raise ConfigError(f"policy: expected its attribute 'interface' to be an Interface, found {found!r}")
+    return found
+
+
+def training_of(factory: PolicyFactory) -> Training | None:
+    """Return which training made a factory's policies, None where none did; ConfigError where it says so otherwise."""
+    found = getattr(factory, "training", None)
+    if found is not None and not isinstance(found, Training):
+        raise ConfigError(f"policy: expected its attribute 'training' to be a Training, found {found!r}")
     return found
 
 

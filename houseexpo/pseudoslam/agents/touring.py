@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.agents.exploring import Explorer, Grid
-from houseexpo.pseudoslam.agents.protocol import Robot
+from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot
 from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways
 from houseexpo.pseudoslam.kernels.planning.tour import short_tour
 from houseexpo.pseudoslam.kernels.types import NO_WAY, KnownWays, Rows, known_ways_of
@@ -27,7 +27,7 @@ class Tour(Explorer):
         super().__init__(robot, seed)
         self._ways: KnownWays | None = None
 
-    def choose(self, known: Grid, frontiers: Rows) -> int:
+    def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:  # noqa: ARG002  # others use it
         """Return the first frontier of the tour that begins at the robot."""
         if self._ways is None or len(self._ways.ways) < known.size:
             self._ways = known_ways_of(known.size)

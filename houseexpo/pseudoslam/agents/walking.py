@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -13,12 +12,10 @@ from houseexpo.pseudoslam.agents.protocol import Robot
 from houseexpo.pseudoslam.kernels.planning.descent import NO_TURN, best_turns
 from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways
 from houseexpo.pseudoslam.kernels.types import KnownWays, known_ways_of
+from houseexpo.pseudoslam.plan_rules import ENOUGH
 
 Grid = npt.NDArray[np.uint8]
 Floats = npt.NDArray[np.float64]
-
-ENOUGH: Final = 0.95
-"""A step that gains so much of the best one's is taken, if it needs fewer turns: 18 degrees off cost 5% of the way."""
 
 
 class Walker:

@@ -1,4 +1,9 @@
-"""Results side by side: those of one track, on the same plans."""
+"""Results side by side: those of one track, on the same plans.
+
+R1  Results of one family that differ by the seed of their training are one row: means over seeds and plans.
+R2  A baseline, where there is one, is what others are told to differ from, plan by plan: that says more than two
+    intervals that overlap, for plans differ more than policies.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +14,58 @@ from typing import Any, Final
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.benchmark.measures import Metric
-from houseexpo.pseudoslam.benchmark.result import Result, read_result
-from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate
+from houseexpo.pseudoslam.benchmark.result import Column, Curve, Result, read_result
+from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate_seeds
 from houseexpo.pseudoslam.benchmark.tracks import TRACKS, Track, track_of
+from houseexpo.words import counted
 
 ORACLE: Final = "oracle"
 """The policy whose ways others are measured by."""
+BASELINE: Final = "frontier"
+"""The policy that others are told to differ from (R2)."""
+_LESS, _SHARE = "less_", "share_of_"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A row: one result, or those of one family, by their seeds (R1)."""
+
+    results: tuple[Result, ...]
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+        policy = self.results[0].policy
+        if len(self.results) > 1:
+            return f"{policy.family} ({counted(len(self.results), 'training')})"
+        seed = f", seed {policy.seed}" if policy.seed else ""
+        return f"{policy.name}{seed}"
+
+    @property
+    def sees_truth(self) -> bool:
+        """Whether its policies are given the world."""
+        return self.results[0].policy.sees_truth
+
+    @property
+    def decision_ms(self) -> float | None:
+        """The median of a decision's time, the mean over seeds; None where nothing was decided."""
+        medians = [one.times.decision_ms.get("median") for one in self.results]
+        known = [median for median in medians if median is not None]
+        return sum(known) / len(known) if known else None
+
+    def columns(self, key: str) -> list[Column]:
+        """Return a value of each episode, for each seed."""
+        return [one.column(key) for one in self.results]
+
+    def curve(self, over: str) -> Curve:
+        """Return the mean of the seeds' curves; its band reaches from the lowest to the highest of theirs."""
+        parts = [one.curves[over] for one in self.results]
+        if len(parts) == 1:
+            return parts[0]
+        means = [sum(values) / len(values) for values in zip(*(part.mean for part in parts), strict=True)]
+        low = [min(values) for values in zip(*(part.low for part in parts), strict=True)]
+        high = [max(values) for values in zip(*(part.high for part in parts), strict=True)]
+        return Curve(parts[0].at, means, low, high)
 
 
 @dataclass(frozen=True)
@@ -22,7 +73,7 @@ class Compared:
     """The results of a track, the best first."""
 
     track: Track
-    results: tuple[Result, ...]
+    entries: tuple[Entry, ...]
 
     def tables(self) -> list[tuple[Metric, ...]]:
         """Return the metrics of each table."""
@@ -30,40 +81,64 @@ class Compared:
         for metric in self.track.metrics:
             if metric.table is not None:
                 found.setdefault(metric.table, []).append(metric)
+                if metric.paired and self._named(BASELINE) and len(self.entries) > 1:
+                    less = Metric(_LESS + metric.key, f"less {BASELINE}'s", metric.unit, metric.better)
+                    found[metric.table].append(less)
         tables = [tuple(metrics) for metrics in found.values()]
         return [tables[0] + self._shares(), *tables[1:]]
 
-    def value(self, result: Result, metric: Metric) -> Estimate:
-        """Return a metric of a result."""
-        if metric.key in result.summary:
-            return result.summary[metric.key]
-        return self._share(result, metric.key.removeprefix("share_of_"))
+    def value(self, entry: Entry, metric: Metric) -> Estimate:
+        """Return a metric of a row."""
+        if metric.key.startswith(_LESS):
+            return self._less(entry, metric.key.removeprefix(_LESS))
+        if metric.key.startswith(_SHARE):
+            return self._share(entry, metric.key.removeprefix(_SHARE))
+        if len(entry.results) == 1:
+            return entry.results[0].summary[metric.key]
+        return estimate_seeds(entry.columns(metric.key))
 
     def _shares(self) -> tuple[Metric, ...]:
         """Return the shares of the oracle's way, where there is an oracle's result."""
-        if self._oracle is None:
+        if self._named(ORACLE) is None:
             return ()
         keys = [metric.key for metric in self.track.metrics if metric.key.startswith("metres_to_")]
         return tuple(
-            Metric(f"share_of_{key}", f"share of the oracle's way, {key.removeprefix('metres_to_')}%", "%", "high")
+            Metric(_SHARE + key, f"share of the oracle's way, {key.removeprefix('metres_to_')}%", "%", "high")
             for key in keys
         )
 
-    def _share(self, result: Result, key: str) -> Estimate:
+    def _share(self, entry: Entry, key: str) -> Estimate:
         """Return the oracle's metres as a share of a policy's, at most 1, over plans: 0 where the policy got nowhere.
 
         Plans in which the oracle did not get so far are left out.
         """
-        best = [] if self._oracle is None else self._oracle.column(key)
-        shares = [
-            None if one is None else 0.0 if other is None else one / max(other, one, 1e-9)
-            for one, other in zip(best, result.column(key), strict=True)
-        ]
-        return estimate(shares)
+        oracle = self._named(ORACLE)
+        best = [] if oracle is None else oracle.results[0].column(key)
+        return estimate_seeds(
+            [
+                [
+                    None if one is None else 0.0 if other is None else one / max(other, one, 1e-9)
+                    for one, other in zip(best, column, strict=True)
+                ]
+                for column in entry.columns(key)
+            ]
+        )
 
-    @property
-    def _oracle(self) -> Result | None:
-        return next((result for result in self.results if result.policy.name == ORACLE), None)
+    def _less(self, entry: Entry, key: str) -> Estimate:
+        """Return a value less the baseline's, over the plans in which both have one (R2); nothing for itself."""
+        baseline = self._named(BASELINE)
+        if baseline is None or entry is baseline:
+            return Estimate(None, None, None, 0)
+        base = baseline.results[0].column(key)
+        return estimate_seeds(
+            [
+                [None if one is None or other is None else one - other for one, other in zip(column, base, strict=True)]
+                for column in entry.columns(key)
+            ]
+        )
+
+    def _named(self, name: str) -> Entry | None:
+        return next((entry for entry in self.entries if entry.results[0].policy.name == name), None)
 
 
 def read_results(files: Sequence[Path]) -> list[Compared]:
@@ -104,11 +179,24 @@ def _compared(track: Track, named: Sequence[tuple[Path, Result]]) -> Compared:
                     f"{file}: expected the {what} of {first_file}, found others; {track.id} is compared on the same "
                     "plans: run both with the same --split and --plans, on the same data set"
                 )
+    unordered = Compared(track, tuple(Entry(group) for group in _grouped([result for _, result in named])))
     metric = track.metrics[0]
     sign = -1.0 if metric.better == "high" else 1.0
 
-    def rank(result: Result) -> tuple[Any, ...]:
-        mean = result.summary[metric.key].mean
-        return (mean is None, 0.0 if mean is None else sign * mean, result.policy.name, result.policy.seed)
+    def rank(entry: Entry) -> tuple[Any, ...]:
+        mean = unordered.value(entry, metric).mean
+        policy = entry.results[0].policy
+        return (mean is None, 0.0 if mean is None else sign * mean, policy.name, policy.seed)
 
-    return Compared(track, tuple(sorted((result for _, result in named), key=rank)))
+    return Compared(track, tuple(sorted(unordered.entries, key=rank)))
+
+
+def _grouped(results: Sequence[Result]) -> list[tuple[Result, ...]]:
+    """Return results by family (R1), one of each training seed; others alone."""
+    groups: dict[tuple[Any, ...], list[Result]] = {}
+    for number, result in enumerate(results):
+        policy = result.policy
+        seeds = {other.policy.training_seed for other in groups.get((policy.family,), ())}
+        is_one_more = policy.family and policy.training_seed not in seeds
+        groups.setdefault((policy.family,) if is_one_more else ("", number), []).append(result)
+    return [tuple(sorted(group, key=lambda one: one.policy.training_seed or 0)) for group in groups.values()]

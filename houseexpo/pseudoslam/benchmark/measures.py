@@ -24,6 +24,8 @@ class Metric:
         Which direction is.
     table
         The table that shows it, "" the first; None: results only.
+    paired
+        Whether tables also show, plan by plan, by how much it differs from the baseline's.
     """
 
     key: str
@@ -31,6 +33,7 @@ class Metric:
     unit: str
     better: Literal["high", "low"]
     table: str | None = ""
+    paired: bool = False
 
 
 COLLISIONS: Final = Metric("collisions", "collisions", "", "low")
@@ -41,7 +44,7 @@ def budget_metrics(budgets: tuple[int, ...]) -> tuple[Metric, ...]:
     found = []
     for over, longest in zip(OVER, (budgets[-1], budgets[1]), strict=True):
         areas = [
-            Metric(f"area_{b}_{over}", f"area, {b} {over}", "%", "high", over if b == longest else None)
+            Metric(f"area_{b}_{over}", f"area, {b} {over}", "%", "high", over if b == longest else None, b == longest)
             for b in budgets
         ]
         areas.sort(key=lambda metric: metric.table is None)
@@ -70,7 +73,9 @@ class Budget:
 def quality_metrics(shares: tuple[int, ...]) -> tuple[Metric, ...]:
     """Return the metrics of ``Quality``."""
     reached = [Metric(f"reached_{share}", f"{share}% seen", "%", "high") for share in shares]
-    metres = [Metric(f"metres_to_{share}", f"metres to {share}%", "m", "low") for share in shares]
+    metres = [
+        Metric(f"metres_to_{share}", f"metres to {share}%", "m", "low", paired=share == shares[0]) for share in shares
+    ]
     steps = [Metric(f"steps_to_{share}", f"steps to {share}%", "", "low") for share in shares]
     return (*reached, *metres, *steps, COLLISIONS)
 

@@ -1,17 +1,23 @@
-"""Compared results as one HTML page that needs nothing beside it: tables, and curves with bands."""
+"""Compared results as one HTML page that needs nothing beside it, or in Markdown with pictures beside it.
+
+Both have tables, and curves with bands.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from houseexpo.drawing.plots import SERIES, axes_of, svg_of
+from houseexpo.drawing.plots import SERIES, axes_of, svg_alone, svg_of
 from houseexpo.errors import ConfigError
 from houseexpo.files import write_whole
 from houseexpo.pseudoslam.benchmark.comparison import Compared
 from houseexpo.pseudoslam.benchmark.tables import ABOUT, HEADING, facts, heads, markdown, row, title
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 SUFFIXES: Final = (".html", ".md")
 _SIZE: Final = (6.2, 3.6)
@@ -32,10 +38,22 @@ def check_name(file: Path) -> None:
 
 
 def write_comparison(found: Sequence[Compared], file: Path, heading: str = HEADING) -> None:
-    """Write a comparison as the file's name says, as HTML or Markdown."""
+    """Write a comparison as the file's name says, HTML or Markdown; curves of ``page.md`` lie in a folder ``page``."""
     check_name(file)
-    text = page(found, heading) if file.suffix == ".html" else markdown(found, heading)
-    write_whole(file, text.encode())
+    if file.suffix == ".html":
+        write_whole(file, page(found, heading).encode())
+        return
+    pictures = {}
+    for compared in found:
+        for over, _ in compared.track.curves:
+            picture = file.with_suffix("") / f"{compared.track.id}-{over}.svg"
+            picture.parent.mkdir(exist_ok=True)
+            with axes_of(_SIZE) as (axes, out):
+                _draw(axes, compared, over)
+                axes.legend(frameon=False, fontsize=8, loc="lower right")
+            write_whole(picture, svg_alone(out).encode())
+            pictures[compared.track.id, over] = f"{picture.parent.name}/{picture.name}"
+    write_whole(file, markdown(found, heading, pictures).encode())
 
 
 def page(found: Sequence[Compared], heading: str = HEADING) -> str:
@@ -55,25 +73,30 @@ def page(found: Sequence[Compared], heading: str = HEADING) -> str:
 
 def _tables(compared: Compared) -> Iterator[Table]:
     for metrics in compared.tables():
-        yield Table(heads(metrics), [row(compared, result, metrics) for result in compared.results])
+        yield Table(heads(metrics), [row(compared, entry, metrics) for entry in compared.entries])
 
 
 def _legend(compared: Compared) -> list[tuple[int, str]]:
-    """Return the number of each result's colour, and its name."""
-    return [(number % len(SERIES), title(result)) for number, result in enumerate(compared.results)]
+    """Return the number of each row's colour, and its name."""
+    return [(number % len(SERIES), title(entry)) for number, entry in enumerate(compared.entries)]
 
 
 def _curves(compared: Compared) -> Iterator[tuple[str, str]]:
     """Yield what coverage is drawn over, and the drawing."""
     for over, _ in compared.track.curves:
         with axes_of(_SIZE) as (axes, out):
-            for number, result in enumerate(compared.results):
-                curve, colour = result.curves[over], SERIES[number % len(SERIES)]
-                low, mean, high = ([100 * value for value in part] for part in (curve.low, curve.mean, curve.high))
-                axes.fill_between(curve.at, low, high, color=colour, alpha=0.18, linewidth=0)
-                axes.plot(curve.at, mean, color=colour, linewidth=1.8)
-            axes.set_xlim(0, result.curves[over].at[-1])
-            axes.set_ylim(0, 100)
-            axes.yaxis.set_major_formatter("{x:.0f}%")
-            axes.set_xlabel(over)
+            _draw(axes, compared, over)
         yield over, svg_of(out)
+
+
+def _draw(axes: Axes, compared: Compared, over: str) -> None:
+    """Draw the curves of all rows, with their bands."""
+    for number, entry in enumerate(compared.entries):
+        curve, colour = entry.curve(over), SERIES[number % len(SERIES)]
+        low, mean, high = ([100 * value for value in part] for part in (curve.low, curve.mean, curve.high))
+        axes.fill_between(curve.at, low, high, color=colour, alpha=0.18, linewidth=0)
+        axes.plot(curve.at, mean, color=colour, linewidth=1.8, label=title(entry))
+    axes.set_xlim(0, curve.at[-1])
+    axes.set_ylim(0, 100)
+    axes.yaxis.set_major_formatter("{x:.0f}%")
+    axes.set_xlabel(over)

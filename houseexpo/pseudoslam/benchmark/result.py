@@ -23,7 +23,10 @@ Column = list[float | None]
 
 
 class PolicyRecord(msgspec.Struct, frozen=True):
-    """Which policy: its name, where it came from, the hash of that file, its seed, and whether it sees the truth."""
+    """Which policy: its name, where it came from, the hash of that file, its seed, and whether it sees the truth.
+
+    Where it was trained: of what family it is, and by which seed; results of one family are one row of a table.
+    """
 
     name: str
     source: str
@@ -32,6 +35,8 @@ class PolicyRecord(msgspec.Struct, frozen=True):
     sees_truth: bool
     actions: str
     observation: str
+    family: str = ""
+    training_seed: int | None = None
 
 
 class PlansRecord(msgspec.Struct, frozen=True):

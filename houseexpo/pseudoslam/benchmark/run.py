@@ -139,10 +139,11 @@ def result_of(
 
 def policy_record(policy: NamedPolicy, seed: int) -> results.PolicyRecord:
     """Return what a result says of a policy."""
-    shown = policy.interface
+    shown, made = policy.interface, policy.training
     return results.PolicyRecord(
-        policy.name, policy.source, policy.sha256, seed, shown.sees_truth, shown.actions, shown.observation
-    )
+        policy.name, policy.source, policy.sha256, seed, shown.sees_truth, shown.actions, shown.observation,
+        made.family if made else "", made.seed if made else None,
+    )  # fmt: skip
 
 
 def times_of(outcomes: Sequence[Outcome], wall_s: float, workers: int) -> results.Times:

@@ -39,6 +39,23 @@ def estimate(values: Sequence[float | None]) -> Estimate:
     return Estimate(mean, low, high, number)
 
 
+def estimate_seeds(columns: Sequence[Sequence[float | None]]) -> Estimate:
+    """Return the mean over plans and training seeds, of each seed's (plans,) values; each draw draws both anew."""
+    if len(columns) == 1:
+        return estimate(columns[0])
+    given = np.array([[np.nan if value is None else value for value in column] for column in columns], np.float64)
+    has = ~np.isnan(given)
+    if not has.any():
+        return Estimate(None, None, None, 0)
+    filled, weights = np.where(has, given, 0.0), _weights(given.shape[1])
+    seeds = _weights(len(columns), 1)
+    with np.errstate(invalid="ignore"):
+        drawn = (seeds * (weights @ filled.T)).sum(axis=1) / (seeds * (weights @ has.T)).sum(axis=1)
+    low, high = np.nanpercentile(drawn, _LEVELS)
+    mean, low, high = (round(float(value), MEAN_DIGITS) for value in (filled.sum() / has.sum(), low, high))
+    return Estimate(mean, low, high, int(has.any(axis=0).sum()))
+
+
 def means(values: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the mean, and the ends of its interval, of each column of (plans, columns); NaN: a plan has no value."""
     has = ~np.isnan(values)
@@ -52,8 +69,8 @@ def means(values: Floats) -> tuple[Floats, Floats, Floats]:
     return tuple(rounded)
 
 
-@lru_cache(maxsize=4)
-def _weights(number: int) -> Floats:
+@lru_cache(maxsize=8)
+def _weights(number: int, seed: int = 0) -> Floats:
     """Return how often each of so many plans is drawn, (DRAWS, number)."""
-    rng = np.random.default_rng(0)
+    rng = np.random.default_rng(seed)
     return rng.multinomial(number, np.full(number, 1 / number), DRAWS).astype(np.float64)

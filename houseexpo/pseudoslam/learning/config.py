@@ -21,12 +21,13 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal, TypeVar, get_args
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.checks import above_zero, number, whole
 from houseexpo.pseudoslam.config.mapping import config_from, mapping_from
 
+Config = TypeVar("Config")
 Network = Literal["cnn", "cnn-lstm"]
 Moves = Literal["discrete", "continuous", "waypoint"]
 Sight = Literal["map", "dict", "scales"]
@@ -199,8 +200,13 @@ class TrainConfig:
 
 def read_config(file: Path) -> TrainConfig:
     """Return the configuration of a TOML file; ConfigError that names the file and the key where it is none."""
+    return read_toml(TrainConfig, file)
+
+
+def read_toml(kind: type[Config], file: Path) -> Config:
+    """Return a configuration of some kind, as ``read_config`` does."""
     try:
-        return config_from(TrainConfig, tomllib.loads(file.read_text(encoding="utf-8")))
+        return config_from(kind, tomllib.loads(file.read_text(encoding="utf-8")))
     except OSError as error:
         raise ConfigError(f"{file}: expected a TOML file, found none that can be read: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

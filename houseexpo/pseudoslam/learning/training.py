@@ -10,7 +10,6 @@
 from __future__ import annotations
 
 import platform
-import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -29,6 +28,7 @@ from houseexpo.errors import TrainingError
 from houseexpo.files import as_json, write_whole
 from houseexpo.progress import watched
 from houseexpo.pseudoslam.learning import checkpoints
+from houseexpo.pseudoslam.learning.commits import commit
 from houseexpo.pseudoslam.learning.config import TrainConfig
 from houseexpo.pseudoslam.learning.curves import Curve
 from houseexpo.pseudoslam.learning.evaluation import Score, evaluate
@@ -194,7 +194,7 @@ def about(run: Run, learner: Learner) -> dict[str, Any]:
         **run.record(),
         "seed": run.config.seed,
         "steps": learner.num_timesteps,
-        "commit": _commit(),
+        "commit": commit(),
         "versions": {**made_by, **{name: version(name) for name in _LIBRARIES}},
         "device": str(learner.device),
     }
@@ -215,17 +215,3 @@ def _begun(run: Run, *, resume: bool) -> checkpoints.Checkpoint | None:
     folder.mkdir(parents=True, exist_ok=True)
     write_whole(record, as_json(run.record()))
     return found
-
-
-def _commit() -> str | None:
-    """Return the commit of the code, with "+" where files differ from it; None where it is not in a repository."""
-    root = Path(houseexpo.__file__).parents[1]
-    if not (root / ".git").exists():
-        return None
-    said = [
-        subprocess.run(["git", "-C", str(root), *words], capture_output=True, text=True, check=False)  # noqa: S603, S607
-        for words in (["rev-parse", "HEAD"], ["status", "--porcelain", "--untracked-files=no"])
-    ]
-    if any(one.returncode for one in said):
-        return None
-    return said[0].stdout.strip() + ("+" if said[1].stdout.strip() else "")

@@ -22,6 +22,7 @@ from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.io import films as movies
 from houseexpo.pseudoslam.io.films import write_movie
+from houseexpo.pseudoslam.io.races import record_race
 from houseexpo.pseudoslam.io.record import record
 from houseexpo.pseudoslam.render.picture import picture
 from houseexpo.pseudoslam.tasks import ROOM
@@ -182,3 +183,33 @@ def test_the_palette_fits_a_gif() -> None:
     palette = movies._palette()
     assert palette.shape[1] == 3
     assert len(palette) <= 256
+
+
+def test_policies_go_side_by_side(tmp_path: Path) -> None:
+    """Each in a panel of its own, from one start; what has ended stands still."""
+    (tmp_path / "room.json").write_bytes(encode(ROOM))
+    words = ["--steps", "40", "--every", "10", "--policy", "frontier,forward", "--size", "600", "240"]
+    names = ["record", str(tmp_path / "room.json"), "--out", str(tmp_path / "race.gif")]
+    done = CliRunner().invoke(make_app(), [*names, *words])
+    assert done.exit_code == 0, done.output
+    assert "frontier: " in done.output
+    assert "forward: " in done.output
+    shown = frames(tmp_path / "race.gif")
+    assert len(shown) >= 2
+    high, wide, _ = shown[0].shape
+    assert (wide, high <= 240) == (600, True)
+    left, right = shown[0][40:, :296], shown[0][40:, 304:]
+    assert (left == right).all()
+    left, right = shown[-1][40:, :296], shown[-1][40:, 304:]
+    assert (left != right).any()
+
+
+def test_a_race_is_a_movie(tmp_path: Path) -> None:
+    (tmp_path / "room.json").write_bytes(encode(ROOM))
+    words = ["record", str(tmp_path / "room.json"), "--policy", "frontier,forward"]
+    for more in ([], ["--out", str(tmp_path / "a.gif"), "--shows", "beside"]):
+        done = CliRunner().invoke(make_app(), [*words, *more])
+        assert done.exit_code == 2
+        assert "--policy: several make a movie" in done.output
+    with pytest.raises(ConfigError, match="found 0 policies"):
+        record_race([], tmp_path / "a.gif")

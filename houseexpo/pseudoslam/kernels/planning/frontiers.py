@@ -2,8 +2,9 @@
 
 R1  A frontier's cell is unknown and shares a side with a free cell. Cells within reach of one that was given up are
     left out.
-R2  Cells that share a side or a corner are one cluster. Its middle is the cell nearest to the mean of its cells; of
-    several the first, row by row.
+R2  Cells that share a side or a corner are one cluster, as far as ``reach`` rows and columns from its first cell, row
+    by row; what lies beyond begins another, for the middle of a longer one says little of where its cells are. Its
+    middle is the cell nearest to the mean of its cells; of several the first, row by row.
 R3  Its goal is the nearest standing cell, within ``near``, with a way to it and a clear line to the cluster's middle:
     no square between them but of free cells. Where there is none, it is the nearest within the laser's range that no
     obstacle hides the middle from (``sector_scan``): unknown cells do not, for they will be seen first. Of places
@@ -59,7 +60,7 @@ def find_frontiers(
     for k in range(n_edges):
         if marks[edges[k]] == 0:
             continue  # it is in a cluster
-        cells = _flood(known.shape, marks, edges[k], members)
+        cells = _flood(known.shape, marks, edges[k], rules.reach, members)
         if cells < rules.least or len(frontiers) == 0:
             continue
         middle = _middle(members, cells, cols)
@@ -129,16 +130,18 @@ def _is_wanted(row: int, col: int, cols: int, spare_px: float, given_up: Cells) 
 
 
 @njit(cache=True, nogil=True)
-def _flood(shape: tuple[int, int], marks: Grid, start: int, members: Cells) -> int:
+def _flood(shape: tuple[int, int], marks: Grid, start: int, reach: int, members: Cells) -> int:
     """List the marked cells that hang together with one (R2), and take their marks away; return how many."""
     rows, cols = shape
+    top, bottom = max(start // cols - reach, 0), min(start // cols + reach + 1, rows)
+    left, right = max(start % cols - reach, 0), min(start % cols + reach + 1, cols)
     members[0], n, done = start, 1, 0
     marks[start] = 0
     while done < n:
         row, col = members[done] // cols, members[done] % cols
         done += 1
-        for r in range(max(row - 1, 0), min(row + 2, rows)):
-            for c in range(max(col - 1, 0), min(col + 2, cols)):
+        for r in range(max(row - 1, top), min(row + 2, bottom)):
+            for c in range(max(col - 1, left), min(col + 2, right)):
                 if marks[r * cols + c] != 0:
                     marks[r * cols + c] = 0
                     members[n] = r * cols + c

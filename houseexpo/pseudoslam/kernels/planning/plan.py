@@ -57,6 +57,8 @@ class FrontierRules(NamedTuple):
     """Smaller clusters are left out."""
     spare_px: float
     """How far round a cell that was given up others are left out."""
+    reach: int
+    """How many rows and columns a cluster reaches from its first cell (R2)."""
     near: Offsets
     """(n, 2) rows down and columns to the right, nearest first: where a goal is looked for (R3)."""
 
@@ -148,7 +150,7 @@ def no_rules() -> PlanRules:
     """Return rules for environments that plan nothing."""
     return PlanRules(
         BY_WAYPOINT,
-        FrontierRules(0.0, 0.0, 1, 1, 0.0, np.zeros((0, 2), np.int16)),
+        FrontierRules(0.0, 0.0, 1, 1, 0.0, 1, np.zeros((0, 2), np.int16)),
         TravelRules(0.0, 0.0, 0.0, 0, 0, 0),
         GraphRules(1, 0.0, 0.0),
     )

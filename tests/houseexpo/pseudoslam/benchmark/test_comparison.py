@@ -25,7 +25,9 @@ PLANS = PlansRecord("test", 3, "a" * 64, "b" * 64)
 TIMES = Times({"number": 3.0, "median": 0.5}, 1.0, 1, {"cores": 2})
 
 
-def quality_result(name: str, metres: list[float | None], *, sees_truth: bool = False) -> Result:
+def quality_result(
+    name: str, metres: list[float | None], *, sees_truth: bool = False, family: str = "", training: int | None = None
+) -> Result:
     """Three plans, with the metres to each share."""
     outcomes = []
     for number, way in enumerate(metres):
@@ -34,7 +36,7 @@ def quality_result(name: str, metres: list[float | None], *, sees_truth: bool = 
             values |= {f"reached_{share}": float(way is not None), f"metres_to_{share}": way}
             values[f"steps_to_{share}"] = None if way is None else 10 * way
         outcomes.append(Outcome(Case(f"plan_{number}", number), values))
-    policy = PolicyRecord(name, f"somewhere:{name}", "", 0, sees_truth, "discrete", "map")
+    policy = PolicyRecord(name, f"somewhere:{name}", "", 0, sees_truth, "discrete", "map", family, training)
     return result_of(QUALITY, policy, PLANS, outcomes, TIMES)
 
 
@@ -62,7 +64,7 @@ def test_the_share_of_the_oracles_way_is_nothing_where_it_was_not_reached(tmp_pa
     )
     (compared,) = read_results(files)
     metric = next(metric for metric in compared.tables()[0] if metric.key == "share_of_metres_to_90")
-    shares = {result.policy.name: compared.value(result, metric) for result in compared.results}
+    shares = {entry.name: compared.value(entry, metric) for entry in compared.entries}
     assert (shares["mine"].mean, shares["mine"].number) == (0.25, 2)  # 10/20 and 0
     assert shares["oracle"].mean == shares["lucky"].mean == 1.0
 
@@ -76,7 +78,43 @@ def test_the_best_comes_first(tmp_path: Path) -> None:
     written(tmp_path, budget_result("weak", 0.3), budget_result("strong", 0.8), quality_result("mine", [1.0] * 3))
     found = read_results([tmp_path])
     assert [each.track.id for each in found] == ["exploration-budget-v1", "exploration-quality-v1"]
-    assert [result.policy.name for result in found[0].results] == ["strong", "weak"]
+    assert [entry.name for entry in found[0].entries] == ["strong", "weak"]
+
+
+def test_trainings_of_one_family_are_one_row(tmp_path: Path) -> None:
+    files = written(
+        tmp_path,
+        quality_result("one", [10.0, 20.0, None], family="learned", training=0),
+        quality_result("two", [12.0, 22.0, 33.0], family="learned", training=1),
+        quality_result("other", [1.0, 2.0, 3.0], family="others", training=0),
+        quality_result("again", [12.0, 22.0, 33.0], family="learned", training=1),
+    )
+    (compared,) = read_results(files)
+    entries = {entry.name: entry for entry in compared.entries}
+    assert set(entries) == {"learned (2 trainings)", "other", "again"}
+    metres = next(metric for metric in compared.tables()[0] if metric.key == "metres_to_90")
+    found = compared.value(entries["learned (2 trainings)"], metres)
+    assert found.mean == pytest.approx((10 + 20 + 12 + 22 + 33) / 5)
+    assert found.number == 3
+    assert found.low is not None
+    assert found.high is not None
+    assert found.low < found.mean < found.high
+    assert "| learned (2 trainings) |" in markdown([compared])
+
+
+def test_what_differs_from_the_baseline_is_told_plan_by_plan(tmp_path: Path) -> None:
+    """Ways of 10 to 1000 m, each 1 m shorter than the baseline's: the interval has no width."""
+    files = written(
+        tmp_path, quality_result("frontier", [11.0, 101.0, 1001.0]), quality_result("mine", [10.0, 100.0, 1000.0])
+    )
+    (compared,) = read_results(files)
+    metric = next(metric for metric in compared.tables()[0] if metric.key == "less_metres_to_90")
+    entries = {entry.name: entry for entry in compared.entries}
+    assert compared.value(entries["mine"], metric) == Estimate(-1.0, -1.0, -1.0, 3)
+    assert compared.value(entries["frontier"], metric).mean is None
+    assert "-1.00 [-1.00, -1.00]" in markdown([compared])
+    (alone,) = read_results(files[1:])
+    assert not [metric for metric in alone.tables()[0] if metric.key.startswith("less")]
 
 
 def test_results_of_other_plans_starts_or_tracks_are_refused(tmp_path: Path) -> None:
@@ -114,6 +152,13 @@ def test_pages_say_the_same_as_the_results(tmp_path: Path) -> None:
     assert not re.search(r"""(?:src|href)=["']?(?:https?:)?//""", page)
     assert "#0101" not in page  # every colour is the page's
     write_comparison(found, tmp_path / "page.md", "Mine")
-    assert (tmp_path / "page.md").read_text() == text.replace("# Policies compared", "# Mine", 1)
+    lines = [line for line in (tmp_path / "page.md").read_text().splitlines() if line and not line.startswith("![")]
+    assert lines == [line for line in text.replace("# Policies compared", "# Mine", 1).splitlines() if line]
+    for over, _ in BUDGET.curves:
+        assert f"![Coverage over {over}](page/{BUDGET.id}-{over}.svg)" in (tmp_path / "page.md").read_text()
+        picture = (tmp_path / "page" / f"{BUDGET.id}-{over}.svg").read_text()
+        assert "strong" in picture
+        assert "var(" not in picture
+        assert "#0101" not in picture
     with pytest.raises(ConfigError, match=r"--out: expected a file that ends in .html or .md, found 'page.pdf'"):
         check_name(tmp_path / "page.pdf")

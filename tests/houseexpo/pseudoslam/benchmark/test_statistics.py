@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.benchmark.statistics import DRAWS, Estimate, estimate, means
+from houseexpo.pseudoslam.benchmark.statistics import DRAWS, Estimate, estimate, estimate_seeds, means
 
 
 def test_equal_values_have_no_interval() -> None:
@@ -39,3 +39,17 @@ def test_draws_agree_with_drawing_one_by_one() -> None:
     slow = [np.repeat(values, row).mean() for row in counts]
     _, low, high = means(values[:, None])
     assert (low[0], high[0]) == tuple(np.round(np.percentile(slow, (2.5, 97.5)), 6))
+
+
+def test_seeds_that_differ_widen_the_interval() -> None:
+    """One training is as a mean over plans; of three that differ by 1 the interval has that in it, too."""
+    values = np.random.default_rng(3).normal(5.0, 1.0, 200)
+    one = values.tolist()
+    assert estimate_seeds([one]) == estimate(one)
+    alike = estimate_seeds([one] * 3)
+    assert alike == estimate(one)
+    apart = estimate_seeds([(values + off).tolist() for off in (-1.0, 0.0, 1.0)])
+    assert apart.mean == pytest.approx(alike.mean)
+    assert apart.high - apart.low > 2 * (alike.high - alike.low)
+    assert estimate_seeds([[None], [None]]) == Estimate(None, None, None, 0)
+    assert estimate_seeds([[None, 1.0], [None, 3.0]]).mean == 2.0

@@ -28,6 +28,7 @@ from tests.builders.known_maps import (
 SEEDS = st.integers(0, 10**6)
 CONFIG = SimulatorConfig(10.0, robot=RobotConfig(radius_m=0.12), laser=LaserConfig(range_m=2.0))
 RADIUS, RANGE = 1.2, 20.0
+SHORT = SimulatorConfig(10.0, robot=RobotConfig(radius_m=0.12), laser=LaserConfig(range_m=0.6))
 
 
 def slow_goal(known: np.ndarray, ways: np.ndarray, middle: tuple[int, int]) -> tuple[int, int] | None:
@@ -48,11 +49,13 @@ def test_they_are_what_their_twins_say(seed: int) -> None:
     known = random_map(seed)
     x, y = random_place(known, seed)
     ways = slow_ways(slow_standing(known, x, y, RADIUS), x, y, RADIUS)
-    found = MapPlanner(CONFIG).frontiers(known, x, y)
+    config = CONFIG if seed % 2 else SHORT
+    reach = 20 if seed % 2 else 6
+    found = MapPlanner(config).frontiers(known, x, y)
     cols = known.shape[1]
     told = {divmod(int(one.middle), cols): one for one in found}
     assert len(told) == len(found)
-    clusters = {slow_middle(cluster): len(cluster) for cluster in slow_clusters(known)}
+    clusters = {slow_middle(cluster): len(cluster) for cluster in slow_clusters(known, reach)}
     assert set(told) <= set(clusters)
     for middle, size in clusters.items():
         goal = slow_goal(known, ways, middle)
@@ -95,6 +98,13 @@ def test_the_edge_of_half_a_room_is_one_frontier() -> None:
     assert divmod(int(one.middle), 22) == (6, 11)
     assert divmod(int(one.goal), 22) == (6, 9), "a radius of 1.2 cells off the unknown"
     assert one.way == 6 * 70
+
+
+def test_a_frontier_longer_than_the_laser_reaches_is_several() -> None:
+    """The edge of half a room, 12 cells long, where the laser reaches 6: rows 1 to 7, and 8 to 12."""
+    known = half_known()
+    found = MapPlanner(SHORT).frontiers(known, 3.5, 6.5)
+    assert [(divmod(int(one.middle), 22), int(one.cells)) for one in found] == [((4, 11), 7), ((10, 11), 5)]
 
 
 def test_what_is_given_up_is_none_and_the_rest_is() -> None:

@@ -1,0 +1,71 @@
+"""A learned chooser of frontiers: it goes to the one that its weights score highest.
+
+What it sees of each frontier is in ``kernels.planning.outlook``; all else it does as the other explorers. ``houseexpo
+train chooser`` made the weights that come with the project, three times, with three seeds; ``chooser`` is the first.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from houseexpo.pseudoslam.agents.exploring import Explorer, Grid
+from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Policy, Robot, Training
+from houseexpo.pseudoslam.kernels.planning.outlook import LOOKED_AT, OUTLOOKS, describe
+from houseexpo.pseudoslam.kernels.planning.scoring import Scorer, best_of
+from houseexpo.pseudoslam.kernels.types import Rows
+from houseexpo.pseudoslam.learning.weights import read_weights
+from houseexpo.pseudoslam.plan_rules import outlook_rules
+
+FAMILY: Final = "chooser"
+
+
+class Chooser(Explorer):
+    """Goes to the frontier with the highest score."""
+
+    def __init__(self, robot: Robot, seed: int, scorer: Scorer) -> None:
+        super().__init__(robot, seed)
+        self._scorer = scorer
+        self._outlook = outlook_rules(robot.config)
+        self._outlooks, self._scores = np.zeros((LOOKED_AT, len(OUTLOOKS))), np.zeros(LOOKED_AT)
+
+    def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
+        """Return the best of those that ``find_frontiers`` puts first."""
+        n = describe(
+            known, *info["pose_px"].tolist(), info["steps"], frontiers, len(frontiers), self._outlook,
+            self.scratch.ways, self._outlooks,
+        )  # fmt: skip
+        return int(best_of(self._outlooks, n, self._scorer, self._scores))
+
+
+class TrainedChooser:
+    """A factory of choosers with the weights of a file."""
+
+    interface = Interface(tasks=("exploration",))
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+
+    def __call__(self, robot: Robot, seed: int) -> Policy:
+        """Return the explorer of an episode."""
+        return Chooser(robot, seed, self._read[0])
+
+    @property
+    def training(self) -> Training:
+        """Of what family it is, and by which seed it was trained."""
+        return Training(FAMILY, int(self._read[1].get("seed", 0)))
+
+    @cached_property
+    def _read(self) -> tuple[Scorer, dict[str, object]]:
+        return read_weights(self.file)
+
+
+def weights_file(seed: int) -> Path:
+    """Return the file of the weights that come with the project, by the seed of their training."""
+    return Path(__file__).with_name(f"{FAMILY}-{seed}.json")
+
+
+seed_0, seed_1, seed_2 = (TrainedChooser(weights_file(seed)) for seed in range(3))

@@ -1,0 +1,184 @@
+"""An explorer of frontiers at work in one house, compiled whole: ``agents.exploring``, step by step the same.
+
+It is there for those who learn from many explorations. R1 to R4 are the explorer's rules.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.episode import Episode, StepParams, episode_of
+from houseexpo.pseudoslam.kernels.look import look_at_sector
+from houseexpo.pseudoslam.kernels.mapping.merge import UNKNOWN
+from houseexpo.pseudoslam.kernels.planning.descent import NO_TURN, best_turns
+from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
+from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways
+from houseexpo.pseudoslam.kernels.planning.outlook import OutlookRules, describe
+from houseexpo.pseudoslam.kernels.planning.plan import FrontierRules
+from houseexpo.pseudoslam.kernels.planning.scoring import Scorer, best_of
+from houseexpo.pseudoslam.kernels.step import stand_still, step
+from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, Rows, Scratch, row_type
+from houseexpo.pseudoslam.kernels.whole import whole
+
+ERRAND = row_type(looks=int, lost=int, target=int, bumps=int)
+"""Turns of the first look round that are left; how many cells were given up; the cell that it goes for, -1: none; how
+often it was blocked on the way there."""
+ENDED, CHOICE, NOTHING = range(3)
+"""Why ``explore`` returned: enough is seen or time is up; a frontier is to be chosen; there is none."""
+_NONE, _FORWARD, _LEFT, _RIGHT = range(4)
+
+
+class ExplorerRules(NamedTuple):
+    """The explorer's steps, and what it chooses by; the same for all houses."""
+
+    step_px: float
+    turn_rad: float
+    enough: float
+    """As ``best_turns`` takes it."""
+    most_bumps: int
+    frontiers: FrontierRules
+    outlook: OutlookRules
+
+
+class Errand(NamedTuple):
+    """What an explorer remembers, and room for what it looks at; ``choice`` is (n,) ``FRONTIER``."""
+
+    state: Rows
+    """(1,) ``ERRAND``."""
+    given_up: Cells
+    """(n,) cells that stayed unknown though they were looked at."""
+    frontiers: Rows
+    """(n,) ``FRONTIER``."""
+    outlooks: Floats
+    """(LOOKED_AT, numbers)"""
+    scores: Floats
+    """(LOOKED_AT,)"""
+
+
+class Course(NamedTuple):
+    """What became of each step: cells that count and are seen, pixels gone; (steps + 1,) each, the start included."""
+
+    covered: Counts
+    gone_px: Floats
+
+
+@njit(cache=True, nogil=True)
+def explore(
+    pool: Episode, sizes: Counts, errand: Errand, scorer: Scorer, rules: ExplorerRules, params: StepParams,
+    scratch: Scratch, first: int, choices: int, enough: int, course: Course,
+) -> int:  # fmt: skip
+    """Explore until so much is seen, ``course`` is full, or so many frontiers were chosen; return why it ended.
+
+    A later call goes on where this one returned for a ``CHOICE``; ``errand`` says then what there is to choose from.
+
+    Parameters
+    ----------
+    pool, sizes
+        One episode that looks at sectors, without errors; what is shown of it is not drawn.
+    first
+        The number of the frontier that is chosen first; -1: the best.
+    choices
+        How many are chosen; -1: all.
+    enough
+        Cells that count and are to be seen.
+    """
+    episode = episode_of(pool, sizes, 0)
+    known, pose, counts, state, found = episode.known, episode.pose, episode.counts, errand.state[0], scratch.ways
+    cols, radius = known.shape[1], rules.frontiers.radius_px
+    turns, goes = 0, False
+    while counts.covered < enough and counts.steps < len(course.covered) - 1:
+        act = _NONE
+        if state.looks > 0:  # R1
+            state.looks -= 1
+            act = _LEFT
+        else:
+            state.bumps += counts.blocked
+        for _ in range(len(errand.frontiers)):
+            if act != _NONE:
+                break
+            if turns == 0 and _has_to_choose(known, errand, rules.most_bumps):
+                n = find_frontiers(
+                    known, pose.seen_x, pose.seen_y, rules.frontiers, errand.given_up[: state.lost], scratch,
+                    errand.frontiers,
+                )  # fmt: skip
+                if n == 0:
+                    return NOTHING  # R4
+                looked = describe(
+                    known, pose.seen_x, pose.seen_y, pose.seen_heading, counts.steps, errand.frontiers, n,
+                    rules.outlook, found, errand.outlooks,
+                )  # fmt: skip
+                if choices == 0:
+                    state.target, state.bumps = -1, 0
+                    errand.scores[looked:] = -math.inf
+                    best_of(errand.outlooks, looked, scorer, errand.scores)
+                    return CHOICE
+                chosen = first if first >= 0 else best_of(errand.outlooks, looked, scorer, errand.scores)
+                first, choices = whole(-1), whole(choices - 1)
+                goal = errand.frontiers[chosen].goal
+                state.target, state.bumps = errand.frontiers[chosen].middle, 0
+                here = math.floor(pose.seen_y) * cols + math.floor(pose.seen_x)
+                until = whole(here) if found.ways[here] >= 0 else whole(-1)
+                find_ways(known, goal % cols + 0.5, goal // cols + 0.5, radius, until, found)
+                turns, goes = 0, False
+            if not goes:
+                best = best_turns(
+                    known, pose.seen_x, pose.seen_y, pose.seen_heading, rules.turn_rad, rules.step_px, radius,
+                    rules.enough, found,
+                )  # fmt: skip
+                if best != NO_TURN:
+                    turns, goes = best, True
+            if not goes:
+                act = _look(known, pose.seen_x, pose.seen_y, pose.seen_heading, errand, rules.turn_rad)
+            elif turns != 0:
+                act = _LEFT if turns > 0 else _RIGHT
+                turns -= 1 if turns > 0 else -1
+            else:
+                act, goes = _FORWARD, False
+        if act == _NONE:
+            return NOTHING
+        turn = rules.turn_rad if act == _LEFT else -rules.turn_rad if act == _RIGHT else 0.0
+        forward = rules.step_px if act == _FORWARD else 0.0
+        step(episode, turn, forward, params, scratch, stand_still, look_at_sector, False)
+        course.covered[counts.steps] = counts.covered
+        course.gone_px[counts.steps] = episode.readings.path_length
+    return ENDED
+
+
+@njit(cache=True, nogil=True)
+def _has_to_choose(known: Grid, errand: Errand, most_bumps: int) -> bool:
+    """Whether R2 asks for it; what it is blocked on the way to is given up (R3)."""
+    state = errand.state[0]
+    if state.bumps > most_bumps:
+        _give_up(errand)
+        state.target, state.bumps = -1, 0
+    return bool(state.target < 0 or known.ravel()[state.target] != UNKNOWN)
+
+
+@njit(cache=True, nogil=True)
+def _give_up(errand: Errand) -> None:
+    """Remember a frontier's middle as one that stays unknown, where there is room."""
+    state = errand.state[0]
+    if state.lost < len(errand.given_up):
+        errand.given_up[state.lost] = state.target
+        state.lost += 1
+
+
+@njit(cache=True, nogil=True)
+def _look(known: Grid, x: float, y: float, heading: float, errand: Errand, turn: float) -> int:
+    """Turn towards the frontier; no action where it has been looked at (R3)."""
+    state = errand.state[0]
+    row, col = state.target // known.shape[1], state.target % known.shape[1]
+    is_unknown = known[row, col] == UNKNOWN
+    off = math.atan2(y - row - 0.5, col + 0.5 - x) - heading
+    off -= 2.0 * math.pi * np.rint(off / (2.0 * math.pi))
+    turns = np.rint(off / turn)
+    if is_unknown and turns != 0.0:
+        return _LEFT if turns > 0.0 else _RIGHT
+    if is_unknown:
+        _give_up(errand)
+    state.target = -1
+    return _NONE

@@ -1,0 +1,136 @@
+"""Many explorations, compiled whole: to learn from, and to see what was learned (``kernels.explore``)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import ConfigError
+from houseexpo.floorplan import FloorPlan
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.kernels.explore import ERRAND, Course, Errand, ExplorerRules, explore
+from houseexpo.pseudoslam.kernels.planning.outlook import LOOKED_AT, OUTLOOKS
+from houseexpo.pseudoslam.kernels.planning.plan import FRONTIER
+from houseexpo.pseudoslam.kernels.planning.scoring import Scorer
+from houseexpo.pseudoslam.plan_rules import (
+    ENOUGH,
+    MAX_BUMPS,
+    MAX_FRONTIERS,
+    explorer_frontiers,
+    first_looks,
+    outlook_rules,
+)
+from houseexpo.pseudoslam.simulator import Simulator
+from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.step_params import scratch_of, step_params_of, with_room
+
+Floats = npt.NDArray[np.float64]
+MOST_METRES = 0.9
+"""Coverage up to which metres are counted."""
+_SEEN = 0.985
+_FAR_M = 150.0
+"""What a house that is not seen at all would cost, where time was up: a share of it for the share that is left."""
+_GIVEN_UP = 256
+
+
+@dataclass
+class Walk:
+    """An exploration so far."""
+
+    state: State
+    errand: Errand
+    course: Course
+
+    def copy(self) -> Walk:
+        """Return a walk that goes on by itself; what does not change is shared."""
+        changed = {name: getattr(self.state.episode, name).copy() for name in ("known", "pose", "counts", "readings")}
+        state = State(self.state.episode._replace(**changed), self.state.observable_cells)
+        errand = Errand(*(part.copy() for part in self.errand))
+        return Walk(state, errand, Course(*(part.copy() for part in self.course)))
+
+    @property
+    def steps(self) -> int:
+        """Steps so far."""
+        return int(self.state.counts.steps)
+
+    @property
+    def coverage(self) -> float:
+        """The share of what can be seen that is seen."""
+        return float(self.state.counts.covered) / self.state.observable_cells
+
+    @property
+    def choices(self) -> int:
+        """How many frontiers there are to choose from, after a ``CHOICE``."""
+        return int(np.count_nonzero(np.isfinite(self.errand.scores)))
+
+
+class Explorations:
+    """Explores houses with a budget of steps; one object serves one thread.
+
+    Parameters
+    ----------
+    config
+        The robot, its sensor, which looks at sectors without errors, and the resolution.
+    most_steps
+        The budget.
+    """
+
+    def __init__(self, config: SimulatorConfig, most_steps: int) -> None:
+        if config.laser.rule != "sector" or config.noise.any or config.people.number or config.trajectories:
+            raise ConfigError("explorations: expected a sensor without errors that looks at sectors, and nobody else")
+        ppm = float(config.pixels_per_metre)
+        self.config, self.most_steps = config, most_steps
+        self._params, self._scratch = step_params_of(config), scratch_of(config)
+        self._rules = ExplorerRules(
+            float(config.robot.step_m * ppm), math.radians(config.robot.turn_deg), ENOUGH, MAX_BUMPS,
+            explorer_frontiers(config), outlook_rules(config),
+        )  # fmt: skip
+
+    def begin(self, plan: FloorPlan, rng: np.random.Generator) -> Walk:
+        """Return an exploration that has just begun."""
+        simulator = Simulator.of(plan, self.config)
+        self._scratch = with_room(self._scratch, simulator.world.occupied.size)
+        state = simulator.start(rng)
+        errand = Errand(
+            np.array([(first_looks(self.config), 0, -1, 0)], ERRAND), np.zeros(_GIVEN_UP, np.int32),
+            np.zeros(MAX_FRONTIERS, FRONTIER), np.zeros((LOOKED_AT, len(OUTLOOKS))), np.full(LOOKED_AT, -math.inf),
+        )  # fmt: skip
+        course = Course(np.zeros(self.most_steps + 1, np.int64), np.zeros(self.most_steps + 1))
+        course.covered[0] = state.counts.covered
+        return Walk(state, errand, course)
+
+    def go(self, walk: Walk, scorer: Scorer, *, first: int = -1, choices: int = -1) -> int:
+        """Go on; see ``kernels.explore.explore``."""
+        enough = math.ceil(_SEEN * walk.state.observable_cells)
+        return int(
+            explore(
+                walk.state.pool, walk.state.sizes, walk.errand, scorer, self._rules, self._params, self._scratch,
+                first, choices, enough, walk.course,
+            )
+        )  # fmt: skip
+
+    def worth(self, walk: Walk, since: int = 0) -> tuple[float, float]:
+        """Return what came of a walk since a step: the mean of coverage up to the budget's end, and metres to 90%.
+
+        What is seen at the end stays. Where 90% was not seen, what is left is charged for.
+        """
+        covered = walk.course.covered[since : walk.steps + 1] / walk.state.observable_cells
+        gone_m = walk.course.gone_px[since : walk.steps + 1] / self.config.pixels_per_metre
+        area = (covered[:-1].sum() + covered[-1] * (self.most_steps - walk.steps)) / self.most_steps
+        there = np.flatnonzero(covered >= MOST_METRES)
+        end_m = gone_m[there[0]] if len(there) else gone_m[-1] + _FAR_M * (MOST_METRES - covered[-1])
+        return float(area), float(end_m - gone_m[0])
+
+
+def mean_worth(explorations: Explorations, plans: list[FloorPlan], scorer: Scorer) -> tuple[float, float]:
+    """Return the means of ``worth`` over plans, each from a start of its own."""
+    found = []
+    for number, plan in enumerate(plans):
+        walk = explorations.begin(plan, np.random.default_rng(number))
+        explorations.go(walk, scorer)
+        found.append(explorations.worth(walk))
+    area, metres = np.mean(found, axis=0).tolist()
+    return area, metres
