@@ -44,10 +44,13 @@ def lay_out(asked: Asked, door_m: float, tries: int, rng: np.random.Generator) -
     best: tuple[float, list[Rect]] | None = None
     for _ in range(tries):
         rects = _attempt(asked, rng)
-        doors = [] if rects is None else _doorways(rects, door_m)
-        if rects is None or not joined(len(rects), doors):
+        cost = _cost(rects, asked)
+        if best is not None and cost >= best[0]:
+            continue  # without a look at its doors
+        doors = _doorways(rects, door_m)
+        if not joined(len(rects), doors) or _encloses(rects):
             continue
-        cost = _cost(rects, asked) + _HUB * _without_hub(len(rects), doors)
+        cost += _HUB * _without_hub(len(rects), doors)
         if best is None or cost < best[0]:
             best = cost, rects
         if cost < _GOOD:
@@ -81,7 +84,7 @@ def _doorways(rects: list[Rect], door_m: float) -> list[tuple[int, int]]:
     return [pair for pair, (_, low, high, _) in borders(rects).items() if high - low >= door_m]
 
 
-def _attempt(asked: Asked, rng: np.random.Generator) -> list[Rect] | None:
+def _attempt(asked: Asked, rng: np.random.Generator) -> list[Rect]:
     """Cut the box, with some of what is not house as rectangles of their own, and pull outer sides for the rest."""
     n, void = len(asked.areas_m2), asked.void_m2
     share = void / (asked.width_m * asked.height_m)
@@ -99,8 +102,6 @@ def _attempt(asked: Asked, rng: np.random.Generator) -> list[Rect] | None:
     _divide((0.0, 0.0, asked.width_m, asked.height_m), list(range(len(sizes))), sizes, placed, rng)
     rects = [placed[k] for k in range(n)]
     _pull(rects, pulls, asked, rng)
-    if _encloses(rects):
-        return None
     x1, y1, x2, y2 = _bounds(rects)
     if x1 > NEAR_M or y1 > NEAR_M or asked.width_m - x2 > NEAR_M or asked.height_m - y2 > NEAR_M:
         rects = _stretched(rects, asked)
