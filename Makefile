@@ -17,7 +17,7 @@ ABOUT   ?=
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help setup cluster learn experiments dataset release docs pictures results leaderboard test test-all check bench clean
+.PHONY: help setup cluster learn readers experiments dataset release docs pictures results leaderboard test test-all check bench clean
 
 help: ## show this list
 	@printf '\n  \033[1mHouseExpo\033[0m: turns 3D house models into 2D floor plans, in bulk\n\n'
@@ -43,6 +43,9 @@ cluster: setup ## install what the tests on clusters need: Ray, an S3 client and
 
 learn: setup ## install what people learn with: PyTorch, Stable-Baselines3, sb3-contrib, TensorBoard
 	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[learn]'
+
+readers: setup ## install what the tests read releases with: geopandas, DuckDB, pandas, datasets, mlcroissant
+	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[release-tests]'
 
 experiments: learn ## learn the paper's two experiments, with three seeds each: days on a CPU; goes on where it was stopped
 	@for task in avoidance exploration; do for seed in $(SEEDS); do \

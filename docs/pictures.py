@@ -1,4 +1,4 @@
-"""Draw the pictures of ``docs/algorithm.md``: ``make pictures``.
+"""Draw the pictures of ``docs/algorithm.md`` and ``docs/guide-homes.md``: ``make pictures``.
 
 Three of the houses of ``procedural:60 --seed 2019``: one in which a wall is cut, one with a chimney, one with a garage
 that stands apart.
@@ -8,11 +8,20 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+from itertools import islice
 from pathlib import Path
 
+import numpy as np
+from PIL import Image
+
+from houseexpo.drawing.draw import contact_sheet, draw_plan
+from pipeline.algorithm import plan_house
+from pipeline.config import PipelineConfig
 from pipeline.config_file import BuildConfig, BuildOptions
 from pipeline.inspection import inspect_house
+from pipeline.sources import find, reader
 
+HOMES, N_HOMES = Path(__file__).parent / "images" / "homes.png", 24
 FOLDER = Path(__file__).parent / "images" / "stages"
 CONFIG = BuildConfig(BuildOptions(sources=("procedural:60",), seed=2019))
 HOUSES = {
@@ -39,5 +48,15 @@ def draw(folder: Path = FOLDER) -> list[Path]:
     return files
 
 
+def draw_homes(file: Path = HOMES) -> None:
+    """Write a contact sheet of the first homes of seed 1."""
+    items = islice(find("procedural:1000?style=home", seed="1"), N_HOMES)
+    levels = [level for item in items for level in reader(item.reader).read(item)]
+    plans = [plan_house(level, PipelineConfig(), np.random.default_rng(0)) for level in levels]
+    captions = [f"{plan.room_num} rooms, {plan.area:.0f} m2" for plan in plans]
+    Image.fromarray(contact_sheet([draw_plan(plan, size=200) for plan in plans], 6, captions)).save(file, optimize=True)
+
+
 if __name__ == "__main__":
     draw()
+    draw_homes()

@@ -68,6 +68,7 @@ def test_every_package_and_its_marker_travels(wheel: Path) -> None:
     assert {f"{package}/py.typed" for package in PACKAGES} <= names
     manifests = {f"houseexpo/data_manifests/{name}.toml" for name in ("demo", "houseexpo", "suncg")}
     assert {*manifests, "houseexpo/plan/houseexpo-2.schema.json", "houseexpo/__init__.pyi"} <= names
+    assert "houseexpo/release/templates/README.md.j2" in names
     assert not [name for name in names if name.startswith(("tests/", "data_manifests/"))]
 
 

@@ -60,6 +60,7 @@ def serve(
             for name in ("n_doors", "navigability") if measure else ():
                 shown.dataset.column(name)
             typer.echo(f"{shown.name}: {counted(len(shown.now.views.table), 'plan')}")
+        listening.listen(_QUEUE)  # from here on a browser waits, and is not refused
         typer.echo(f"open {address(settings)} in a browser; Ctrl-C ends it")
         _run(service, listening)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from houseexpo.plan import DOOR_KINDS, Box, DoorKind
@@ -80,6 +81,7 @@ class Scene:
     words: tuple[Words, ...]
 
 
+@lru_cache(maxsize=64)  # a new one would be unpacked, and its letters drawn, anew
 def font(size: float) -> FreeTypeFont:
     """Return the typeface that comes with Pillow, so that a picture looks the same on every machine."""
     from PIL import ImageFont

@@ -10,6 +10,8 @@ import numpy as np
 
 from houseexpo.analysis.geodesic import shortest_way
 from houseexpo.analysis.navigability import navigability, standing_pieces
+from houseexpo.analysis.standing import straightened
+from houseexpo.analysis.walls import walls_around
 from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import rings_of
@@ -18,6 +20,7 @@ from houseexpo.plan.categories import colour
 WIDEST_M: Final = 2.0
 """The largest robot, its radius in metres."""
 
+_WALL_M: Final = 0.12
 _FIELD_PX: Final = 480
 _SNAP_M: Final = 1.5  # a click in a wall means the place beside it
 _DIGITS: Final = 3
@@ -30,7 +33,7 @@ def drawn(plan: FloorPlan) -> dict[str, Any]:
         "id": plan.id,
         "bounds": [x1, y1, x2, y2],
         "space": _rings(plan.free_space),
-        "walls": [ring for wall in plan.walls(0.12) for ring in _rings(wall)],
+        "walls": [ring for wall in walls_around(straightened(plan.free_space), _WALL_M) for ring in _rings(wall)],
         "boxes": [
             {"label": label, "colour": colour(label), "box": list(box)}
             for label, found in plan.room_category.items()

@@ -2,7 +2,7 @@
 
 1. The plans nearest in area, sides and rooms are candidates.
 2. Fingerprints (``analysis.similarity``) bound how much two plans differ from below; the least bounds come first.
-3. Of those the difference is found exactly.
+3. Of those the difference is found on a grid of 0.1 m; plans that differ by more than half are not alike.
 """
 
 from __future__ import annotations
@@ -15,8 +15,10 @@ from houseexpo.analysis.similarity import compare, comparison_mask, fingerprint,
 from houseexpo.dataset.splits import TRAITS, traits_of
 from houseexpo.service.collection import Opened
 
-_CANDIDATES: Final = 240
+_CANDIDATES: Final = 120
 _COMPARED: Final = 24
+_PIXELS_PER_METRE: Final = 10.0
+_LEAST_ALIKE: Final = 0.5
 
 
 def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
@@ -36,14 +38,15 @@ def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
     ids = [table.ids[other] for other in near.tolist()]
     traits = now.data.only(ids).derived(TRAITS, traits_of)
     prints = np.array([trait["print"] for trait in traits], dtype=np.int32)
-    mask = comparison_mask(plan)
-    bounds = lower_bound(fingerprint(mask), prints) / np.maximum(prints[:, 0], int(mask.sum()))
+    fine = comparison_mask(plan)
+    bounds = lower_bound(fingerprint(fine), prints) / np.maximum(prints[:, 0], int(fine.sum()))
+    mask = comparison_mask(plan, _PIXELS_PER_METRE)
     found: list[tuple[float, str, str]] = []
     for other in np.argsort(bounds, kind="stable")[:_COMPARED].tolist():
-        limit = sorted(each[0] for each in found)[most - 1] if len(found) >= most else np.inf
+        limit = sorted(each[0] for each in found)[most - 1] if len(found) >= most else _LEAST_ALIKE
         if bounds[other] > limit:
             break
-        match = compare(mask, comparison_mask(now.data[ids[other]]), limit)
+        match = compare(mask, comparison_mask(now.data[ids[other]], _PIXELS_PER_METRE), limit)
         if match is not None:
             found.append((match.difference, ids[other], match.symmetry))
     return [

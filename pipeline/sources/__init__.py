@@ -10,6 +10,7 @@ from typing import cast
 from houseexpo.errors import ConfigError
 from pipeline.rejection import Rejection
 from pipeline.sources.by_content import is_claimed
+from pipeline.sources.made import made_of
 from pipeline.sources.recognise import recognise
 from pipeline.values import Input, Reader
 
@@ -66,8 +67,8 @@ def is_path(source: str) -> bool:
 
 def made_count(source: str) -> int | None:
     """Return how many houses ``procedural:COUNT`` stands for; None for any other source."""
-    count = source.partition(":")[2]
-    return int(count) if not is_path(source) and count.isdecimal() else None
+    made = made_of(source)
+    return None if made is None else made.count
 
 
 def reader(name: str) -> Reader:

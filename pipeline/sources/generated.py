@@ -1,7 +1,8 @@
-"""``procedural:COUNT``: houses that the project makes itself, written in SUNCG's layout and read by the SUNCG reader.
+"""``procedural:COUNT``: houses that the project makes itself. A house is made where it is read, so that any worker can.
 
-A house is made where it is read, in a scratch folder that is gone afterwards: what a build depends on is the seed and
-the house's number, so that any worker can make any house.
+``procedural:COUNT`` makes houses in SUNCG's layout, some with what the paper names as hard planted in them; they are
+written to a scratch folder and read by the SUNCG reader. ``procedural:COUNT?style=home`` makes sound houses that look
+like published ones. What a build depends on is the seed, the house's number and the statistics that homes follow.
 """
 
 from __future__ import annotations
@@ -13,24 +14,35 @@ from pathlib import Path
 
 from houseexpo.errors import ConfigError
 from pipeline.sources import suncg
+from pipeline.sources.homes.house import home_id, make_home
+from pipeline.sources.homes.level import level_of
+from pipeline.sources.homes.wishes import table_digest
+from pipeline.sources.made import made_of
 from pipeline.sources.procedural import scene_id, write_house
 from pipeline.values import MADE, Input, Level, RejectedLevel
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List COUNT houses of a seed, one by one; option ``seed`` (default 0)."""
-    count, seed = path.partition(":")[2], options.get("seed", "0")
-    if not count.isdecimal() or int(count) < 1:
-        raise ConfigError(f"source {path!r}: expected procedural:COUNT with a COUNT of at least 1")
-    for index in range(int(count)):
-        yield Input(scene_id(index, int(seed)), "generated", "procedural", key=f"{seed}:{index}")
+    made, seed = made_of(path), options.get("seed", "0")
+    if made is None or made.count < 1:
+        expected = "expected procedural:COUNT or procedural:COUNT?style=home with a COUNT of at least 1"
+        raise ConfigError(f"source {path!r}: {expected}")
+    homes = made.style == "home"
+    kind = f":home:{table_digest()}" if homes else ""
+    for index in range(made.count):
+        name = home_id(index, int(seed)) if homes else scene_id(index, int(seed))
+        yield Input(name, "generated", "procedural", key=f"{seed}:{index}{kind}")
 
 
 def read(item: Input) -> Iterator[Level | RejectedLevel]:
-    """Make the house and read it back; raises Rejection as the SUNCG reader does."""
-    seed, index = map(int, item.key.split(":"))
+    """Make the house; one in SUNCG's layout is read back, which raises Rejection as the SUNCG reader does."""
+    seed, index, *kind = item.key.split(":")
+    if kind:
+        yield level_of(make_home(int(index), int(seed)))
+        return
     with tempfile.TemporaryDirectory(prefix="houseexpo-") as folder:
-        write_house(Path(folder), index, seed)
+        write_house(Path(folder), int(index), int(seed))
         for house in suncg.find(folder):
             yield from map(_as_made, suncg.read(house))
 

@@ -18,6 +18,7 @@ from houseexpo.export import FORMATS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.caching import tagged
 from houseexpo.service.service import Service
+from houseexpo.service.work import computed
 
 _TYPES: Final = {
     "json": "application/json",
@@ -47,16 +48,16 @@ def routes(service: Service) -> list[BaseRoute]:
             data = await run_in_threadpool(shown.drawn, name)
         return tagged(request, data, _tag(data), "image/svg+xml", {"cache-control": "max-age=60"})
 
-    def picture(request: Request) -> Response:
-        data = svg(service.collection(request).plan(request.path_params["plan"])).encode()
+    async def picture(request: Request) -> Response:
+        shown, name = service.collection(request), request.path_params["plan"]
+        data = (await computed(lambda: svg(shown.plan(name)))).encode()
         return tagged(request, data, _tag(data), "image/svg+xml", {"content-security-policy": _ALONE})
 
-    def export(request: Request) -> Response:
-        form = request.path_params["form"]
+    async def export(request: Request) -> Response:
+        shown, plan, form = service.collection(request), request.path_params["plan"], request.path_params["form"]
         if form not in FORMATS:
             raise HTTPException(404, f"no format {form[:40]!r}; there are: {', '.join(FORMATS)}")
-        plan = service.collection(request).plan(request.path_params["plan"])
-        name, data = exported(plan, form)
+        name, data = await computed(lambda: exported(shown.plan(plan), form))
         kind = _TYPES.get(name.rpartition(".")[2], "application/octet-stream")
         attached = {"content-disposition": f"attachment; filename*=utf-8''{_quoted(name)}"}
         return tagged(request, data, _tag(data), kind, {**attached, "content-security-policy": _ALONE})

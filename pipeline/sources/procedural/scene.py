@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import numpy.typing as npt
 import shapely
 
 from pipeline.sources.procedural.furniture import LEAF, LEAF_SIZE, MODELS
+from pipeline.sources.procedural.prism import prism
 from pipeline.sources.procedural.slab_mesh import slab_mesh
 from pipeline.sources.procedural.values import WALL_TOP_M, House, Item, Opening, Storey, Wall
 from pipeline.sources.procedural.walls import holes_in, slabs_of
@@ -62,8 +62,8 @@ def _room_parts(storey: Storey, level: int, room: int) -> list[tuple[str, list[_
     files = [("w", _wall_parts(walls, openings, f"{level}_{room}"))]
     if storey.has_floor:
         polygon = storey.cells[room].polygon
-        files.append(("f", [_prism("Floor", polygon, *_FLOOR_M)]))
-        files.append(("c", [_prism("Ceiling", polygon, *_CEILING_M)]))
+        files.append(("f", [("Floor", *prism(polygon, *_FLOOR_M))]))
+        files.append(("c", [("Ceiling", *prism(polygon, *_CEILING_M))]))
     return [(suffix, parts) for suffix, parts in files if parts]
 
 
@@ -74,34 +74,6 @@ def _wall_parts(walls: list[Wall], openings: list[Opening], name: str) -> list[_
             side = "Inside" if slab.inside else "Outside"
             parts.append((f"Wall{side}#{name}_{number}", *slab_mesh(slab, holes_in(slab, openings))))
     return parts
-
-
-def _prism(name: str, polygon: shapely.Polygon, low: float, high: float) -> _Part:
-    """Return a closed slab over a polygon."""
-    plan, top, sides = _triangulated(polygon)
-    n = len(plan)
-    faces = np.concatenate([top + n, top[:, ::-1], sides])
-    twice = np.tile(plan, (2, 1))
-    return name, np.column_stack([twice, np.repeat([low, high], n)]), twice, faces
-
-
-@lru_cache(maxsize=2)  # a room's ceiling is its floor again
-def _triangulated(
-    polygon: shapely.Polygon,
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return a polygon's corners, its triangles, and those of a band round it whose upper corners come n later."""
-    outline = shapely.orient_polygons(polygon)
-    rings = [shapely.get_coordinates(ring)[:-1] for ring in (outline.exterior, *outline.interiors)]
-    plan = np.concatenate(rings)
-    number = {point: k for k, point in enumerate(map(tuple, plan.tolist()))}
-    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(outline))
-    corners = shapely.get_coordinates(shapely.orient_polygons(triangles)).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
-    top = np.array([number[point] for point in map(tuple, corners.tolist())]).reshape(-1, 3)
-    starts = np.cumsum([0] + [len(ring) for ring in rings[:-1]])
-    a = np.arange(len(plan))
-    b = np.concatenate([start + np.roll(np.arange(len(ring)), -1) for start, ring in zip(starts, rings, strict=True)])
-    n = len(plan)
-    return plan, top, np.concatenate([np.stack([a, b, b + n], axis=1), np.stack([a, b + n, a + n], axis=1)])
 
 
 def _write_obj(path: Path, parts: list[_Part], foot: float, material: bool = False) -> None:
@@ -130,7 +102,7 @@ def _write_model(folder: Path, model: str) -> None:
     folder.mkdir(parents=True)
     width, height, depth = LEAF_SIZE if model == LEAF else MODELS[model]
     box = shapely.box(-width / 2, -depth / 2, width / 2, depth / 2)
-    _write_obj(folder / f"{model}.obj", [_prism(f"Model#{model}", box, 0.0, height)], 0.0)
+    _write_obj(folder / f"{model}.obj", [(f"Model#{model}", *prism(box, 0.0, height))], 0.0)
 
 
 def _level(storey: Storey, index: int, foot: float) -> dict[str, Any]:

@@ -1,0 +1,81 @@
+"""Make a home from its index and a seed, alone: the same home whatever others are made."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Final
+
+import numpy as np
+import shapely
+
+from pipeline.sources.homes.details import Details, detailed
+from pipeline.sources.homes.fronts import front_doors
+from pipeline.sources.homes.joints import doors
+from pipeline.sources.homes.shaping import Shaped, shaped
+from pipeline.sources.homes.slicing import Asked, lay_out
+from pipeline.sources.homes.values import Door, Home, NamedBox, Wish
+from pipeline.sources.homes.wishes import draw_wish
+
+_DRAWS: Final = 12
+_TRIES: Final = 24
+_SPREAD: Final = 7
+"""Beside the seed and the index, so that other kinds of made houses draw other numbers."""
+_BORDER_M: Final = 0.75
+
+
+def home_id(index: int, seed: int) -> str:
+    """Return the 32 hex digits of a home."""
+    return hashlib.sha256(f"houseexpo home {seed} {index}".encode()).hexdigest()[:32]
+
+
+def make_home(index: int, seed: int) -> Home:
+    """Make home ``index`` of a seed; a wish that cannot be met is drawn anew."""
+    rng = np.random.default_rng([seed, index, _SPREAD])
+    for _ in range(_DRAWS):
+        home = _made(home_id(index, seed), draw_wish(rng), rng)
+        if home is not None:
+            return home
+    raise RuntimeError(f"home {index} of seed {seed}: no layout in {_DRAWS} wishes")
+
+
+def _made(name: str, wish: Wish, rng: np.random.Generator) -> Home | None:
+    """Lay out, bend rooms, then join them by doors; None where the wish cannot be met."""
+    width, height = (wish.long_m, wish.short_m) if rng.random() < 0.5 else (wish.short_m, wish.long_m)
+    with_walls = tuple(area + 2 * wish.wall_m * area**0.5 for area in wish.areas_m2)
+    asked = Asked(width + wish.wall_m, height + wish.wall_m, with_walls)
+    rects = lay_out(asked, _BORDER_M + wish.wall_m, _TRIES, rng)
+    return None if rects is None else _walled(name, wish, shaped(rects, wish.corners, wish.wall_m, rng), rng)
+
+
+def _walled(name: str, wish: Wish, found: Shaped, rng: np.random.Generator) -> Home | None:
+    labels = [each[0] if each else None for each in wish.names]
+    joints = doors(found.rects, found.space_of, labels, wish.wall_m, rng)
+    if joints is None:
+        return None
+    half = wish.wall_m / 2
+    inner = [shapely.box(x1 + half, y1 + half, x2 - half, y2 - half) for x1, y1, x2, y2 in found.rects]
+    inner += [shapely.box(*gap.gap) for gap in found.gaps]
+    owner = [*found.space_of, *(found.space_of[gap.pair[0]] for gap in found.gaps)]
+    spaces = [
+        shapely.union_all([shape for shape, k in zip(inner, owner, strict=True) if k == space], grid_size=1e-4)
+        for space in range(wish.spaces)
+    ]
+    ways = tuple(Door(each.gap, (found.space_of[each.pair[0]], found.space_of[each.pair[1]])) for each in joints)
+    spaces = detailed(spaces, ways, Details(wish.corners, wish.oblique, wish.wall_m), rng)
+    fronts = front_doors(spaces, wish.names, wish.wall_m, rng)
+    return Home(name, tuple(spaces), ways, fronts, _boxes(wish, spaces, rng), wish.rooms, wish.wall_m)
+
+
+def _boxes(wish: Wish, spaces: list[shapely.Polygon], rng: np.random.Generator) -> tuple[NamedBox, ...]:
+    """The first name of a space has its box, the others parts of it."""
+    boxes = []
+    for space, labels in zip(spaces, wish.names, strict=True):
+        x1, y1, x2, y2 = space.buffer(wish.wall_m / 2).bounds if space.area else space.bounds
+        for k, label in enumerate(labels):
+            low, high = sorted(rng.uniform(0.0, 1.0, 2)) if k else (0.0, 1.0)
+            if x2 - x1 > y2 - y1:
+                box = (x1 + (x2 - x1) * low, y1, x1 + (x2 - x1) * high, y2)
+            else:
+                box = (x1, y1 + (y2 - y1) * low, x2, y1 + (y2 - y1) * high)
+            boxes.append(NamedBox(label, tuple(round(float(value), 3) for value in box)))  # type: ignore[arg-type]
+    return tuple(boxes)

@@ -1,0 +1,75 @@
+"""A home as the stages take it: walls with doors under lintels, a floor, rooms with their boxes.
+
+Walls are prisms: what stands between spaces and around them, from the floor to the ceiling, but for the doors; there a
+sill lies and a lintel hangs, as in SUNCG. Front doors lead through the outer wall and stay closed in the plan.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Final
+
+import numpy as np
+import shapely
+
+from houseexpo.plan import Frame
+from houseexpo.plan.categories import canonical
+from pipeline.geometry.mesh import Mesh
+from pipeline.geometry.overlay import polygons_of
+from pipeline.sources.homes.values import Home
+from pipeline.sources.procedural.prism import prism
+from pipeline.sources.procedural.values import DOOR_HEAD_M, SILL_M, WALL_TOP_M
+from pipeline.values import MADE, Level, SourceRoom
+
+_LEAST_M2: Final = 1e-4
+
+
+def level_of(home: Home) -> Level:
+    """Return the one level of a home."""
+    return Level(
+        id=home.id,
+        walls=_walls(home),
+        ceiling_m=WALL_TOP_M,
+        frame=Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), up="z", floor=0.0, level=0),
+        floor=shapely.buffer(shapely.union_all(home.spaces), home.wall_m, join_style="mitre"),
+        sills=True,
+        rooms=tuple(
+            SourceRoom((each.label,) if each.label else (), _labels(each.label), box=each.box) for each in home.boxes
+        ),
+        room_count=home.room_count,
+        provenance={"source": MADE, "style": "home", "sha256": digest(home)},
+    )
+
+
+def digest(home: Home) -> str:
+    """SHA-256 of what a home is, in hex digits."""
+    parts = [shapely.to_wkb(shapely.normalize(space)) for space in home.spaces]
+    parts += [repr((home.doors, home.fronts, home.boxes, home.wall_m, home.room_count)).encode()]
+    return hashlib.sha256(b"".join(parts)).hexdigest()
+
+
+def _labels(word: str | None) -> tuple[str, ...]:
+    label = canonical(word) if word else None
+    return () if label is None else (label,)
+
+
+def _walls(home: Home) -> Mesh:
+    """Walls stand, sills lie, lintels hang."""
+    spaces = shapely.union_all(home.spaces)
+    shell = shapely.union_all(shapely.buffer(home.spaces, home.wall_m, join_style="mitre"))
+    solid = shapely.difference(shell, spaces)
+    gaps = shapely.box(*np.array([door.rect for door in (*home.doors, *home.fronts)]).reshape(-1, 4).T)
+    open_ = shapely.union_all(gaps)
+    standing = [(each, 0.0, WALL_TOP_M) for each in _pieces(shapely.difference(solid, open_))]
+    crossed = _pieces(shapely.intersection(solid, open_))
+    meshes = [prism(*each) for each in standing]
+    meshes += [prism(each, *heights) for each in crossed for heights in ((0.0, SILL_M), (DOOR_HEAD_M, WALL_TOP_M))]
+    starts = np.cumsum([0] + [len(points) for points, _, _ in meshes[:-1]])
+    return Mesh(
+        np.concatenate([points for points, _, _ in meshes]),
+        np.concatenate([faces + start for (_, _, faces), start in zip(meshes, starts, strict=True)]),
+    )
+
+
+def _pieces(shape: shapely.Geometry) -> list[shapely.Polygon]:
+    return [each for each in polygons_of(shape) if each.area > _LEAST_M2]

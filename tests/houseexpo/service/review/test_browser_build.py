@@ -1,0 +1,47 @@
+"""Build again in the browser: a door is drawn, one key builds, before and after stand side by side."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("starlette")
+
+from typer.testing import CliRunner
+
+from houseexpo.commands.app import make_app as make_commands
+from tests.builders.bungalow import FILE
+from tests.builders.services import running, service_of
+from tests.builders.visiting import shoot, visited
+
+pytestmark = [pytest.mark.slow, pytest.mark.browser]
+LONG_MS = 180_000
+
+
+def test_one_key_builds_and_shows_before_and_after(tmp_path: Path) -> None:
+    (tmp_path / "houses").mkdir()
+    shutil.copy(FILE, tmp_path / "houses")
+    plans = tmp_path / "plans"
+    words = ["build", str(tmp_path / "houses"), "--out", str(plans), "--workers", "1"]
+    assert CliRunner().invoke(make_commands(), words).exit_code == 0
+    with running(service_of(plans, review=True)) as address, visited(address, "/plans/review") as page:
+        assert "quality 0.7" in page.inner_text("#facts")
+        page.keyboard.press("r")
+        for _ in range(2):
+            page.keyboard.press("Shift+ArrowUp")
+            page.keyboard.press("Shift+ArrowRight")
+        page.keyboard.press("ArrowRight")
+        page.keyboard.press("Enter")
+        page.wait_for_function("() => document.getElementById('said').textContent.includes('Marked no room')")
+        page.keyboard.press("b")
+        page.wait_for_selector(".outcome", timeout=LONG_MS)
+        assert "changed" in page.inner_text(".outcome h3")
+        page.locator(".outcome").scroll_into_view_if_needed()
+        page.wait_for_function(
+            "() => [...document.querySelectorAll('.pair img')].filter((each) => each.naturalWidth).length === 2"
+        )
+        shoot(page, "review-built")
+        assert page.inner_text("#build-words") == "Built."
+    assert (plans / "overrides.toml").exists()  # no manifest was named: it lies in the data set's folder
