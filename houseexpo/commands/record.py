@@ -50,9 +50,7 @@ def record(
     console = Console()
     if len(names := policy.split(",")) > 1:
         if out is None or bag is not None or shows == "beside":
-            raise ConfigError(
-                "record: several policies make a movie, --out, of maps side by side; no bag, no --shows beside"
-            )
+            raise ConfigError("--policy: several make a movie, --out FILE; no bag, and no --shows beside")
         with console.status(f"recording {counted(steps, 'step')}"):
             racers = [(name, *environment(dataset, plan, task, config, steps)) for name in names]
             runners = [Racer(name, env, policy_of(name, env, seed)) for name, env, _ in racers]

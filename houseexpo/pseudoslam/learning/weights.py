@@ -66,8 +66,8 @@ def read_weights(file: Path) -> tuple[Scorer, dict[str, Any]]:
 
 def _check(scorer: Scorer, file: Path) -> None:
     numbers, inner, last = len(OUTLOOKS), scorer.first_bias.size, scorer.second_bias.size
-    wanted = Scorer((numbers,), (inner, numbers), (inner,), (last, inner), (last,), (last,))
-    for name, shape, array in zip(Scorer._fields, wanted, scorer, strict=True):
+    shapes = ((numbers,), (inner, numbers), (inner,), (last, inner), (last,), (last,))  # as the fields come
+    for name, shape, array in zip(Scorer._fields, shapes, scorer, strict=True):
         if array.shape != shape:
             raise ConfigError(f"{file}: {name}: expected an array of shape {shape}, found {array.shape}")
         if not math.isfinite(float(array.sum())):
