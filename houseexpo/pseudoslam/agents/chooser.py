@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from functools import cached_property
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -34,8 +34,9 @@ class Chooser(Explorer):
 
     def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
         """Return the best of those that ``find_frontiers`` puts first."""
+        x, y, heading = info["pose_px"].tolist()
         n = describe(
-            known, *info["pose_px"].tolist(), info["steps"], frontiers, len(frontiers), self._outlook,
+            known, x, y, heading, info["steps"], frontiers, len(frontiers), self._outlook,
             self.scratch.ways, self._outlooks,
         )  # fmt: skip
         return int(best_of(self._outlooks, n, self._scorer, self._scores))
@@ -59,7 +60,7 @@ class TrainedChooser:
         return Training(FAMILY, int(self._read[1].get("seed", 0)))
 
     @cached_property
-    def _read(self) -> tuple[Scorer, dict[str, object]]:
+    def _read(self) -> tuple[Scorer, dict[str, Any]]:
         return read_weights(self.file)
 
 

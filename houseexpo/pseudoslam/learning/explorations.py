@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import dataclass
 
@@ -48,8 +49,8 @@ class Walk:
         """Return a walk that goes on by itself; what does not change is shared."""
         changed = {name: getattr(self.state.episode, name).copy() for name in ("known", "pose", "counts", "readings")}
         state = State(self.state.episode._replace(**changed), self.state.observable_cells)
-        errand = Errand(*(part.copy() for part in self.errand))
-        return Walk(state, errand, Course(*(part.copy() for part in self.course)))
+        errand, course = copy.deepcopy(self.errand), copy.deepcopy(self.course)
+        return Walk(state, errand, course)
 
     @property
     def steps(self) -> int:
