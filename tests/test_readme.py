@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +14,11 @@ import typer
 from houseexpo.commands.app import make_app
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.splits import split, write_split
+from houseexpo.release import release
 from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
 from tests.builders.needs import need
+from tests.builders.services import running, service_of
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
@@ -32,21 +35,36 @@ PYTHON = {  # by the lines, so that what two pages show runs once
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder that holds the data set that the lines open."""
+    """A folder that holds the data set that the lines open, and its release."""
     found = tmp_path_factory.mktemp("readme")
     run_build([Path("procedural:8")], found / "plans", seed=3, plan=plan_level)
     plans = open_dataset(found / "plans")
     write_split(split(plans, {"train": 0.7, "val": 0.1, "test": 0.2}, 0, 1), found / "plans")
     (found / "datasets").mkdir()
     (found / "datasets" / "demo").symlink_to(found / "plans", target_is_directory=True)
+    release(found / "plans", found / "releases" / "demo")
     return found
 
 
+@pytest.fixture(scope="module")
+def address(folder: Path) -> Iterator[str]:
+    """Where the data set is served."""
+    with running(service_of(folder / "plans")) as found:
+        yield f"{found}/plans"
+
+
 @pytest.mark.parametrize("lines", PYTHON, ids=PYTHON.values())
-def test_lines_of_python_run(lines: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    if "stable_baselines3" in lines:
-        need(modules=["stable_baselines3"], how="make learn")
+def test_lines_of_python_run(lines: str, folder: Path, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for module, how in (
+        ("stable_baselines3", "make learn"),
+        ("geopandas", "make readers"),
+        ("datasets", "make readers"),
+    ):
+        if re.search(rf"^(import|from) {module}\b", lines, re.MULTILINE):
+            need(modules=[module], how=how)
     monkeypatch.chdir(folder)
+    monkeypatch.setenv("HF_HOME", str(folder / "cache"))
+    lines = lines.replace("http://127.0.0.1:8000/demo", address)
     names: dict[str, object] = {}
     exec(compile(lines, "a page", "exec"), names)  # noqa: S102 - our own words
     if "reach" in names:
@@ -62,7 +80,7 @@ def test_lines_of_python_run(lines: str, folder: Path, monkeypatch: pytest.Monke
 
 def _commands(text: str) -> list[list[str]]:
     """The words of each ``houseexpo`` command that a page shows on a line of its own."""
-    lines = re.findall(r"^(?: {4})?(houseexpo [^#\n]+)", text, re.MULTILINE)
+    lines = re.findall(r"^(?: {4})?(houseexpo [^#\n]+)", text.replace("\\\n", " "), re.MULTILINE)
     return [shlex.split(command) for line in lines for command in line.split("&&")]
 
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 from urllib.parse import urlsplit
 
-CHROMIUM = shutil.which("chromium")
+from tests.builders.needs import need
 
 
 class Watch:
@@ -38,11 +38,14 @@ class Watch:
 
 @contextmanager
 def browser() -> Iterator[Any]:
-    """Debian's Chromium, headless."""
+    """Debian's Chromium, headless; skips where there is none."""
+    need(modules=["playwright"], programs=["chromium"], how="apt-get install chromium")
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as driver:
-        opened = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"])
+        opened = driver.chromium.launch(
+            executable_path=shutil.which("chromium"), args=["--no-sandbox", "--disable-gpu"]
+        )
         try:
             yield opened
         finally:

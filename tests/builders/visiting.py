@@ -8,17 +8,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import pytest
-
-from tests.builders.browsing import CHROMIUM, browser, visit
+from tests.builders.browsing import browser, visit
 
 
 @contextmanager
 def visited(address: str, path: str, **context: Any) -> Iterator[Any]:
     """Yield a page that ``browsing.visit`` watches; skips where there is no Chromium."""
-    pytest.importorskip("playwright.sync_api")
-    if CHROMIUM is None:
-        pytest.skip("needs Chromium")
     with browser() as opened, visit(opened, address, path, base_url=address, **context) as page:
         yield page
 

@@ -7,7 +7,6 @@ import json
 import re
 from pathlib import Path
 
-import pytest
 import typer
 import yaml
 from PIL import Image
@@ -17,6 +16,7 @@ from houseexpo.commands.release import release as command
 from houseexpo.dataset import open_dataset
 from houseexpo.release import release
 from houseexpo.release.tables import DOORS, PLANS, ROOMS
+from tests.builders.needs import need
 
 
 def _read(folder: Path, name: str) -> dict[str, object]:
@@ -25,7 +25,9 @@ def _read(folder: Path, name: str) -> dict[str, object]:
 
 
 def test_croissant_is_valid_and_its_records_can_be_read(made: Path, released: Path) -> None:
-    mlcroissant = pytest.importorskip("mlcroissant")
+    need(modules=["mlcroissant"], how="make readers")
+    import mlcroissant
+
     found = mlcroissant.Dataset(jsonld=str(released / "croissant.json"))
     assert not found.metadata.ctx.issues.errors
     assert not found.metadata.ctx.issues.warnings

@@ -16,6 +16,7 @@ from houseexpo.dataset import open_dataset
 from houseexpo.dataset.validation import validate
 from houseexpo.release.parquet import TableWriter
 from houseexpo.release.tables import PLANS, ROOMS
+from tests.builders.needs import need
 
 PARTS = ("train", "val", "test")
 
@@ -102,7 +103,9 @@ def test_a_table_without_rows_is_a_table(tmp_path: Path) -> None:
 
 
 def test_geopandas_reads_metres_without_a_reference_system(made: Path, released: Path) -> None:
-    geopandas = pytest.importorskip("geopandas")
+    need(modules=["geopandas"], how="make readers")
+    import geopandas
+
     rooms = geopandas.read_parquet(released / "rooms" / "train.parquet")
     assert rooms.crs is None
     assert np.allclose(rooms.area, rooms["area"], atol=0.01)
@@ -114,21 +117,27 @@ def test_geopandas_reads_metres_without_a_reference_system(made: Path, released:
 
 
 def test_geopandas_reads_all_parts_at_once(released: Path) -> None:
-    geopandas = pytest.importorskip("geopandas")
+    need(modules=["geopandas"], how="make readers")
+    import geopandas
+
     plans = geopandas.read_parquet(released / "plans")
     assert len(plans) == sum(pq.read_metadata(file).num_rows for file in _files(released, "plans"))
     assert set(plans["split"]) == {file.stem for file in _files(released, "plans")}
 
 
 def test_pandas_reads_them(released: Path) -> None:
-    pandas = pytest.importorskip("pandas")
+    need(modules=["pandas"], how="make readers")
+    import pandas
+
     plans = pandas.read_parquet(released / "plans" / "train.parquet")
     assert set(plans["split"]) == {"train"}
     assert plans["area"].min() > 2
 
 
 def test_duckdb_reads_and_counts(made: Path, released: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    duckdb = pytest.importorskip("duckdb")
+    need(modules=["duckdb"], how="make readers")
+    import duckdb
+
     monkeypatch.chdir(released)
     with duckdb.connect() as database:
         found = dict(database.execute("SELECT label, count(*) FROM 'rooms/*.parquet' GROUP BY label").fetchall())
@@ -145,7 +154,9 @@ def test_hugging_face_reads_it_offline(
     for name in ("HF_HUB_OFFLINE", "HF_DATASETS_OFFLINE"):
         monkeypatch.setenv(name, "1")
     monkeypatch.setenv("HF_HOME", str(tmp_path / "home"))
-    datasets = pytest.importorskip("datasets")
+    need(modules=["datasets"], how="make readers")
+    import datasets
+
     plans = datasets.load_dataset(str(released), "plans", cache_dir=str(tmp_path / "cache"))
     assert sorted(plans) == sorted(
         {"val": "validation"}.get(file.stem, file.stem) for file in _files(released, "plans")

@@ -9,16 +9,10 @@ from typing import Any
 
 import pytest
 
-from tests.builders.browsing import CHROMIUM, NAMELESS, TOO_WIDE, browser, visit
+from tests.builders.browsing import NAMELESS, TOO_WIDE, browser, visit
 from tests.builders.services import built, published, running, service_of, some_plans
 
-pytest.importorskip("playwright")
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.browser,
-    pytest.mark.skipif(CHROMIUM is None, reason="needs chromium"),
-]
+pytestmark = [pytest.mark.slow, pytest.mark.browser]
 
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True, "device_scale_factor": 2}
 LOOKS: dict[str, dict[str, Any]] = {
