@@ -32,6 +32,8 @@ PYTHON = {  # by the lines, so that what two pages show runs once
     for number, lines in enumerate(re.findall(r"^```python\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE))
 }
 
+INSTALLED_BY = {"stable_baselines3": "make learn", "geopandas": "make readers", "datasets": "make readers"}
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
