@@ -29,12 +29,13 @@ PAGES = [
 NOT_RUN = {
     "fetch": "needs the network",
     "houseexpo play": "needs a person at a terminal",
+    "houseexpo serve": "runs until Ctrl-C",
     "procedural:1000": "takes minutes",
     "/shared/": "needs a cluster",
     "s3://": "needs an object store",
     "some_id": "stands for an id of the reader's",
 }
-"""What is shown and not run, and why; tests of their own run all but the first three on a small scale."""
+"""What is shown and not run, and why; tests of their own run all but the first four on a small scale."""
 
 
 @pytest.fixture
