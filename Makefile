@@ -17,7 +17,7 @@ ABOUT   ?=
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help setup cluster learn readers experiments dataset release docs pictures results leaderboard test test-all check bench clean
+.PHONY: help setup cluster learn readers experiments dataset release docs pictures screenshots results leaderboard test test-all check bench clean
 
 help: ## show this list
 	@printf '\n  \033[1mHouseExpo\033[0m: turns 3D house models into 2D floor plans, in bulk\n\n'
@@ -68,6 +68,9 @@ docs: setup ## build the pages of docs/ as a site, into docs/_build; warnings ar
 
 pictures: setup ## draw the pictures of docs/algorithm.md anew
 	@$(BIN)/python docs/pictures.py
+
+screenshots: dataset ## take the pictures of the service's pages anew; needs Chromium
+	@$(BIN)/python docs/screenshots.py $(DATASET)
 
 results: setup ## run all policies of the leaderboard on its plans, with PLANS=500 plans: hours; then `make leaderboard`
 	@for run in $(RESULTS); do track=$${run%%:*}; policy=$${run##*:}; \
