@@ -80,7 +80,7 @@ def lines(file: Path, values: list[dict[str, Any]]) -> None:
 
 def published(file: Path, count: int) -> Path:
     """Write plans of the published kind: an outline and a label box each, 3 to 3 + count / 2 m wide."""
-    from tests.builders.datasets import houses
+    from tests.builders.plan_files import houses
 
     file.write_bytes(b"".join(data + b"\n" for data in houses(count).values()))
     return file

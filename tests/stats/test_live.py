@@ -8,7 +8,7 @@ import pytest
 
 from houseexpo import open_dataset
 from stats.live import report_of
-from tests.builders.datasets import houses, pack
+from tests.builders.plan_files import houses, pack
 
 
 def test_it_speaks_of_the_plans_given_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

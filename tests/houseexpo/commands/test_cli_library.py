@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from houseexpo import HouseExpoError, encode
 from houseexpo.commands.app import make_app
 from houseexpo.plan import Quality
-from tests.builders.datasets import hexed, house, houses, pack
+from tests.builders.plan_files import hexed, house, houses, pack
 
 APP = make_app()
 

@@ -21,7 +21,7 @@ from houseexpo.commands import app
 from houseexpo.commands.given import plan_ids
 from houseexpo.commands.split import _shares
 from houseexpo.dataset import open_dataset
-from tests.builders.datasets import hexed, house, houses, pack
+from tests.builders.plan_files import hexed, house, houses, pack
 
 ROOT = Path(__file__).parents[3]
 

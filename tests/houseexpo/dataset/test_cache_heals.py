@@ -9,7 +9,7 @@ import pytest
 
 from houseexpo import DatasetError, open_dataset
 from houseexpo.dataset.store.cache import VERSION, cache_folder
-from tests.builders.datasets import houses, pack
+from tests.builders.plan_files import houses, pack
 
 
 @pytest.fixture(autouse=True)

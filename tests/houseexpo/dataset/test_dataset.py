@@ -15,7 +15,7 @@ import pytest
 from houseexpo import ConfigError, DatasetError, UnknownPlanError, encode, open_dataset
 from houseexpo.dataset.index import index_table, row
 from houseexpo.plan import Navigability, Quality
-from tests.builders.datasets import KINDS, hexed, house, houses, pack
+from tests.builders.plan_files import KINDS, hexed, house, houses, pack
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from houseexpo.dataset.index import index_table, row
 from houseexpo.dataset.store import records
 from houseexpo.dataset.store.cache import VERSION, cache_folder
 from houseexpo.dataset.store.catalogue import read_ids
-from tests.builders.datasets import KINDS, hexed, house, houses, pack, tar
+from tests.builders.plan_files import KINDS, hexed, house, houses, pack, tar
 
 
 @pytest.fixture(autouse=True)

@@ -18,7 +18,7 @@ from houseexpo.dataset.store.cache import cache_folder
 from houseexpo.dataset.unpack import unpack
 from pipeline.config import PipelineConfig
 from pipeline.config_file import load_config
-from tests.builders.datasets import hexed, houses, tar
+from tests.builders.plan_files import hexed, houses, tar
 from tests.builders.server import serving
 
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "data" / "houseexpo"

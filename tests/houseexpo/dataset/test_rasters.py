@@ -13,7 +13,7 @@ import pytest
 from houseexpo import ConfigError, FloorPlan, MissingDependencyError
 from houseexpo.dataset.tensors import RasterConfig, rasters
 from houseexpo.torch import PlanDataset
-from tests.builders.datasets import house, houses, pack
+from tests.builders.plan_files import house, houses, pack
 
 
 def test_small_plans_are_padded_all_round(two_rooms):

@@ -16,7 +16,7 @@ from houseexpo.dataset.index import index_table, row
 from houseexpo.dataset.splits import PAPER, split, together, write_split
 from houseexpo.dataset.validation import validate
 from houseexpo.floorplan import FloorPlan
-from tests.builders.datasets import pack
+from tests.builders.plan_files import pack
 
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "data" / "houseexpo" / "plans_33717.jsonl.gz"
 SHARES = {"train": 0.7, "val": 0.1, "test": 0.2}

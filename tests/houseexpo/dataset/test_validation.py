@@ -14,7 +14,7 @@ from houseexpo import DatasetError, encode
 from houseexpo.dataset.validation import RULES, validate
 from houseexpo.plan import Navigability, PlanObject, Quality
 from houseexpo.plan.schema import SHIPPED, schema, schema_text
-from tests.builders.datasets import hexed, house, houses, pack
+from tests.builders.plan_files import hexed, house, houses, pack
 
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "data" / "houseexpo" / "plans_33717.jsonl.gz"
 GOOD = house(hexed(7))

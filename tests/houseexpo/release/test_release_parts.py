@@ -13,7 +13,7 @@ from houseexpo.errors import DatasetError
 from houseexpo.plan.json_codec import encode
 from houseexpo.release import release
 from houseexpo.release.parts import parts_of
-from tests.builders.datasets import house, pack
+from tests.builders.plan_files import house, pack
 
 LISTS = {"train": "a\nb\n", "val": "", "test": "c\n"}
 

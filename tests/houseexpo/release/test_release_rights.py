@@ -16,7 +16,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
 from houseexpo.release import About, release
 from tests.builders.batch import one_room, run_build
-from tests.builders.datasets import KINDS, hexed, house, pack
+from tests.builders.plan_files import KINDS, hexed, house, pack
 
 
 def _refused(path: Path, tmp_path: Path, expected: str) -> None:

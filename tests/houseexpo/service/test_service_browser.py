@@ -88,7 +88,7 @@ def test_filters_combine_and_the_address_holds_them(chromium: Any, address: str)
         said(page, "#count", "2 of 4 plans")
         link = page.url
         page.select_option("#sort", "quality")
-        said(page, '[data-number="1"] .id', "d 4&é")
+        said(page, '[data-number="0"] .id', "d 4&é")
         page.go_back()
         page.wait_for_url(link)
         page.go_back()

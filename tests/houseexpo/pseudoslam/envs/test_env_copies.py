@@ -14,7 +14,7 @@ import pytest
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.envs.vector import ExplorationVectorEnv
-from tests.builders.datasets import house
+from tests.builders.plan_files import house
 
 ACTIONS = (0, 1, 0, 2, 0, 0, 1, 0)
 
