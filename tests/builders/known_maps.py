@@ -150,7 +150,7 @@ def slow_clusters(known: np.ndarray, reach: int | None = None) -> list[list[tupl
     return clusters
 
 
-def slow_middle(cluster: list[tuple[int, int]]) -> tuple[int, int]:
-    """The cell nearest to the mean, of several the first."""
+def slow_by_mean(cluster: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """The cells, nearest to their mean first, of several equally near the first row by row."""
     n, row, col = len(cluster), sum(cell[0] for cell in cluster), sum(cell[1] for cell in cluster)
-    return min(sorted(cluster), key=lambda cell: (cell[0] * n - row) ** 2 + (cell[1] * n - col) ** 2)
+    return sorted(sorted(cluster), key=lambda cell: (cell[0] * n - row) ** 2 + (cell[1] * n - col) ** 2)

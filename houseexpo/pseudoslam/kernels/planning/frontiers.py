@@ -4,12 +4,13 @@ R1  A frontier's cell is unknown and shares a side with a free cell. Cells withi
     left out.
 R2  Cells that share a side or a corner are one cluster, as far as ``reach`` rows and columns from its first cell, row
     by row; what lies beyond begins another, for the middle of a longer one says little of where its cells are. Its
-    middle is the cell nearest to the mean of its cells; of several the first, row by row.
+    middle is the cell nearest to the mean of its cells that can be seen (R3); of several the first, row by row.
 R3  Its goal is the nearest standing cell, within ``near``, with a way to it and a clear line to the cluster's middle:
     no square between them but of free cells. Where there is none, it is the nearest within the laser's range that no
     obstacle hides the middle from (``sector_scan``): unknown cells do not, for they will be seen first. Of places
     equally near, the first counts, row by row.
-R4  What can be seen from nowhere is left out.
+R4  A cluster is left out where none of its cells can be seen from anywhere. One behind a doorway, beside a beam that
+    went through it, has cells before and behind the wall: its mean may lie where nothing sees it.
 R5  Clusters of ``large`` cells or more come first, by the ways to their goals; then the smaller ones, by theirs. Of
     ways equally long, the first middle, row by row, comes first.
 """
@@ -56,20 +57,14 @@ def find_frontiers(
     find_ways(known, x, y, rules.radius_px, whole(-1), found)
     n_edges = _find_edges(known, rules.spare_px, given_up, found)
     edges, members, marks = found.queue[0], found.queue[1], found.marks
-    cols, n, sees_through = known.shape[1], whole(0), False
+    n, sees_through = whole(0), False
     for k in range(n_edges):
         if marks[edges[k]] == 0:
             continue  # it is in a cluster
         cells = _flood(known.shape, marks, edges[k], rules.reach, members)
         if cells < rules.least or len(frontiers) == 0:
             continue
-        middle = _middle(members, cells, cols)
-        goal = goal_near(known, middle, rules.near, found)
-        if goal < 0:
-            if not sees_through:
-                open_unknown(known, found)
-                sees_through = True
-            goal = goal_in_sight(known, middle, rules.range_px, scratch)
+        middle, goal, sees_through = _viewpoint(known, members[:cells], rules, scratch, sees_through)
         if goal >= 0:
             n = _insert(frontiers, n, middle, goal, cells, found.ways[goal], rules.large)
     return n
@@ -150,19 +145,40 @@ def _flood(shape: tuple[int, int], marks: Grid, start: int, reach: int, members:
 
 
 @njit(cache=True, nogil=True)
-def _middle(members: Cells, n: int, cols: int) -> int:
-    """Return the cell nearest to the mean (R2), compared in whole numbers."""
+def _viewpoint(
+    known: Grid, members: Cells, rules: FrontierRules, scratch: Scratch, sees_through: bool
+) -> tuple[int, int, bool]:
+    """Return a cluster's middle and its goal (R3), -1 where there is none, and whether unknown cells are open now."""
+    cols, found, goal, middle = known.shape[1], scratch.ways, -1, -1
     rows_sum, cols_sum = 0, 0
-    for k in range(n):
+    for k in range(len(members)):
         rows_sum += members[k] // cols
         cols_sum += members[k] % cols
-    best, least = -1, 0
-    for k in range(n):
+    for left in range(len(members), 0, -1):
+        k = _nearest(members, left, rows_sum, cols_sum, cols)
+        middle = int(members[k])
+        goal = goal_near(known, middle, rules.near, found)
+        if goal < 0:
+            if not sees_through:
+                open_unknown(known, found)
+                sees_through = True
+            goal = goal_in_sight(known, middle, rules.range_px, scratch)
+        if goal >= 0:
+            break
+        members[k], members[left - 1] = members[left - 1], members[k]  # it had its turn
+    return middle, goal, sees_through
+
+
+@njit(cache=True, nogil=True)
+def _nearest(members: Cells, left: int, rows_sum: int, cols_sum: int, cols: int) -> int:
+    """Return which of the first cells is nearest to the mean of all (R2), compared in whole numbers."""
+    n, best, least = len(members), -1, 0
+    for k in range(left):
         cell = int(members[k])
         down, right = cell // cols * n - rows_sum, cell % cols * n - cols_sum
         off = down * down + right * right
-        if best < 0 or off < least or (off == least and cell < best):
-            best, least = cell, off
+        if best < 0 or off < least or (off == least and cell < members[best]):
+            best, least = k, off
     return best
 
 

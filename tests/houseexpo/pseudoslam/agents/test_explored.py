@@ -15,7 +15,6 @@ from houseexpo.pseudoslam.simulator import Simulator
 STEPS, STEPS_PER_M2 = 600, 5  # the paper's, of 0.3 m or 10 degrees; half of the houses need 222 or less
 SMALL = (0, 2, 4, 5, 6)
 SLITS = (47, 73)  # a room that it cannot enter is seen through a slit of some cells: 2% of the house, sliver by sliver
-GIVEN_UP = (100,)  # since long frontiers are several: parts of one are given up one by one, and with them a room
 
 
 def steps_to_cover(line: bytes, seed: int) -> tuple[int, float]:
@@ -40,7 +39,7 @@ def test_five_houses_are_explored(published_lines: Sequence[bytes]) -> None:
 
 
 @pytest.mark.slow
-def test_98_houses_are_explored(published_lines: Sequence[bytes]) -> None:
-    plans = [i for i in range(101) if i not in (*SLITS, *GIVEN_UP)]
+def test_99_houses_are_explored(published_lines: Sequence[bytes]) -> None:
+    plans = [i for i in range(101) if i not in SLITS]
     found = [steps_to_cover(published_lines[i], seed=i)[0] for i in plans]
     assert np.median(found) <= 240

@@ -18,9 +18,9 @@ from tests.builders.known_maps import (
     drawn,
     random_map,
     random_place,
+    slow_by_mean,
     slow_clear,
     slow_clusters,
-    slow_middle,
     slow_standing,
     slow_ways,
 )
@@ -55,18 +55,22 @@ def test_they_are_what_their_twins_say(seed: int) -> None:
     cols = known.shape[1]
     told = {divmod(int(one.middle), cols): one for one in found}
     assert len(told) == len(found)
-    clusters = {slow_middle(cluster): len(cluster) for cluster in slow_clusters(known, reach)}
-    assert set(told) <= set(clusters)
-    for middle, size in clusters.items():
-        goal = slow_goal(known, ways, middle)
-        if goal is not None:
-            assert divmod(int(told[middle].goal), cols) == goal
-        if middle in told:
-            one = told[middle]
-            place = divmod(int(one.goal), cols)
-            assert one.cells == size
-            assert one.way == ways[place]
-            assert math.dist(place, middle) <= RANGE
+    clusters = slow_clusters(known, reach)
+    assert set(told) <= {cell for cluster in clusters for cell in cluster}
+    for cluster in clusters:
+        middle = next((cell for cell in cluster if cell in told), None)
+        if middle is None:
+            assert all(slow_goal(known, ways, cell) is None for cell in cluster)
+            continue
+        one = told[middle]
+        place = divmod(int(one.goal), cols)
+        inner = slow_by_mean(cluster)
+        unseen = inner[: inner.index(middle)]
+        assert all(slow_goal(known, ways, cell) is None for cell in unseen), "none nearer to the mean is seen"
+        assert slow_goal(known, ways, middle) in (place, None)
+        assert one.cells == len(cluster)
+        assert one.way == ways[place]
+        assert math.dist(place, middle) <= RANGE
     keys = [(one.cells < 4, one.way, one.middle) for one in found]
     assert keys == sorted(keys)
 
@@ -146,6 +150,35 @@ def test_through_a_gap_that_the_robot_cannot_pass_it_looks() -> None:
     row, col = divmod(int(found["goal"][0]), cols)
     assert row > 4
     assert col < 9
+
+
+def test_beside_a_beam_through_a_door_it_looks_at_what_it_sees() -> None:
+    """The mean of the cells beside the beam lies behind the wall, where nothing sees it; those in the door are seen."""
+    known = drawn(
+        "############",
+        "#.....##????",
+        "#......?????",
+        "#......?????",
+        "#.......????",
+        "#.....##.???",
+        "#.....##.???",
+        "#.....##.???",
+        "#.....##?.??",
+        "#.....##?.??",
+        "#.....##?.??",
+        "#.....##??.?",
+        "#.....##??.?",
+        "#.....##??.?",
+        "############",
+    )
+    cluster = slow_clusters(known)
+    assert len(cluster) == 1
+    middle = slow_by_mean(cluster[0])[0]
+    assert middle[0] >= 8
+    found = MapPlanner(CONFIG).frontiers(known, 2.5, 2.5)
+    assert found["cells"].tolist() == [len(cluster[0])]
+    row, _ = divmod(int(found["middle"][0]), known.shape[1])
+    assert row < middle[0]
 
 
 def test_behind_walls_nothing_is_to_be_seen() -> None:
