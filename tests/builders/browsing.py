@@ -69,11 +69,12 @@ def visit(opened: Any, address: str, path: str, **context: Any) -> Iterator[Any]
         seen.close()
 
 
-NAMELESS = """() => [...document.querySelectorAll("a[href], button, input, select, summary, [role=button]")]
-  .filter((each) => each.getClientRects().length)
-  .filter((each) => !(each.innerText?.trim() || each.getAttribute("aria-label") || each.title || each.labels?.length
-    || each.querySelector("img[alt]:not([alt=''])")))
-  .map((each) => each.outerHTML.slice(0, 120))"""
-"""What a screen reader would have no name for."""
+def barriers(page: Any) -> list[str]:
+    """What axe finds that hinders people who use a screen reader, the keyboard or large letters: rule, where, how bad."""
+    from axe_playwright_python.sync_playwright import Axe
+
+    found = Axe().run(page).response["violations"]
+    return [f"{each['id']} ({each['impact']}): {node['target']}" for each in found for node in each["nodes"]]
+
 
 TOO_WIDE = "() => document.documentElement.scrollWidth > document.documentElement.clientWidth + 1"

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from tests.builders.browsing import browser, visit
+from tests.builders.browsing import barriers, browser, visit
 
 
 @contextmanager
@@ -18,7 +18,8 @@ def visited(address: str, path: str, **context: Any) -> Iterator[Any]:
         yield page
 
 
-def shoot(page: Any, name: str) -> None:
-    """Keep a picture of the page where SCREENSHOTS names a folder."""
+def look(page: Any, name: str) -> None:
+    """Fail where a page as it stands hinders somebody; keep a picture of it where SCREENSHOTS names a folder."""
     if folder := os.environ.get("SCREENSHOTS"):
         page.screenshot(path=str(Path(folder) / f"{name}.png"))
+    assert barriers(page) == []

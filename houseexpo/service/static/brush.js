@@ -17,7 +17,7 @@ export class Brush {
       ...radii.map((radius) => element("option", { value: radius }, `r ${radius} m`)));
     this.radius?.addEventListener("change", () => changed(measure.name, this.range, this.radius.value));
     this.svg = element("svg", { class: "bars", viewBox: `0 0 ${WIDE} ${TALL}`, preserveAspectRatio: "none", role: "img" });
-    this.title = element("h3", {}, measure.title + (measure.unit ? `, ${measure.unit}` : ""));
+    this.title = element("h2", {}, measure.title + (measure.unit ? `, ${measure.unit}` : ""));
     this.node = element("div", { class: "measure", id: `measure-${measure.name}` },
       element("header", {}, this.title,
         element("span", { class: "ends" }, ...(this.radius ? [this.radius] : []), this.inputs[0], "–", this.inputs[1])),

@@ -50,7 +50,7 @@ export class Grid {
   put(number) {
     let tile = this.tiles.get(number);
     if (!tile) {
-      tile = element("a", { class: "plan waiting", role: "listitem", "data-number": number });
+      tile = element("div", { class: "tile", role: "listitem" }, element("a", { class: "plan waiting", "data-number": number }));
       this.tiles.set(number, tile);
       this.place.append(tile);
     }
@@ -58,7 +58,7 @@ export class Grid {
     Object.assign(tile.style, {
       left: `${column * this.side}px`, top: `${row * this.tall}px`, width: `${this.side - 6}px`, height: `${this.tall - 6}px` });
     const line = this.pages.get(Math.floor(number / PAGE))?.[number % PAGE];
-    if (line && tile.classList.contains("waiting")) this.fill(tile, line, number);
+    if (line && tile.firstChild.classList.contains("waiting")) this.fill(tile, line, number);
   }
 
   fill(tile, line, number) {
@@ -67,9 +67,10 @@ export class Grid {
     if (line.quality !== undefined) facts.push(`q ${line.quality.toFixed(2)}`);
     const sort = new URLSearchParams(this.query).get("sort")?.replace("-", "");
     if (sort && !["id", "rooms", "area", "quality"].includes(sort) && line[sort] !== undefined) facts.push(`${sort.replace("_", " ")} ${rounded(line[sort])}`);
-    tile.href = `/${this.data}/plan/${id}${this.query ? `?${this.query}` : ""}`;
-    tile.classList.remove("waiting");
-    tile.replaceChildren(
+    const link = tile.firstChild;
+    link.href = `/${this.data}/plan/${id}${this.query ? `?${this.query}` : ""}`;
+    link.classList.remove("waiting");
+    link.replaceChildren(
       element("img", { src: `/api/${this.data}/plans/${id}/thumbnail.svg`, alt: "", width: 200, height: 200, decoding: "async" }),
       element("span", { class: "id" }, line.id), element("span", {}, facts.join(" · ")));
     tile.setAttribute("aria-posinset", number + 1);
@@ -101,7 +102,7 @@ export class Grid {
     const target = Math.floor(to / this.columns) * this.tall + this.place.getBoundingClientRect().top;
     if (target < 120 || target + this.tall > innerHeight) scrollBy(0, target < 120 ? target - 140 : target + this.tall - innerHeight + 20);
     this.draw();
-    this.tiles.get(to)?.focus({ preventScroll: true });
+    this.tiles.get(to)?.firstChild.focus({ preventScroll: true });
   }
 }
 

@@ -98,9 +98,9 @@ async function alike() {
   const section = document.getElementById("alike"), status = section.querySelector("[role=status]");
   try {
     const { similar } = await ask(`${base}/similar`);
-    section.querySelector(".strip").append(...similar.map((each) => element("a", { role: "listitem", href: `/${name}/plan/${encodeURIComponent(each.id)}` },
+    section.querySelector(".strip").append(...similar.map((each) => element("li", {}, element("a", { href: `/${name}/plan/${encodeURIComponent(each.id)}` },
       element("img", { src: `/api/${name}/plans/${encodeURIComponent(each.id)}/thumbnail.svg`, alt: "", width: 124, height: 124, loading: "lazy" }),
-      element("span", {}, each.id), element("span", {}, `${(100 * each.difference).toFixed(1)}% differs`))));
+      element("span", {}, each.id), element("span", {}, `${(100 * each.difference).toFixed(1)}% differs`)))));
     status.textContent = similar.length ? "" : "There is no other plan like it.";
   } catch (error) { status.textContent = error.message; }
 }

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from tests.builders.browsing import NAMELESS, TOO_WIDE, browser, visit
+from tests.builders.browsing import TOO_WIDE, barriers, browser, visit
 from tests.builders.services import built, published, running, service_of, some_plans
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
@@ -61,7 +61,7 @@ def count(page: Any) -> str:
 @pytest.mark.parametrize("name", PAGES)
 def test_a_page_is_whole_in_every_look(chromium: Any, address: str, name: str, look: str) -> None:
     with visit(chromium, address, PAGES[name], **LOOKS[look]) as page:
-        assert page.evaluate(NAMELESS) == []
+        assert barriers(page) == []
         assert not page.evaluate(TOO_WIDE)
         assert page.locator("h1").count() == 1
 

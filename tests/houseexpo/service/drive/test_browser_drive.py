@@ -14,7 +14,7 @@ pytest.importorskip("starlette")
 from houseexpo import save_plan
 from tests.builders.driving import two_rooms
 from tests.builders.services import running, service_of
-from tests.builders.visiting import shoot, visited
+from tests.builders.visiting import look, visited
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
 MADE_MS = 120_000  # kernels may have to be compiled first
@@ -66,7 +66,7 @@ def test_keys_drive_and_the_map_grows(address: str, tmp_path: Path) -> None:
         still = frames(page)
         page.wait_for_timeout(400)
         assert frames(page) == still  # at rest nothing is sent
-        shoot(page, "drive")
+        look(page, "drive")
         with page.expect_download() as download:
             page.keyboard.press("f")
         download.value.save_as(tmp_path / "saved.zip")
@@ -83,7 +83,7 @@ def test_two_explorers_side_by_side(address: str) -> None:
         held = frames(page, 0), frames(page, 1)
         page.wait_for_timeout(500)
         assert (frames(page, 0), frames(page, 1)) == held
-        shoot(page, "drive-two")
+        look(page, "drive-two")
         page.keyboard.press("p")
         wait_for(page, "panel.dataset.state === 'ended'", 2)
         assert "All is seen." in page.inner_text(".panel .said")
@@ -98,7 +98,7 @@ def test_touch_drives_on_a_phone_in_the_dark(address: str) -> None:
         wait_for(page, "panel.dataset.frame > 20")
         button.dispatch_event("pointerup", {"pointerId": 1, "pointerType": "touch"})
         assert page.evaluate("() => document.documentElement.scrollWidth <= window.innerWidth")
-        shoot(page, "drive-phone")
+        look(page, "drive-phone")
 
 
 def test_people_and_obstacles_are_set_down_by_the_form(address: str) -> None:
@@ -109,4 +109,4 @@ def test_people_and_obstacles_are_set_down_by_the_form(address: str) -> None:
         page.select_option("[name=sensor]", "10 360")
         page.click("button[type=submit]")
         wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame > 30")  # people walk by themselves
-        shoot(page, "drive-people")
+        look(page, "drive-people")

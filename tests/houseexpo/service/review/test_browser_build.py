@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from houseexpo.commands.app import make_app as make_commands
 from tests.builders.bungalow import FILE
 from tests.builders.services import running, service_of
-from tests.builders.visiting import shoot, visited
+from tests.builders.visiting import look, visited
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
 LONG_MS = 180_000
@@ -42,6 +42,6 @@ def test_one_key_builds_and_shows_before_and_after(tmp_path: Path) -> None:
         page.wait_for_function(
             "() => [...document.querySelectorAll('.pair img')].filter((each) => each.naturalWidth).length === 2"
         )
-        shoot(page, "review-built")
+        look(page, "review-built")
         assert page.inner_text("#build-words") == "Built."
     assert (plans / "overrides.toml").exists()  # no manifest was named: it lies in the data set's folder

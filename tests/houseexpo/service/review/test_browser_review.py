@@ -13,7 +13,7 @@ pytest.importorskip("starlette")
 
 from tests.builders.reviewing import judged_later
 from tests.builders.services import running, service_of
-from tests.builders.visiting import shoot, visited
+from tests.builders.visiting import look, visited
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
 PHONE: dict[str, Any] = {"viewport": {"width": 390, "height": 800}, "color_scheme": "dark", "has_touch": True}
@@ -53,7 +53,7 @@ def test_the_keyboard_alone_is_enough(page: Any, folder: Path) -> None:
     press("Enter")
     for _ in range(9):
         press("ArrowDown")
-    shoot(page, "review-door")
+    look(page, "review-door")
     press("Enter")
     says(page, "A door is drawn in doubtful")
     ((x1, y1), (x2, y2)) = overrides(folder)["doubtful"]["door"]
@@ -66,7 +66,7 @@ def test_the_keyboard_alone_is_enough(page: Any, folder: Path) -> None:
     page.keyboard.type("seen on site")
     press("Enter")
     says(page, "Noted on doubtful")
-    shoot(page, "review-marks")
+    look(page, "review-marks")
     press("u")
     says(page, "Taken back")
     assert "why" not in overrides(folder)["doubtful"]
@@ -128,7 +128,7 @@ def test_it_works_on_a_phone_in_the_dark(folder: Path) -> None:
         visited(address, "/houses/review?plan=middling", **PHONE) as page,
     ):
         shows(page, "middling")
-        shoot(page, "review-phone")
+        look(page, "review-phone")
         assert page.evaluate("() => document.documentElement.scrollWidth <= window.innerWidth")
         page.tap("#keep")
         shows(page, "sure")
