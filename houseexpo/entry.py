@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-INTERRUPTED = 130
+from houseexpo.errors import INTERRUPTED
 
 
 def main(*command: str) -> None:

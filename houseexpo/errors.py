@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+INTERRUPTED = 130
+"""The exit code of a command that Ctrl-C ended."""
+
 
 class HouseExpoError(Exception):
     """Root of every error that houseexpo raises on purpose."""

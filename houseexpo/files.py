@@ -45,3 +45,12 @@ def write_whole(file: Path, data: bytes, *, durable: bool = False) -> None:
     except BaseException:
         Path(partial).unlink(missing_ok=True)
         raise
+
+
+def sync_folder(folder: Path) -> None:
+    """Bring the names in a folder to the disk."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from houseexpo.commands.printing import typed_command
+from houseexpo.errors import INTERRUPTED
 from houseexpo.progress import is_quiet
 from pipeline.batch.passing import passing_fault
-from pipeline.interrupts import EXIT_CODE as INTERRUPTED
 from pipeline.interrupts import interruptible
 
 if TYPE_CHECKING:

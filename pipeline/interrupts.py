@@ -9,7 +9,8 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-EXIT_CODE = 130
+from houseexpo.errors import INTERRUPTED
+
 _TIMEOUT_S = 4.0
 
 
@@ -25,7 +26,7 @@ def interruptible(last_words: str) -> Iterator[Callable[[], None]]:
     def end() -> None:
         sys.stderr.write(f"{last_words}\n")
         sys.stderr.flush()
-        os._exit(EXIT_CODE)
+        os._exit(INTERRUPTED)
 
     deadline = threading.Timer(_TIMEOUT_S, end)
     deadline.daemon = True

@@ -18,14 +18,11 @@ from typer.core import TyperGroup
 from houseexpo import __version__
 from houseexpo.commands import logs
 from houseexpo.commands.printing import drop_output, typed_command
-from houseexpo.errors import HouseExpoError, MissingDependencyError
+from houseexpo.errors import INTERRUPTED, HouseExpoError, MissingDependencyError
 
 GROUP = "houseexpo.commands"
 """Entry points of this group are functions that typer can call, or a ``typer.Typer`` of several; their names are the
 commands' names."""
-
-INTERRUPTED = 130
-"""The exit code of Ctrl-C."""
 
 _SETTINGS = {"help_option_names": ["-h", "--help"]}
 

@@ -30,25 +30,33 @@ _FIXED: Final = {
 }  # fmt: skip
 """What the page's variables are where there is no page: its colours by day."""
 
-_STYLE: Final[Any] = {
+
+def plain_style(ink: str, muted: str, line: str) -> dict[str, Any]:
+    """Return matplotlib's settings for plots with little but their data: colours of titles, of words and of lines."""
+    return {
+        "text.color": ink,
+        "axes.edgecolor": line,
+        "axes.labelcolor": muted,
+        "axes.titlecolor": ink,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "axes.spines.left": False,
+        "axes.axisbelow": True,
+        "axes.grid": True,
+        "axes.grid.axis": "y",
+        "grid.color": line,
+        "xtick.color": line,
+        "ytick.color": line,
+        "xtick.labelcolor": muted,
+        "ytick.labelcolor": muted,
+    }
+
+
+_STYLE: Final[Any] = plain_style(INK, MUTED, GRID) | {
     "svg.fonttype": "none",  # letters stay letters: they scale, can be searched and take the page's font
     "svg.hashsalt": "houseexpo",
     "font.size": 10.5,
-    "text.color": INK,
-    "axes.edgecolor": GRID,
-    "axes.labelcolor": MUTED,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.spines.left": False,
-    "axes.axisbelow": True,
-    "axes.grid": True,
-    "axes.grid.axis": "y",
-    "grid.color": GRID,
     "grid.linewidth": 0.8,
-    "xtick.color": GRID,
-    "ytick.color": GRID,
-    "xtick.labelcolor": MUTED,
-    "ytick.labelcolor": MUTED,
     "ytick.major.size": 0,
     "xtick.major.size": 3,
 }

@@ -10,6 +10,7 @@ import numpy as np
 
 from houseexpo.dataset import Dataset
 from houseexpo.drawing import contact_sheet, draw_plan
+from houseexpo.drawing.plots import plain_style
 from houseexpo.export.files import image
 
 if TYPE_CHECKING:
@@ -21,26 +22,11 @@ _SHEET_PX: Final = 300
 _INK, _MUTED, _LINE, _BAR = "#2f343b", "#6b7280", "#d9dce1", "#2f6da8"
 _LABELS_SHOWN: Final = 14
 _TAIL: Final = 0.99  # the last bar holds what lies beyond this share
-_STYLE: Final[Any] = {
+_STYLE: Final[Any] = plain_style(_INK, _MUTED, _LINE) | {
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same on every machine
     "font.size": 9,
-    "text.color": _INK,
-    "axes.edgecolor": _LINE,
-    "axes.labelcolor": _MUTED,
-    "axes.titlecolor": _INK,
     "axes.titlesize": 10,
     "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.spines.left": False,
-    "axes.axisbelow": True,
-    "axes.grid": True,
-    "axes.grid.axis": "y",
-    "grid.color": _LINE,
-    "xtick.color": _LINE,
-    "ytick.color": _LINE,
-    "xtick.labelcolor": _MUTED,
-    "ytick.labelcolor": _MUTED,
 }
 _HISTOGRAMS: Final = (
     ("rooms", "Rooms in a plan", ""),

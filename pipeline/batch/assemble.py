@@ -15,7 +15,7 @@ import msgspec
 
 from houseexpo.analysis.similarity import Duplicate
 from houseexpo.dataset.index import index_table, row
-from houseexpo.files import as_json, write_whole
+from houseexpo.files import as_json, sync_folder, write_whole
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import FORMAT, encode
 from houseexpo.summaries import new_summaries
@@ -103,7 +103,7 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
         write_whole(folder.root / name, data, durable=True)
     os.sync()  # the plans, whose names the manifest is about to vouch for
     write_whole(folder.root / MANIFEST, as_json(_manifest(parts, kept, stats)), durable=True)
-    disk.sync_folder(folder.root)
+    sync_folder(folder.root)
     files = {name: folder.described(name, _sha256(folder.root / name)) for name in (*_BESIDE, MANIFEST)}
     folder.finish(Finished(parts.state(), {**written, **files}))
     progress("putting together", 1, 1)

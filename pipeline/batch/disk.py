@@ -8,15 +8,6 @@ from pathlib import Path
 from houseexpo.files import PARTIAL
 
 
-def sync_folder(folder: Path) -> None:
-    """Bring the names in a folder to the disk."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 def sweep(folder: Path) -> None:
     """Remove what interrupted writes left."""
     for file in folder.glob(f"{PARTIAL}*"):

@@ -25,9 +25,9 @@ from threading import RLock
 from typing import Any
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import PARTIAL
+from houseexpo.files import PARTIAL, sync_folder
 from houseexpo.service.review.changes import DecidedOtherwiseError, changes_of, said, taken_back
-from houseexpo.service.review.log import Action, Line, Log, sync_folder
+from houseexpo.service.review.log import Action, Line, Log
 from houseexpo.service.review.toml_edit import edited
 
 

@@ -15,6 +15,8 @@ from typing import Any, Literal
 
 import msgspec
 
+from houseexpo.files import sync_folder
+
 Action = Literal["keep", "drop", "door", "no_room", "note", "undo", "build"]
 
 
@@ -110,15 +112,6 @@ class Log:
     def active(self) -> Iterator[Line]:
         """The decisions that are not undone, in order."""
         return (line for line in self.lines if line.action not in {"undo", "build"} and line.number not in self.undone)
-
-
-def sync_folder(folder: Path) -> None:
-    """Bring a folder's names to the disk."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def _decoded(data: bytes) -> Iterator[Line]:
