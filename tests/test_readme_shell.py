@@ -5,8 +5,11 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import urllib.request
+from http import HTTPStatus
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +25,8 @@ LINES = [line.partition("#")[0].strip() for language, block in BLOCKS if not lan
 ELSEWHERE = ("slurm", "--executor ray", "s3://", "fetch")
 """What needs a cluster, an object store or a server has tests of its own that start these."""
 RUN = [line for line in LINES if line.startswith("houseexpo") and not any(word in line for word in ELSEWHERE)]
-NOT_DONE = 3
+SERVED = [line for line in RUN if line.startswith("houseexpo serve")]
+NOT_DONE, INTERRUPTED = 3, 130
 
 pytestmark = pytest.mark.slow
 
@@ -46,29 +50,56 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     command.parent.mkdir()
     command.write_text(f'#!/bin/sh\nexec {sys.executable} -m houseexpo "$@"\n')
     command.chmod(0o755)
-    run_build([folder / "houses"], folder / "data", plan=plan_level)
+    run_build([folder / "houses"], folder / "data", plan=plan_level, licence="CC-BY-4.0", credit="Surveyed by C.")
     return folder
 
 
-@pytest.mark.parametrize("line", RUN)
-def test_a_line_runs(line: str, prepared: Path, tmp_path: Path) -> None:
-    folder = tmp_path / "here"
-    shutil.copytree(prepared, folder)
+@pytest.fixture
+def folder(prepared: Path, tmp_path: Path) -> Path:
+    """A copy of the folder, for one line."""
+    return shutil.copytree(prepared, tmp_path / "here")
+
+
+def environment(folder: Path) -> dict[str, str]:
+    return {**os.environ, "PATH": f"{folder / 'bin'}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
+
+
+@pytest.mark.parametrize("line", [line for line in RUN if line not in SERVED])
+def test_a_line_runs(line: str, folder: Path) -> None:
     builds = line.startswith("houseexpo build")
     if not builds and "assemble" not in line:
-        (folder / "data").rename(folder / "plans")
-    paths = {"PATH": f"{folder / 'bin'}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
+        place = folder / ("datasets/demo" if "datasets/demo" in line else "plans")
+        place.parent.mkdir(exist_ok=True)
+        (folder / "data").rename(place)
     run = line.replace("procedural:1000", "procedural:3").replace("/shared", str(folder))  # sooner done, and not at /
     if "assemble" in line:
         begin = next(each for each in RUN if "--shard" in each).replace("/shared", str(folder))
-        subprocess.run(begin, shell=True, check=True, cwd=folder, env={**os.environ, **paths})  # noqa: S602 - our words
+        subprocess.run(begin, shell=True, check=True, cwd=folder, env=environment(folder))  # noqa: S602 - our words
     done = subprocess.run(  # noqa: S602 - our own words
-        run, shell=True, check=False, cwd=folder, env={**os.environ, **paths}, capture_output=True, text=True
+        run, shell=True, check=False, cwd=folder, env=environment(folder), capture_output=True, text=True
     )
     expected = NOT_DONE if "assemble" in line else 0  # one shard of 256 is done
     assert done.returncode == expected, done.stdout + done.stderr
     if builds and "--shard" not in line:
         assert list((folder / "plans" / "json").iterdir())
+
+
+@pytest.mark.parametrize("line", SERVED)
+def test_a_service_starts_answers_and_ends(line: str, folder: Path) -> None:
+    pytest.importorskip("starlette")
+    (folder / "data").rename(folder / "plans")
+    with subprocess.Popen(
+        f"{line} --port 0".split(), cwd=folder, env=environment(folder), stdout=subprocess.PIPE, text=True
+    ) as service:
+        try:
+            assert service.stdout is not None
+            (address,) = next(filter(None, (re.findall(r"http://\S+", said) for said in service.stdout)))
+            with urllib.request.urlopen(address, timeout=30) as page:  # noqa: S310 - this machine's own
+                assert page.status == HTTPStatus.OK
+        finally:
+            service.send_signal(signal.SIGINT)
+            ended = service.wait(30)
+    assert ended == INTERRUPTED
 
 
 def test_there_are_lines_of_each_kind() -> None:

@@ -1,7 +1,7 @@
 """Reads a LAS, LAZ or E57 file in a process of its own, where a library that breaks down takes nothing else with it.
 
-Started as ``python -m pipeline.sources.points_child FILE``; writes points to standard output, x y z, little-endian
-float64, and what went wrong to standard error.
+Started as ``python -P points_child.py FILE``; writes points to standard output, x y z, little-endian float64, and
+what went wrong to standard error.
 """
 
 from __future__ import annotations

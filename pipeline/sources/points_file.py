@@ -158,7 +158,8 @@ def _text(stream: BinaryIO, columns: tuple[int, ...], count: int | None = None) 
 
 def _in_child(path: Path) -> Iterator[Points]:
     """Points as another process reads them: the libraries of these formats end the process on some broken files."""
-    command = [sys.executable, "-m", "pipeline.sources.points_child", str(path.resolve())]
+    # as a file of its own, not as a module: the package would be imported first, which takes longer than most files
+    command = [sys.executable, "-P", str(Path(__file__).with_name("points_child.py")), str(path.resolve())]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:  # noqa: S603 - our own
         assert child.stdout is not None  # noqa: S101 - as asked for
         assert child.stderr is not None  # noqa: S101

@@ -70,7 +70,7 @@ def visit(opened: Any, address: str, path: str, **context: Any) -> Iterator[Any]
 
 
 def barriers(page: Any) -> list[str]:
-    """What axe finds that hinders people who use a screen reader, the keyboard or large letters: rule, where, how bad."""
+    """What axe finds that hinders people who use a screen reader, the keyboard or large letters: rule and place."""
     from axe_playwright_python.sync_playwright import Axe
 
     found = Axe().run(page).response["violations"]
