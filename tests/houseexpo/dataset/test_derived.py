@@ -1,12 +1,15 @@
 from __future__ import annotations
 
 import os
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from houseexpo import open_dataset
 from houseexpo.dataset.store import derived as module
+from houseexpo.dataset.store import values
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
 from houseexpo.workers import THREADS, single_threaded
@@ -61,3 +64,38 @@ def test_the_bar_names_the_data_set(folder, monkeypatch):
     monkeypatch.setattr(module, "watched", noted)
     open_dataset(folder).derived("a key that is nobody's business, 3", area)
     assert said == [("measuring street", 3)]
+
+
+def forgets(plan: FloorPlan) -> float:
+    pytest.fail("it was measured before")
+
+
+def file_of(folder: Path) -> Path:
+    (found,) = (folder.parent / "cache").glob("derived-*.sqlite")
+    return found
+
+
+def test_what_was_measured_is_kept(folder):
+    open_dataset(folder).derived("area", area)
+    assert open_dataset(folder).derived("area", forgets) == [4.0, 9.0, 16.0]
+
+
+@pytest.mark.parametrize("place", [0, 5000])
+def test_a_damaged_file_is_made_anew(folder, place):
+    open_dataset(folder).derived("area", area)
+    with file_of(folder).open("r+b") as stream:
+        stream.seek(place)
+        stream.write(b"\xff" * 3000)
+    for _ in range(2):
+        assert open_dataset(folder).derived("area", area) == [4.0, 9.0, 16.0]
+    assert open_dataset(folder).derived("area", forgets) == [4.0, 9.0, 16.0]
+
+
+def test_a_file_that_another_process_holds_is_left_alone(folder, monkeypatch, caplog):
+    open_dataset(folder).derived("area", area)
+    monkeypatch.setattr(values, "_TIMEOUT_S", 0.1)
+    with closing(sqlite3.connect(file_of(folder))) as other:
+        other.execute("BEGIN EXCLUSIVE")
+        assert open_dataset(folder).derived("area", area) == [4.0, 9.0, 16.0]
+    assert "database is locked" in caplog.text
+    assert open_dataset(folder).derived("area", forgets) == [4.0, 9.0, 16.0]

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import errno
 import os
-import shutil
 import subprocess
 import sys
-import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,40 +14,15 @@ import typer
 
 from pipeline.cli_parts import NOT_DONE, ended_cleanly
 from tests.builders.batch import contents, lines, one_room
+from tests.builders.disks import Disk, disks
 
 HOUSES = 24
-Disk = Callable[[str, str], Path]
-
-
-def mount(options: str, place: Path) -> None:
-    command = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(place)]
-    try:
-        subprocess.run(command, check=True, capture_output=True)
-    except (OSError, subprocess.CalledProcessError):
-        pytest.skip("no tmpfs can be mounted here: that takes root")
 
 
 @pytest.fixture
 def disk() -> Iterator[Disk]:
-    """Mount a disk of a size, under a name; mounting it again gives it another size.
-
-    Its path is short: sockets of worker processes lie in the temporary folder, and their names have a limit.
-    """
-    home = Path(tempfile.mkdtemp(prefix="disk-"))
-    mounted: list[Path] = []
-
-    def sized(name: str, size: str) -> Path:
-        place = home / name
-        again = place in mounted
-        place.mkdir(exist_ok=True)
-        mount(f"{'remount,' if again else ''}size={size}", place)
-        mounted.extend([] if again else [place])
-        return place
-
-    yield sized
-    for place in mounted:
-        subprocess.run(["umount", "-l", str(place)], check=False)
-    shutil.rmtree(home, ignore_errors=True)
+    with disks() as mount:
+        yield mount
 
 
 def build(source: str, out: Path, **environment: str) -> subprocess.CompletedProcess[str]:
