@@ -114,14 +114,14 @@ class Building:
             self.phase = "stopped" if self._stopped else "failed"  # R3
             return
         try:
-            self.outcomes = outcomes(self.root, self.before, touched)
+            found = outcomes(self.root, self.before, touched)
             for _ in range(_PATIENCE):  # the pages open what was built when they look next
                 self._collection.look()
                 if _look(self.root) == manifest or self._collection.dataset is not dataset:
                     break
                 time.sleep(0.1)
             self._desk.built(reviewer)
-            self.phase = "built"
+            self.outcomes, self.phase = found, "built"  # together: a page that asks meanwhile shows it as being built
         except HouseExpoError as error:
             self._lines.append(str(error))
             self.phase = "failed"
