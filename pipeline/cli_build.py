@@ -38,14 +38,14 @@ class Work:
         """Return the command that builds the same again, from whatever folder it is run in."""
         from houseexpo.dataset.build_record import BuildRecord
         from pipeline.batch.listing import absolute
-        from pipeline.overrides import NAME
+        from pipeline.overrides import beside
 
         options = {name: value for name, value in self.given.items() if name != "sources" and value is not None}
         arguments = [absolute(source) for source in self.given["sources"]]
         overrides = self.overrides
         if self.config is not None:
             arguments += ["--config", str(self.config.absolute())]
-            overrides = overrides or self.config.with_name(NAME)
+            overrides = overrides or beside(self.config)
         for name, value in sorted(options.items()):
             option = name.replace("_", "-")
             switch = f"--{option}" if value is not False else f"--no-{option}"

@@ -69,6 +69,15 @@ class Override:
         )
 
 
+def beside(manifest: Path) -> Path:
+    """Return a manifest's own overrides, ``houses.overrides.toml`` for ``houses.toml``; where there are none, ``NAME``.
+
+    A folder may hold several manifests, and an id that is of none of a build's inputs is an error.
+    """
+    own = manifest.with_name(f"{manifest.stem}.{NAME}")
+    return own if own.exists() else manifest.with_name(NAME)
+
+
 def load_overrides(manifest: Path | None, file: Path | None = None) -> Mapping[str, Override]:
     """Read the overrides of ``file``, else those beside a manifest, by id; none where neither is there.
 
@@ -78,8 +87,7 @@ def load_overrides(manifest: Path | None, file: Path | None = None) -> Mapping[s
         Where ``file`` cannot be read, a key is unknown, a value of the wrong type or out of range, or two of them
         contradict each other.
     """
-    beside = None if manifest is None else manifest.with_name(NAME)
-    path = file or beside
+    path = file or (None if manifest is None else beside(manifest))
     if path is None or (file is None and not path.exists()):
         return {}
     return {name: _override(name, table, path) for name, table in sorted(load_toml(path).items())}

@@ -30,6 +30,9 @@ def test_paths_are_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     found = work({"sources": ("houses",)}, Path("homes.toml")).record(add=False)
     assert found.arguments == (str(tmp_path / "houses"), "--config", str(tmp_path / "homes.toml"))
     assert found.overrides == str(tmp_path / "overrides.toml")
+    (tmp_path / "homes.overrides.toml").touch()
+    found = work({}, Path("homes.toml")).record(add=False)
+    assert found.overrides == str(tmp_path / "homes.overrides.toml")
     assert work({}, Path("homes.toml"), Path("mine.toml")).record(add=False).overrides == str(tmp_path / "mine.toml")
 
 

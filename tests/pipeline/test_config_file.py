@@ -81,6 +81,15 @@ def test_overrides_lie_beside_a_manifest(tmp_path: Path) -> None:
     assert not found["b"].applied(PipelineConfig()).layout.characters
 
 
+def test_a_manifests_own_overrides_come_before_those_of_its_folder(tmp_path: Path) -> None:
+    homes = written(tmp_path, "", "homes.toml")
+    barns = written(tmp_path, "", "barns.toml")
+    written(tmp_path, "[a]\nkeep = true\n", "overrides.toml")
+    written(tmp_path, "[b]\nkeep = true\n", "homes.overrides.toml")
+    assert list(load_overrides(homes)) == ["b"]
+    assert list(load_overrides(barns)) == ["a"]
+
+
 def test_one_door_or_point_is_written_as_it_is_and_several_as_a_list(tmp_path: Path) -> None:
     manifest = written(tmp_path, "")
     text = "[one]\ndoor = [[1, 2], [1, 3]]\nno_room = [5, 6.5]\n[more]\ndoor = [[[1, 2], [1, 3]], [[0, 0], [1, 0]]]\n"

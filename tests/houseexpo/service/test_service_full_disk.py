@@ -18,7 +18,7 @@ from tests.builders.reviewing import judged_later
 from tests.builders.services import BASE, service_of
 
 PAGES = ("", "plan/doubtful", "refused", "statistics", "review", "review/state?reviewer=ann")
-ASKED = ("plans", "plans/doubtful", "plans/doubtful/thumbnail.svg", "plans/doubtful/export/ros", "facets", "index.parquet")
+ASKED = ("plans", "plans/doubtful", "plans/doubtful/thumbnail.svg", "plans/doubtful/export/ros", "facets", "tables")
 
 
 @pytest.fixture
