@@ -12,7 +12,7 @@ import msgspec
 
 from houseexpo.plan import checks
 
-_MOST_BYTES: Final = 256 << 20
+_MAX_BYTES: Final = 256 << 20
 _T = TypeVar("_T", bound=msgspec.Struct)
 
 
@@ -76,8 +76,8 @@ def picture_of(path: Path, plan_id: str) -> Path | None:
 
 def _lines(file: Path, kind: type[_T]) -> tuple[list[_T], tuple[str, ...]]:
     try:
-        if file.stat().st_size > _MOST_BYTES:
-            return [], (f"{file.name}: larger than {_MOST_BYTES >> 20} MiB; not shown",)
+        if file.stat().st_size > _MAX_BYTES:
+            return [], (f"{file.name}: larger than {_MAX_BYTES >> 20} MiB; not shown",)
         return [msgspec.json.decode(line, type=kind) for line in file.read_bytes().splitlines() if line.strip()], ()
     except FileNotFoundError:
         return [], ()

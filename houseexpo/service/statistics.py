@@ -28,7 +28,7 @@ from houseexpo.service.work import computed
 REPORTS: Final = "houseexpo.reports"
 """Entry points of this group take a ``Dataset`` and return a page of HTML."""
 
-_MOST: Final = 3000
+_MAX_PLANS: Final = 3000
 _REPORT_POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox"
 
 
@@ -53,9 +53,9 @@ def routes(service: Service) -> list[BaseRoute]:
         if not made:
             raise HTTPException(404, "no package makes a report; install houseexpo as a whole")
         rows = now.views.find(query).rows
-        if not 0 < len(rows) <= _MOST:
-            text = f"report: expected 1 to {_MOST} plans, found {len(rows)}; narrow the filter, or run houseexpo stats"
-            raise ConfigError(text)
+        if not 0 < len(rows) <= _MAX_PLANS:
+            text = f"report: expected 1 to {_MAX_PLANS} plans, found {len(rows)}; narrow the filter"
+            raise ConfigError(f"{text}, or run houseexpo stats")
         ids = [now.views.table.ids[row] for row in rows.tolist()]
         html = await computed(lambda: made[0].load()(now.data.only(ids)))
         return HTMLResponse(html, headers={"content-security-policy": _REPORT_POLICY})

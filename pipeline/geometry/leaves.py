@@ -95,11 +95,11 @@ def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
     for k in sorted(set(group) - set(wide)):
         square = [each for each in parted if _is_square(parts[each[0]], parts[k])]
         if square:
-            min(square, key=lambda each: _apart(parts[each[0]], parts[k])).append(k)
+            min(square, key=lambda each: _distance(parts[each[0]], parts[k])).append(k)
     return [sorted(each) for each in parted] or [group]
 
 
-def _apart(box: Box, post: Box) -> float:
+def _distance(box: Box, post: Box) -> float:
     """How far a post stands from a plate in plan, metres."""
     return float(rectangle(box).distance(shapely.points(post.centre)))
 

@@ -80,11 +80,11 @@ def _shared_angles(edges: _Edges, offset_m: float, tolerance: float) -> Floats:
     free = length >= LONG_M
     while free.any():
         leader = int(np.argmax(np.where(free, length, 0.0)))
-        near = free & (_apart(angle, angle[leader]) <= tolerance)
+        near = free & (_angle_between(angle, angle[leader]) <= tolerance)
         shared = _mean_angle(angle[near], length[near])
         quarter = np.round(shared / (np.pi / 2)) * (np.pi / 2)
         shared = quarter if abs(shared - quarter) <= tolerance else shared
-        close = _apart(angle, shared)
+        close = _angle_between(angle, shared)
         takes = (close <= 2 * tolerance) & (np.sin(close) * length / 2 <= offset_m) & (near | (length < LONG_M))
         turned = np.cos(angle - shared) < 0
         result[takes] = (shared + np.pi * turned[takes]) % (2 * np.pi)
@@ -92,7 +92,7 @@ def _shared_angles(edges: _Edges, offset_m: float, tolerance: float) -> Floats:
     return result
 
 
-def _apart(angle: Floats, other: float) -> Floats:
+def _angle_between(angle: Floats, other: float) -> Floats:
     """Difference of directions, modulo half a turn."""
     d = (angle - other) % np.pi
     return np.asarray(np.minimum(d, np.pi - d))

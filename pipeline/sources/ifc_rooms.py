@@ -41,7 +41,7 @@ def is_room(space: Part) -> bool:
 def rooms_of(spaces: Sequence[Part]) -> tuple[SourceRoom, ...]:
     """Return the rooms of a level in the order of the file, in project axes."""
     found = [_Found(space.words, floor_of(space.mesh)) for space in spaces if is_room(space)]
-    found = _apart(_without_groups(_without_doubles([each for each in found if not each.shape.is_empty])))
+    found = _without_overlaps(_without_groups(_without_doubles([each for each in found if not each.shape.is_empty])))
     return tuple(SourceRoom(each.words, labels_for(each.words), each.shape) for each in found)
 
 
@@ -63,7 +63,7 @@ def _are_same(one: Polygon, other: Polygon) -> bool:
 
 
 def _without_groups(found: list[_Found]) -> list[_Found]:
-    """R4, its first half: two rooms or more that lie in it fill a group."""
+    """Leave groups out: two rooms or more that lie in a space fill it (R4)."""
     kept = []
     for each in found:
         inner = [o.shape for o in found if o is not each and _is_within(o.shape, each.shape)]
@@ -73,8 +73,8 @@ def _without_groups(found: list[_Found]) -> list[_Found]:
     return kept
 
 
-def _apart(found: list[_Found]) -> list[_Found]:
-    """R4, its second half."""
+def _without_overlaps(found: list[_Found]) -> list[_Found]:
+    """Cut spaces out of those that they lie within (R4)."""
     kept = []
     for each in found:
         inner = [o.shape for o in found if o is not each and _is_within(o.shape, each.shape)]

@@ -28,7 +28,7 @@ USUAL_WALL_M = 0.1
 """Of a house without doors."""
 SHARES = [0.001, 0.005, 0.01, *np.linspace(0.02, 0.98, 33).round(4).tolist(), 0.99, 0.995, 0.999]
 FEW, NARROWEST_M = 20, 0.5
-MOST_OF_ONE = 8
+MAX_OF_ONE = 8
 """A house has so many rooms of one label at most, in the table."""
 
 
@@ -99,13 +99,13 @@ def table_of(houses: list[Seen]) -> dict[str, object]:
 
 def _labels(houses: list[Seen]) -> dict[str, list[list[float]]]:
     """Of every label and stratum by boxes: in what share of houses it occurs 0, 1, 2 ... times."""
-    counts: dict[str, np.ndarray] = defaultdict(lambda: np.zeros((len(STRATA), MOST_OF_ONE + 1)))
+    counts: dict[str, np.ndarray] = defaultdict(lambda: np.zeros((len(STRATA), MAX_OF_ONE + 1)))
     totals = np.zeros(len(STRATA))
     for house in houses:
         k = stratum_of(int(house.numbers["label_boxes"][0]))
         totals[k] += 1
         for label, n in house.labels.items():
-            counts[label][k, min(n, MOST_OF_ONE)] += 1
+            counts[label][k, min(n, MAX_OF_ONE)] += 1
     found = {}
     for label, table in sorted(counts.items()):
         table[:, 0] = totals - table[:, 1:].sum(axis=1)

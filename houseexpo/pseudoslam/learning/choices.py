@@ -20,7 +20,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.kernels.explore import CHOICE
 from houseexpo.pseudoslam.kernels.planning.outlook import OUTLOOKS
 from houseexpo.pseudoslam.kernels.planning.scoring import Scorer
-from houseexpo.pseudoslam.learning.explorations import MOST_METRES, Explorations, Walk
+from houseexpo.pseudoslam.learning.explorations import METRES_COVERAGE, Explorations, Walk
 
 Floats = npt.NDArray[np.float64]
 TRIED: Final = 5
@@ -96,5 +96,5 @@ def _tried(explorations: Explorations, walk: Walk, scorer: Scorer, rng: np.rando
         branch = walk.copy()
         explorations.go(branch, scorer, first=number)
         area, metres = explorations.worth(branch, since)
-        worth[0, place] = area, metres if before < MOST_METRES else 0.0
+        worth[0, place] = area, metres if before < METRES_COVERAGE else 0.0
     return Choices(outlooks, tried, worth)

@@ -29,7 +29,7 @@ from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_params import scratch_of, step_params_of, with_room
 
 Floats = npt.NDArray[np.float64]
-MOST_METRES = 0.9
+METRES_COVERAGE = 0.9
 """Coverage up to which metres are counted."""
 _SEEN = 0.985
 _FAR_M = 150.0
@@ -121,8 +121,8 @@ class Explorations:
         covered = walk.course.covered[since : walk.steps + 1] / walk.state.observable_cells
         gone_m = walk.course.gone_px[since : walk.steps + 1] / self.config.pixels_per_metre
         area = (covered[:-1].sum() + covered[-1] * (self.most_steps - walk.steps)) / self.most_steps
-        there = np.flatnonzero(covered >= MOST_METRES)
-        end_m = gone_m[there[0]] if len(there) else gone_m[-1] + _FAR_M * (MOST_METRES - covered[-1])
+        there = np.flatnonzero(covered >= METRES_COVERAGE)
+        end_m = gone_m[there[0]] if len(there) else gone_m[-1] + _FAR_M * (METRES_COVERAGE - covered[-1])
         return float(area), float(end_m - gone_m[0])
 
 

@@ -20,7 +20,7 @@ from houseexpo.service.measures import MEASURES, RADII
 from houseexpo.service.query import Query, number, parsed
 from houseexpo.service.service import Service
 
-MOST: Final = 500
+MAX_LIMIT: Final = 500
 """Plans of one page."""
 
 _USUAL: Final = 60
@@ -40,7 +40,7 @@ def routes(service: Service) -> list[BaseRoute]:
     def plans(request: Request) -> Response:
         now, query = service.collection(request).now, parsed(request.query_params)
         offset = number(request.query_params, "offset", 0, _FARTHEST)
-        limit = number(request.query_params, "limit", _USUAL, MOST)
+        limit = number(request.query_params, "limit", _USUAL, MAX_LIMIT)
         found = now.views.find(query)
         rows = found.rows[offset : offset + limit]
         following = offset + limit if offset + limit < len(found.rows) else None

@@ -14,7 +14,7 @@ from starlette.websockets import WebSocket
 from houseexpo.service.service import Service
 from houseexpo.workers import cores
 
-MOST_ROBOTS: Final = 16
+MAX_ROBOTS: Final = 16
 """At once, on one server: each takes some megabytes, and thirty steps a second."""
 
 
@@ -41,8 +41,8 @@ def routes(service: Service) -> list[BaseRoute]:
             await websocket.close(1008, "no such data set")
             return
         await websocket.accept()
-        if len(robots) >= MOST_ROBOTS:
-            text = f"{MOST_ROBOTS} robots drive here already; wait until one of them is done"
+        if len(robots) >= MAX_ROBOTS:
+            text = f"{MAX_ROBOTS} robots drive here already; wait until one of them is done"
             await websocket.send_json({"error": text})
             await websocket.close(FULL, text)
             return

@@ -32,7 +32,7 @@ BEHIND: Final = 3
 """So many frames are made up for where the machine was busy."""
 GONE_S: Final = 10.0
 LEFT_ALONE_S: Final = 900.0
-MOST_MESSAGES_A_S: Final = 200
+MAX_MESSAGES_A_S: Final = 200
 STEPS_PER_S: Final = 10.0
 
 REFUSED: Final = 1008
@@ -157,8 +157,8 @@ class Session:
         second, count = self._messages
         now = int(time.monotonic())
         self._messages = (now, count + 1) if second == now else (now, 1)
-        if self._messages[1] > MOST_MESSAGES_A_S:
-            raise _EndError(f"message: expected at most {MOST_MESSAGES_A_S} a second, found more", REFUSED)
+        if self._messages[1] > MAX_MESSAGES_A_S:
+            raise _EndError(f"message: expected at most {MAX_MESSAGES_A_S} a second, found more", REFUSED)
         text = event.get("text")
         if text is None:
             raise ConfigError("message: expected text, found bytes")

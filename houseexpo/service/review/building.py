@@ -29,9 +29,9 @@ from houseexpo.service.review.desk import Desk
 
 Phase = Literal["idle", "building", "built", "failed", "stopped"]
 _LINES: Final = 60
-_MOST_SHOWN: Final = 400
+_MAX_SHOWN: Final = 400
 """Plans that are kept as they were; more are built, but not shown."""
-_PATIENCE: Final = 100
+_MAX_LOOKS: Final = 100
 
 
 class Outcome(msgspec.Struct, frozen=True):
@@ -79,12 +79,12 @@ class Building:
             if self.phase == "building":
                 raise ConfigError(f"{self.root.name} is being built already; wait until that has ended")
             touched, dataset = self._desk.since_build(), self._collection.dataset
-            self.before = {name: dataset.raw(name) for name in touched[:_MOST_SHOWN] if name in dataset}  # R2
+            self.before = {name: dataset.raw(name) for name in touched[:_MAX_SHOWN] if name in dataset}  # R2
             self.outcomes, self.phase, self._stopped = [], "building", False
             self._lines.clear()
             self._process = self._begun()
             atexit.register(self.stop)
-        Thread(target=self._follow, args=(self._process, touched[:_MOST_SHOWN], reviewer), daemon=True).start()
+        Thread(target=self._follow, args=(self._process, touched[:_MAX_SHOWN], reviewer), daemon=True).start()
 
     def stop(self) -> None:
         """End a build as Ctrl-C does: what is done is kept."""
@@ -115,7 +115,7 @@ class Building:
             return
         try:
             found = outcomes(self.root, self.before, touched)
-            for _ in range(_PATIENCE):  # the pages open what was built when they look next
+            for _ in range(_MAX_LOOKS):  # the pages open what was built when they look next
                 self._collection.look()
                 if _look(self.root) == manifest or self._collection.dataset is not dataset:
                     break

@@ -187,18 +187,18 @@ def _quadrant(
                 v = j - off_v
                 bottom, top = (v - 0.5) / far, (v + 0.5) / near if near > 0.0 else math.inf
                 # R3: an obstacle is seen where some of its square is
-                if v * v <= reach_squared and _apart(max(bottom, cut), min(top, end)):
+                if v * v <= reach_squared and _is_gap(max(bottom, cut), min(top, end)):
                     hit[n_hit] = line + j * across
                     n_hit += 1
                 # R4: what its square covers is open no more
-                if _apart(cut, min(bottom, end)):
+                if _is_gap(cut, min(bottom, end)):
                     new_lo[still_open], new_hi[still_open] = cut, min(bottom, end)
                     still_open += 1
                 cut = max(cut, top)
-                if not _apart(cut, end):
+                if not _is_gap(cut, end):
                     break
                 j += 1
-            if _apart(cut, end):
+            if _is_gap(cut, end):
                 new_lo[still_open], new_hi[still_open] = cut, end
                 still_open += 1
         if still_open == 0:
@@ -209,7 +209,7 @@ def _quadrant(
 
 
 @njit(inline="always")
-def _apart(low: float, high: float) -> bool:
+def _is_gap(low: float, high: float) -> bool:
     """Whether there is something between two slopes, by their angle: so it is the same seen along rows or columns."""
     return high > low + GAP * (1.0 + low * low)
 

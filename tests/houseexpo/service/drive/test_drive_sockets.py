@@ -181,7 +181,7 @@ def test_bytes_and_floods_are_answered_and_closed(client: TestClient) -> None:
     with client.websocket_connect(ADDRESS) as socket:
         begun(socket)
         next_frame(socket)
-        for _ in range(3 * sessions.MOST_MESSAGES_A_S):
+        for _ in range(3 * sessions.MAX_MESSAGES_A_S):
             socket.send_text('{"do":"seen","number":1}')
         assert "a second" in socket.receive_json()["error"]
 
@@ -189,7 +189,7 @@ def test_bytes_and_floods_are_answered_and_closed(client: TestClient) -> None:
 def test_there_is_room_for_so_many_robots_and_for_more_when_they_go(
     client: TestClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pages, "MOST_ROBOTS", 1)
+    monkeypatch.setattr(pages, "MAX_ROBOTS", 1)
     with client.websocket_connect(ADDRESS) as one:
         begun(one)
         with client.websocket_connect(ADDRESS) as other:
