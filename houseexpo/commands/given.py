@@ -25,7 +25,7 @@ def data_set(path: Path | None) -> Dataset:
     for subset in ("all", "1000", "100", "10"):
         if (folder := folder_of(subset)).is_dir():
             return open_dataset(folder)
-    raise ConfigError("no data set: name one with --data, or run houseexpo fetch")
+    raise ConfigError("no data set: name one, or run houseexpo fetch, which brings the published plans")
 
 
 def is_plan_file(name: str | Path) -> bool:

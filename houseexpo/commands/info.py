@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 def info(
     what: Annotated[list[str], typer.Argument(help="A data set, plans' files, or ids.", show_default=False)],
-    data: Annotated[Path | None, typer.Option(help="The data set of the ids; the fetched one by default.")] = None,
+    data: Annotated[
+        Path | None, typer.Option("--dataset", "--data", help="The data set of the ids; the fetched one by default.")
+    ] = None,
     ids: Annotated[list[str] | None, typer.Option(help=IDS_HELP, show_default="the data set as a whole")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")] = False,
 ) -> None:

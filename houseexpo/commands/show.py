@@ -22,7 +22,9 @@ _MAX_PICTURES = 1000  # a sheet of more is larger than viewers open
 def show(
     what: Annotated[list[str], typer.Argument(help="A data set, plans' files, or ids.", show_default=False)],
     out: Annotated[Path, typer.Option(help="Picture to write: .png or .svg.", show_default=False)],
-    data: Annotated[Path | None, typer.Option(help="The data set of the ids; the fetched one by default.")] = None,
+    data: Annotated[
+        Path | None, typer.Option("--dataset", "--data", help="The data set of the ids; the fetched one by default.")
+    ] = None,
     ids: Annotated[list[str] | None, typer.Option(help=IDS_HELP, show_default="all")] = None,
     limit: Annotated[int | None, typer.Option(min=1, help="At most so many plans, the first ones.")] = None,
     sample: Annotated[int | None, typer.Option(min=1, help="So many plans, drawn at random.")] = None,
