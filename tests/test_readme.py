@@ -55,7 +55,14 @@ def address(folder: Path) -> Iterator[str]:
         yield f"{found}/plans"
 
 
-@pytest.mark.parametrize("lines", PYTHON, ids=PYTHON.values())
+def slowly(lines: dict[str, str]) -> list[object]:
+    """Lines that simulate compile kernels first."""
+    return [
+        pytest.param(text, id=name, marks=[pytest.mark.slow] * ("simulator" in name)) for text, name in lines.items()
+    ]
+
+
+@pytest.mark.parametrize("lines", slowly(PYTHON))
 def test_lines_of_python_run(lines: str, folder: Path, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for module, how in (
         ("stable_baselines3", "make learn"),

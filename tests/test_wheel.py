@@ -72,6 +72,7 @@ def test_every_package_and_its_marker_travels(wheel: Path) -> None:
     assert not [name for name in names if name.startswith(("tests/", "data_manifests/"))]
 
 
+@pytest.mark.slow
 def test_the_commands_run_outside_the_repository(installed: Path, tmp_path: Path) -> None:
     houses = one_room(tmp_path / "houses" / "villa.ply").parent
     where = call(installed / "python", "-c", "import pipeline; print(pipeline.__file__)", cwd=tmp_path)

@@ -58,6 +58,7 @@ def test_where_nothing_can_be_written_kernels_are_compiled_with_one_warning(tmp_
     assert not list(scratch.glob("houseexpo-kernels-*"))  # it goes with its process
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
 def test_a_damaged_cache_counts_as_empty(tmp_path: Path, share: float) -> None:
     (tmp_path / "kernels.py").write_text(KERNELS)

@@ -57,6 +57,7 @@ def test_build_shows_outcomes_and_writes_a_data_set(houses: Path, tmp_path: Path
     assert {"a.png", "b.png", "c.png", "sheet.png"} == {file.name for file in (build / "pictures").iterdir()}
 
 
+@pytest.mark.slow
 def test_python_m_pipeline_is_the_same(houses: Path, tmp_path: Path) -> None:
     assert shell("houseexpo", "build", houses, "--out", tmp_path / "one").returncode == 0
     assert shell("pipeline", houses, "--out", tmp_path / "two", "--workers", "2").returncode == 0

@@ -41,6 +41,7 @@ def test_labels_of_the_pipelines_plans_come_back(made):
 
 
 @needs_shared
+@pytest.mark.slow
 def test_real_houses_are_divided_again_from_their_rings():
     rates: dict[str, list[float]] = {}
     for name in CASES:

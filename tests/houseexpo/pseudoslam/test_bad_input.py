@@ -122,6 +122,7 @@ def test_values_that_no_house_has_are_refused(make: Callable[[], object], text: 
         make()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("plan", "given", "text"),
     [
@@ -163,6 +164,7 @@ def test_what_a_house_cannot_give_is_refused(plan: FloorPlan, given: dict[str, A
         initial_state(plan, **given)
 
 
+@pytest.mark.slow
 def test_obstacles_that_find_no_place_are_refused_soon() -> None:
     some = ObstaclesConfig(random=RandomObstacles((1, 1)))
     initial_state(HALL, obstacles=some)  # compiled
@@ -182,6 +184,7 @@ def test_moves_are_finite(turn: float, way: float) -> None:
     assert state.blocked
 
 
+@pytest.mark.slow
 def test_the_largest_values_that_are_allowed_end() -> None:
     wild = config(
         robot=RobotConfig(step_m=100.0, turn_deg=360.0),

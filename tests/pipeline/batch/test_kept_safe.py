@@ -159,6 +159,7 @@ def test_verify_names_what_is_not_as_it_was_written(out: Path) -> None:
     assert "damaged" in found[3]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["kept", "truncated", "deleted"])
 def test_copies_are_those_of_a_fresh_build_whatever_was_compared_before(street: Path, out: Path, how: str) -> None:
     one_room(street / "aa.ply", 4.0, 5.0)  # b, turned; its id comes first

@@ -165,6 +165,7 @@ def matched(truth: list[shapely.Polygon], found: list[shapely.Polygon]) -> list[
 
 
 @needs_data
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=lambda path: path.stem)
 def test_real_rooms_are_those_of_the_case(case):
     truth, level = storey_of(case)

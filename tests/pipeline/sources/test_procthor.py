@@ -82,6 +82,7 @@ def test_an_indented_house_is_one_house(tmp_path):
     assert len(levels(path)) == 1
 
 
+@pytest.mark.slow
 def test_a_long_file_needs_no_more_memory_than_a_short_one(tmp_path):
     def most(count):
         path = tiny.write(tmp_path / f"{count}.jsonl.gz", [tiny.house(float(k)) for k in range(count)])

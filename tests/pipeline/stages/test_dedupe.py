@@ -58,6 +58,7 @@ def pairs(masks: list[np.ndarray], config: DedupeConfig, **options: object) -> t
     return compared(lambda i: masks[i], len(masks), config, **options).pairs  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "config", [DedupeConfig(), DedupeConfig(symmetries=False), DedupeConfig(threshold=0.1, shift_px=1)]
 )

@@ -48,6 +48,7 @@ def test_another_seed_is_another_policy_on_the_same_starts() -> None:
     assert one.column("return") != other.column("return")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "said"),
     [
