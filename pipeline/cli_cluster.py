@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from houseexpo.errors import HouseExpoError
 from houseexpo.words import counted
 from pipeline.cli_parts import NOT_DONE, ended_cleanly, settings_of, show_outcomes
 
@@ -54,7 +55,7 @@ def slurm(
     """
     from pipeline.batch.remote import is_url
     from pipeline.batch.shard_build import begin, left_of
-    from pipeline.batch.slurm import Request, Scripts, array_limit, program
+    from pipeline.batch.slurm import ARRAY_LIMIT, Queue, Request, Scripts, array_limit, program
     from pipeline.overrides import load_overrides
 
     begun = begin(settings_of(manifest, {}), out, shards, load_overrides(manifest))
@@ -62,8 +63,14 @@ def slurm(
     command = [*program(), "build", "--config", str(manifest.absolute()), "--out", place, "--workers", str(cores)]
     folder = scripts or Path("houseexpo-slurm" if is_url(out) else Path(out) / ".build" / "slurm")
     written = Scripts(folder.absolute(), place, command, shards, Request(partition, time, memory, cores))
-    queue = written.queue()
-    count = written.write(left_of(begun, out), limit or array_limit(), queue)
+    try:
+        queue, at_most = written.queue(), limit or array_limit()
+    except HouseExpoError as error:
+        if submit:
+            raise
+        typer.secho(f"{error}; the scripts are for all shards that are not done", fg=typer.colors.YELLOW, err=True)
+        queue, at_most = Queue(), limit or ARRAY_LIMIT
+    count = written.write(left_of(begun, out), at_most, queue)
     waiting = f", {len(queue.shards)} are in the queue" if queue.shards else ""
     typer.echo(f"{count} of {counted(shards, 'shard')} to submit{waiting}: sh {written.folder / 'submit.sh'}")
     if submit:

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from houseexpo.errors import ConfigError
 from houseexpo.words import counted
 
 if TYPE_CHECKING:
     from stats.gather import Measured
 
+_RADIUS_M = 0.2
 _NAMED = 8
 """How many plans that cannot be read are named in the terminal; ``--json`` has all."""
 
@@ -29,8 +31,9 @@ def stats(
         bool, typer.Option("--list-bad", help="List plans that a robot cannot cross, invalid rings and repeats.")
     ] = False,
     radius: Annotated[
-        float, typer.Option(min=0.01, max=5, help="Of the robot, for --list-bad.", metavar="METRES")
-    ] = 0.2,
+        float | None,
+        typer.Option(min=0.01, max=5, help="Of the robot, for --list-bad.", metavar="METRES", show_default="0.2"),
+    ] = None,
     compare: Annotated[Path | None, typer.Option(help="Another data set, side by side.", show_default=False)] = None,
     unusable: Annotated[
         Path | None, typer.Option(help="A list of plans that someone found bad, judged.", show_default=False)
@@ -54,12 +57,14 @@ def stats(
 
     files = out or []
     check_names(files)
+    if radius is not None and not list_bad:
+        raise ConfigError("--radius: the report is for fixed radii, another one is for --list-bad; add that")
     listed = None if unusable is None else read_list(unusable)
     with ExitStack() as opened:
         one = opened.enter_context(measured(dataset, geometry=geometry, workers=workers))
         _say_broken(one)
         if list_bad:
-            _list_bad(one, radius, workers, json=json)
+            _list_bad(one, radius or _RADIUS_M, workers, json=json)
             return
         other = None if compare is None else opened.enter_context(measured(compare, geometry=geometry, workers=workers))
         verdict = None if listed is None or unusable is None else judge(one.records, listed, unusable.name)

@@ -77,7 +77,7 @@ def test_lines_of_python_run(lines: str, folder: Path, address: str, monkeypatch
     names: dict[str, object] = {}
     exec(compile(lines, "a page", "exec"), names)  # noqa: S102 - our own words
     if "reach" in names:
-        assert names["free"].shape[0] > 10
+        assert names["occupied"].shape[0] > 10
         assert names["graph"].number_of_nodes() == len(names["plan"].rooms)
         assert names["reach"].components >= 1
         assert sum(wall.area for wall in names["walls"]) > 0

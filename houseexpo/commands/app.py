@@ -77,7 +77,7 @@ def _entries() -> dict[str, EntryPoint]:
 def _command(entry: EntryPoint) -> Any:  # what typer makes of a function
     function = _loaded(entry)
     if isinstance(function, typer.Typer):
-        return _group(function)
+        return _group(entry.name, function)
     alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False, context_settings=_SETTINGS)
     broken = function.__name__ == "cannot_be_loaded"
     settings = {"ignore_unknown_options": True, "allow_extra_args": True} if broken else {}
@@ -87,9 +87,10 @@ def _command(entry: EntryPoint) -> Any:  # what typer makes of a function
     return found
 
 
-def _group(commands: typer.Typer) -> Any:
+def _group(name: str, commands: typer.Typer) -> Any:
     """Return a command that has commands of its own."""
     found: Any = typer.main.get_group(commands)
+    found.name = name
     for command in (found, *found.commands.values()):
         command.context_settings = {**_SETTINGS, **command.context_settings}
         command.params = [each for each in command.params if not each.name.endswith("_completion")]

@@ -58,7 +58,7 @@ def plans(names: Sequence[str], data: Path | None) -> list[FloorPlan]:
         if is_plan_file(name):
             found.append(load_plan(name))
             continue
-        opened = data_set(data) if opened is None else opened
+        opened = _looked_up_in(name, data) if opened is None else opened
         found += [opened[plan_id] for plan_id in plan_ids([name])]
     return found
 
@@ -71,6 +71,19 @@ def named_plans(what: Sequence[str], data: Path | None, ids: Sequence[str] | Non
         opened = open_dataset(what[0])
         return [opened[name] for name in plan_ids(ids)] if ids else opened
     return plans([*what, *(ids or ())], data)
+
+
+def _looked_up_in(name: str, data: Path | None) -> Dataset:
+    """Return the data set that a word is an id of."""
+    try:
+        return data_set(data)
+    except ConfigError:
+        if data is not None:
+            raise
+    raise ConfigError(
+        f"{name}: no such file or folder, and no data set in which it could be an id; check the path, or name the data "
+        "set with --dataset"
+    )
 
 
 def _lines(file: Path) -> list[str]:

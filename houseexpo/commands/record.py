@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 import typer
 
 from houseexpo.commands.environment import TaskName
+
+_POLICIES: Final[dict[TaskName, str]] = {"exploration": "frontier", "avoidance": "wall", "navigation": "a-star"}
 
 
 def record(
@@ -16,14 +18,17 @@ def record(
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Movie to write: .gif or .mp4.", show_default="none")] = None,
     bag: Annotated[
-        Path | None, typer.Option(help="ROS 2 bag to write: .mcap (needs houseexpo[bag]).", show_default="none")
+        Path | None, typer.Option(help="ROS 2 bag to write: .mcap (needs the extra 'bag').", show_default="none")
     ] = None,
     plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="at random")] = None,
     task: Annotated[TaskName, typer.Option(help="What counts; avoidance has a room of its own.")] = "exploration",
     policy: Annotated[
-        str,
-        typer.Option(help="A name, as frontier; a file; or module:name. Several, by commas: side by side."),
-    ] = "frontier",
+        str | None,
+        typer.Option(
+            help="A name, as frontier; a file; or module:name. Several, by commas: side by side.",
+            show_default="frontier; wall, avoidance; a-star, navigation",
+        ),
+    ] = None,
     steps: Annotated[int, typer.Option(min=1, help="At most; it is over where the episode is.")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="Of plan, start, noise and policy.")] = 0,
     fps: Annotated[float, typer.Option(help="Pictures a second.")] = 15.0,
@@ -48,7 +53,8 @@ def record(
     from houseexpo.words import counted
 
     console = Console()
-    if len(names := policy.split(",")) > 1:
+    names = (_POLICIES[task] if policy is None else policy).split(",")
+    if len(names) > 1:
         if out is None or bag is not None or shows == "beside":
             raise ConfigError("--policy: several make a movie, --out FILE; no bag, and no --shows beside")
         with console.status(f"recording {counted(steps, 'step')}"):
@@ -62,7 +68,7 @@ def record(
         return
     with console.status(f"recording {counted(steps, 'step')}"):
         env, options = environment(dataset, plan, task, config, steps, ranges=bag is not None)
-        acts = policy_of(policy, env, seed)
+        acts = policy_of(names[0], env, seed)
         done = write(
             env, acts, out, steps, seed=seed, options=options, fps=fps, every=every, shows=shows, most_px=size, bag=bag
         )

@@ -32,6 +32,8 @@ def split(
 
     if out is None and not dataset.is_dir():
         raise ConfigError(f"{dataset}: an archive is not written to; say where with --out")
+    if paper and any(share is not None for share in (train, val, test)):
+        raise ConfigError("--paper: the shares are 0.7 and 0.3; leave out --train, --val and --test")
     plans = open_dataset(dataset)
     shares = PAPER if paper else _shares({"train": train, "test": test, "val": val})
     found = run_split(plans, shares, seed, workers or cores())

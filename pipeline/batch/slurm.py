@@ -24,7 +24,7 @@ from pathlib import Path
 from houseexpo.errors import HouseExpoError
 from houseexpo.files import write_whole
 
-_LIMIT = 1000
+ARRAY_LIMIT = 1000
 """Tasks of an array where the cluster cannot be asked; its own default is 1001."""
 
 _TASK = """#!/bin/sh
@@ -131,9 +131,9 @@ class Scripts:
 def array_limit() -> int:
     """Return how many tasks an array of the cluster may have."""
     if shutil.which("scontrol") is None:
-        return _LIMIT
+        return ARRAY_LIMIT
     found = [line.split()[-1] for line in _said("scontrol", "show", "config").splitlines() if "MaxArraySize" in line]
-    return int(found[0]) - 1 if found else _LIMIT
+    return int(found[0]) - 1 if found else ARRAY_LIMIT
 
 
 def ranges(numbers: Sequence[int]) -> str:

@@ -12,7 +12,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import whole
 from houseexpo.pseudoslam.config.planning import PlanningConfig
-from houseexpo.pseudoslam.config.presets import with_preset
+from houseexpo.pseudoslam.config.presets import PRESETS, with_preset
 from houseexpo.pseudoslam.envs.options import Layout
 from houseexpo.pseudoslam.envs.plan_choice import Order, PlanChoice
 from houseexpo.pseudoslam.envs.planners import make_planner_spec
@@ -57,7 +57,7 @@ def _configured(
     if isinstance(config, str):
         config = with_preset(config, task.configured(None))
     if config is not None and not isinstance(config, SimulatorConfig):
-        raise ConfigError(f"config: expected a SimulatorConfig or None, found {config!r}")
+        raise ConfigError(f"config: expected a SimulatorConfig, one of {', '.join(PRESETS)}, or None; found {config!r}")
     config = task.configured(config)
     if max_episode_steps is not None:
         whole(max_episode_steps, "max_episode_steps", at_least=1)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from inspect import signature
 from typing import Literal, TypedDict
 
+from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.envs.plan_choice import Order
 
 Layout = Literal["CHW", "HWC"]
@@ -23,3 +25,13 @@ class EnvOptions(TypedDict, total=False):
     max_episode_steps: int | None
     """Steps after which an episode is truncated, instead of ``config.max_steps``. ``gymnasium.make`` keeps this
     argument for a wrapper of its own, which can only shorten episodes: for longer ones set ``max_steps``."""
+
+
+def check_options(kind: type, given: Iterable[str]) -> None:
+    """Raise ConfigError where an environment of this class is given an argument that it does not take."""
+    known = EnvOptions.__annotations__
+    for name in given:
+        if name not in known:
+            own = (each for base in kind.__mro__ if "__init__" in vars(base) for each in signature(base).parameters)
+            takes = sorted({*known, *own} - {"self", "task", "args", "kwargs", "more"})
+            raise ConfigError(f"{kind.__name__}: there is no argument {name!r}; it takes {', '.join(takes)}")

@@ -12,7 +12,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.planning import PlanningConfig
 from houseexpo.pseudoslam.envs.make_spec import make_env_spec
-from houseexpo.pseudoslam.envs.options import EnvOptions
+from houseexpo.pseudoslam.envs.options import EnvOptions, check_options
 from houseexpo.pseudoslam.envs.plan_choice import TakesPlans
 from houseexpo.pseudoslam.envs.reset_arguments import options_of, pose_of
 from houseexpo.pseudoslam.envs.spec import (
@@ -59,7 +59,7 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
         What is simulated; the task's values where it is left out, or with the laser and the view of one of
         ``config.presets.PRESETS``, by its name.
     actions
-        "discrete", "continuous", "frontier" or "waypoint".
+        "discrete", "continuous", "frontier", "waypoint" or "neighbour".
     observation
         "map", "dict", "scales" or "graph".
     planning
@@ -86,6 +86,7 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
     ) -> None:
         if render_mode not in {None, *self.metadata["render_modes"]}:
             raise ConfigError(f"render_mode: expected one of {self.metadata['render_modes']}, found {render_mode!r}")
+        check_options(type(self), more)
         self._env_spec = make_env_spec(task, dataset, config, actions, observation, planning=planning, **more)
         self._choice = self._env_spec.choice
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode

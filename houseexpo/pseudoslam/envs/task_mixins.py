@@ -21,7 +21,7 @@ class ExplorationMixin:
 
     def __init__(
         self,
-        dataset: Plans,
+        dataset: Plans | None = None,  # gymnasium.make passes on what it is given; None is refused in plain words
         config: SimulatorConfig | str | None = None,
         *,
         success_coverage: float | None = 0.95,
@@ -56,7 +56,7 @@ class NavigationMixin:
 
     def __init__(
         self,
-        dataset: Plans,
+        dataset: Plans | None = None,  # gymnasium.make passes on what it is given; None is refused in plain words
         config: SimulatorConfig | str | None = None,
         *,
         success_reward: float = 2.5,

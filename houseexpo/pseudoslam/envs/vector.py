@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.envs.batch import Batch
 from houseexpo.pseudoslam.envs.infos import infos_of, last_of
 from houseexpo.pseudoslam.envs.make_spec import checked_vector, make_env_spec
 from houseexpo.pseudoslam.envs.one_at_a_time import Locked, one_at_a_time
-from houseexpo.pseudoslam.envs.options import EnvOptions
+from houseexpo.pseudoslam.envs.options import EnvOptions, check_options
 from houseexpo.pseudoslam.envs.plan_choice import TakesPlans
 from houseexpo.pseudoslam.envs.reset_arguments import Pose, Seeds, mask_of, options_of, plans_of, poses_of, seeds_of
 from houseexpo.pseudoslam.envs.shared_attributes import SharedAttributes
@@ -85,6 +85,7 @@ class PseudoSlamVectorEnv(
         Locked.__init__(self)
         self._mode = checked_vector(num_envs, threads, autoreset_mode, render_mode)
         self.metadata = {**PseudoSlamEnv.metadata, "autoreset_mode": self._mode}
+        check_options(type(self), more)
         self._env_spec = make_env_spec(task, dataset, config, actions, observation, planning=planning, **more)
         self._choice = self._env_spec.choice
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode

@@ -12,7 +12,7 @@ import logging
 from numba.core.event import Event, Listener, register
 
 _LOGGER = logging.getLogger("houseexpo.pseudoslam")
-_LINE = "compiling the simulator's kernels, which takes 20 to 40 s; they are kept on disk, and not compiled again"
+_LINE = "compiling kernels of the simulator that were not used before, up to 40 s; they are kept on disk"
 
 
 class _Watch(Listener):

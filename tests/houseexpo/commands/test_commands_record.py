@@ -160,6 +160,15 @@ def test_the_command_writes_a_movie_of_a_plan(tmp_path: Path) -> None:
     assert files[0] == files[1] != files[2]
 
 
+def test_each_task_has_a_policy_that_is_made_for_it(tmp_path: Path) -> None:
+    (tmp_path / "room.json").write_bytes(encode(ROOM))
+    words = ["record", str(tmp_path / "room.json"), "--out", str(tmp_path / "run.gif"), "--size", "80", "60"]
+    result = CliRunner().invoke(make_app(), [*words, "--task", "navigation"])
+    assert result.exit_code == 0, result.output
+    assert "0 collisions" in result.output
+    assert float(result.output.rpartition("reward")[2]) > 1.0, "it gets to its goal"
+
+
 def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
     result = CliRunner().invoke(make_app(), ["record", "--task", "avoidance", "--out", str(tmp_path / "run.avi")])
     assert result.exit_code == 2

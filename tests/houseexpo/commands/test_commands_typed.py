@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import os
+import re
 import subprocess
 import sys
 from importlib.metadata import EntryPoint
@@ -118,6 +119,22 @@ def test_a_split_of_two_lists(data, tmp_path):
     call("split", data, "--train", "0.8", "--test", "0.2", "--out", tmp_path / "out", "--workers", "1")
     assert {file.name for file in (tmp_path / "out" / "splits").glob("*.txt")} == {"train.txt", "test.txt"}
     assert "add up to 1" in call("split", data, "--train", "0.9", "--test", "0.2", "--out", tmp_path, code=2)
+
+
+def test_the_papers_split_has_its_own_shares(data, tmp_path):
+    said = call("split", data, "--paper", "--train", "0.5", "--out", tmp_path, code=2)
+    assert "leave out --train, --val and --test" in said
+
+
+def test_a_word_that_is_no_file_and_can_be_no_id_is_named(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
+    for words in (("info", "plan"), ("show", "plan", "--out", tmp_path / "sheet.svg")):
+        assert "plan: no such file or folder, and no data set in which it could be an id" in call(*words, code=2)
+
+
+def test_help_names_every_command():
+    listed = call("--help")
+    assert all(re.search(rf"^│ {entry} ", listed, re.MULTILINE) for entry in ("benchmark", "build", "info", "serve"))
 
 
 def test_a_reader_who_has_seen_enough_is_no_error(data, tmp_path):

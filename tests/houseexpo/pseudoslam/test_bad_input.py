@@ -204,6 +204,26 @@ def test_what_holds_no_plans_is_refused(dataset: object) -> None:
         gymnasium.make("PseudoSLAM/Exploration-v0", dataset=dataset)
 
 
+@pytest.mark.parametrize(
+    ("name", "given", "said"),
+    [
+        ("Exploration", {}, "dataset: expected a data set or its path, a plan, or a list of plans, found None"),
+        (
+            "Navigation",
+            {"dataset": HALL, "foo": 1},
+            r"NavigationEnv: there is no argument 'foo'; it takes .*actions,",
+        ),
+        ("Navigation", {"dataset": HALL, "reward": "coverage"}, "NavigationEnv: there is no argument 'reward'"),
+        ("Exploration", {"dataset": HALL, "config": {"max_steps": 5}}, "config: expected a SimulatorConfig, one of "),
+    ],
+)
+def test_arguments_that_there_are_not_are_named(name: str, given: dict[str, object], said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        gymnasium.make(f"PseudoSLAM/{name}-v0", **given)  # type: ignore[arg-type]
+    with pytest.raises(ConfigError, match=said.replace("Env:", "VectorEnv:")):
+        gymnasium.make_vec(f"PseudoSLAM/{name}-v0", num_envs=2, **given)  # type: ignore[arg-type]
+
+
 def test_an_empty_folder_and_a_missing_path_are_named(tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "nowhere"):
         with pytest.raises(DatasetError, match=f"{path.name}: expected .* check the path"):

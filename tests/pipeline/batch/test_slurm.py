@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from houseexpo.commands.app import make_app
 from pipeline.batch.slurm import Queue, Request, Scripts, ranges
 from tests.builders.batch import contents
 from tests.builders.slurm import MAX_TASKS, call, cluster, need_slurm, wait_for
@@ -73,6 +76,24 @@ def test_more_than_the_cluster_takes_is_split_and_what_is_queued_is_left_out(tmp
     assert task.endswith("""--out '/shared/my plans' --shard "$((OFFSET + SLURM_ARRAY_TASK_ID))/2500"\n""")
     for name in ("submit.sh", "task.sbatch", "assemble.sbatch"):
         subprocess.run(["sh", "-n", str(written.folder / name)], check=True)
+
+
+def test_scripts_are_written_where_no_cluster_answers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, street: Path
+) -> None:
+    squeue = tmp_path / "bin" / "squeue"
+    squeue.parent.mkdir()
+    squeue.write_text("#!/bin/sh\necho no configuration >&2\nexit 1\n")
+    squeue.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{squeue.parent}:{os.environ['PATH']}")
+    manifest = tmp_path / "houses.toml"
+    manifest.write_text(f'[build]\nsources = ["{street}"]\n')
+    words = ["slurm", str(manifest), "--shards", "2", "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(make_app(), words)
+    assert done.exit_code == 0, done.output
+    assert "no configuration; the scripts are for all shards that are not done" in done.output
+    assert (tmp_path / "out" / ".build" / "slurm" / "submit.sh").exists()
+    assert CliRunner().invoke(make_app(), [*words, "--submit"]).exit_code == 2
 
 
 @pytest.mark.parametrize(("numbers", "text"), [([], ""), ([4], "4"), ([0, 1, 2, 5, 7, 8], "0-2,5,7-8")])
