@@ -27,6 +27,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.overlay import polygons_of
 from pipeline.geometry.regions import opened
+from pipeline.geometry.triangles import triangulate
 from pipeline.values import Mesh, SourceOpening, SourceRoom
 
 KNEE_M = 0.5
@@ -186,8 +187,8 @@ def clean(ring: Iterable[Sequence[float]]) -> Polygon | None:
 
 
 def _prism(polygon: Polygon, bottom_m: float, top_m: float) -> Mesh:
-    triangles = shapely.orient_polygons(shapely.get_parts(shapely.constrained_delaunay_triangles(polygon)))
-    corners = np.stack([shapely.get_coordinates(triangle)[:3] for triangle in triangles])
+    points, triangles = triangulate(polygon)
+    corners = points[triangles]
     flat = [_raised(corners, top_m), _raised(corners[:, ::-1], bottom_m)]
     sides = [_sides(shapely.get_coordinates(ring), bottom_m, top_m) for ring in (polygon.exterior, *polygon.interiors)]
     vertices = np.concatenate([*flat, *sides]).reshape(-1, 3)

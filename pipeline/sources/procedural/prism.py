@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from pipeline.geometry.triangles import triangulate
 from pipeline.sources.procedural.slab_mesh import Meshed
 
 
@@ -25,15 +26,10 @@ def _triangulated(
     polygon: shapely.Polygon,
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Return a polygon's corners, its triangles, and those of a band round it whose upper corners come n later."""
-    outline = shapely.orient_polygons(polygon)
-    rings = [shapely.get_coordinates(ring)[:-1] for ring in (outline.exterior, *outline.interiors)]
-    plan = np.concatenate(rings)
-    number = {point: k for k, point in enumerate(map(tuple, plan.tolist()))}
-    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(outline))
-    corners = shapely.get_coordinates(shapely.orient_polygons(triangles)).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
-    top = np.array([number[point] for point in map(tuple, corners.tolist())]).reshape(-1, 3)
-    starts = np.cumsum([0] + [len(ring) for ring in rings[:-1]])
+    plan, top = triangulate(polygon)
+    sizes = [len(ring.coords) - 1 for ring in (polygon.exterior, *polygon.interiors)]
     a = np.arange(len(plan))
-    b = np.concatenate([start + np.roll(np.arange(len(ring)), -1) for start, ring in zip(starts, rings, strict=True)])
+    starts = np.cumsum([0, *sizes[:-1]])
+    b = np.concatenate([start + np.roll(np.arange(size), -1) for start, size in zip(starts, sizes, strict=True)])
     n = len(plan)
     return plan, top, np.concatenate([np.stack([a, b, b + n], axis=1), np.stack([a, b + n, a + n], axis=1)])
