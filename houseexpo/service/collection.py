@@ -22,8 +22,8 @@ from houseexpo.service.records import Records, read_records
 from houseexpo.service.thumbnails import thumbnail
 from houseexpo.service.views import Views
 
-RESERVED: Final = frozenset({"api", "static"})
-"""Paths of the service itself, which no data set may take."""
+RESERVED: Final = frozenset({"api", "static", "data", "openapi.json"})
+"""Names in addresses of the service itself (``/static``, ``/api/data``), which no data set may take."""
 
 _LOG = logging.getLogger(__name__)
 _SUFFIXES: Final = (".tar.gz", ".tgz", ".zip", ".jsonl.gz", ".jsonl")
@@ -146,7 +146,7 @@ def _name_of(path: Path) -> str:
     """Return a name that can stand in an address: letters, digits, ``.``, ``_`` and ``-``."""
     whole = path.resolve().name
     plain = next((whole.removesuffix(suffix) for suffix in _SUFFIXES if whole.endswith(suffix)), whole)
-    return re.sub(r"[^A-Za-z0-9._-]+", "-", plain).strip("-.") or "data"
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", plain).strip("-.") or "plans"
 
 
 def _free_name(name: str, taken: Iterable[str]) -> str:

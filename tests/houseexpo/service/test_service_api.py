@@ -16,7 +16,7 @@ from starlette.testclient import TestClient
 from houseexpo.service.api.openapi import CALLS, described
 from houseexpo.service.app import make_app
 from houseexpo.service.service import Service
-from tests.builders.services import built, some_plans, two_rooms
+from tests.builders.services import BASE, built, service_of, some_plans, two_rooms
 
 
 def test_data_sets_say_what_they_are(client: TestClient) -> None:
@@ -24,6 +24,14 @@ def test_data_sets_say_what_they_are(client: TestClient) -> None:
     assert [(each["name"], each["plans"]) for each in found] == [("homes", 4), ("published", 12)]
     assert found[0]["splits"] == {"train": 2}
     assert found[0] == client.get("/api/homes").json()
+
+
+@pytest.mark.parametrize(("folder", "name"), [("data", "data-2"), ("openapi.json", "openapi.json-2"), ("é", "plans")])
+def test_no_data_set_takes_an_address_of_the_service(tmp_path: Path, folder: str, name: str) -> None:
+    service = service_of(built(tmp_path / "in" / folder, some_plans()))
+    client = TestClient(make_app(service), base_url=BASE)
+    assert client.get(f"/api/{name}").json()["plans"] == 4
+    assert client.get("/api/data").json()["data"][0]["name"] == name
 
 
 def test_plans_come_by_the_page(client: TestClient) -> None:
