@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import itertools
 import logging
 import re
 import threading
@@ -29,13 +30,15 @@ _LOG = logging.getLogger(__name__)
 _SUFFIXES: Final = (".tar.gz", ".tgz", ".zip", ".jsonl.gz", ".jsonl")
 _LOOK_S: Final = 2.0
 _PICTURES_BYTES: Final = 48 << 20
+_OPENINGS: Final = itertools.count()
 
 
 class Opened:
-    """A data set as it was when it was opened, with what is made of it once."""
+    """A data set as it was when it was opened, with what is made of it once; ``number`` tells it from other openings."""
 
     def __init__(self, data: Dataset, stamp: object = None) -> None:
         self.data, self.stamp = data, stamp
+        self.number = next(_OPENINGS)
         self.numbers = {name: number for number, name in enumerate(data.ids)}
 
     @cached_property
@@ -89,12 +92,12 @@ class Collection:
 
     def thumbnail(self, plan_id: str) -> bytes | None:
         """Return a plan's small picture (SVG) where it was made before."""
-        return self._pictures.get((id(self._now), plan_id))
+        return self._pictures.get((self._now.number, plan_id))
 
     def drawn(self, plan_id: str) -> bytes:
         """Return a plan's small picture, drawn now where it was not before."""
         now = self._now
-        return self._pictures.made((id(now), plan_id), lambda: thumbnail(now.data[plan_id]))
+        return self._pictures.made((now.number, plan_id), lambda: thumbnail(now.data[plan_id]))
 
     def look(self) -> None:
         """Open the data set again, in a thread of its own, where it was built anew; at most every two seconds."""

@@ -171,6 +171,15 @@ def test_a_data_set_built_anew_is_opened_anew(client: TestClient, service: Servi
     assert client.get("/api/homes/plans/e5").status_code == 200
 
 
+def test_a_picture_is_drawn_anew_after_each_build(service: Service, folder: Path) -> None:
+    shown, drawn = service.collections["homes"], set()
+    for number in range(40):
+        built(folder, [two_rooms("a1", 3 + number / 4)])
+        shown._open_again(number)
+        drawn.add(shown.drawn("a1"))
+    assert len(drawn) == 40
+
+
 def test_a_plan_that_was_deleted_is_said_and_the_others_go_on(client: TestClient, folder: Path) -> None:
     (folder / "json" / "b2.json").unlink()
     gone = client.get("/api/homes/plans/b2")
