@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from houseexpo.dataset import Dataset, open_dataset
-from houseexpo.errors import ConfigError, HouseExpoError
+from houseexpo.errors import ConfigError, HouseExpoError, UnknownPlanError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.kept import Kept
 from houseexpo.service.measures import measured
@@ -34,12 +34,22 @@ _OPENINGS: Final = itertools.count()
 
 
 class Opened:
-    """A data set as it was when it was opened, with what is made of it once; ``number`` tells it from other openings."""
+    """A data set as it was when it was opened, with what is made of it once; ``number`` tells openings apart."""
 
     def __init__(self, data: Dataset, stamp: object = None) -> None:
         self.data, self.stamp = data, stamp
         self.number = next(_OPENINGS)
         self.numbers = {name: number for number, name in enumerate(data.ids)}
+
+    def known(self, plan_id: str) -> str:
+        """Return an id that names a plan; UnknownPlanError else, without a search for the nearest, which takes long."""
+        if plan_id not in self.numbers:
+            raise UnknownPlanError(f"no plan {plan_id[:80]!r} in this data set")
+        return plan_id
+
+    def plan(self, plan_id: str) -> FloorPlan:
+        """Return a plan by its id; UnknownPlanError where there is none."""
+        return self.data[self.known(plan_id)]
 
     @cached_property
     def views(self) -> Views:
@@ -88,7 +98,7 @@ class Collection:
 
     def plan(self, plan_id: str) -> FloorPlan:
         """Return a plan by its id, which is looked up in the index; UnknownPlanError where there is none."""
-        return self.dataset[plan_id]
+        return self._now.plan(plan_id)
 
     def thumbnail(self, plan_id: str) -> bytes | None:
         """Return a plan's small picture (SVG) where it was made before."""
@@ -97,7 +107,7 @@ class Collection:
     def drawn(self, plan_id: str) -> bytes:
         """Return a plan's small picture, drawn now where it was not before."""
         now = self._now
-        return self._pictures.made((now.number, plan_id), lambda: thumbnail(now.data[plan_id]))
+        return self._pictures.made((now.number, plan_id), lambda: thumbnail(now.plan(plan_id)))
 
     def look(self) -> None:
         """Open the data set again, in a thread of its own, where it was built anew; at most every two seconds."""

@@ -38,7 +38,8 @@ def routes(service: Service) -> list[BaseRoute]:
     """Return the routes."""
 
     def raw(request: Request) -> Response:
-        data = service.collection(request).dataset.raw(request.path_params["plan"])
+        now = service.collection(request).now
+        data = now.data.raw(now.known(request.path_params["plan"]))
         return tagged(request, data, _tag(data), "application/json")
 
     async def thumbnail(request: Request) -> Response:

@@ -107,7 +107,7 @@ def test_what_was_refused_is_listed(client: TestClient) -> None:
     ("path", "status", "said"),
     [
         ("/api/nowhere", 404, "no data set 'nowhere' here"),
-        ("/api/homes/plans/nobody", 404, "no 'nobody'; the nearest is"),
+        ("/api/homes/plans/nobody", 404, "no plan 'nobody' in this data set"),
         ("/api/homes/plans/%00", 404, "no "),
         ("/api/homes/plans?limit=100000", 400, "limit: expected a whole number, 0 to 500"),
         ("/api/homes/plans?offset=-1", 400, "offset"),
@@ -126,6 +126,16 @@ def test_what_cannot_be_answered_is_said(client: TestClient, path: str, status: 
     found = client.get(path)
     assert found.status_code == status
     assert said in found.json()["error"]
+
+
+@pytest.mark.parametrize("path", ["", "/shape", "/reach", "/similar", "/thumbnail.svg", "/picture.svg", "/export/svg"])
+def test_an_unknown_plan_costs_no_search_and_tells_no_path(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch, path: str
+) -> None:
+    monkeypatch.setattr("houseexpo.dataset.store.catalogue.nearest", None)
+    for pages in (f"/api/homes/plans/nobody{path}", "/homes/plan/nobody"):
+        found = client.get(pages)
+        assert (found.status_code, found.json()) == (404, {"error": "no plan 'nobody' in this data set"})
 
 
 def test_other_methods_are_refused(client: TestClient) -> None:
@@ -184,7 +194,7 @@ def test_a_plan_that_was_deleted_is_said_and_the_others_go_on(client: TestClient
     (folder / "json" / "b2.json").unlink()
     gone = client.get("/api/homes/plans/b2")
     assert gone.status_code == 503
-    assert "cannot be read" in gone.json()["error"]
+    assert gone.json()["error"].startswith("homes/json/b2.json: cannot be read")
     assert client.get("/api/homes/plans/b2/shape").status_code == 503
     assert client.get("/api/homes/plans/a1").status_code == 200
 
