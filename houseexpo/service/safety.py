@@ -7,7 +7,9 @@ R3  What writes and what opens a socket comes from the service's own pages or fr
     server, where it has one, and ``Sec-Fetch-Site`` says same-origin or none.
 R4  Nothing is written where the service is read-only.
 R5  One client has a share of requests a second and of open sockets; the server has a number of sockets.
-R6  Every answer tells browsers to load from here only, and to show it in no other site's frame.
+R6  Every answer, also word of an error, tells browsers to load from here only, and to show it in no other site's
+    frame.
+R7  What says that it is larger than a request may be is refused unread.
 """
 
 from __future__ import annotations
@@ -22,7 +24,6 @@ from urllib.parse import parse_qsl, urlencode, urlsplit
 
 import msgspec
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.middleware import Middleware
 from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -31,6 +32,7 @@ from houseexpo.service.settings import Limits, Settings
 COOKIE: Final = "houseexpo-token"
 _READS: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 _CLIENTS: Final = 4096
+_DIGITS: Final = 18
 _SECONDS_OF_COOKIE: Final = 30 * 24 * 3600
 
 HEADERS: Final = {
@@ -55,13 +57,8 @@ class Refusal(NamedTuple):
     headers: Mapping[str, str] = MappingProxyType({})
 
 
-def guarded(settings: Settings) -> list[Middleware]:
-    """Return the guard as Starlette takes it."""
-    return [Middleware(Guard, settings=settings)]
-
-
 class Guard:
-    """Lets a request or a socket through, or answers it."""
+    """Lets a request or a socket through, or answers it; stands outside of all else, errors pass it too."""
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app, self._settings = app, settings
@@ -74,7 +71,8 @@ class Guard:
             await self._app(scope, receive, send)
             return
         headers, client = Headers(scope=scope), (scope.get("client") or ("", 0))[0]
-        refusal = self._stranger(scope, headers) or self._forbidden(scope, headers) or self._too_much(scope, client)
+        refusal = self._stranger(scope, headers) or self._forbidden(scope, headers)
+        refusal = refusal or self._too_much(scope, headers, client)
         if refusal is not None:
             await _answer(refusal, scope, receive, send)
         elif scope["type"] == "websocket":
@@ -102,7 +100,10 @@ class Guard:
             return Refusal(403, "This service is read-only. Nothing was changed.")
         return None
 
-    def _too_much(self, scope: Scope, client: str) -> Refusal | None:
+    def _too_much(self, scope: Scope, headers: Headers, client: str) -> Refusal | None:
+        most, length = self._settings.limits.body_bytes, headers.get("content-length", "")
+        if length.isdecimal() and int(length[:_DIGITS]) > most:  # R7
+            return Refusal(413, f"A request holds at most {most:,} bytes.", {"connection": "close"})
         if not self._rate.allows(client):  # R5
             return Refusal(429, "Too many requests from this address; wait a second.", {"retry-after": "1"})
         if scope["type"] == "websocket" and self._full(client):

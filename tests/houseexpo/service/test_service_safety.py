@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 from starlette.applications import Starlette
@@ -13,9 +14,10 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from houseexpo.service.safety import COOKIE, HEADERS, Rate, guarded
+from houseexpo.service.app import make_app
+from houseexpo.service.safety import COOKIE, HEADERS, Guard, Rate
 from houseexpo.service.settings import Limits, Settings, is_loopback
-from tests.builders.services import BASE
+from tests.builders.services import BASE, service_of
 
 WORD = "secret"
 SOCKET = "ws://localhost:8000/socket"
@@ -35,8 +37,7 @@ def guard(settings: Settings, base: str = BASE) -> TestClient:
             await opened.receive_text()
 
     routes = [Route("/{path:path}", answer, methods=["GET", "POST"]), WebSocketRoute("/socket", socket)]
-    app = Starlette(routes=routes, middleware=guarded(settings), max_body_size=settings.limits.body_bytes)
-    return TestClient(app, base_url=base, follow_redirects=False)
+    return TestClient(Guard(Starlette(routes=routes), settings), base_url=base, follow_redirects=False)
 
 
 @pytest.mark.parametrize("host", ["localhost", "127.0.0.1:8000", "[::1]:8000", "LOCALHOST.:1"])
@@ -144,8 +145,21 @@ def test_sockets_are_counted_and_given_back() -> None:
         assert again.receive_text() == "in"
 
 
-def test_a_large_body_is_refused() -> None:
-    assert guard(Settings(limits=Limits(body_bytes=1000))).post("/a", content=b"x" * 1001).status_code == 413
+@pytest.mark.parametrize("content", [b"x" * 1001, (b"x" * 101 for _ in range(10))], ids=["declared", "in parts"])
+def test_a_large_body_is_refused_in_words_that_scripts_read(folder: Path, content: Any) -> None:  # R6, R7
+    service = service_of(folder, review=True, limits=Limits(body_bytes=1000))
+    client = TestClient(make_app(service), base_url=BASE)
+    found = client.post("/homes/review/decide", content=content)
+    assert found.status_code == 413
+    assert found.json()["error"]
+    assert found.headers.items() >= HEADERS.items()
+
+
+def test_word_of_a_fault_has_the_same_headers(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:  # R6
+    monkeypatch.setattr("houseexpo.service.collection.Opened.records", property(lambda _: 1 // 0))
+    found = client.get("/api/homes/refused", headers={"accept": "text/html"})
+    assert (found.status_code, list(found.json())) == (500, ["error"])
+    assert found.headers.items() >= HEADERS.items()
 
 
 def test_every_answer_tells_the_browser_to_load_from_here_only() -> None:  # R6
