@@ -12,7 +12,7 @@ from starlette.routing import BaseRoute, Route
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service import shapes
-from houseexpo.service.answers import Json
+from houseexpo.service.caching import values
 from houseexpo.service.service import Service
 from houseexpo.service.similar import similar
 from houseexpo.service.work import computed
@@ -25,27 +25,27 @@ def routes(service: Service) -> list[BaseRoute]:
         return service.collection(request).plan(request.path_params["plan"])
 
     async def shape(request: Request) -> Response:
-        return Json(await computed(lambda: shapes.drawn(plan_of(request))))
+        return values(request, await computed(lambda: shapes.drawn(plan_of(request))))
 
     async def rooms(request: Request) -> Response:
-        return Json(await computed(lambda: shapes.divided(plan_of(request).divided)))
+        return values(request, await computed(lambda: shapes.divided(plan_of(request).divided)))
 
     async def reach(request: Request) -> Response:
         radius = _metres(request.query_params, "radius", 0.2, shapes.WIDEST_M)
-        return Json(await computed(lambda: shapes.reached(plan_of(request), round(radius, 2))))
+        return values(request, await computed(lambda: shapes.reached(plan_of(request), round(radius, 2))))
 
     async def way(request: Request) -> Response:
         given = request.query_params
         radius = _metres(given, "radius", 0.2, shapes.WIDEST_M)
         ends = _point(given, "from"), _point(given, "to")
-        return Json(await computed(lambda: shapes.way(plan_of(request), *ends, radius)))
+        return values(request, await computed(lambda: shapes.way(plan_of(request), *ends, radius)))
 
     async def clearance(request: Request) -> Response:
-        return Json(await computed(lambda: shapes.clearance(plan_of(request))))
+        return values(request, await computed(lambda: shapes.clearance(plan_of(request))))
 
     async def alike(request: Request) -> Response:
         now, name = service.collection(request).now, request.path_params["plan"]
-        return Json({"similar": await computed(similar, now, name)})
+        return values(request, {"similar": await computed(similar, now, name)})
 
     of_plan = "/api/{data}/plans/{plan}/"
     areas = {"shape": shape, "rooms": rooms, "reach": reach, "way": way, "clearance": clearance, "similar": alike}

@@ -10,7 +10,7 @@ from starlette.routing import BaseRoute, Route
 
 from houseexpo import __version__
 from houseexpo.export import FORMATS
-from houseexpo.service.answers import Json
+from houseexpo.service.caching import values
 from houseexpo.service.measures import MEASURES, RADII
 from houseexpo.service.query import SORTS
 from houseexpo.service.service import Service
@@ -65,8 +65,8 @@ _RANGES: Final = {measure.name for measure in MEASURES}
 def routes(service: Service) -> list[BaseRoute]:
     """Return the routes."""
 
-    def document(_: Request) -> Response:
-        return Json(described())
+    def document(request: Request) -> Response:
+        return values(request, described())
 
     def page(request: Request) -> Response:
         return service.page(

@@ -167,6 +167,20 @@ def test_a_query_parameter_that_is_described_is_taken(client: TestClient) -> Non
             assert client.get(path, params=given).status_code == 200, (path, name)
 
 
+def test_every_answer_has_a_tag_and_is_sent_once(client: TestClient, folder: Path) -> None:
+    (folder / ".build" / "pictures").mkdir(parents=True)
+    (folder / ".build" / "pictures" / "twin.png").write_bytes(b"\x89PNG")
+    for path in ["/api/openapi.json", *(call.path for call in CALLS)]:
+        plan = "twin" if path.endswith("picture.png") else "a1"
+        name = "index.parquet" if "tables" in path else "train"
+        ends = "?from=1,1&to=2,2" if path.endswith("way") else ""
+        asked = path.format(data="homes", plan=plan, name=name, form="sdf") + ends
+        first = client.get(asked)
+        again = client.get(asked, headers={"if-none-match": first.headers["etag"], "range": "bytes=0-3"})
+        assert (first.status_code, again.status_code, again.content) == (200, 304, b""), asked
+        assert again.headers["etag"] == first.headers["etag"]
+
+
 def test_a_data_set_built_anew_is_opened_anew(client: TestClient, service: Service, folder: Path) -> None:
     shown = service.collections["homes"]
     built(folder, [*some_plans(), two_rooms("e5")])
