@@ -58,7 +58,7 @@ def routes(service: Service) -> list[BaseRoute]:
             text = f"report: expected 1 to {_MAX_PLANS} plans, found {len(rows)}; narrow the filter"
             raise ConfigError(f"{text}, or run houseexpo stats")
         ids = [now.views.table.ids[row] for row in rows.tolist()]
-        html = await computed(lambda: made[0].load()(now.data.only(ids)))
+        html = await computed(request, lambda: made[0].load()(now.data.only(ids)))
         return HTMLResponse(html, headers={"content-security-policy": _REPORT_POLICY})
 
     return [

@@ -49,15 +49,17 @@ def routes(service: Service) -> list[BaseRoute]:
         return hashed(request, data, "image/svg+xml", {"cache-control": "max-age=60"})
 
     async def picture(request: Request) -> Response:
-        shown, name = service.collection(request), request.path_params["plan"]
-        data = (await computed(lambda: svg(shown.plan(name)))).encode()
+        now = service.collection(request).now
+        name = now.known(request.path_params["plan"])
+        data = (await computed(request, lambda: svg(now.plan(name)))).encode()
         return hashed(request, data, "image/svg+xml", {"content-security-policy": _ALONE})
 
     async def export(request: Request) -> Response:
-        shown, plan, form = service.collection(request), request.path_params["plan"], request.path_params["form"]
+        now, form = service.collection(request).now, request.path_params["form"]
+        plan = now.known(request.path_params["plan"])
         if form not in FORMATS:
             raise HTTPException(404, f"no format {form[:40]!r}; there are: {', '.join(FORMATS)}")
-        name, data = await computed(lambda: exported(shown.plan(plan), form))
+        name, data = await computed(request, lambda: exported(now.plan(plan), form))
         kind = _TYPES.get(name.rpartition(".")[2], "application/octet-stream")
         attached = {"content-disposition": f"attachment; filename*=utf-8''{_quoted(name)}"}
         return hashed(request, data, kind, {**attached, "content-security-policy": _ALONE})
