@@ -13,7 +13,7 @@ from starlette.testclient import TestClient
 from houseexpo.dataset.index import index_table
 from houseexpo.service import statistics
 from houseexpo.service.app import make_app
-from tests.builders.services import BASE, published, service_of
+from tests.builders.services import BASE, lines, published, service_of
 
 PAGES = (
     *("/homes/", "/homes/plan/a1", "/homes/plan/d%204%26%C3%A9", "/homes/refused", "/homes/statistics", "/api"),
@@ -97,6 +97,14 @@ def test_lists_that_are_damaged_are_said(folder: Path) -> None:
     (folder / "rejected.jsonl").write_bytes(b'{"id": "cut off')
     client = TestClient(make_app(service_of(folder)), base_url=BASE)
     assert "rejected.jsonl: cannot be read" in client.get("/homes/refused").text
+
+
+def test_a_dropped_plan_of_an_odd_id_is_listed_without_a_picture(client: TestClient, folder: Path) -> None:
+    (folder / "secret.png").write_bytes(b"\x89PNG")
+    lines(folder / "duplicates.jsonl", [{"id": name, "kept_id": "a1", "difference": 0} for name in ("../secret", "")])
+    found = client.get("/homes/refused")
+    assert (found.status_code, found.text.count("no picture kept")) == (200, 2)
+    assert client.get("/api/homes/duplicates/..%2Fsecret/picture.png").status_code == 404
 
 
 def test_a_picture_of_a_dropped_plan_is_shown_where_the_build_kept_one(client: TestClient, folder: Path) -> None:
