@@ -79,9 +79,9 @@ def exported(plan: FloorPlan, form: str) -> tuple[str, bytes]:
         name, data = next(iter(files.items()))
         return name.rpartition("/")[2], data
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(stream, "w") as archive:
         for name, data in sorted(files.items()):
-            archive.writestr(zipfile.ZipInfo(name, _TIME), data)
+            archive.writestr(zipfile.ZipInfo(name, _TIME), data, zipfile.ZIP_DEFLATED)  # a ZipInfo has its own method
     return f"{plan.id}-{form}.zip", stream.getvalue()
 
 
