@@ -41,7 +41,7 @@ def routes(service: Service) -> list[BaseRoute]:
     def plans(request: Request) -> Response:
         now, query = service.collection(request).now, parsed(request.query_params)
         offset = number(request.query_params, "offset", 0, _FARTHEST)
-        limit = number(request.query_params, "limit", _USUAL, MAX_LIMIT)
+        limit = number(request.query_params, "limit", _USUAL, MAX_LIMIT, least=1)
         found = now.views.find(query)
         rows = found.rows[offset : offset + limit]
         following = offset + limit if offset + limit < len(found.rows) else None
