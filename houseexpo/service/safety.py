@@ -120,6 +120,8 @@ class Guard:
             await self._app(scope, receive, send)
         finally:
             self._sockets[client] -= 1
+            if not self._sockets[client]:
+                del self._sockets[client]  # a zero of each address would stay
 
 
 class Rate:

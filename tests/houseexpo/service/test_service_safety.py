@@ -136,13 +136,17 @@ def test_clients_that_came_once_are_forgotten() -> None:
 
 def test_sockets_are_counted_and_given_back() -> None:
     client = guard(Settings(limits=Limits(sockets=1, sockets_per_client=1)))
+    counted = client.app._sockets
     with client.websocket_connect(SOCKET) as one:
+        assert list(counted.values()) == [1]
         one.receive_text()
         with pytest.raises(WebSocketDisconnect), client.websocket_connect(SOCKET):
             pass
         one.send_text("end")
     with client.websocket_connect(SOCKET) as again:
         assert again.receive_text() == "in"
+        again.send_text("end")
+    assert not counted
 
 
 @pytest.mark.parametrize("content", [b"x" * 1001, (b"x" * 101 for _ in range(10))], ids=["declared", "in parts"])
