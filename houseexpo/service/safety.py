@@ -2,7 +2,8 @@
 
 R1  The Host header names this server (``Settings.knows``): other names that lead here come from an attack.
 R2  Where a token is set, every request shows it: as a cookie, as ``Authorization: Bearer``, or once as ``?token=``,
-    which sets the cookie. It is compared in constant time.
+    which sets the cookie. It is compared in constant time. The cookie's name holds the port: browsers share cookies
+    between servers of one host.
 R3  What writes and what opens a socket comes from the service's own pages or from a program: its ``Origin`` is this
     server, where it has one, and ``Sec-Fetch-Site`` says same-origin or none.
 R4  Nothing is written where the service is read-only.
@@ -29,11 +30,10 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from houseexpo.service.settings import Limits, Settings
 
-COOKIE: Final = "houseexpo-token"
 _READS: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 _CLIENTS: Final = 4096
 _DIGITS: Final = 18
-_SECONDS_OF_COOKIE: Final = 30 * 24 * 3600
+_OF_COOKIE: Final = f"Path=/; Max-Age={30 * 24 * 3600}; HttpOnly; SameSite=Strict"
 
 HEADERS: Final = {
     "content-security-policy": (
@@ -85,9 +85,9 @@ class Guard:
         if not self._settings.knows(_without_port(headers.get("host", ""))):  # R1
             text = "The Host header names another server. Use the address that houseexpo serve printed."
             return Refusal(421, text)
-        if not token or _shows(scope, headers, token):  # R2
+        if not token or _shows(scope, headers, self._settings):  # R2
             return None
-        if scope["type"] == "http" and (there := _with_token(scope, token)) is not None:
+        if scope["type"] == "http" and (there := _with_token(scope, self._settings)) is not None:
             return Refusal(303, "", there)
         text = "This server asks for a token. Open the address that houseexpo serve printed; it holds the token."
         return Refusal(401, text, {"www-authenticate": "Bearer"})
@@ -150,23 +150,28 @@ def _without_port(host: str) -> str:
         return ""
 
 
-def _shows(scope: Scope, headers: Headers, token: str) -> bool:
-    given = [cookie_parser(headers.get("cookie", "")).get(COOKIE, "")]
+def cookie_name(settings: Settings) -> str:
+    """Return the name of the cookie that holds a server's token."""
+    return f"houseexpo-token-{settings.port}"
+
+
+def _shows(scope: Scope, headers: Headers, settings: Settings) -> bool:
+    given = [cookie_parser(headers.get("cookie", "")).get(cookie_name(settings), "")]
     kind, _, value = headers.get("authorization", "").partition(" ")
     given += [value.strip()] if kind.lower() == "bearer" else []
     given += [value for name, value in _query(scope) if name == "token"] if scope["type"] == "websocket" else []
-    return any(secrets.compare_digest(each.encode(), token.encode()) for each in given)
+    return any(secrets.compare_digest(each.encode(), settings.token.encode()) for each in given)
 
 
-def _with_token(scope: Scope, token: str) -> dict[str, str] | None:
+def _with_token(scope: Scope, settings: Settings) -> dict[str, str] | None:
     """Return where a client goes that has the token in its address: the same without it, which keeps it in a cookie."""
     query = _query(scope)
     given = [value for name, value in query if name == "token"]
-    if not any(secrets.compare_digest(each.encode(), token.encode()) for each in given):
+    if not any(secrets.compare_digest(each.encode(), settings.token.encode()) for each in given):
         return None
     rest = urlencode([(name, value) for name, value in query if name != "token"])
     path = "/" + scope["raw_path"].decode("latin-1").split("?")[0].lstrip("/")  # "//elsewhere" would leave this server
-    cookie = f"{COOKIE}={token}; Path=/; Max-Age={_SECONDS_OF_COOKIE}; HttpOnly; SameSite=Strict"
+    cookie = f"{cookie_name(settings)}={settings.token}; {_OF_COOKIE}"
     return {"location": path + (f"?{rest}" if rest else ""), "set-cookie": cookie, "cache-control": "no-store"}
 
 

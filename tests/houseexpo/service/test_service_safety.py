@@ -15,7 +15,7 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from houseexpo.service.app import make_app
-from houseexpo.service.safety import COOKIE, HEADERS, Guard, Rate
+from houseexpo.service.safety import HEADERS, Guard, Rate, cookie_name
 from houseexpo.service.settings import Limits, Settings, is_loopback
 from tests.builders.services import BASE, service_of
 
@@ -67,12 +67,21 @@ def test_a_token_is_asked_for_and_moves_into_a_cookie() -> None:  # R2
     client = guard(Settings(token=WORD))
     assert client.get("/a").status_code == 401
     assert client.get("/a?token=secres").status_code == 401
-    assert client.get("/a", headers={"cookie": f"{COOKIE}=wrong"}).status_code == 401
+    assert client.get("/a", headers={"cookie": f"{cookie_name(Settings())}=wrong"}).status_code == 401
     assert client.get("/a", headers={"authorization": "Bearer secret"}).text == "in"
     found = client.get("/a?x=1&token=secret")
     assert (found.status_code, found.headers["location"]) == (303, "/a?x=1")
     assert "HttpOnly" in found.headers["set-cookie"]
     assert client.get("/a").text == "in"  # the client keeps cookies
+
+
+def test_servers_of_one_host_have_a_token_each() -> None:
+    servers = [Settings(port=port, token=f"word{port}") for port in (8000, 8001)]
+    kept: dict[str, str] = {}  # by name, as a browser keeps what comes from one host
+    for each in servers:
+        kept.update(guard(each).get(f"/a?token={each.token}").cookies)
+    sent = {"cookie": "; ".join(f"{name}={value}" for name, value in kept.items())}
+    assert [guard(each).get("/a", headers=sent).status_code for each in servers] == [200, 200]
 
 
 def test_the_token_leads_to_no_other_server() -> None:
