@@ -20,6 +20,7 @@ _TITLES: Final = {
     403: "Not allowed",
     404: "Not here",
     405: "Not possible here",
+    413: "Too large",
     503: "Not now",
 }
 
@@ -35,15 +36,17 @@ class Json(Response):
 
 
 def refused_request(service: Service, request: Request, error: Exception) -> Response:
-    """Say what went wrong, as a page where a browser asks for one, else as JSON ``{"error": ...}``."""
+    """Say what went wrong, as a page where a browser asks for one, else and below ``/api`` as ``{"error": ...}``."""
     status, text = _said(error)
+    shown = service.collections.get(request.path_params.get("data", ""))
+    if shown is not None and shown.path.is_absolute():
+        text = text.replace(f"{shown.path.parent}/", "")  # where it lies is no business of clients
     if status == 500:
         _LOG.error("%s %s failed", request.method, request.url.path, exc_info=error)
     headers = getattr(error, "headers", None)
-    if "text/html" not in request.headers.get("accept", ""):
+    if request.url.path.startswith("/api/") or "text/html" not in request.headers.get("accept", ""):
         return Json({"error": text}, status, headers)
     title = _TITLES.get(status, "Something went wrong")
-    shown = service.collections.get(request.path_params.get("data", ""))
     page = service.page(request, "error.html", status, title=title, text=text, shown=shown)
     page.headers.update(headers or {})
     return page

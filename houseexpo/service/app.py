@@ -13,7 +13,7 @@ from starlette.routing import Route
 from houseexpo.errors import HouseExpoError
 from houseexpo.service import api, drive, files, gallery, plan, refused, review, statistics
 from houseexpo.service.answers import refused_request
-from houseexpo.service.safety import guarded
+from houseexpo.service.safety import Guard
 from houseexpo.service.service import Service
 from houseexpo.service.work import few_threads
 
@@ -33,10 +33,11 @@ def make_app(service: Service) -> Starlette:
     routes = [Route("/", first), *files.routes(service)]
     for area in AREAS:
         routes += area.routes(service)
-    return Starlette(
+    app = Starlette(
         routes=routes,
-        middleware=guarded(service.settings),
         exception_handlers={HTTPException: failed, HouseExpoError: failed, Exception: failed},
         lifespan=few_threads,
         max_body_size=service.settings.limits.body_bytes,
     )
+    app.middleware_stack = Guard(app.build_middleware_stack(), service.settings)
+    return app

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import itertools
 import logging
 import re
 import threading
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from houseexpo.dataset import Dataset, open_dataset
-from houseexpo.errors import ConfigError, HouseExpoError
+from houseexpo.errors import ConfigError, HouseExpoError, UnknownPlanError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.kept import Kept
 from houseexpo.service.measures import measured
@@ -22,21 +23,33 @@ from houseexpo.service.records import Records, read_records
 from houseexpo.service.thumbnails import thumbnail
 from houseexpo.service.views import Views
 
-RESERVED: Final = frozenset({"api", "static"})
-"""Paths of the service itself, which no data set may take."""
+RESERVED: Final = frozenset({"api", "static", "data", "openapi.json"})
+"""Names in addresses of the service itself (``/static``, ``/api/data``), which no data set may take."""
 
 _LOG = logging.getLogger(__name__)
 _SUFFIXES: Final = (".tar.gz", ".tgz", ".zip", ".jsonl.gz", ".jsonl")
 _LOOK_S: Final = 2.0
 _PICTURES_BYTES: Final = 48 << 20
+_OPENINGS: Final = itertools.count()
 
 
 class Opened:
-    """A data set as it was when it was opened, with what is made of it once."""
+    """A data set as it was when it was opened, with what is made of it once; ``number`` tells openings apart."""
 
     def __init__(self, data: Dataset, stamp: object = None) -> None:
         self.data, self.stamp = data, stamp
+        self.number = next(_OPENINGS)
         self.numbers = {name: number for number, name in enumerate(data.ids)}
+
+    def known(self, plan_id: str) -> str:
+        """Return an id that names a plan; UnknownPlanError else, without a search for the nearest, which takes long."""
+        if plan_id not in self.numbers:
+            raise UnknownPlanError(f"no plan {plan_id[:80]!r} in this data set")
+        return plan_id
+
+    def plan(self, plan_id: str) -> FloorPlan:
+        """Return a plan by its id; UnknownPlanError where there is none."""
+        return self.data[self.known(plan_id)]
 
     @cached_property
     def views(self) -> Views:
@@ -85,16 +98,16 @@ class Collection:
 
     def plan(self, plan_id: str) -> FloorPlan:
         """Return a plan by its id, which is looked up in the index; UnknownPlanError where there is none."""
-        return self.dataset[plan_id]
+        return self._now.plan(plan_id)
 
     def thumbnail(self, plan_id: str) -> bytes | None:
         """Return a plan's small picture (SVG) where it was made before."""
-        return self._pictures.get((id(self._now), plan_id))
+        return self._pictures.get((self._now.number, plan_id))
 
     def drawn(self, plan_id: str) -> bytes:
         """Return a plan's small picture, drawn now where it was not before."""
         now = self._now
-        return self._pictures.made((id(now), plan_id), lambda: thumbnail(now.data[plan_id]))
+        return self._pictures.made((now.number, plan_id), lambda: thumbnail(now.plan(plan_id)))
 
     def look(self) -> None:
         """Open the data set again, in a thread of its own, where it was built anew; at most every two seconds."""
@@ -146,7 +159,7 @@ def _name_of(path: Path) -> str:
     """Return a name that can stand in an address: letters, digits, ``.``, ``_`` and ``-``."""
     whole = path.resolve().name
     plain = next((whole.removesuffix(suffix) for suffix in _SUFFIXES if whole.endswith(suffix)), whole)
-    return re.sub(r"[^A-Za-z0-9._-]+", "-", plain).strip("-.") or "data"
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", plain).strip("-.") or "plans"
 
 
 def _free_name(name: str, taken: Iterable[str]) -> str:

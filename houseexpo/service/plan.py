@@ -25,7 +25,7 @@ def routes(service: Service) -> list[BaseRoute]:
     def plan(request: Request) -> Response:
         shown = service.collection(request)
         now, name = shown.now, request.path_params["plan"]
-        found = now.data[name]
+        found = now.plan(name)
         query = parsed(request.query_params)
         before, place, after, number = _neighbours(now, name, str(query), request)
         return service.page(

@@ -24,6 +24,7 @@ _OTHERS: Final = frozenset({"offset", "limit", "token", "against"})
 """Parameters that say something else than which plans."""
 
 _LONGEST: Final = 200
+_ALL: Final = (-math.inf, math.inf)
 
 
 @dataclass(frozen=True)
@@ -76,22 +77,24 @@ def parsed(given: Mapping[str, str]) -> Query:
     sort, radius = found.get("sort", "id"), found.get("radius", USUAL_RADIUS)
     if sort.removeprefix("-") not in SORTS:
         raise ConfigError(f"query: sort: expected one of {', '.join(SORTS)}, or that with a '-', found {sort[:40]!r}")
+    ranges = {name: _range(name, found[name]) for name in NAMES if name in found}
+    groups = {name: tuple(sorted(_words(found, name))) for name in GROUPS}
     return Query(
-        ranges={name: _range(name, found[name]) for name in NAMES if name in found},
-        labels=tuple(sorted(known_label(word) for word in _words(found, "labels"))),
-        without=tuple(sorted(known_label(word) for word in _words(found, "without"))),
-        groups={name: tuple(sorted(_words(found, name))) for name in GROUPS if name in found},
-        text=" ".join(found.get("text", "")[:_LONGEST].casefold().split()),
+        ranges={name: ends for name, ends in ranges.items() if ends != _ALL},
+        labels=_labels(found, "labels"),
+        without=_labels(found, "without"),
+        groups={name: names for name, names in groups.items() if names},
+        text=" ".join(found.get("text", "").casefold()[:_LONGEST].split()),
         radius=_radius(radius),
         sort=sort,
     )
 
 
-def number(given: Mapping[str, str], name: str, usual: int, most: int) -> int:
-    """Return a whole number of the address, 0 to ``most``; ConfigError where it is none."""
+def number(given: Mapping[str, str], name: str, usual: int, most: int, least: int = 0) -> int:
+    """Return a whole number of the address, ``least`` to ``most``; ConfigError where it is none."""
     word = given.get(name, "") or str(usual)
-    if not re.fullmatch("[0-9]{1,9}", word) or int(word) > most:
-        raise ConfigError(f"query: {name}: expected a whole number, 0 to {most}, found {word[:40]!r}")
+    if not re.fullmatch("[0-9]{1,9}", word) or not least <= int(word) <= most:
+        raise ConfigError(f"query: {name}: expected a whole number, {least} to {most}, found {word[:40]!r}")
     return int(word)
 
 
@@ -109,6 +112,10 @@ def _words(given: Mapping[str, str], name: str) -> set[str]:
     return {word.strip() for word in given.get(name, "").split(",") if word.strip()}
 
 
+def _labels(given: Mapping[str, str], name: str) -> tuple[str, ...]:
+    return tuple(sorted({known_label(word) for word in _words(given, name)}))
+
+
 def _range(name: str, word: str) -> tuple[float, float]:
     low, dots, high = word.partition("..")
     try:
@@ -122,6 +129,11 @@ def _range(name: str, word: str) -> tuple[float, float]:
 
 
 def _span(low: float, high: float) -> str:
+    """Return a range as an address holds it, each end to its last digit: two ranges never look alike."""
     if low == high:
-        return f"{low:g}"
-    return f"{'' if low == -math.inf else f'{low:g}'}..{'' if high == math.inf else f'{high:g}'}"
+        return _end(low)
+    return f"{'' if low == -math.inf else _end(low)}..{'' if high == math.inf else _end(high)}"
+
+
+def _end(value: float) -> str:
+    return repr(float(value)).removesuffix(".0")

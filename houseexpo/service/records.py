@@ -10,6 +10,7 @@ from typing import Final, TypeVar
 
 import msgspec
 
+from houseexpo.errors import PlanError
 from houseexpo.plan import checks
 
 _MAX_BYTES: Final = 256 << 20
@@ -68,9 +69,12 @@ def read_records(path: Path) -> Records:
 
 
 def picture_of(path: Path, plan_id: str) -> Path | None:
-    """Return the picture that a build kept of a plan that it dropped, None where it kept none."""
+    """Return the picture that a build kept of a plan that it dropped, None where it kept none or that is no id."""
     folder = path / ".build" / "pictures"
-    file = folder / f"{checks.plan_id(plan_id)}.png"
+    try:
+        file = folder / f"{checks.plan_id(plan_id)}.png"
+    except PlanError:
+        return None
     return file if file.is_file() and not file.is_symlink() and not folder.is_symlink() else None
 
 

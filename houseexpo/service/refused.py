@@ -6,10 +6,10 @@ from typing import Final
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import FileResponse, Response
+from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.service.answers import Json
+from houseexpo.service.caching import on_disk, values
 from houseexpo.service.query import number
 from houseexpo.service.records import picture_of
 from houseexpo.service.service import Service
@@ -48,11 +48,13 @@ def routes(service: Service) -> list[BaseRoute]:
         given = request.query_params
         offset, records = number(given, "offset", 0, _FARTHEST), service.collection(request).now.records
         found = records.of(given.get("stage", ""), given.get("reason", ""))
-        return Json({"found": len(found), "refused": found[offset : offset + _PAGE], "broken": records.broken})
+        listed = {"found": len(found), "refused": found[offset : offset + _PAGE], "broken": records.broken}
+        return values(request, listed)
 
     def duplicates(request: Request) -> Response:
         records, offset = service.collection(request).now.records, number(request.query_params, "offset", 0, _FARTHEST)
-        return Json({"found": len(records.repeated), "duplicates": records.repeated[offset : offset + _PAGE]})
+        listed = {"found": len(records.repeated), "duplicates": records.repeated[offset : offset + _PAGE]}
+        return values(request, listed)
 
     def picture(request: Request) -> Response:
         shown, name = service.collection(request), request.path_params["plan"]
@@ -60,7 +62,7 @@ def routes(service: Service) -> list[BaseRoute]:
         file = picture_of(shown.path, name) if known else None
         if file is None:
             raise HTTPException(404, "the build kept no picture of that")
-        return FileResponse(file, media_type="image/png")
+        return on_disk(request, file, "image/png")
 
     return [
         Route("/{data}/refused", page),

@@ -2,12 +2,15 @@
 
 R1  The Host header names this server (``Settings.knows``): other names that lead here come from an attack.
 R2  Where a token is set, every request shows it: as a cookie, as ``Authorization: Bearer``, or once as ``?token=``,
-    which sets the cookie. It is compared in constant time.
+    which sets the cookie. It is compared in constant time. The cookie's name holds the port: browsers share cookies
+    between servers of one host.
 R3  What writes and what opens a socket comes from the service's own pages or from a program: its ``Origin`` is this
     server, where it has one, and ``Sec-Fetch-Site`` says same-origin or none.
 R4  Nothing is written where the service is read-only.
 R5  One client has a share of requests a second and of open sockets; the server has a number of sockets.
-R6  Every answer tells browsers to load from here only, and to show it in no other site's frame.
+R6  Every answer, also word of an error, tells browsers to load from here only, and to show it in no other site's
+    frame.
+R7  What says that it is larger than a request may be is refused unread.
 """
 
 from __future__ import annotations
@@ -22,16 +25,15 @@ from urllib.parse import parse_qsl, urlencode, urlsplit
 
 import msgspec
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.middleware import Middleware
 from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from houseexpo.service.settings import Limits, Settings
 
-COOKIE: Final = "houseexpo-token"
 _READS: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 _CLIENTS: Final = 4096
-_SECONDS_OF_COOKIE: Final = 30 * 24 * 3600
+_DIGITS: Final = 18
+_OF_COOKIE: Final = f"Path=/; Max-Age={30 * 24 * 3600}; HttpOnly; SameSite=Strict"
 
 HEADERS: Final = {
     "content-security-policy": (
@@ -55,13 +57,8 @@ class Refusal(NamedTuple):
     headers: Mapping[str, str] = MappingProxyType({})
 
 
-def guarded(settings: Settings) -> list[Middleware]:
-    """Return the guard as Starlette takes it."""
-    return [Middleware(Guard, settings=settings)]
-
-
 class Guard:
-    """Lets a request or a socket through, or answers it."""
+    """Lets a request or a socket through, or answers it; stands outside of all else, errors pass it too."""
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app, self._settings = app, settings
@@ -74,7 +71,8 @@ class Guard:
             await self._app(scope, receive, send)
             return
         headers, client = Headers(scope=scope), (scope.get("client") or ("", 0))[0]
-        refusal = self._stranger(scope, headers) or self._forbidden(scope, headers) or self._too_much(scope, client)
+        refusal = self._stranger(scope, headers) or self._forbidden(scope, headers)
+        refusal = refusal or self._too_much(scope, headers, client)
         if refusal is not None:
             await _answer(refusal, scope, receive, send)
         elif scope["type"] == "websocket":
@@ -87,9 +85,9 @@ class Guard:
         if not self._settings.knows(_without_port(headers.get("host", ""))):  # R1
             text = "The Host header names another server. Use the address that houseexpo serve printed."
             return Refusal(421, text)
-        if not token or _shows(scope, headers, token):  # R2
+        if not token or _shows(scope, headers, self._settings):  # R2
             return None
-        if scope["type"] == "http" and (there := _with_token(scope, token)) is not None:
+        if scope["type"] == "http" and (there := _with_token(scope, self._settings)) is not None:
             return Refusal(303, "", there)
         text = "This server asks for a token. Open the address that houseexpo serve printed; it holds the token."
         return Refusal(401, text, {"www-authenticate": "Bearer"})
@@ -102,7 +100,10 @@ class Guard:
             return Refusal(403, "This service is read-only. Nothing was changed.")
         return None
 
-    def _too_much(self, scope: Scope, client: str) -> Refusal | None:
+    def _too_much(self, scope: Scope, headers: Headers, client: str) -> Refusal | None:
+        most, length = self._settings.limits.body_bytes, headers.get("content-length", "")
+        if length.isdecimal() and int(length[:_DIGITS]) > most:  # R7
+            return Refusal(413, f"A request holds at most {most:,} bytes.", {"connection": "close"})
         if not self._rate.allows(client):  # R5
             return Refusal(429, "Too many requests from this address; wait a second.", {"retry-after": "1"})
         if scope["type"] == "websocket" and self._full(client):
@@ -119,6 +120,8 @@ class Guard:
             await self._app(scope, receive, send)
         finally:
             self._sockets[client] -= 1
+            if not self._sockets[client]:
+                del self._sockets[client]  # a zero of each address would stay
 
 
 class Rate:
@@ -147,23 +150,28 @@ def _without_port(host: str) -> str:
         return ""
 
 
-def _shows(scope: Scope, headers: Headers, token: str) -> bool:
-    given = [cookie_parser(headers.get("cookie", "")).get(COOKIE, "")]
+def cookie_name(settings: Settings) -> str:
+    """Return the name of the cookie that holds a server's token."""
+    return f"houseexpo-token-{settings.port}"
+
+
+def _shows(scope: Scope, headers: Headers, settings: Settings) -> bool:
+    given = [cookie_parser(headers.get("cookie", "")).get(cookie_name(settings), "")]
     kind, _, value = headers.get("authorization", "").partition(" ")
     given += [value.strip()] if kind.lower() == "bearer" else []
     given += [value for name, value in _query(scope) if name == "token"] if scope["type"] == "websocket" else []
-    return any(secrets.compare_digest(each.encode(), token.encode()) for each in given)
+    return any(secrets.compare_digest(each.encode(), settings.token.encode()) for each in given)
 
 
-def _with_token(scope: Scope, token: str) -> dict[str, str] | None:
+def _with_token(scope: Scope, settings: Settings) -> dict[str, str] | None:
     """Return where a client goes that has the token in its address: the same without it, which keeps it in a cookie."""
     query = _query(scope)
     given = [value for name, value in query if name == "token"]
-    if not any(secrets.compare_digest(each.encode(), token.encode()) for each in given):
+    if not any(secrets.compare_digest(each.encode(), settings.token.encode()) for each in given):
         return None
     rest = urlencode([(name, value) for name, value in query if name != "token"])
     path = "/" + scope["raw_path"].decode("latin-1").split("?")[0].lstrip("/")  # "//elsewhere" would leave this server
-    cookie = f"{COOKIE}={token}; Path=/; Max-Age={_SECONDS_OF_COOKIE}; HttpOnly; SameSite=Strict"
+    cookie = f"{cookie_name(settings)}={settings.token}; {_OF_COOKIE}"
     return {"location": path + (f"?{rest}" if rest else ""), "set-cookie": cookie, "cache-control": "no-store"}
 
 
@@ -175,7 +183,14 @@ def _own(headers: Headers) -> bool:
     if headers.get("sec-fetch-site", "none") not in {"same-origin", "none"}:
         return False
     origin = headers.get("origin")
-    return origin is None or urlsplit(origin).netloc.lower() == headers.get("host", "").lower()
+    return origin is None or _place_of(origin) == headers.get("host", "").lower()
+
+
+def _place_of(origin: str) -> str | None:
+    try:
+        return urlsplit(origin).netloc.lower()
+    except ValueError:  # "http://[" is no address of this server
+        return None
 
 
 def _with_headers(send: Send) -> Send:

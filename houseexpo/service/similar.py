@@ -26,7 +26,7 @@ def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
 
     UnknownPlanError where there is no plan of that id.
     """
-    plan, table = now.data[plan_id], now.views.table
+    plan, table = now.plan(plan_id), now.views.table
     row = now.numbers[plan_id]
     columns = [_scaled(table.numbers(name), row) for name in ("area", "long_side", "short_side", "rooms")]
     far = np.sum(np.nan_to_num(np.stack(columns), nan=1.0) ** 2, axis=0)

@@ -17,7 +17,7 @@ from starlette.routing import BaseRoute, Route
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan.categories import LABELS
-from houseexpo.service.answers import Json
+from houseexpo.service.caching import values
 from houseexpo.service.collection import Opened
 from houseexpo.service.measures import MEASURES, Measure, Numbers
 from houseexpo.service.query import Query, parsed
@@ -45,7 +45,8 @@ def routes(service: Service) -> list[BaseRoute]:
     def numbers(request: Request) -> Response:
         now, query = service.collection(request).now, parsed(request.query_params)
         against = _against(service, request)
-        return Json(statistics(now, query, service.collections[against].now if against else None))
+        other = service.collections[against].now if against else None
+        return values(request, statistics(now, query, other))
 
     async def report(request: Request) -> Response:
         now, query = service.collection(request).now, parsed(request.query_params)
@@ -57,7 +58,7 @@ def routes(service: Service) -> list[BaseRoute]:
             text = f"report: expected 1 to {_MAX_PLANS} plans, found {len(rows)}; narrow the filter"
             raise ConfigError(f"{text}, or run houseexpo stats")
         ids = [now.views.table.ids[row] for row in rows.tolist()]
-        html = await computed(lambda: made[0].load()(now.data.only(ids)))
+        html = await computed(request, lambda: made[0].load()(now.data.only(ids)))
         return HTMLResponse(html, headers={"content-security-policy": _REPORT_POLICY})
 
     return [

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import difflib
 import hashlib
+import heapq
 import shutil
 from collections.abc import Sequence
 from functools import cached_property, partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,6 +23,9 @@ from houseexpo.plan import checks
 
 _LATER: Final = ("quality",)
 """Columns of numbers that came to the index later."""
+_LOOKED_AT: Final = 5000
+_COMPARED: Final = 20
+_LETTERS: Final = 120
 
 
 class Catalogue:
@@ -120,9 +125,20 @@ def read_ids(data: bytes, what: str) -> tuple[str, ...]:
 
 
 def nearest(word: str, known: Sequence[str]) -> str:
-    """Return that there is no such word, and which of those known is nearest to it."""
-    near = difflib.get_close_matches(word, known[:5000], n=1, cutoff=0.0)
+    """Return that there is no such word, and which of those known is nearest to it.
+
+    Comparing two words costs a tenth of a millisecond; so of many only the few that share most pairs of neighbouring
+    letters with the word are compared.
+    """
+    word = word[:_LETTERS]
+    pairs = _pairs(word)
+    likely = heapq.nsmallest(_COMPARED, known[:_LOOKED_AT], key=lambda other: len(pairs ^ _pairs(other)))
+    near = difflib.get_close_matches(word, likely, n=1, cutoff=0.0)
     return f"no {word!r}" + (f"; the nearest is {near[0]!r}" if near else "")
+
+
+def _pairs(word: str) -> set[tuple[str, str]]:
+    return set(pairwise(word))
 
 
 def _read_index(store: Path) -> Any:

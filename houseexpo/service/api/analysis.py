@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from starlette.requests import Request
 from starlette.responses import Response
@@ -12,7 +13,7 @@ from starlette.routing import BaseRoute, Route
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service import shapes
-from houseexpo.service.answers import Json
+from houseexpo.service.caching import values
 from houseexpo.service.service import Service
 from houseexpo.service.similar import similar
 from houseexpo.service.work import computed
@@ -21,31 +22,34 @@ from houseexpo.service.work import computed
 def routes(service: Service) -> list[BaseRoute]:
     """Return the routes."""
 
-    def plan_of(request: Request) -> FloorPlan:
-        return service.collection(request).plan(request.path_params["plan"])
+    async def answered(request: Request, measure: Callable[[FloorPlan], Any]) -> Response:
+        now = service.collection(request).now
+        name = now.known(request.path_params["plan"])
+        return values(request, await computed(request, lambda: measure(now.plan(name))))
 
     async def shape(request: Request) -> Response:
-        return Json(await computed(lambda: shapes.drawn(plan_of(request))))
+        return await answered(request, shapes.drawn)
 
     async def rooms(request: Request) -> Response:
-        return Json(await computed(lambda: shapes.divided(plan_of(request).divided)))
+        return await answered(request, lambda plan: shapes.divided(plan.divided))
 
     async def reach(request: Request) -> Response:
-        radius = _metres(request.query_params, "radius", 0.2, shapes.WIDEST_M)
-        return Json(await computed(lambda: shapes.reached(plan_of(request), round(radius, 2))))
+        radius = round(_metres(request.query_params, "radius", 0.2, shapes.WIDEST_M), 2)
+        return await answered(request, lambda plan: shapes.reached(plan, radius))
 
     async def way(request: Request) -> Response:
         given = request.query_params
         radius = _metres(given, "radius", 0.2, shapes.WIDEST_M)
         ends = _point(given, "from"), _point(given, "to")
-        return Json(await computed(lambda: shapes.way(plan_of(request), *ends, radius)))
+        return await answered(request, lambda plan: shapes.way(plan, *ends, radius))
 
     async def clearance(request: Request) -> Response:
-        return Json(await computed(lambda: shapes.clearance(plan_of(request))))
+        return await answered(request, shapes.clearance)
 
     async def alike(request: Request) -> Response:
-        now, name = service.collection(request).now, request.path_params["plan"]
-        return Json({"similar": await computed(similar, now, name)})
+        now = service.collection(request).now
+        name = now.known(request.path_params["plan"])
+        return values(request, {"similar": await computed(request, similar, now, name)})
 
     of_plan = "/api/{data}/plans/{plan}/"
     areas = {"shape": shape, "rooms": rooms, "reach": reach, "way": way, "clearance": clearance, "similar": alike}

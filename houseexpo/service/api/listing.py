@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import PlainTextResponse, Response
+from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo.export import FORMATS
 from houseexpo.plan.categories import LABELS
-from houseexpo.service.answers import Json
+from houseexpo.service.caching import hashed, values
 from houseexpo.service.collection import Collection, Opened
 from houseexpo.service.measures import MEASURES, RADII
 from houseexpo.service.query import Query, number, parsed
@@ -31,37 +32,37 @@ _SHOWN: Final = ("rooms", "area", "doors", "holes", "quality", "narrowest", "rea
 def routes(service: Service) -> list[BaseRoute]:
     """Return the routes."""
 
-    def data_sets(_: Request) -> Response:
-        return Json({"data": [described(shown) for shown in service.collections.values()]})
+    def data_sets(request: Request) -> Response:
+        return values(request, {"data": [described(shown) for shown in service.collections.values()]})
 
     def data_set(request: Request) -> Response:
-        return Json(described(service.collection(request)))
+        return values(request, described(service.collection(request)))
 
     def plans(request: Request) -> Response:
         now, query = service.collection(request).now, parsed(request.query_params)
         offset = number(request.query_params, "offset", 0, _FARTHEST)
-        limit = number(request.query_params, "limit", _USUAL, MAX_LIMIT)
+        limit = number(request.query_params, "limit", _USUAL, MAX_LIMIT, least=1)
         found = now.views.find(query)
         rows = found.rows[offset : offset + limit]
         following = offset + limit if offset + limit < len(found.rows) else None
-        values = {"found": len(found.rows), "offset": offset, "next": following, "query": str(query)}
-        return Json({**values, "plans": _lines(now, rows, query)})
+        page = {"found": len(found.rows), "offset": offset, "next": following, "query": str(query)}
+        return values(request, {**page, "plans": _lines(now, rows, query)})
 
     def facets(request: Request) -> Response:
-        return Json(service.collection(request).now.views.find(parsed(request.query_params)).facets)
+        return values(request, service.collection(request).now.views.find(parsed(request.query_params)).facets)
 
     def ids(request: Request) -> Response:
         now = service.collection(request).now
         table = now.views.table
         rows = now.views.find(parsed(request.query_params)).rows.tolist()
-        return PlainTextResponse("".join(f"{table.ids[row]}\n" for row in rows))
+        return _listed(request, (table.ids[row] for row in rows))
 
     def split(request: Request) -> Response:
         lists = service.collection(request).dataset.splits
         name = request.path_params["name"]
         if name not in lists:
             raise HTTPException(404, f"no list {name[:80]!r}; there are: {', '.join(sorted(lists)) or 'none'}")
-        return PlainTextResponse("".join(f"{each}\n" for each in lists[name]))
+        return _listed(request, lists[name])
 
     return [
         Route("/api/data", data_sets),
@@ -88,6 +89,10 @@ def described(shown: Collection) -> dict[str, Any]:
         "radii": list(RADII),
         "formats": {name: form.what for name, form in FORMATS.items()},
     }
+
+
+def _listed(request: Request, ids: Iterable[str]) -> Response:
+    return hashed(request, "".join(f"{each}\n" for each in ids).encode(), "text/plain; charset=utf-8")
 
 
 def _lines(now: Opened, rows: npt.NDArray[np.int64], query: Query) -> list[dict[str, Any]]:

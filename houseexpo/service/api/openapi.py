@@ -10,7 +10,8 @@ from starlette.routing import BaseRoute, Route
 
 from houseexpo import __version__
 from houseexpo.export import FORMATS
-from houseexpo.service.answers import Json
+from houseexpo.service.api.listing import MAX_LIMIT
+from houseexpo.service.caching import values
 from houseexpo.service.measures import MEASURES, RADII
 from houseexpo.service.query import SORTS
 from houseexpo.service.service import Service
@@ -26,12 +27,13 @@ class Call(NamedTuple):
 
 
 _FILTER: Final = (*(m.name for m in MEASURES), "labels", "without", "source", "split", "text", "radius")
+_PAGED: Final = (*_FILTER, "sort", "offset", "limit")
 _PARQUET: Final = "application/vnd.apache.parquet"
 
 CALLS: Final = (
     Call("/api/data", "The data sets."),
     Call("/api/{data}", "What a data set is: plans, splits, measures, labels, formats."),
-    Call("/api/{data}/plans", "Plans that meet a filter, by the page.", query=(*_FILTER, "sort", "offset", "limit")),
+    Call("/api/{data}/plans", f"Plans that meet a filter, by the page; limit is 1 to {MAX_LIMIT}.", query=_PAGED),
     Call("/api/{data}/facets", "How many plans meet a filter, with counts beside each condition.", query=_FILTER),
     Call("/api/{data}/ids.txt", "The ids of the plans found, one a line.", "text/plain", (*_FILTER, "sort")),
     Call("/api/{data}/statistics", "Statistics of the plans found.", query=(*_FILTER, "against")),
@@ -65,8 +67,8 @@ _RANGES: Final = {measure.name for measure in MEASURES}
 def routes(service: Service) -> list[BaseRoute]:
     """Return the routes."""
 
-    def document(_: Request) -> Response:
-        return Json(described())
+    def document(request: Request) -> Response:
+        return values(request, described())
 
     def page(request: Request) -> Response:
         return service.page(
@@ -115,8 +117,10 @@ def _in_query(call: Call, name: str) -> dict[str, Any]:
 
 
 def _schema(name: str) -> dict[str, Any]:
-    if name in {"offset", "limit"}:
+    if name == "offset":
         return {"type": "integer", "minimum": 0}
+    if name == "limit":
+        return {"type": "integer", "minimum": 1, "maximum": MAX_LIMIT}
     return {"type": "string", **({"enum": _ENUMS[name]} if name in _ENUMS else {})}
 
 

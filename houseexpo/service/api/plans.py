@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 import zipfile
 from typing import Final
@@ -16,7 +15,7 @@ from starlette.routing import BaseRoute, Route
 from houseexpo.drawing import svg
 from houseexpo.export import FORMATS
 from houseexpo.floorplan import FloorPlan
-from houseexpo.service.caching import tagged
+from houseexpo.service.caching import hashed
 from houseexpo.service.service import Service
 from houseexpo.service.work import computed
 
@@ -38,29 +37,32 @@ def routes(service: Service) -> list[BaseRoute]:
     """Return the routes."""
 
     def raw(request: Request) -> Response:
-        data = service.collection(request).dataset.raw(request.path_params["plan"])
-        return tagged(request, data, _tag(data), "application/json")
+        now = service.collection(request).now
+        data = now.data.raw(now.known(request.path_params["plan"]))
+        return hashed(request, data, "application/json")
 
     async def thumbnail(request: Request) -> Response:
         shown, name = service.collection(request), request.path_params["plan"]
         data = shown.thumbnail(name)
         if data is None:
             data = await run_in_threadpool(shown.drawn, name)
-        return tagged(request, data, _tag(data), "image/svg+xml", {"cache-control": "max-age=60"})
+        return hashed(request, data, "image/svg+xml", {"cache-control": "max-age=60"})
 
     async def picture(request: Request) -> Response:
-        shown, name = service.collection(request), request.path_params["plan"]
-        data = (await computed(lambda: svg(shown.plan(name)))).encode()
-        return tagged(request, data, _tag(data), "image/svg+xml", {"content-security-policy": _ALONE})
+        now = service.collection(request).now
+        name = now.known(request.path_params["plan"])
+        data = (await computed(request, lambda: svg(now.plan(name)))).encode()
+        return hashed(request, data, "image/svg+xml", {"content-security-policy": _ALONE})
 
     async def export(request: Request) -> Response:
-        shown, plan, form = service.collection(request), request.path_params["plan"], request.path_params["form"]
+        now, form = service.collection(request).now, request.path_params["form"]
+        plan = now.known(request.path_params["plan"])
         if form not in FORMATS:
             raise HTTPException(404, f"no format {form[:40]!r}; there are: {', '.join(FORMATS)}")
-        name, data = await computed(lambda: exported(shown.plan(plan), form))
+        name, data = await computed(request, lambda: exported(now.plan(plan), form))
         kind = _TYPES.get(name.rpartition(".")[2], "application/octet-stream")
         attached = {"content-disposition": f"attachment; filename*=utf-8''{_quoted(name)}"}
-        return tagged(request, data, _tag(data), kind, {**attached, "content-security-policy": _ALONE})
+        return hashed(request, data, kind, {**attached, "content-security-policy": _ALONE})
 
     return [
         Route("/api/{data}/plans/{plan}", raw),
@@ -77,14 +79,10 @@ def exported(plan: FloorPlan, form: str) -> tuple[str, bytes]:
         name, data = next(iter(files.items()))
         return name.rpartition("/")[2], data
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(stream, "w") as archive:
         for name, data in sorted(files.items()):
-            archive.writestr(zipfile.ZipInfo(name, _TIME), data)
+            archive.writestr(zipfile.ZipInfo(name, _TIME), data, zipfile.ZIP_DEFLATED)  # a ZipInfo has its own method
     return f"{plan.id}-{form}.zip", stream.getvalue()
-
-
-def _tag(data: bytes) -> str:
-    return hashlib.sha1(data, usedforsecurity=False).hexdigest()
 
 
 def _quoted(name: str) -> str:

@@ -6,11 +6,10 @@ from pathlib import Path
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import FileResponse, Response
+from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.service.answers import Json
-from houseexpo.service.caching import ranged
+from houseexpo.service.caching import on_disk, ranged, values
 from houseexpo.service.service import Service
 
 PARQUET = "application/vnd.apache.parquet"
@@ -24,14 +23,14 @@ def routes(service: Service) -> list[BaseRoute]:
         return ranged(request, data, tag, PARQUET)
 
     def tables(request: Request) -> Response:
-        return Json({"tables": sorted(_files(service.collection(request).path))})
+        return values(request, {"tables": sorted(_files(service.collection(request).path))})
 
     def table(request: Request) -> Response:
         files = _files(service.collection(request).path)
         file = files.get(request.path_params["name"])
         if file is None:
             raise HTTPException(404, f"no such table; there are: {', '.join(sorted(files)) or 'none'}")
-        return FileResponse(file, media_type=PARQUET)
+        return on_disk(request, file, PARQUET)
 
     return [
         Route("/api/{data}/index.parquet", index),

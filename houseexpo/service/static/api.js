@@ -8,6 +8,22 @@ export async function ask(path, options) {
   throw new Error(text);
 }
 
+// Returns a function that asks for one thing at a time: a new question ends the one before, which is answered undefined.
+export function latest() {
+  let before = null;
+  return async (path) => {
+    before?.abort();
+    const own = before = new AbortController();
+    try {
+      const found = await ask(path, { signal: own.signal });
+      return own.signal.aborted ? undefined : found;
+    } catch (error) {
+      if (!own.signal.aborted) throw error;
+      return undefined;
+    }
+  };
+}
+
 export function say(text) {
   let place = document.getElementById("message");
   if (!place) {

@@ -1,12 +1,13 @@
 // A plan's page: its drawing, what a robot reaches, ways, what is alike.
-import { ask, element, say } from "./api.js";
+import { ask, element, latest, say } from "./api.js";
 import { Drawing } from "./drawing.js";
 
 const page = document.getElementById("plan"), { name, plan } = page.dataset;
 const base = `/api/${name}/plans/${plan}`;
 const radius = document.getElementById("radius"), said = document.getElementById("reached"), way = document.getElementById("way");
 const box = (layer) => document.querySelector(`[data-layer="${layer}"]`);
-let drawing = null, ends = [], asked = 0, clearance = null;
+let drawing = null, ends = [], clearance = null;
+const askReach = latest(), askWay = latest();
 
 const place = document.getElementById("drawing");
 ask(`${base}/shape`).then((shape) => {
@@ -35,14 +36,14 @@ async function toggled(layer, on) {
 }
 
 async function reach() {
-  const turn = ++asked, value = Number(radius.value);
-  const found = await ask(`${base}/reach?radius=${value.toFixed(2)}`);
-  if (turn !== asked) return;
+  const found = await askReach(`${base}/reach?radius=${Number(radius.value).toFixed(2)}`);
+  if (!found) return false;
   drawing.reach(found);
   const share = `${(100 * found.largest_share).toFixed(1)}%`;
   said.textContent = found.components === 0 ? "The robot fits nowhere."
     : found.components === 1 ? `One piece: it reaches every place that it fits into. Narrowest passage ${found.narrowest} m.`
       : `${found.components} pieces; the biggest (green) is ${share}. Narrowest passage inside it ${found.narrowest} m.`;
+  return true;
 }
 
 let sliding = 0;
@@ -53,7 +54,7 @@ radius.addEventListener("input", () => {
     if (!drawing) return;
     box("reach").checked = true;
     drawing.show("reach", true);
-    reach().then(() => ends.length === 2 && clicked()).catch((error) => say(error.message));
+    reach().then((shown) => shown && ends.length === 2 && clicked()).catch((error) => say(error.message));
   }, 60);
 });
 
@@ -65,7 +66,8 @@ async function clicked() {
   if (ends.length < 2) { way.textContent = "Click where the way ends."; return; }
   const query = new URLSearchParams({ from: ends[0].join(","), to: ends[1].join(","), radius: Number(radius.value).toFixed(2) });
   try {
-    const found = await ask(`${base}/way?${query}`);
+    const found = await askWay(`${base}/way?${query}`);
+    if (!found) return;
     drawing.way(found.ends ?? ends, found.points);
     way.textContent = found.found ? `${found.length.toFixed(2)} m for a robot of ${Number(radius.value).toFixed(2)} m radius.` : found.why;
   } catch (error) { way.textContent = error.message; }

@@ -27,6 +27,7 @@ function figure(measure) {
 
 function labels(found) {
   const names = Object.keys(found.labels).filter((label) => found.labels[label] || found.other?.labels[label]).sort((a, b) => found.labels[b] - found.labels[a]);
+  if (!names.length) return null;
   const most = Math.max(...Object.values(found.labels), ...Object.values(found.other?.labels ?? {}), 1e-9);
   const bar = (share) => (share / most) * 150;
   const svg = element("svg", { viewBox: `0 0 ${WIDE} ${names.length * 17}`, role: "img", "aria-label": "Labels by how often they occur" },
@@ -49,8 +50,8 @@ ask(`/api/${name}/statistics?${given}`).then((found) => {
   what.textContent = `${found.found === found.total ? "All" : `${count(found.found)} of`} ${count(found.total)} plans. `;
   if (query) what.append(element("code", {}, decodeURIComponent(query)));
   if (against) what.append(element("br"), element("span", { class: "key" }, element("i", { class: "a" }), "these plans"), element("span", { class: "key" }, element("i", { class: "b" }), `${against}, ${count(found.other.found)} plans`));
-  const [first, ...others] = Object.values(found.measures).map(figure).filter(Boolean);
-  document.getElementById("figures").append(first, labels(found), ...others);
+  const [first, ...others] = Object.values(found.measures).map(figure);
+  document.getElementById("figures").append(...[first, labels(found), ...others].filter(Boolean));
 }).catch((error) => say(error.message));
 
 document.getElementById("against")?.addEventListener("change", (event) => {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import difflib
+import hashlib
 import io
 import os
 import pickle
@@ -14,6 +16,7 @@ import pytest
 
 from houseexpo import ConfigError, DatasetError, UnknownPlanError, encode, open_dataset
 from houseexpo.dataset.index import index_table, row
+from houseexpo.dataset.store.catalogue import nearest
 from houseexpo.plan import Navigability, Quality
 from tests.builders.plan_files import KINDS, hexed, house, houses, pack
 
@@ -116,6 +119,18 @@ def test_what_is_not_recorded_is_computed_once_and_kept(tmp_path):
     assert plans.select(doors=0).ids == ["wide", "told"]
     with pytest.raises(ConfigError, match="no 'aera'; the nearest is 'area'"):
         plans.column("aera")
+
+
+def test_the_nearest_of_thousands_is_found_by_comparing_a_few(monkeypatch):
+    compared = []
+    slow = difflib.get_close_matches
+    monkeypatch.setattr(difflib, "get_close_matches", lambda *a, **k: compared.extend(a[1]) or slow(*a, **k))
+    known = [hashlib.sha1(bytes([i, j])).hexdigest() for i in range(64) for j in range(64)]  # noqa: S324
+    wrong = known[3000].replace("a", "b", 1)
+    assert wrong != known[3000]
+    assert nearest(wrong, known) == f"no {wrong!r}; the nearest is {known[3000]!r}"
+    assert len(nearest("x" * 10**6, known)) < 300
+    assert len(compared) <= 50
 
 
 def test_sampling_repeats(plans):

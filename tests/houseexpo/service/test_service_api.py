@@ -16,7 +16,7 @@ from starlette.testclient import TestClient
 from houseexpo.service.api.openapi import CALLS, described
 from houseexpo.service.app import make_app
 from houseexpo.service.service import Service
-from tests.builders.services import built, some_plans, two_rooms
+from tests.builders.services import BASE, built, service_of, some_plans, two_rooms
 
 
 def test_data_sets_say_what_they_are(client: TestClient) -> None:
@@ -24,6 +24,14 @@ def test_data_sets_say_what_they_are(client: TestClient) -> None:
     assert [(each["name"], each["plans"]) for each in found] == [("homes", 4), ("published", 12)]
     assert found[0]["splits"] == {"train": 2}
     assert found[0] == client.get("/api/homes").json()
+
+
+@pytest.mark.parametrize(("folder", "name"), [("data", "data-2"), ("openapi.json", "openapi.json-2"), ("é", "plans")])
+def test_no_data_set_takes_an_address_of_the_service(tmp_path: Path, folder: str, name: str) -> None:
+    service = service_of(built(tmp_path / "in" / folder, some_plans()))
+    client = TestClient(make_app(service), base_url=BASE)
+    assert client.get(f"/api/{name}").json()["plans"] == 4
+    assert client.get("/api/data").json()["data"][0]["name"] == name
 
 
 def test_plans_come_by_the_page(client: TestClient) -> None:
@@ -99,9 +107,10 @@ def test_what_was_refused_is_listed(client: TestClient) -> None:
     ("path", "status", "said"),
     [
         ("/api/nowhere", 404, "no data set 'nowhere' here"),
-        ("/api/homes/plans/nobody", 404, "no 'nobody'; the nearest is"),
+        ("/api/homes/plans/nobody", 404, "no plan 'nobody' in this data set"),
         ("/api/homes/plans/%00", 404, "no "),
-        ("/api/homes/plans?limit=100000", 400, "limit: expected a whole number, 0 to 500"),
+        ("/api/homes/plans?limit=100000", 400, "limit: expected a whole number, 1 to 500"),
+        ("/api/homes/plans?limit=0", 400, "limit: expected a whole number, 1 to 500"),
         ("/api/homes/plans?offset=-1", 400, "offset"),
         ("/api/homes/plans?limit=%D9%A3", 400, "limit"),
         ("/api/homes/plans?rooms=1e999..&area=x", 400, "area"),
@@ -118,6 +127,16 @@ def test_what_cannot_be_answered_is_said(client: TestClient, path: str, status: 
     found = client.get(path)
     assert found.status_code == status
     assert said in found.json()["error"]
+
+
+@pytest.mark.parametrize("path", ["", "/shape", "/reach", "/similar", "/thumbnail.svg", "/picture.svg", "/export/svg"])
+def test_an_unknown_plan_costs_no_search_and_tells_no_path(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch, path: str
+) -> None:
+    monkeypatch.setattr("houseexpo.dataset.store.catalogue.nearest", None)
+    for pages in (f"/api/homes/plans/nobody{path}", "/homes/plan/nobody"):
+        found = client.get(pages)
+        assert (found.status_code, found.json()) == (404, {"error": "no plan 'nobody' in this data set"})
 
 
 def test_other_methods_are_refused(client: TestClient) -> None:
@@ -149,6 +168,20 @@ def test_a_query_parameter_that_is_described_is_taken(client: TestClient) -> Non
             assert client.get(path, params=given).status_code == 200, (path, name)
 
 
+def test_every_answer_has_a_tag_and_is_sent_once(client: TestClient, folder: Path) -> None:
+    (folder / ".build" / "pictures").mkdir(parents=True)
+    (folder / ".build" / "pictures" / "twin.png").write_bytes(b"\x89PNG")
+    for path in ["/api/openapi.json", *(call.path for call in CALLS)]:
+        plan = "twin" if path.endswith("picture.png") else "a1"
+        name = "index.parquet" if "tables" in path else "train"
+        ends = "?from=1,1&to=2,2" if path.endswith("way") else ""
+        asked = path.format(data="homes", plan=plan, name=name, form="sdf") + ends
+        first = client.get(asked)
+        again = client.get(asked, headers={"if-none-match": first.headers["etag"], "range": "bytes=0-3"})
+        assert (first.status_code, again.status_code, again.content) == (200, 304, b""), asked
+        assert again.headers["etag"] == first.headers["etag"]
+
+
 def test_a_data_set_built_anew_is_opened_anew(client: TestClient, service: Service, folder: Path) -> None:
     shown = service.collections["homes"]
     built(folder, [*some_plans(), two_rooms("e5")])
@@ -163,11 +196,20 @@ def test_a_data_set_built_anew_is_opened_anew(client: TestClient, service: Servi
     assert client.get("/api/homes/plans/e5").status_code == 200
 
 
+def test_a_picture_is_drawn_anew_after_each_build(service: Service, folder: Path) -> None:
+    shown, drawn = service.collections["homes"], set()
+    for number in range(40):
+        built(folder, [two_rooms("a1", 3 + number / 4)])
+        shown._open_again(number)
+        drawn.add(shown.drawn("a1"))
+    assert len(drawn) == 40
+
+
 def test_a_plan_that_was_deleted_is_said_and_the_others_go_on(client: TestClient, folder: Path) -> None:
     (folder / "json" / "b2.json").unlink()
     gone = client.get("/api/homes/plans/b2")
     assert gone.status_code == 503
-    assert "cannot be read" in gone.json()["error"]
+    assert gone.json()["error"].startswith("homes/json/b2.json: cannot be read")
     assert client.get("/api/homes/plans/b2/shape").status_code == 503
     assert client.get("/api/homes/plans/a1").status_code == 200
 

@@ -136,6 +136,24 @@ def test_arrow_keys_walk_from_plan_to_plan(chromium: Any, address: str) -> None:
         page.wait_for_url(re.compile("/published/plan/"))
 
 
+def test_statistics_of_nothing_are_no_figures(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/homes/statistics?rooms=99") as page:
+        said(page, "#what", re.compile("^0 of 4 plans"))
+        said(page, "#figures", "")
+
+
+def test_a_slider_that_moves_on_ends_what_it_asked_for(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/homes/plan/a1") as page:
+        ended = []
+        page.on("requestfailed", lambda request: ended.append(request.url.rpartition("/")[2]))
+        page.route("**/reach?radius=0.45", lambda _: None)  # it is never answered
+        with page.expect_request("**/reach?radius=0.45"):
+            page.locator("#radius").fill("0.45")
+        page.locator("#radius").fill("0.2")
+        said(page, "#reached", re.compile("^One piece"))
+        assert ended == ["reach?radius=0.45"]
+
+
 def test_a_plan_is_measured_by_hand(chromium: Any, address: str) -> None:
     with visit(chromium, address, "/homes/plan/a1") as page:
         page.wait_for_selector("#drawing svg path.room")

@@ -10,9 +10,10 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
+from houseexpo.dataset.index import index_table
 from houseexpo.service import statistics
 from houseexpo.service.app import make_app
-from tests.builders.services import BASE, service_of
+from tests.builders.services import BASE, lines, published, service_of
 
 PAGES = (
     *("/homes/", "/homes/plan/a1", "/homes/plan/d%204%26%C3%A9", "/homes/refused", "/homes/statistics", "/api"),
@@ -46,6 +47,19 @@ def test_what_a_page_loads_is_there(client: TestClient) -> None:
 def test_the_first_page_is_the_first_data_set(client: TestClient) -> None:
     assert client.get("/", follow_redirects=False).headers["location"] == "/homes/"
     assert client.get("/homes", follow_redirects=True).status_code == 200
+
+
+def test_a_data_set_without_plans_is_shown(folder: Path, tmp_path: Path) -> None:
+    for file in (folder / "json").iterdir():
+        file.unlink()
+    (folder / "index.parquet").write_bytes(index_table([]))
+    client = TestClient(make_app(service_of(folder, published(tmp_path / "published.jsonl", 2))), base_url=BASE)
+    for page in ("", "statistics", "statistics?against=published", "refused"):
+        assert client.get(f"/homes/{page}").status_code == 200, page
+    for values in ("plans?sort=-area&text=a", "facets", "ids.txt", "statistics?against=published", "index.parquet"):
+        assert client.get(f"/api/homes/{values}").status_code == 200, values
+    assert client.get("/api/published/statistics?against=homes").json()["other"]["found"] == 0
+    assert client.get("/homes/plan/a1").status_code == 404
 
 
 def test_links_of_review_are_there_where_it_is(folder: Path) -> None:
@@ -85,6 +99,14 @@ def test_lists_that_are_damaged_are_said(folder: Path) -> None:
     assert "rejected.jsonl: cannot be read" in client.get("/homes/refused").text
 
 
+def test_a_dropped_plan_of_an_odd_id_is_listed_without_a_picture(client: TestClient, folder: Path) -> None:
+    (folder / "secret.png").write_bytes(b"\x89PNG")
+    lines(folder / "duplicates.jsonl", [{"id": name, "kept_id": "a1", "difference": 0} for name in ("../secret", "")])
+    found = client.get("/homes/refused")
+    assert (found.status_code, found.text.count("no picture kept")) == (200, 2)
+    assert client.get("/api/homes/duplicates/..%2Fsecret/picture.png").status_code == 404
+
+
 def test_a_picture_of_a_dropped_plan_is_shown_where_the_build_kept_one(client: TestClient, folder: Path) -> None:
     pictures = folder / ".build" / "pictures"
     assert "no picture kept" in client.get("/homes/refused").text
@@ -99,7 +121,7 @@ def test_an_error_is_a_page_for_people(client: TestClient) -> None:
     found = client.get("/homes/plan/nobody", headers={"accept": "text/html"})
     assert found.status_code == 404
     assert "Not here" in found.text
-    assert "no &#39;nobody&#39;" in found.text
+    assert "no plan &#39;nobody&#39;" in found.text
     assert "Traceback" not in found.text
 
 

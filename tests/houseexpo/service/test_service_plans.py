@@ -49,7 +49,9 @@ def test_every_format_is_offered(client: TestClient, form: str) -> None:
     assert found.content
     assert client.get(f"{ODD}/export/{form}").content == found.content
     if found.headers["content-type"] == "application/zip":
-        assert zipfile.ZipFile(io.BytesIO(found.content)).testzip() is None
+        archive = zipfile.ZipFile(io.BytesIO(found.content))
+        assert archive.testzip() is None
+        assert {each.compress_type for each in archive.infolist()} == {zipfile.ZIP_DEFLATED}
     assert client.get("/api/homes/plans/a1/export/exe").status_code == 404
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 from starlette.applications import Starlette
@@ -13,9 +14,10 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from houseexpo.service.safety import COOKIE, HEADERS, Rate, guarded
+from houseexpo.service.app import make_app
+from houseexpo.service.safety import HEADERS, Guard, Rate, cookie_name
 from houseexpo.service.settings import Limits, Settings, is_loopback
-from tests.builders.services import BASE
+from tests.builders.services import BASE, service_of
 
 WORD = "secret"
 SOCKET = "ws://localhost:8000/socket"
@@ -35,8 +37,7 @@ def guard(settings: Settings, base: str = BASE) -> TestClient:
             await opened.receive_text()
 
     routes = [Route("/{path:path}", answer, methods=["GET", "POST"]), WebSocketRoute("/socket", socket)]
-    app = Starlette(routes=routes, middleware=guarded(settings), max_body_size=settings.limits.body_bytes)
-    return TestClient(app, base_url=base, follow_redirects=False)
+    return TestClient(Guard(Starlette(routes=routes), settings), base_url=base, follow_redirects=False)
 
 
 @pytest.mark.parametrize("host", ["localhost", "127.0.0.1:8000", "[::1]:8000", "LOCALHOST.:1"])
@@ -66,12 +67,21 @@ def test_a_token_is_asked_for_and_moves_into_a_cookie() -> None:  # R2
     client = guard(Settings(token=WORD))
     assert client.get("/a").status_code == 401
     assert client.get("/a?token=secres").status_code == 401
-    assert client.get("/a", headers={"cookie": f"{COOKIE}=wrong"}).status_code == 401
+    assert client.get("/a", headers={"cookie": f"{cookie_name(Settings())}=wrong"}).status_code == 401
     assert client.get("/a", headers={"authorization": "Bearer secret"}).text == "in"
     found = client.get("/a?x=1&token=secret")
     assert (found.status_code, found.headers["location"]) == (303, "/a?x=1")
     assert "HttpOnly" in found.headers["set-cookie"]
     assert client.get("/a").text == "in"  # the client keeps cookies
+
+
+def test_servers_of_one_host_have_a_token_each() -> None:
+    servers = [Settings(port=port, token=f"word{port}") for port in (8000, 8001)]
+    kept: dict[str, str] = {}  # by name, as a browser keeps what comes from one host
+    for each in servers:
+        kept.update(guard(each).get(f"/a?token={each.token}").cookies)
+    sent = {"cookie": "; ".join(f"{name}={value}" for name, value in kept.items())}
+    assert [guard(each).get("/a", headers=sent).status_code for each in servers] == [200, 200]
 
 
 def test_the_token_leads_to_no_other_server() -> None:
@@ -88,6 +98,7 @@ def test_a_token_of_other_letters_is_only_wrong() -> None:
     [
         {"origin": "http://evil.example"},
         {"origin": "null"},
+        {"origin": "http://["},
         {"sec-fetch-site": "cross-site"},
         {"sec-fetch-site": "same-site"},
     ],
@@ -134,17 +145,34 @@ def test_clients_that_came_once_are_forgotten() -> None:
 
 def test_sockets_are_counted_and_given_back() -> None:
     client = guard(Settings(limits=Limits(sockets=1, sockets_per_client=1)))
+    counted = client.app._sockets
     with client.websocket_connect(SOCKET) as one:
+        assert list(counted.values()) == [1]
         one.receive_text()
         with pytest.raises(WebSocketDisconnect), client.websocket_connect(SOCKET):
             pass
         one.send_text("end")
     with client.websocket_connect(SOCKET) as again:
         assert again.receive_text() == "in"
+        again.send_text("end")
+    assert not counted
 
 
-def test_a_large_body_is_refused() -> None:
-    assert guard(Settings(limits=Limits(body_bytes=1000))).post("/a", content=b"x" * 1001).status_code == 413
+@pytest.mark.parametrize("content", [b"x" * 1001, (b"x" * 101 for _ in range(10))], ids=["declared", "in parts"])
+def test_a_large_body_is_refused_in_words_that_scripts_read(folder: Path, content: Any) -> None:  # R6, R7
+    service = service_of(folder, review=True, limits=Limits(body_bytes=1000))
+    client = TestClient(make_app(service), base_url=BASE)
+    found = client.post("/homes/review/decide", content=content)
+    assert found.status_code == 413
+    assert found.json()["error"]
+    assert found.headers.items() >= HEADERS.items()
+
+
+def test_word_of_a_fault_has_the_same_headers(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:  # R6
+    monkeypatch.setattr("houseexpo.service.collection.Opened.records", property(lambda _: 1 // 0))
+    found = client.get("/api/homes/refused", headers={"accept": "text/html"})
+    assert (found.status_code, list(found.json())) == (500, ["error"])
+    assert found.headers.items() >= HEADERS.items()
 
 
 def test_every_answer_tells_the_browser_to_load_from_here_only() -> None:  # R6

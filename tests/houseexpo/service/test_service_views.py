@@ -88,6 +88,12 @@ def test_what_is_found_is_what_a_slow_search_finds(given: dict[str, str]) -> Non
     assert views.find(query) is view  # kept
 
 
+def test_no_query_gets_the_answer_of_another() -> None:
+    views = Views(made_up())
+    for one, other in (({"rooms": "3.."}, {"rooms": "3.0000001.."}), ({"source": ","}, {"source": "nowhere"})):
+        assert len(views.find(parsed(one)).rows) > len(views.find(parsed(other)).rows)
+
+
 def test_counts_leave_their_own_condition_out_but_labels_add_up() -> None:  # R1
     table = made_up()
     views = Views(table)

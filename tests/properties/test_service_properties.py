@@ -1,0 +1,36 @@
+"""An address that a query writes is read as the same query, whatever was asked for."""
+
+from __future__ import annotations
+
+from urllib.parse import parse_qsl
+
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from houseexpo.service.measures import RADII
+from houseexpo.service.query import GROUPS, NAMES, SORTS, parsed
+
+ENDS = st.floats(allow_nan=False)
+RANGES = st.tuples(ENDS, ENDS).map(sorted).map(lambda ends: f"{ends[0]!r}..{ends[1]!r}")
+LABELS = st.lists(st.sampled_from(["Kitchen", "kitchen", "Garage", "living room", " Hall "])).map(",".join)
+WORDS = st.text(max_size=210)
+ASKED = st.fixed_dictionaries(
+    {},
+    optional={
+        **dict.fromkeys(NAMES, RANGES | ENDS.map(repr)),
+        **dict.fromkeys(("labels", "without"), LABELS),
+        **dict.fromkeys((*GROUPS, "text"), WORDS),
+        "radius": st.sampled_from(RADII),
+        "sort": st.sampled_from([*SORTS, *(f"-{name}" for name in SORTS)]),
+    },
+)
+
+
+@settings(max_examples=200, deadline=None)
+@example({"long_side": "7.1000001.."})
+@example({"rooms": "-inf..inf", "source": ","})
+@example({"labels": "Kitchen,kitchen", "text": "\u00df" * 200})
+@given(ASKED)
+def test_a_query_is_read_as_it_was_written(asked: dict[str, str]) -> None:
+    query = parsed(asked)
+    assert parsed(dict(parse_qsl(str(query)))) == query
