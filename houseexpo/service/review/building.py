@@ -2,7 +2,8 @@
 
 R1  One build of a data set at a time. It goes on when the browser goes away, and ends with the server.
 R2  The plans decided on are kept as they were before, in memory, to be shown beside what became of them.
-R3  A build that fails changes nothing of what was decided; its last lines say why.
+R3  What is decided while it is built counts as decided after it.
+R4  A build that fails changes nothing of what was decided; its last lines say why.
 """
 
 from __future__ import annotations
@@ -78,13 +79,14 @@ class Building:
         with self._lock:
             if self.phase == "building":
                 raise ConfigError(f"{self.root.name} is being built already; wait until that has ended")
+            upto = self._desk.last()  # before the build reads the file: what comes later waits for the next one
             touched, dataset = self._desk.since_build(), self._collection.dataset
             self.before = {name: dataset.raw(name) for name in touched[:_MAX_SHOWN] if name in dataset}  # R2
             self.outcomes, self.phase, self._stopped = [], "building", False
             self._lines.clear()
             self._process = self._begun()
             atexit.register(self.stop)
-        Thread(target=self._follow, args=(self._process, touched[:_MAX_SHOWN], reviewer), daemon=True).start()
+        Thread(target=self._follow, args=(self._process, touched[:_MAX_SHOWN], reviewer, upto), daemon=True).start()
 
     def stop(self) -> None:
         """End a build as Ctrl-C does: what is done is kept."""
@@ -103,7 +105,7 @@ class Building:
             errors="replace", start_new_session=True,
         )  # fmt: skip
 
-    def _follow(self, process: subprocess.Popen[str], touched: Sequence[str], reviewer: str) -> None:
+    def _follow(self, process: subprocess.Popen[str], touched: Sequence[str], reviewer: str, upto: int) -> None:
         assert process.stdout is not None  # noqa: S101  # it is a pipe
         dataset, manifest = self._collection.dataset, _look(self.root)
         for line in process.stdout:
@@ -111,7 +113,7 @@ class Building:
         code = process.wait()
         atexit.unregister(self.stop)
         if code:
-            self.phase = "stopped" if self._stopped else "failed"  # R3
+            self.phase = "stopped" if self._stopped else "failed"  # R4
             return
         try:
             found = outcomes(self.root, self.before, touched)
@@ -120,7 +122,7 @@ class Building:
                 if _look(self.root) == manifest or self._collection.dataset is not dataset:
                     break
                 time.sleep(0.1)
-            self._desk.built(reviewer)
+            self._desk.built(reviewer, upto)
             self.outcomes, self.phase = found, "built"  # together: a page that asks meanwhile shows it as being built
         except HouseExpoError as error:
             self._lines.append(str(error))

@@ -103,17 +103,24 @@ class Desk:
             back = {key: taken_back(line, key, table.get(key), *pair) for key, pair in line.changes.items()}
             return self._note(line.plan, "undo", reviewer, back, undoes=line.number)
 
-    def built(self, reviewer: str) -> Line:
-        """Note that the data set was built with what is decided."""
+    def built(self, reviewer: str, upto: int) -> Line:
+        """Note that the data set was built with what was decided up to a line; what came after it waits."""
         with self._locked():
-            return self._note("", "build", reviewer, {})
+            return self._note("", "build", reviewer, {}, upto=upto)
 
-    def since_build(self) -> list[str]:
-        """Return the plans on which something was decided, or undone, since the data set was built last."""
+    def last(self) -> int:
+        """Return the number of the last line, 0 where there is none."""
         with self._thread:
             self.log.catch_up()
-            built = max((line.number for line in self.log.lines if line.action == "build"), default=0)
-            return sorted({line.plan for line in self.log.lines if line.number > built})
+            return self.log.lines[-1].number if self.log.lines else 0
+
+    def since_build(self) -> list[str]:
+        """Return the plans on which something was decided, or undone, that the last build was not told of."""
+        with self._thread:
+            self.log.catch_up()
+            builds = [line for line in self.log.lines if line.action == "build"]
+            built = max((line.number if line.upto is None else line.upto for line in builds), default=0)
+            return sorted({line.plan for line in self.log.lines if line.number > built and line.action != "build"})
 
     @contextmanager
     def _locked(self) -> Iterator[None]:
@@ -147,14 +154,21 @@ class Desk:
             sync_folder(self.file.parent)
 
     def _note(
-        self, plan: str, action: Action, reviewer: str, changes: Mapping[str, tuple[Any, Any]], undoes: int = 0
+        self,
+        plan: str,
+        action: Action,
+        reviewer: str,
+        changes: Mapping[str, tuple[Any, Any]],
+        *,
+        undoes: int = 0,
+        upto: int | None = None,
     ) -> Line:
         changes = {key: pair for key, pair in changes.items() if pair[0] != pair[1]}
         before = self._text()
         after = self._edited(before, plan, changes) if changes else before
         number = (self.log.lines[-1].number if self.log.lines else 0) + 1
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
-        line = Line(number, now, reviewer, plan, action, changes, undoes, (_hash(before), _hash(after)))
+        line = Line(number, now, reviewer, plan, action, changes, undoes, (_hash(before), _hash(after)), upto)
         partial = self._prepared(after) if changes else None  # R2
         try:
             self.log.add(line)

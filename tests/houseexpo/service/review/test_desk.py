@@ -191,7 +191,14 @@ def test_kill_9_loses_nothing_that_was_answered(file: Path) -> None:
 def test_since_a_build_is_what_was_decided_after_it(file: Path) -> None:
     desk = Desk(file)
     desk.decide("villa", "keep", "ann")
-    desk.built("ann")
+    desk.built("ann", desk.last())
     assert desk.since_build() == []
     desk.undo("ann")
     assert desk.since_build() == ["villa"]
+
+
+def test_a_build_in_a_log_of_before_holds_all_that_stands_before_it(file: Path) -> None:
+    desk = Desk(file)
+    desk.decide("villa", "keep", "ann")
+    desk.log.add(Line(2, "2026-05-01T00:00:00+00:00", "ann", "", "build"))
+    assert desk.since_build() == []
