@@ -13,7 +13,7 @@ LISTS: Final = {"door": 2, "no_room": 1}
 
 
 class DecidedOtherwiseError(ConfigError):
-    """Somebody else has decided on the plan meanwhile."""
+    """Somebody has decided on the plan meanwhile."""
 
 
 def several(value: Any, key: str) -> list[Any]:

@@ -5,7 +5,8 @@ R2  The new ``overrides.toml`` is written under another name, then the line in t
     answer comes after that. Where there is no room on the disk, nothing changes.
 R3  Killed between the line and the name, the next one at the desk finds the file as it was before the line, and does
     what the line says. A file that a person changed meanwhile is neither, and is taken as it is.
-R4  A decision on a plan on which somebody else decided meanwhile, unseen, is refused, with what that was.
+R4  A decision on a plan on which somebody decided meanwhile, unseen, is refused, with what that was. The name does not
+    count: two people may go by one, and one person may have two pages open.
 R5  An undo takes back the reviewer's latest decision; what others decided since stays, or the undo is refused.
 """
 
@@ -86,9 +87,9 @@ class Desk:
             ``overrides.toml`` is not readable, or cannot be changed or written.
         """
         with self._locked():
-            others = [line for line in self.log.lines if line.plan == plan and line.reviewer != reviewer]
-            if others and others[-1].number > seen:
-                raise DecidedOtherwiseError(f"{plan}: {said(others[-1])} meanwhile; look again, and decide then")
+            latest = self.latest().get(plan)
+            if latest is not None and latest.number > seen:  # R4
+                raise DecidedOtherwiseError(f"{plan}: {said(latest)} meanwhile; look again, and decide then")
             table = self.table(plan)
             return self._note(plan, action, reviewer, changes_of(table, action, value))
 

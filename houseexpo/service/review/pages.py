@@ -24,6 +24,7 @@ from houseexpo.service.review.place import overrides_file
 from houseexpo.service.review.queue import Move, Queue
 from houseexpo.service.review.shown import SIZE_PX, history, marks, plan_values
 from houseexpo.service.service import Service
+from houseexpo.service.settings import is_loopback
 
 _MOVES: Final = get_args(Move)
 
@@ -78,7 +79,8 @@ def routes(service: Service) -> list[BaseRoute]:
     def page(request: Request) -> Response:
         shown = service.collection(request)
         file = table(request).desk.file.name
-        return service.page(request, "review/review.html", here="review", shown=shown, reviewer=_user(), file=file)
+        reviewer = _user() if is_loopback(service.settings.host) else ""  # others' browsers are not this machine's user
+        return service.page(request, "review/review.html", here="review", shown=shown, reviewer=reviewer, file=file)
 
     def state(request: Request) -> Response:
         found, asked = table(request), request.query_params

@@ -8,6 +8,7 @@ const readOnly = root.dataset.readOnly === "yes";
 const at = (id) => document.getElementById(id);
 const sheet = new Sheet(at("stage"), at("picture"), at("marks"), at("hint"));
 let now = null; // what the server said of the plan that is shown
+const seen = new Map(); // by plan, the number of the latest line about it that was shown here
 let busy = Promise.resolve(); // one request after the other: keys may come faster than answers
 let buildPhase = "";
 let leaving = false; // a plan is judged and the next is on its way: a key that is too fast is not for it
@@ -57,6 +58,7 @@ function show(found) {
     say("There is no plan to judge.");
     return;
   }
+  seen.set(found.plan, found.seen);
   history.replaceState(null, "", `?plan=${encodeURIComponent(found.plan)}`);
   at("plan").textContent = found.plan;
   const sure = found.quality === null ? "no quality" : `quality ${found.quality.toFixed(2)}${found.doubtful ? ", doubtful" : ""}`;
@@ -97,11 +99,11 @@ function decide(action, { points = [], text = "" } = {}) {
   if (!now?.plan || leaving) return undefined;
   if (readOnly) return say("This service is read-only.", "bad");
   if (!reviewer()) { at("reviewer").focus(); return say("Write your name first: the log says who decided.", "bad"); }
-  const { plan, seen } = now;
+  const { plan } = now;
   const leaves = action === "keep" || action === "drop";
   leaving = leaves;
   return inTurn(async () => {
-    show(await ask("decide", { plan, action, reviewer: reviewer(), seen: Math.max(seen, now.plan === plan ? now.seen : 0), points, text }));
+    show(await ask("decide", { plan, action, reviewer: reviewer(), seen: seen.get(plan), points, text }));
     const words = { keep: "Kept", drop: "Dropped", door: "A door is drawn in", no_room: "Marked no room in", note: "Noted on" };
     say(`${words[action]} ${plan}. It is on the disk.`, "good");
     if (leaves) go("open", plan);

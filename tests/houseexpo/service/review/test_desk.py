@@ -36,8 +36,8 @@ def lines(file: Path) -> list[Line]:
 def test_decisions_stand_in_the_file_and_in_the_log(file: Path) -> None:
     desk = Desk(file)
     desk.decide("villa", "door", "ann", DOOR)
-    desk.decide("villa", "door", "ann", [[3.0, 2.0], [4.0, 2.0]])
-    desk.decide("villa", "no_room", "ann", [5.0, 5.0])
+    desk.decide("villa", "door", "ann", [[3.0, 2.0], [4.0, 2.0]], seen=1)
+    desk.decide("villa", "no_room", "ann", [5.0, 5.0], seen=2)
     desk.decide("hall", "drop", "ben", "a hall")
     assert tables(file) == {
         "villa": {"door": [DOOR, [[3.0, 2.0], [4.0, 2.0]]], "no_room": [5.0, 5.0]},
@@ -55,10 +55,10 @@ def test_decisions_stand_in_the_file_and_in_the_log(file: Path) -> None:
 def test_keep_and_drop_take_each_others_place_and_a_note_may_go(file: Path) -> None:
     desk = Desk(file)
     desk.decide("villa", "drop", "ann")
-    desk.decide("villa", "note", "ann", "odd")
-    desk.decide("villa", "keep", "ann")
+    desk.decide("villa", "note", "ann", "odd", seen=1)
+    desk.decide("villa", "keep", "ann", seen=2)
     assert tables(file) == {"villa": {"keep": True, "why": "odd"}}
-    desk.decide("villa", "note", "ann", "")
+    desk.decide("villa", "note", "ann", "", seen=3)
     assert tables(file) == {"villa": {"keep": True}}
 
 
@@ -81,11 +81,18 @@ def test_undo_takes_back_ones_own_latest_and_is_a_line_of_its_own(file: Path) ->
         desk.undo("ann")
 
 
-def test_what_somebody_else_decided_unseen_is_not_overruled(file: Path) -> None:
+@pytest.mark.parametrize("name", ["ben", "ann"])
+def test_what_was_decided_unseen_is_not_overruled_under_whatever_name(file: Path, name: str) -> None:
     desk = Desk(file)
     desk.decide("villa", "keep", "ann")
     with pytest.raises(DecidedOtherwiseError, match="ann chose keep meanwhile"):
-        desk.decide("villa", "drop", "ben")
+        desk.decide("villa", "drop", name)
+    assert tables(file) == {"villa": {"keep": True}}
+
+
+def test_what_somebody_else_decided_is_overruled_once_it_is_seen(file: Path) -> None:
+    desk = Desk(file)
+    desk.decide("villa", "keep", "ann")
     desk.decide("villa", "drop", "ben", seen=1)
     assert tables(file) == {"villa": {"drop": True}}
     with pytest.raises(DecidedOtherwiseError, match="somebody changed"):
