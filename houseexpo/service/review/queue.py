@@ -1,4 +1,4 @@
-"""In which order plans are judged: the least sure first, and two people are not shown the same one."""
+"""In which order plans are judged: the least sure first, and two people at one server are not sent to the same one."""
 
 from __future__ import annotations
 
