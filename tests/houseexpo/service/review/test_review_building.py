@@ -12,6 +12,7 @@ import pytest
 pytest.importorskip("starlette")
 
 from houseexpo.dataset.build_record import BuildRecord, record_build
+from houseexpo.errors import ConfigError
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.building import Building
 from houseexpo.service.review.desk import Desk
@@ -70,3 +71,35 @@ def test_a_first_decision_while_it_is_built_waits_too(tmp_path: Path, desk: Desk
     (tmp_path / "go").touch()
     assert ended(building) == "built"
     assert desk.since_build() == ["b2"]
+
+
+def test_a_build_that_cannot_be_started_leaves_the_next_one_free(
+    begun: Begun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    building = begun("exit 0")
+    assert ended(building) == "built"
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "gone"))
+    with pytest.raises(ConfigError, match="cannot be started"):
+        building.start("ann")
+    assert building.phase == "built"
+
+
+def test_whatever_fails_at_the_end_is_said_and_ends_it(begun: Begun, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise ValueError("odd bytes")
+
+    monkeypatch.setattr("houseexpo.service.review.building.outcomes", broken)
+    building = begun("exit 0")
+    assert ended(building) == "failed"
+    assert building.status()["lines"] == ["ValueError: odd bytes"]
+
+
+def test_stopping_what_has_just_ended_is_no_error(begun: Begun, monkeypatch: pytest.MonkeyPatch) -> None:
+    def gone(*_: object) -> None:
+        raise ProcessLookupError
+
+    building = begun("sleep 1")
+    with monkeypatch.context() as patch:
+        patch.setattr("os.killpg", gone)
+        building.stop()
+    assert ended(building) == "built"
