@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import getpass
+from threading import Lock
 from typing import Any, Final, get_args
 
 from starlette.concurrency import run_in_threadpool
@@ -69,12 +70,14 @@ def routes(service: Service) -> list[BaseRoute]:
     if not service.settings.review:
         return []
     tables: dict[str, Table] = {}
+    opening = Lock()
 
     def table(request: Request) -> Table:
         collection = service.collection(request)
-        if collection.name not in tables:
-            tables[collection.name] = Table(collection)
-        return tables[collection.name]
+        with opening:  # one each: a second one would not know of the first one's build
+            if collection.name not in tables:
+                tables[collection.name] = Table(collection)
+            return tables[collection.name]
 
     def page(request: Request) -> Response:
         shown = service.collection(request)

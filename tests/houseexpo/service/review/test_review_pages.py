@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 import tomllib
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,7 @@ from starlette.testclient import TestClient
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.asks import NARROWEST_DOOR_M
+from houseexpo.service.review.pages import Table
 from houseexpo.service.service import Service
 from houseexpo.service.settings import Settings
 from pipeline.overrides import NARROWEST_DOOR_M as OF_BUILD
@@ -193,6 +196,20 @@ def test_without_review_there_are_no_such_pages(folder: Path) -> None:
     with served(folder, review=False) as client:
         assert client.get("/houses/review/state").status_code == 404
         assert client.post("/houses/review/decide", json={}).status_code in {404, 405}
+
+
+def test_requests_at_once_find_one_table(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = []
+
+    def slow(collection: Collection) -> Table:
+        made.append(collection)
+        time.sleep(0.2)
+        return Table(collection)
+
+    monkeypatch.setattr("houseexpo.service.review.pages.Table", slow)
+    with ThreadPoolExecutor(4) as threads:
+        list(threads.map(lambda _: state(client), range(4)))
+    assert len(made) == 1
 
 
 def test_what_was_not_built_cannot_be_built_again(client: TestClient) -> None:
