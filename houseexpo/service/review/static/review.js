@@ -42,10 +42,10 @@ function go(move, plan = now?.plan) {
     const query = new URLSearchParams({ move, reviewer: reviewer() });
     if (plan) query.set("plan", plan);
     const found = await ask(`state?${query}`);
-    if (found.plan === null && now) {
+    if (found.plan === null && now?.plan) {
       now = { ...now, ...found, plan: now.plan };
       showProgress(found.progress);
-      say("All plans are judged.", "good");
+      sayNone(found.progress);
     } else show(found);
   });
 }
@@ -55,7 +55,7 @@ function show(found) {
   showProgress(found.progress);
   setBuild(found.build);
   if (found.plan === null) {
-    say("There is no plan to judge.");
+    sayNone(found.progress);
     return;
   }
   seen.set(found.plan, found.seen);
@@ -72,6 +72,11 @@ function show(found) {
   for (const id of ["door", "no_room"]) at(id).disabled = readOnly || !found.drawable;
   const stamp = `${found.build.phase}-${found.build.outcomes.length}`;
   sheet.show(found, `${base}/pictures/${encodeURIComponent(found.plan)}.svg?at=${stamp}`);
+}
+
+function sayNone({ plans }) {
+  if (plans) say("All plans are judged.", "good");
+  else say("There is nothing to judge: the data set has no plans.");
 }
 
 function counted(number, word) {
@@ -120,6 +125,7 @@ function undo() {
 }
 
 function draw(kind) {
+  if (!now?.plan) return undefined;
   if (at(kind).disabled) return say("This plan does not say where it stands in its source: keep it or drop it.", "bad");
   const wanted = sheet.wanted === kind ? "" : kind;
   sheet.draw(wanted, (points) => { pressed(""); decide(kind, { points }); });
@@ -131,8 +137,9 @@ function pressed(kind) {
 }
 
 function openNote() {
+  if (!now?.plan) return;
   at("note-form").hidden = false;
-  at("note-text").value = now?.table.why ?? "";
+  at("note-text").value = now.table.why ?? "";
   at("note-text").focus();
 }
 

@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from tests.builders.reviewing import judged_later
+from tests.builders.reviewing import judged_later, no_plans
 from tests.builders.services import running, service_of
 from tests.builders.visiting import look, visited
 
@@ -120,6 +120,15 @@ def _decide_after_ben(address: str) -> None:
         assert page.request.post("/houses/review/decide", data=asked).ok
         page.keyboard.press("k")
         says(page, "ben chose drop meanwhile")
+
+
+def test_without_plans_it_says_that_there_is_nothing_to_judge(tmp_path: Path) -> None:
+    service = service_of(no_plans(tmp_path / "none"), review=True)
+    with running(service) as address, visited(address, "/none/review") as page:
+        says(page, "nothing to judge")
+        for key in ("ArrowRight", "k", "d", "Enter", "n"):
+            page.keyboard.press(key)
+        says(page, "nothing to judge")
 
 
 def test_it_works_on_a_phone_in_the_dark(folder: Path) -> None:

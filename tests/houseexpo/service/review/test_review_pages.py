@@ -22,7 +22,7 @@ from houseexpo.service.service import Service
 from houseexpo.service.settings import Settings
 from pipeline.overrides import NARROWEST_DOOR_M as OF_BUILD
 from pipeline.overrides import load_overrides
-from tests.builders.reviewing import judged_later
+from tests.builders.reviewing import judged_later, no_plans
 
 QUALITIES = {"sure": 0.95, "doubtful": 0.4, "middling": 0.7, "published": None}
 
@@ -196,6 +196,14 @@ def test_without_review_there_are_no_such_pages(folder: Path) -> None:
     with served(folder, review=False) as client:
         assert client.get("/houses/review/state").status_code == 404
         assert client.post("/houses/review/decide", json={}).status_code in {404, 405}
+
+
+@pytest.mark.parametrize("move", ["here", "open", "next", "previous"])
+def test_a_data_set_without_plans_has_an_empty_queue(tmp_path: Path, move: str) -> None:
+    with served(no_plans(tmp_path / "none")) as client:
+        found = state(client, move=move)
+        assert (found["plan"], found["progress"]["plans"]) == (None, 0)
+        assert client.get("/houses/review").status_code == 200
 
 
 def test_requests_at_once_find_one_table(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
