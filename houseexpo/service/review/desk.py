@@ -27,7 +27,7 @@ from typing import Any
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL, sync_folder
-from houseexpo.service.review.changes import DecidedOtherwiseError, changes_of, said, taken_back
+from houseexpo.service.review.changes import DecidedOtherwiseError, changes_of, check_points, said, taken_back
 from houseexpo.service.review.log import Action, Line, Log
 from houseexpo.service.review.toml_edit import edited
 
@@ -65,8 +65,12 @@ class Desk:
             return {line.plan: line for line in self.log.lines}
 
     def table(self, plan: str) -> dict[str, Any]:
-        """Return what ``overrides.toml`` says of a plan."""
-        table: dict[str, Any] = _tables(self._text()).get(plan, {})
+        """Return what ``overrides.toml`` says of a plan; ConfigError where a person wrote what it cannot say."""
+        table = _tables(self._text()).get(plan, {})
+        place = f"{self.file.name}: {plan}"
+        if not isinstance(table, dict):
+            raise ConfigError(f"{place}: expected a table [{plan}], found {table!r}; mend it first")
+        check_points(table, place)
         return table
 
     def decide(self, plan: str, action: Action, reviewer: str, value: Any = None, seen: int = 0) -> Line:

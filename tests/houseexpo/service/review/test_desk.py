@@ -174,6 +174,29 @@ def test_a_file_that_is_no_toml_is_said_and_left_alone(file: Path) -> None:
     assert file.read_text() == "[villa\n"
 
 
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("villa = 3\n", r"villa: expected a table \[villa\], found 3"),
+        ("[[villa]]\nkeep = true\n", r"villa: expected a table \[villa\], found \[\{"),
+        ("[villa]\ndoor = 3\n", "villa: door: expected two points .* found 3"),
+        ("[villa]\ndoor = [1.0, 2.0]\n", "villa: door: expected two points .* found"),
+        ('[villa]\nno_room = ["a", "b"]\n', "villa: no_room: expected a point .* found"),
+        ("[villa]\nno_room = [inf, 2.0]\n", "villa: no_room: expected a point .* found"),
+        ("[villa]\nno_room = [[1.0, 2.0], [3.0]]\n", "villa: no_room: expected a point .* found"),
+    ],
+)
+def test_what_a_person_wrote_wrong_of_a_plan_is_said(file: Path, text: str, found: str) -> None:
+    desk = Desk(file)
+    line = desk.decide("villa", "door", "ann", DOOR)
+    file.write_text(text)
+    for work in (lambda: desk.decide("villa", "door", "ann", DOOR, seen=line.number), lambda: desk.undo("ann")):
+        with pytest.raises(ConfigError, match=rf"overrides\.toml: {found}"):
+            work()
+    assert desk.decide("hall", "keep", "ann").plan == "hall"  # the others are not kept from it
+    assert text in file.read_text()
+
+
 def test_two_people_at_once_lose_nothing(file: Path) -> None:
     people = [clerk(file, name, 25) for name in ("ann", "ben")]
     answered = {plan for each in people for plan in each.communicate(timeout=60)[0].split()}
