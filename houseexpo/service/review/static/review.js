@@ -5,12 +5,14 @@ import { showBuild } from "./build.js";
 const root = document.getElementById("review");
 const base = root.dataset.base;
 const readOnly = root.dataset.readOnly === "yes";
+const LOOK_MS = 700;
 const at = (id) => document.getElementById(id);
 const sheet = new Sheet(at("stage"), at("picture"), at("marks"), at("hint"));
 let now = null; // what the server said of the plan that is shown
 const seen = new Map(); // by plan, the number of the latest line about it that was shown here
 let busy = Promise.resolve(); // one request after the other: keys may come faster than answers
 let buildPhase = "";
+let nextLook = 0; // the timer of the next look at a build
 let leaving = false; // a plan is judged and the next is on its way: a key that is too fast is not for it
 
 function reviewer() {
@@ -158,8 +160,22 @@ function setBuild(found) {
   const ended = buildPhase === "building" && found.phase !== "building";
   buildPhase = found.phase;
   showBuild(found, base, readOnly);
-  if (found.phase === "building") setTimeout(() => inTurn(async () => setBuild(await ask("build"))), 700);
+  if (found.phase === "building") lookSoon();
+  else clearTimeout(nextLook);
   if (ended && now?.plan) go("here");
+}
+
+// One timer however many answers say that it is being built; a look that fails is not the last.
+function lookSoon() {
+  clearTimeout(nextLook);
+  nextLook = setTimeout(() => inTurn(async () => {
+    try {
+      setBuild(await ask("build"));
+    } catch (error) {
+      lookSoon();
+      throw error;
+    }
+  }), LOOK_MS);
 }
 
 const KEYS = {
