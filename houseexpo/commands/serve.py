@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import socket
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -60,7 +61,6 @@ def serve(
             for name in ("n_doors", "navigability") if measure else ():
                 shown.dataset.column(name)
             typer.echo(f"{shown.name}: {counted(len(shown.now.views.table), 'plan')}")
-        listening.listen(_QUEUE)  # from here on a browser waits, and is not refused
         typer.echo(f"open {address(settings)} in a browser; Ctrl-C ends it")
         _run(service, listening)
 
@@ -79,17 +79,21 @@ def _fetched() -> Path:
 
 
 def _listening(host: str, port: int) -> socket.socket:
-    """Return a socket that listens; taken before data sets are opened, so that a port in use is said at once."""
+    """Return a socket that listens, before data sets are opened: a port in use is said at once, and a browser waits."""
     from houseexpo.errors import ConfigError
 
-    try:
-        family, _, _, _, where = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
-        found = socket.socket(family, socket.SOCK_STREAM)
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.bind(where)
-    except OSError as error:
-        what = error.strerror or str(error)
-        raise ConfigError(f"serve: cannot listen on {host}:{port} ({what}); choose another --port or --host") from None
+    with ExitStack() as undone:
+        try:
+            family, _, _, _, where = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
+            found = undone.enter_context(socket.socket(family, socket.SOCK_STREAM))
+            found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            found.bind(where)
+            found.listen(_QUEUE)  # with SO_REUSEADDR two may be bound, but only one listens
+        except (OSError, UnicodeError) as error:  # UnicodeError: a name that no host can have
+            what = getattr(error, "strerror", None) or str(error)
+            refusal = f"serve: cannot listen on {host}:{port} ({what}); choose another --port or --host"
+            raise ConfigError(refusal) from None
+        undone.pop_all()
     return found
 
 

@@ -11,13 +11,15 @@ from houseexpo.errors import ConfigError
 
 CREATORS: Final = ("HouseExpo contributors",)
 _LONGEST: Final = 300
+LINE: Final = f"a line of at most {_LONGEST} letters"
 
 
 @dataclass(frozen=True)
 class About:
     """Words for the descriptions of a release; what is "" is left out of them.
 
-    ``published`` is a date (2026-05-01). There is no clock in it: two releases of one data set are the same bytes.
+    ``published`` is a date (2026-05-01). There is no clock in it: two releases of one data set into folders of one name
+    are the same bytes.
 
     Raises
     ------
@@ -34,8 +36,8 @@ class About:
 
     def __post_init__(self) -> None:
         for name, text in (("title", self.title), *(("creator", creator) for creator in self.creators)):
-            if len(text) > _LONGEST or not text.isprintable() or text != text.strip():
-                raise ConfigError(f"release: {name}: expected a line of at most {_LONGEST} letters, found {text!r}")
+            if not is_line(text):
+                raise ConfigError(f"release: {name}: expected {LINE}, found {text!r}")
         if not self.creators or not all(self.creators):
             raise ConfigError("release: creator: expected a name or more, found none")
         _match(self.version, r"\d+\.\d+\.\d+", "version", "three numbers such as 1.0.0")
@@ -53,6 +55,11 @@ class About:
     def year(self) -> str:
         """The year of publication, "" where no date is given."""
         return self.published[:4]
+
+
+def is_line(text: str) -> bool:
+    """Whether words can stand in one line of a description: what is printed, not too long, no space around."""
+    return len(text) <= _LONGEST and text.isprintable() and text == text.strip()
 
 
 def _match(text: str, pattern: str, name: str, expected: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Any, Final
 
@@ -12,6 +13,8 @@ MEASURES: Final = "pictures/measures.png"
 SHEET: Final = "pictures/plans.png"
 _HUB_SPLITS: Final = {"val": "validation"}
 _SIZES: Final = ((1_000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"), (1_000_000, "100K<n<1M"))
+_SIGNS: Final = re.compile(r"[\\`*\[\]<>|]|(?<!\w)_|_(?!\w)|(?<!/)~")
+"""What Markdown reads as its own; a backslash before it makes it a letter. Bare addresses stay what they are."""
 _ROWS: Final = (
     ("rooms", "rooms in a plan", ""),
     ("area_m2", "free area", "m²"),
@@ -37,12 +40,14 @@ def card(facts: Facts, tables: Sequence[Table]) -> bytes:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    environment.filters["words"] = _words
     text = environment.get_template("README.md.j2").render(
         header=_header(facts, tables),
         facts=facts,
         manifest=facts.material.manifest,
         tables=tables,
         measures=_measures(facts),
+        part=next(iter(facts.parts.lists)),  # train, where there is one
         reach=[
             (radius, f"{100 * r['connected_share']:.1f}%") for radius, r in sorted(facts.stats["navigability"].items())
         ],
@@ -51,6 +56,11 @@ def card(facts: Facts, tables: Sequence[Table]) -> bytes:
         pictures=(SHEET, MEASURES),
     )
     return text.encode()
+
+
+def _words(text: str) -> str:
+    """Return somebody's words so that Markdown shows them as they are: neither HTML nor links, pictures or emphasis."""
+    return _SIGNS.sub(r"\\\g<0>", text)
 
 
 def _header(facts: Facts, tables: Sequence[Table]) -> str:

@@ -46,7 +46,7 @@ def _citation(facts: Facts) -> bytes:
 
 def _zenodo(facts: Facts) -> dict[str, Any]:
     about = facts.about
-    given = {"publication_date": about.published, "doi": about.doi, "notes": facts.credit}
+    given = {"publication_date": about.published, "doi": about.doi, "notes": escape(facts.credit)}
     return {
         "upload_type": "dataset",
         "title": facts.title,

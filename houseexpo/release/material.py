@@ -4,7 +4,8 @@
 2. Every file has the SHA-256 that the manifest gives.
 3. Houses that the project makes (``procedural:``) may be passed on under ``licences.OWN``, or under the licence that
    their manifest states. All others need that statement.
-4. Published HouseExpo plans are not passed on: they come by ``houseexpo fetch``. Nor are SUNCG's, which were withdrawn.
+4. Whom to name (``credit``) is one line, as the publisher's own words are: it stands in every description.
+5. Published HouseExpo plans are not passed on: they come by ``houseexpo fetch``. Nor are SUNCG's, which were withdrawn.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.dataset.store.records import records
 from houseexpo.errors import DatasetError
 from houseexpo.progress import watched
+from houseexpo.release.about import LINE, is_line
 from houseexpo.release.licences import OWN, Licence, licence_of
 
 MADE: Final = "procedural:"
@@ -75,6 +77,7 @@ def material(path: Path) -> Iterator[Material]:
     with _at_rest(path):
         manifest = _manifest(file)
         licence = _licence(path, manifest)
+        _check_credit(path, manifest)
         plans = open_dataset(path)
         _check_whole(path, manifest, plans)
         _check_withdrawn(path, manifest, plans)
@@ -83,7 +86,7 @@ def material(path: Path) -> Iterator[Material]:
 
 
 def _no_build(path: Path) -> DatasetError:
-    """Say why what is no finished build is not released (R1, R4)."""
+    """Say why what is no finished build is not released (R1, R5)."""
     if (path / ".build").is_dir():
         return DatasetError(f"{path}: expected a finished build, found no manifest.json; run houseexpo build again")
     first = next(iter(records(path)))  # where there is no plan at all, this says so
@@ -139,6 +142,15 @@ def _licence(path: Path, manifest: Manifest) -> Licence:
     )
 
 
+def _check_credit(path: Path, manifest: Manifest) -> None:
+    """R4."""
+    if not is_line(manifest.credit):
+        raise DatasetError(
+            f"{path}: manifest.json: credit: expected {LINE}, found {manifest.credit!r}; write it so under [build] and "
+            "build again"
+        )
+
+
 def _check_whole(path: Path, manifest: Manifest, plans: Dataset) -> None:
     """R1, R2."""
     if not len(plans):
@@ -169,7 +181,7 @@ def _inside(path: Path, name: str) -> bool:
 
 
 def _check_withdrawn(path: Path, manifest: Manifest, plans: Dataset) -> None:
-    """R4: the reader of SUNCG reads made houses too, so what counts is that the sources are others."""
+    """R5: the reader of SUNCG reads made houses too, so what counts is that the sources are others."""
     if manifest.is_made:
         return
     withdrawn = plans.column("source").count(_WITHDRAWN)

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from houseexpo import FloorPlan, save_plan
+from houseexpo.dataset.index import index_table
 from houseexpo.plan import Frame
 from houseexpo.plan.quality import Quality
 
@@ -33,6 +34,14 @@ def judged_later(folder: Path, qualities: dict[str, float | None]) -> Path:
         ring = [(0.1, 0.1), (0.1, 4.1), (5.1 + i, 4.1), (5.1 + i, 0.1)]
         told = {} if score is None else {"quality": Quality(score, {"cut_share": 0.5}), "frame": FRAME}
         save_plan(FloorPlan(name, ring, 1, {}, **told), folder / f"{name}.json")
+    return folder
+
+
+def no_plans(folder: Path) -> Path:
+    """Write what a build leaves that refused all of its houses; return the folder."""
+    (folder / "json").mkdir(parents=True)
+    (folder / "index.parquet").write_bytes(index_table([]))
+    (folder / "manifest.json").write_text('{"plans": 0}')
     return folder
 
 

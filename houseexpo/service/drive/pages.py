@@ -27,6 +27,8 @@ def routes(service: Service) -> list[BaseRoute]:
         from houseexpo.service.drive.robots import explorers  # it brings numba
 
         shown = service.collection(request)
+        if not len(shown.dataset):
+            raise HTTPException(404, f"{shown.name} has no plans")
         asked = request.query_params.get("plan")
         plan = asked if asked is not None else shown.dataset.ids[0]
         if plan not in shown.dataset:

@@ -2,7 +2,8 @@
 
 R1  One build of a data set at a time. It goes on when the browser goes away, and ends with the server.
 R2  The plans decided on are kept as they were before, in memory, to be shown beside what became of them.
-R3  A build that fails changes nothing of what was decided; its last lines say why.
+R3  What is decided while it is built counts as decided after it.
+R4  A build that fails changes nothing of what was decided; its last lines say why.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import sys
 import time
 from collections import deque
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from threading import Lock, Thread
 from typing import Any, Final, Literal
@@ -72,26 +74,31 @@ class Building:
         }
 
     def start(self, reviewer: str) -> None:
-        """Begin to build; ConfigError where it cannot be, or is being built (R1)."""
+        """Begin to build; ConfigError where it cannot be, cannot be started, or is being built (R1)."""
         if why := self.refusal():
             raise ConfigError(why)
         with self._lock:
             if self.phase == "building":
                 raise ConfigError(f"{self.root.name} is being built already; wait until that has ended")
+            upto = self._desk.last()  # before the build reads the file: what comes later waits for the next one
             touched, dataset = self._desk.since_build(), self._collection.dataset
-            self.before = {name: dataset.raw(name) for name in touched[:_MAX_SHOWN] if name in dataset}  # R2
-            self.outcomes, self.phase, self._stopped = [], "building", False
+            before = {name: dataset.raw(name) for name in touched[:_MAX_SHOWN] if name in dataset}  # R2
+            try:
+                self._process = self._begun()
+            except OSError as error:
+                raise ConfigError(f"{self.root.name}: houseexpo build cannot be started ({error.strerror})") from None
+            self.before, self.outcomes, self.phase, self._stopped = before, [], "building", False
             self._lines.clear()
-            self._process = self._begun()
             atexit.register(self.stop)
-        Thread(target=self._follow, args=(self._process, touched[:_MAX_SHOWN], reviewer), daemon=True).start()
+        Thread(target=self._follow, args=(self._process, touched[:_MAX_SHOWN], reviewer, upto), daemon=True).start()
 
     def stop(self) -> None:
         """End a build as Ctrl-C does: what is done is kept."""
         process = self._process
         if process is not None and process.poll() is None:
             self._stopped = True
-            os.killpg(process.pid, signal.SIGINT)
+            with suppress(ProcessLookupError):  # it has ended meanwhile
+                os.killpg(process.pid, signal.SIGINT)
 
     def _begun(self) -> subprocess.Popen[str]:
         record = recorded_build(self.root)
@@ -103,28 +110,33 @@ class Building:
             errors="replace", start_new_session=True,
         )  # fmt: skip
 
-    def _follow(self, process: subprocess.Popen[str], touched: Sequence[str], reviewer: str) -> None:
+    def _follow(self, process: subprocess.Popen[str], touched: Sequence[str], reviewer: str, upto: int) -> None:
+        try:
+            self._finish(process, touched, reviewer, upto)
+        except Exception as error:  # noqa: BLE001  # a phase that stays "building" would keep every later build out
+            self.stop()
+            words = str(error) if isinstance(error, HouseExpoError) else f"{type(error).__name__}: {error}"
+            self._lines.append(words)
+            self.phase = "failed"
+        finally:
+            atexit.unregister(self.stop)
+
+    def _finish(self, process: subprocess.Popen[str], touched: Sequence[str], reviewer: str, upto: int) -> None:
         assert process.stdout is not None  # noqa: S101  # it is a pipe
         dataset, manifest = self._collection.dataset, _look(self.root)
         for line in process.stdout:
             self._lines.append(line.rstrip())
-        code = process.wait()
-        atexit.unregister(self.stop)
-        if code:
-            self.phase = "stopped" if self._stopped else "failed"  # R3
+        if process.wait():
+            self.phase = "stopped" if self._stopped else "failed"  # R4
             return
-        try:
-            found = outcomes(self.root, self.before, touched)
-            for _ in range(_MAX_LOOKS):  # the pages open what was built when they look next
-                self._collection.look()
-                if _look(self.root) == manifest or self._collection.dataset is not dataset:
-                    break
-                time.sleep(0.1)
-            self._desk.built(reviewer)
-            self.outcomes, self.phase = found, "built"  # together: a page that asks meanwhile shows it as being built
-        except HouseExpoError as error:
-            self._lines.append(str(error))
-            self.phase = "failed"
+        found = outcomes(self.root, self.before, touched)
+        for _ in range(_MAX_LOOKS):  # the pages open what was built when they look next
+            self._collection.look()
+            if _look(self.root) == manifest or self._collection.dataset is not dataset:
+                break
+            time.sleep(0.1)
+        self._desk.built(reviewer, upto)
+        self.outcomes, self.phase = found, "built"  # together: a page that asks meanwhile shows it as being built
 
 
 def _look(root: Path) -> int:

@@ -10,10 +10,11 @@ from houseexpo.service.review.log import Action, Line
 
 LISTS: Final = {"door": 2, "no_room": 1}
 """Keys that hold several things, and how deep one of them is a list of lists: one alone may stand without a list."""
+_FARTHEST_M: Final = 1e9
 
 
 class DecidedOtherwiseError(ConfigError):
-    """Somebody else has decided on the plan meanwhile."""
+    """Somebody has decided on the plan meanwhile."""
 
 
 def several(value: Any, key: str) -> list[Any]:
@@ -22,6 +23,24 @@ def several(value: Any, key: str) -> list[Any]:
     for _ in range(LISTS[key]):
         inner = inner[0] if isinstance(inner, list) and inner else None
     return [value] if inner is not None and not isinstance(inner, list) else list(value or [])
+
+
+def check_points(table: Mapping[str, Any], place: str) -> None:
+    """Raise ConfigError, which begins with ``place``, where a key of ``LISTS`` holds something else than its points."""
+    for key, depth in LISTS.items():
+        value = table.get(key, [])
+        if not isinstance(value, list) or not all(_is_points(item, depth) for item in several(value, key)):
+            expected = "two points [[x, y], [x, y]]" if depth > 1 else "a point [x, y]"
+            raise ConfigError(f"{place}: {key}: expected {expected}, or a list of such, found {value!r}; mend it first")
+
+
+def _is_points(value: Any, depth: int) -> bool:
+    """Whether a value is two numbers, or two of such (depth 2)."""
+    if not isinstance(value, list) or len(value) != 2:
+        return False
+    if depth > 1:
+        return all(_is_points(part, depth - 1) for part in value)
+    return all(type(number) in {int, float} and abs(number) < _FARTHEST_M for number in value)
 
 
 def changes_of(table: Mapping[str, Any], action: Action, value: Any) -> dict[str, tuple[Any, Any]]:

@@ -5,7 +5,8 @@ R2  The new ``overrides.toml`` is written under another name, then the line in t
     answer comes after that. Where there is no room on the disk, nothing changes.
 R3  Killed between the line and the name, the next one at the desk finds the file as it was before the line, and does
     what the line says. A file that a person changed meanwhile is neither, and is taken as it is.
-R4  A decision on a plan on which somebody else decided meanwhile, unseen, is refused, with what that was.
+R4  A decision on a plan on which somebody decided meanwhile, unseen, is refused, with what that was. The name does not
+    count: two people may go by one, and one person may have two pages open.
 R5  An undo takes back the reviewer's latest decision; what others decided since stays, or the undo is refused.
 """
 
@@ -26,7 +27,7 @@ from typing import Any
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL, sync_folder
-from houseexpo.service.review.changes import DecidedOtherwiseError, changes_of, said, taken_back
+from houseexpo.service.review.changes import DecidedOtherwiseError, changes_of, check_points, said, taken_back
 from houseexpo.service.review.log import Action, Line, Log
 from houseexpo.service.review.toml_edit import edited
 
@@ -64,8 +65,12 @@ class Desk:
             return {line.plan: line for line in self.log.lines}
 
     def table(self, plan: str) -> dict[str, Any]:
-        """Return what ``overrides.toml`` says of a plan."""
-        table: dict[str, Any] = _tables(self._text()).get(plan, {})
+        """Return what ``overrides.toml`` says of a plan; ConfigError where a person wrote what it cannot say."""
+        table = _tables(self._text()).get(plan, {})
+        place = f"{self.file.name}: {plan}"
+        if not isinstance(table, dict):
+            raise ConfigError(f"{place}: expected a table [{plan}], found {table!r}; mend it first")
+        check_points(table, place)
         return table
 
     def decide(self, plan: str, action: Action, reviewer: str, value: Any = None, seen: int = 0) -> Line:
@@ -86,9 +91,9 @@ class Desk:
             ``overrides.toml`` is not readable, or cannot be changed or written.
         """
         with self._locked():
-            others = [line for line in self.log.lines if line.plan == plan and line.reviewer != reviewer]
-            if others and others[-1].number > seen:
-                raise DecidedOtherwiseError(f"{plan}: {said(others[-1])} meanwhile; look again, and decide then")
+            latest = self.latest().get(plan)
+            if latest is not None and latest.number > seen:  # R4
+                raise DecidedOtherwiseError(f"{plan}: {said(latest)} meanwhile; look again, and decide then")
             table = self.table(plan)
             return self._note(plan, action, reviewer, changes_of(table, action, value))
 
@@ -103,17 +108,24 @@ class Desk:
             back = {key: taken_back(line, key, table.get(key), *pair) for key, pair in line.changes.items()}
             return self._note(line.plan, "undo", reviewer, back, undoes=line.number)
 
-    def built(self, reviewer: str) -> Line:
-        """Note that the data set was built with what is decided."""
+    def built(self, reviewer: str, upto: int) -> Line:
+        """Note that the data set was built with what was decided up to a line; what came after it waits."""
         with self._locked():
-            return self._note("", "build", reviewer, {})
+            return self._note("", "build", reviewer, {}, upto=upto)
 
-    def since_build(self) -> list[str]:
-        """Return the plans on which something was decided, or undone, since the data set was built last."""
+    def last(self) -> int:
+        """Return the number of the last line, 0 where there is none."""
         with self._thread:
             self.log.catch_up()
-            built = max((line.number for line in self.log.lines if line.action == "build"), default=0)
-            return sorted({line.plan for line in self.log.lines if line.number > built})
+            return self.log.lines[-1].number if self.log.lines else 0
+
+    def since_build(self) -> list[str]:
+        """Return the plans on which something was decided, or undone, that the last build was not told of."""
+        with self._thread:
+            self.log.catch_up()
+            builds = [line for line in self.log.lines if line.action == "build"]
+            built = max((line.number if line.upto is None else line.upto for line in builds), default=0)
+            return sorted({line.plan for line in self.log.lines if line.number > built and line.action != "build"})
 
     @contextmanager
     def _locked(self) -> Iterator[None]:
@@ -147,14 +159,21 @@ class Desk:
             sync_folder(self.file.parent)
 
     def _note(
-        self, plan: str, action: Action, reviewer: str, changes: Mapping[str, tuple[Any, Any]], undoes: int = 0
+        self,
+        plan: str,
+        action: Action,
+        reviewer: str,
+        changes: Mapping[str, tuple[Any, Any]],
+        *,
+        undoes: int = 0,
+        upto: int | None = None,
     ) -> Line:
         changes = {key: pair for key, pair in changes.items() if pair[0] != pair[1]}
         before = self._text()
         after = self._edited(before, plan, changes) if changes else before
         number = (self.log.lines[-1].number if self.log.lines else 0) + 1
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
-        line = Line(number, now, reviewer, plan, action, changes, undoes, (_hash(before), _hash(after)))
+        line = Line(number, now, reviewer, plan, action, changes, undoes, (_hash(before), _hash(after)), upto)
         partial = self._prepared(after) if changes else None  # R2
         try:
             self.log.add(line)

@@ -35,6 +35,9 @@ class Line(msgspec.Struct, frozen=True, omit_defaults=True):
         What became of keys of the plan's table: before and after, None where there is none.
     undoes
         Of an undo, the number of what it undoes.
+    upto
+        Of a build, the number of the last line that it was told of; None in logs of before this was noted, where it is
+        the line before its own.
     file
         SHA-256 of ``overrides.toml`` before and after.
     """
@@ -47,6 +50,7 @@ class Line(msgspec.Struct, frozen=True, omit_defaults=True):
     changes: dict[str, tuple[Any, Any]] = {}
     undoes: int = 0
     file: tuple[str, str] = ("", "")
+    upto: int | None = None
 
 
 @dataclass

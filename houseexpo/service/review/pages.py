@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import getpass
+from threading import Lock
 from typing import Any, Final, get_args
 
 from starlette.concurrency import run_in_threadpool
@@ -24,6 +25,7 @@ from houseexpo.service.review.place import overrides_file
 from houseexpo.service.review.queue import Move, Queue
 from houseexpo.service.review.shown import SIZE_PX, history, marks, plan_values
 from houseexpo.service.service import Service
+from houseexpo.service.settings import is_loopback
 
 _MOVES: Final = get_args(Move)
 
@@ -68,17 +70,20 @@ def routes(service: Service) -> list[BaseRoute]:
     if not service.settings.review:
         return []
     tables: dict[str, Table] = {}
+    opening = Lock()
 
     def table(request: Request) -> Table:
         collection = service.collection(request)
-        if collection.name not in tables:
-            tables[collection.name] = Table(collection)
-        return tables[collection.name]
+        with opening:  # one each: a second one would not know of the first one's build
+            if collection.name not in tables:
+                tables[collection.name] = Table(collection)
+            return tables[collection.name]
 
     def page(request: Request) -> Response:
         shown = service.collection(request)
         file = table(request).desk.file.name
-        return service.page(request, "review/review.html", here="review", shown=shown, reviewer=_user(), file=file)
+        reviewer = _user() if is_loopback(service.settings.host) else ""  # others' browsers are not this machine's user
+        return service.page(request, "review/review.html", here="review", shown=shown, reviewer=reviewer, file=file)
 
     def state(request: Request) -> Response:
         found, asked = table(request), request.query_params

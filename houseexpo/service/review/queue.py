@@ -1,4 +1,4 @@
-"""In which order plans are judged: the least sure first, and two people are not shown the same one."""
+"""In which order plans are judged: the least sure first, and two people at one server are not sent to the same one."""
 
 from __future__ import annotations
 
@@ -30,9 +30,11 @@ class Queue:
     def move(self, start: str | None, how: Move, reviewer: str, judged: Mapping[str, Judged]) -> str | None:
         """Return the plan that is "next" to one, "previous" to it, the next "open" one, or the one "here".
 
-        Without a plan to start from that is there, it is the first one. None where none is left.
+        Without a plan to start from that is there, it is the first one. None where none is left, or there are no plans.
         """
         size = len(self.order)
+        if not size:
+            return None
         if start is None or start not in self.places:
             return self.order[0] if how != "open" else self._open(-1, reviewer, judged)
         place = self.places[start]

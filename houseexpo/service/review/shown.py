@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from houseexpo.drawing.scene import scene
-from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame, plan_from_source
 from houseexpo.service.review.changes import several
@@ -37,14 +36,11 @@ def plan_values(plan: FloorPlan) -> dict[str, Any]:
 
 
 def marks(plan: FloorPlan, table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the doors and points of no rooms that ``overrides.toml`` gives for a plan, in the plan's metres."""
+    """Return the doors and points of no rooms of a plan's table, as ``Desk.table`` returns it, in the plan's metres."""
     if plan.frame is None:
         return {"doors": [], "no_rooms": []}
-    try:
-        doors = [plan_from_source(plan.frame, door).tolist() for door in several(table.get("door"), "door")]
-        points = [plan_from_source(plan.frame, point).tolist() for point in several(table.get("no_room"), "no_room")]
-    except (TypeError, ValueError):
-        raise ConfigError(f"overrides: {plan.id}: expected points in door and no_room; mend them first") from None
+    doors = [plan_from_source(plan.frame, door).tolist() for door in several(table.get("door"), "door")]
+    points = [plan_from_source(plan.frame, point).tolist() for point in several(table.get("no_room"), "no_room")]
     return {"doors": doors, "no_rooms": points}
 
 

@@ -23,6 +23,8 @@ _TOKENS: Final = re.compile(
     r'"""(?:[^\\]|\\.)*?"""(?!")|\'\'\'.*?\'\'\'(?!\')|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*|=', re.DOTALL
 )
 """Strings, comments and equals signs: what else a statement holds cannot hide one of these."""
+_LINE: Final = re.compile(r"[^\n]*\n|[^\n]+")
+"""A line as TOML has it; ``str.splitlines`` ends lines at other signs too, which may stand in a comment."""
 _BARE: Final = re.compile(r"[A-Za-z0-9_-]+")
 _END: Final = re.compile(r"[ \t]*(?:#[^\n]*)?\s*\Z")
 
@@ -86,7 +88,7 @@ def _statements(text: str) -> Iterator[_Statement]:
     """Part a whole TOML file: a statement ends with the first line with which it can be read by itself."""
     waiting = ""
     header: tuple[str, ...] = ()
-    for line in text.splitlines(keepends=True):
+    for line in _LINE.findall(text):
         waiting += line
         try:
             found = tomllib.loads(waiting)

@@ -12,6 +12,8 @@ from typer.testing import CliRunner
 
 from houseexpo.commands import serve as command
 from houseexpo.errors import ConfigError, DatasetError
+from houseexpo.service.collection import Collection
+from houseexpo.service.collection import opened as collections
 from houseexpo.service.service import Service
 from tests.builders.services import built, published, some_plans
 
@@ -72,12 +74,31 @@ def test_a_port_in_use_is_said(folder: Path) -> None:
             said(folder, "--port", taken.getsockname()[1])
 
 
+def test_a_port_is_taken_before_data_sets_are_opened(
+    folder: Path, started: list[Service], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def opened(paths: list[Path]) -> dict[str, Collection]:
+        """Open them, and start a second server meanwhile."""
+        (port,) = ports
+        with pytest.raises(ConfigError, match="cannot listen"):
+            command._listening("127.0.0.1", port)
+        return collections(paths)
+
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        ports = [free.getsockname()[1]]
+    monkeypatch.setattr("houseexpo.service.collection.opened", opened)
+    said(folder, "--port", ports[0])
+    assert started
+
+
 @pytest.mark.parametrize(
     ("words", "error", "text"),
     [
         (("nowhere",), DatasetError, "found nothing there"),
         (("--review", "--read-only"), ConfigError, "leave one out"),
         (("--host", "no.such.host.invalid"), ConfigError, "cannot listen"),
+        (("--host", "a" * 64 + ".example"), ConfigError, "cannot listen"),
     ],
 )
 def test_what_cannot_be_served_is_said(folder: Path, words: tuple[str, ...], error: Any, text: str) -> None:

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from houseexpo.commands.release import release as command
 from houseexpo.dataset import open_dataset
-from houseexpo.release import release
+from houseexpo.release import About, release
 from houseexpo.release.tables import DOORS, PLANS, ROOMS
 from tests.builders.needs import need
 
@@ -88,6 +88,34 @@ def test_without_a_date_nothing_makes_one_up(rooms: Path, tmp_path: Path) -> Non
     assert _read(out, "croissant.json")["name"] == "three-rooms"
     assert "datacite" not in (out / "README.md").read_text()
     assert _read(out, "provenance.json")["sources"] == ["houses"]
+
+
+def test_words_of_others_are_neither_html_nor_markdown(rooms: Path, tmp_path: Path) -> None:
+    said = json.loads((rooms / "manifest.json").read_text())
+    said["credit"] = "By <b>C.</b> *free* [here](x), https://example.org/a_b"
+    (rooms / "manifest.json").write_text(json.dumps(said))
+    out = release(rooms, tmp_path / "out", About(title="<i>Rooms</i>")).folder
+    card = (out / "README.md").read_text()
+    as_it_is = r"By \<b\>C.\</b\> \*free\* \[here\](x), https://example.org/a_b"
+    assert card.count(as_it_is) == 2  # in the description, and under the licence
+    assert r"# \<i\>Rooms\</i\>" in card
+    assert "<b>" not in card
+    zenodo = _read(out, ".zenodo.json")
+    assert zenodo["notes"] == "By &lt;b&gt;C.&lt;/b&gt; *free* [here](x), https://example.org/a_b"
+    assert said["credit"] in (out / "LICENSE").read_text()  # which is plain text
+
+
+def test_examples_in_the_card_name_a_part_that_there_is(rooms: Path, tmp_path: Path) -> None:
+    (rooms / "splits").mkdir(exist_ok=True)
+    for name, text in (("val", "a\nb\n"), ("held_out", "c\n")):
+        (rooms / "splits" / f"{name}.txt").write_text(text)
+    out = release(rooms, tmp_path / "out").folder
+    card = (out / "README.md").read_text()
+    assert "train" not in card.split("## What is in it")[0]
+    assert '.split("val")' in card
+    assert 'split="validation")' in card  # so the header calls it
+    assert (out / "rooms" / "val.parquet").is_file()
+    assert "/rooms/val.parquet" in card
 
 
 def test_the_command_releases_and_says_what(rooms: Path, tmp_path: Path) -> None:

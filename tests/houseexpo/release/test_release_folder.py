@@ -26,6 +26,13 @@ def test_one_data_set_gives_the_same_bytes_whatever_the_workers(made: Path, rele
     assert not list(tmp_path.glob(".*"))
 
 
+def test_another_name_of_the_folder_changes_what_names_it_and_nothing_else(rooms: Path, tmp_path: Path) -> None:
+    one, other = (contents(release(rooms, tmp_path / place).folder) for place in ("rooms-a", "rooms-b"))
+    assert one.keys() == other.keys()
+    assert {name for name, data in one.items() if data != other[name]} == {"README.md", "croissant.json", "SHA256SUMS"}
+    assert contents(release(rooms, tmp_path / "elsewhere" / "rooms-a").folder) == one
+
+
 def test_it_holds_nothing_of_this_machine(made: Path, released: Path) -> None:
     places = [str(made.parent).encode(), b"/tmp/", b"/root/"]
     text = [data for name, data in contents(released).items() if not name.endswith((".png", ".parquet", ".gz"))]

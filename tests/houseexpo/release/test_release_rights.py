@@ -70,6 +70,12 @@ def test_an_unknown_licence_names_the_nearest(rooms: Path, tmp_path: Path) -> No
     _refused(rooms, tmp_path, r"found 'CC-BY-ND-4.0'; the nearest is 'CC-BY-")
 
 
+@pytest.mark.parametrize("credit", ["By C.\n# Free", "By C.\u2028D.", " By C.", "x" * 301, "\x1b[31mBy C."])
+def test_whom_to_name_is_one_line(rooms: Path, tmp_path: Path, credit: str) -> None:
+    _manifest(rooms, credit=credit)
+    _refused(rooms, tmp_path, "credit: expected a line of at most 300 letters, found")
+
+
 def test_houses_that_were_withdrawn_are_refused_whatever_is_stated(rooms: Path, tmp_path: Path) -> None:
     file = rooms / "index.parquet"
     file.write_bytes(index_table([{**row, "source": "suncg"} for row in pq.read_table(file).to_pylist()]))

@@ -36,7 +36,8 @@ export class Panel {
     Object.assign(this, { hello: null, trail: [], frame: null, pace, held: false, moving: "0 0" });
     this.element.dataset.state = "waiting";
     this.#say("The house is made ready…");
-    this.element.querySelector(".hold").hidden = this.byHand;
+    const hold = this.element.querySelector(".hold");
+    Object.assign(hold, { hidden: this.byHand, textContent: "Hold" });
     this.element.querySelector(".pad").hidden = !this.byHand;
     const socket = new WebSocket(new URL(this.address, location.href.replace(/^http/, "ws")));
     socket.binaryType = "arraybuffer";

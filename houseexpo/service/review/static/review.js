@@ -5,11 +5,14 @@ import { showBuild } from "./build.js";
 const root = document.getElementById("review");
 const base = root.dataset.base;
 const readOnly = root.dataset.readOnly === "yes";
+const LOOK_MS = 700;
 const at = (id) => document.getElementById(id);
 const sheet = new Sheet(at("stage"), at("picture"), at("marks"), at("hint"));
 let now = null; // what the server said of the plan that is shown
+const seen = new Map(); // by plan, the number of the latest line about it that was shown here
 let busy = Promise.resolve(); // one request after the other: keys may come faster than answers
 let buildPhase = "";
+let nextLook = 0; // the timer of the next look at a build
 let leaving = false; // a plan is judged and the next is on its way: a key that is too fast is not for it
 
 function reviewer() {
@@ -41,10 +44,10 @@ function go(move, plan = now?.plan) {
     const query = new URLSearchParams({ move, reviewer: reviewer() });
     if (plan) query.set("plan", plan);
     const found = await ask(`state?${query}`);
-    if (found.plan === null && now) {
+    if (found.plan === null && now?.plan) {
       now = { ...now, ...found, plan: now.plan };
       showProgress(found.progress);
-      say("All plans are judged.", "good");
+      sayNone(found.progress);
     } else show(found);
   });
 }
@@ -54,9 +57,10 @@ function show(found) {
   showProgress(found.progress);
   setBuild(found.build);
   if (found.plan === null) {
-    say("There is no plan to judge.");
+    sayNone(found.progress);
     return;
   }
+  seen.set(found.plan, found.seen);
   history.replaceState(null, "", `?plan=${encodeURIComponent(found.plan)}`);
   at("plan").textContent = found.plan;
   const sure = found.quality === null ? "no quality" : `quality ${found.quality.toFixed(2)}${found.doubtful ? ", doubtful" : ""}`;
@@ -70,6 +74,11 @@ function show(found) {
   for (const id of ["door", "no_room"]) at(id).disabled = readOnly || !found.drawable;
   const stamp = `${found.build.phase}-${found.build.outcomes.length}`;
   sheet.show(found, `${base}/pictures/${encodeURIComponent(found.plan)}.svg?at=${stamp}`);
+}
+
+function sayNone({ plans }) {
+  if (plans) say("All plans are judged.", "good");
+  else say("There is nothing to judge: the data set has no plans.");
 }
 
 function counted(number, word) {
@@ -97,11 +106,11 @@ function decide(action, { points = [], text = "" } = {}) {
   if (!now?.plan || leaving) return undefined;
   if (readOnly) return say("This service is read-only.", "bad");
   if (!reviewer()) { at("reviewer").focus(); return say("Write your name first: the log says who decided.", "bad"); }
-  const { plan, seen } = now;
+  const { plan } = now;
   const leaves = action === "keep" || action === "drop";
   leaving = leaves;
   return inTurn(async () => {
-    show(await ask("decide", { plan, action, reviewer: reviewer(), seen: Math.max(seen, now.plan === plan ? now.seen : 0), points, text }));
+    show(await ask("decide", { plan, action, reviewer: reviewer(), seen: seen.get(plan), points, text }));
     const words = { keep: "Kept", drop: "Dropped", door: "A door is drawn in", no_room: "Marked no room in", note: "Noted on" };
     say(`${words[action]} ${plan}. It is on the disk.`, "good");
     if (leaves) go("open", plan);
@@ -118,6 +127,7 @@ function undo() {
 }
 
 function draw(kind) {
+  if (!now?.plan) return undefined;
   if (at(kind).disabled) return say("This plan does not say where it stands in its source: keep it or drop it.", "bad");
   const wanted = sheet.wanted === kind ? "" : kind;
   sheet.draw(wanted, (points) => { pressed(""); decide(kind, { points }); });
@@ -129,8 +139,9 @@ function pressed(kind) {
 }
 
 function openNote() {
+  if (!now?.plan) return;
   at("note-form").hidden = false;
-  at("note-text").value = now?.table.why ?? "";
+  at("note-text").value = now.table.why ?? "";
   at("note-text").focus();
 }
 
@@ -149,8 +160,22 @@ function setBuild(found) {
   const ended = buildPhase === "building" && found.phase !== "building";
   buildPhase = found.phase;
   showBuild(found, base, readOnly);
-  if (found.phase === "building") setTimeout(() => inTurn(async () => setBuild(await ask("build"))), 700);
+  if (found.phase === "building") lookSoon();
+  else clearTimeout(nextLook);
   if (ended && now?.plan) go("here");
+}
+
+// One timer however many answers say that it is being built; a look that fails is not the last.
+function lookSoon() {
+  clearTimeout(nextLook);
+  nextLook = setTimeout(() => inTurn(async () => {
+    try {
+      setBuild(await ask("build"));
+    } catch (error) {
+      lookSoon();
+      throw error;
+    }
+  }), LOOK_MS);
 }
 
 const KEYS = {

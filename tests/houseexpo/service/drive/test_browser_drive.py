@@ -84,7 +84,10 @@ def test_two_explorers_side_by_side(address: str) -> None:
         page.wait_for_timeout(500)
         assert (frames(page, 0), frames(page, 1)) == held
         look(page, "drive-two")
-        page.keyboard.press("p")
+        assert page.locator(".hold").all_inner_texts() == ["Go on", "Go on"]
+        page.keyboard.press("r")
+        wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame > 3", 2)
+        assert page.locator(".hold").all_inner_texts() == ["Hold", "Hold"]  # set down anew, nothing is held
         wait_for(page, "panel.dataset.state === 'ended'", 2)
         assert "All is seen." in page.inner_text(".panel .said")
 

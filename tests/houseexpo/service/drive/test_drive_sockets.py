@@ -25,6 +25,7 @@ from houseexpo.service.drive.frames import ENDED, SAVED
 from houseexpo.service.service import Service
 from houseexpo.service.settings import Settings
 from tests.builders.driving import Frame, frame_from, painted, start, two_rooms
+from tests.builders.reviewing import no_plans
 
 ADDRESS = "ws://127.0.0.1/houses/drive/robot"
 
@@ -218,3 +219,9 @@ def test_the_page_names_plan_and_explorers(client: TestClient) -> None:
     assert '<option value="frontier">' in page
     assert client.get("/houses/drive?plan=nothing").status_code == 404
     assert "<b>" not in client.get("/houses/drive?plan=<b>", headers={"accept": "text/html"}).text
+
+
+def test_a_data_set_without_plans_has_no_page(tmp_path: Path) -> None:
+    service = Service({"none": Collection("none", no_plans(tmp_path / "none"))})
+    answer = TestClient(make_app(service), base_url="http://127.0.0.1").get("/none/drive")
+    assert (answer.status_code, answer.json()["error"]) == (404, "none has no plans")

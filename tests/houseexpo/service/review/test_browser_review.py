@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,7 +12,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from tests.builders.reviewing import judged_later
+from tests.builders.reviewing import judged_later, no_plans
 from tests.builders.services import running, service_of
 from tests.builders.visiting import look, visited
 
@@ -120,6 +121,51 @@ def _decide_after_ben(address: str) -> None:
         assert page.request.post("/houses/review/decide", data=asked).ok
         page.keyboard.press("k")
         says(page, "ben chose drop meanwhile")
+
+
+def test_without_plans_it_says_that_there_is_nothing_to_judge(tmp_path: Path) -> None:
+    service = service_of(no_plans(tmp_path / "none"), review=True)
+    with running(service) as address, visited(address, "/none/review") as page:
+        says(page, "nothing to judge")
+        for key in ("ArrowRight", "k", "d", "Enter", "n"):
+            page.keyboard.press(key)
+        says(page, "nothing to judge")
+
+
+def test_a_build_is_looked_at_by_one_timer_that_outlives_a_failure(folder: Path) -> None:
+    # the browser has a line of its own about the request that fails
+    with running(service_of(folder, review=True)) as address, pytest.raises(AssertionError, match="503"):
+        _look_at_a_build(address)
+
+
+def _look_at_a_build(address: str) -> None:
+    looks: list[str] = []
+
+    def building(route: Any) -> None:
+        """Answer that it is being built, until it was looked at twice; the first look fails."""
+        is_look = route.request.url.endswith("/review/build")
+        looks.extend([route.request.url] * is_look)
+        phase = "built" if len(looks) == 2 else "building"
+        told = {"phase": phase, "refusal": "", "waiting": 0, "lines": [], "outcomes": []}
+        if is_look and len(looks) == 1:
+            route.fulfill(status=503, json={"error": "out of breath"})
+        else:
+            route.fulfill(json=told if is_look else {**route.fetch().json(), "build": told})
+
+    with visited(address, "/houses/review") as page:
+        shows(page, "doubtful")
+        page.route(re.compile("/review/(state|build)"), building)
+        page.clock.install()
+        for key, plan in (("Right", "middling"), ("Right", "sure"), ("Left", "middling"), ("Left", "doubtful")):
+            page.keyboard.press(f"Arrow{key}")
+            shows(page, plan)
+        page.clock.run_for(700)
+        says(page, "out of breath")
+        assert len(looks) == 1
+        page.clock.run_for(700)
+        page.wait_for_function("() => document.getElementById('build-words').textContent === 'Built.'")
+        page.clock.run_for(7000)
+        assert len(looks) == 2
 
 
 def test_it_works_on_a_phone_in_the_dark(folder: Path) -> None:

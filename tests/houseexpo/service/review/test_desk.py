@@ -36,8 +36,8 @@ def lines(file: Path) -> list[Line]:
 def test_decisions_stand_in_the_file_and_in_the_log(file: Path) -> None:
     desk = Desk(file)
     desk.decide("villa", "door", "ann", DOOR)
-    desk.decide("villa", "door", "ann", [[3.0, 2.0], [4.0, 2.0]])
-    desk.decide("villa", "no_room", "ann", [5.0, 5.0])
+    desk.decide("villa", "door", "ann", [[3.0, 2.0], [4.0, 2.0]], seen=1)
+    desk.decide("villa", "no_room", "ann", [5.0, 5.0], seen=2)
     desk.decide("hall", "drop", "ben", "a hall")
     assert tables(file) == {
         "villa": {"door": [DOOR, [[3.0, 2.0], [4.0, 2.0]]], "no_room": [5.0, 5.0]},
@@ -55,10 +55,10 @@ def test_decisions_stand_in_the_file_and_in_the_log(file: Path) -> None:
 def test_keep_and_drop_take_each_others_place_and_a_note_may_go(file: Path) -> None:
     desk = Desk(file)
     desk.decide("villa", "drop", "ann")
-    desk.decide("villa", "note", "ann", "odd")
-    desk.decide("villa", "keep", "ann")
+    desk.decide("villa", "note", "ann", "odd", seen=1)
+    desk.decide("villa", "keep", "ann", seen=2)
     assert tables(file) == {"villa": {"keep": True, "why": "odd"}}
-    desk.decide("villa", "note", "ann", "")
+    desk.decide("villa", "note", "ann", "", seen=3)
     assert tables(file) == {"villa": {"keep": True}}
 
 
@@ -81,11 +81,18 @@ def test_undo_takes_back_ones_own_latest_and_is_a_line_of_its_own(file: Path) ->
         desk.undo("ann")
 
 
-def test_what_somebody_else_decided_unseen_is_not_overruled(file: Path) -> None:
+@pytest.mark.parametrize("name", ["ben", "ann"])
+def test_what_was_decided_unseen_is_not_overruled_under_whatever_name(file: Path, name: str) -> None:
     desk = Desk(file)
     desk.decide("villa", "keep", "ann")
     with pytest.raises(DecidedOtherwiseError, match="ann chose keep meanwhile"):
-        desk.decide("villa", "drop", "ben")
+        desk.decide("villa", "drop", name)
+    assert tables(file) == {"villa": {"keep": True}}
+
+
+def test_what_somebody_else_decided_is_overruled_once_it_is_seen(file: Path) -> None:
+    desk = Desk(file)
+    desk.decide("villa", "keep", "ann")
     desk.decide("villa", "drop", "ben", seen=1)
     assert tables(file) == {"villa": {"drop": True}}
     with pytest.raises(DecidedOtherwiseError, match="somebody changed"):
@@ -167,6 +174,29 @@ def test_a_file_that_is_no_toml_is_said_and_left_alone(file: Path) -> None:
     assert file.read_text() == "[villa\n"
 
 
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("villa = 3\n", r"villa: expected a table \[villa\], found 3"),
+        ("[[villa]]\nkeep = true\n", r"villa: expected a table \[villa\], found \[\{"),
+        ("[villa]\ndoor = 3\n", "villa: door: expected two points .* found 3"),
+        ("[villa]\ndoor = [1.0, 2.0]\n", "villa: door: expected two points .* found"),
+        ('[villa]\nno_room = ["a", "b"]\n', "villa: no_room: expected a point .* found"),
+        ("[villa]\nno_room = [inf, 2.0]\n", "villa: no_room: expected a point .* found"),
+        ("[villa]\nno_room = [[1.0, 2.0], [3.0]]\n", "villa: no_room: expected a point .* found"),
+    ],
+)
+def test_what_a_person_wrote_wrong_of_a_plan_is_said(file: Path, text: str, found: str) -> None:
+    desk = Desk(file)
+    line = desk.decide("villa", "door", "ann", DOOR)
+    file.write_text(text)
+    for work in (lambda: desk.decide("villa", "door", "ann", DOOR, seen=line.number), lambda: desk.undo("ann")):
+        with pytest.raises(ConfigError, match=rf"overrides\.toml: {found}"):
+            work()
+    assert desk.decide("hall", "keep", "ann").plan == "hall"  # the others are not kept from it
+    assert text in file.read_text()
+
+
 def test_two_people_at_once_lose_nothing(file: Path) -> None:
     people = [clerk(file, name, 25) for name in ("ann", "ben")]
     answered = {plan for each in people for plan in each.communicate(timeout=60)[0].split()}
@@ -191,7 +221,14 @@ def test_kill_9_loses_nothing_that_was_answered(file: Path) -> None:
 def test_since_a_build_is_what_was_decided_after_it(file: Path) -> None:
     desk = Desk(file)
     desk.decide("villa", "keep", "ann")
-    desk.built("ann")
+    desk.built("ann", desk.last())
     assert desk.since_build() == []
     desk.undo("ann")
     assert desk.since_build() == ["villa"]
+
+
+def test_a_build_in_a_log_of_before_holds_all_that_stands_before_it(file: Path) -> None:
+    desk = Desk(file)
+    desk.decide("villa", "keep", "ann")
+    desk.log.add(Line(2, "2026-05-01T00:00:00+00:00", "ann", "", "build"))
+    assert desk.since_build() == []

@@ -83,7 +83,7 @@ def test_build_again_does_what_was_decided(client: TestClient, home: Path) -> No
     before = client.get(f"/plans/review/pictures/{name}.svg").text
     frame = client.get("/plans/review/state").json()
     post(client, "decide", plan=name, action="door", points=at(home, name, BEDROOM_DOOR))
-    post(client, "decide", plan=name, action="no_room", points=at(home, name, [PATIO]))
+    post(client, "decide", plan=name, action="no_room", points=at(home, name, [PATIO]), seen=1)
     found = built(client)
     assert found["phase"] == "built", found["lines"]
     assert found["outcomes"] == [{"plan": name, "became": "changed", "why": ""}]
@@ -113,8 +113,8 @@ def test_a_build_that_fails_says_why_and_loses_no_decision(client: TestClient, h
     manifest = home / "homes.toml"
     manifest.write_text(MANIFEST.replace("min_quality", "mine_quality"))
     try:
-        name = client.get("/plans/review/state").json()["plan"]
-        post(client, "decide", plan=name, action="keep")
+        shown = client.get("/plans/review/state").json()
+        post(client, "decide", plan=shown["plan"], action="keep", seen=shown["seen"])
         found = built(client)
         assert found["phase"] == "failed"
         assert any("mine_quality" in line for line in found["lines"])

@@ -44,8 +44,8 @@ class Running:
             time.sleep(0.1)
         raise TimeoutError("the server did not start")
 
-    def decide(self, plan: str, reviewer: str) -> None:
-        body = json.dumps({"plan": plan, "action": "keep", "reviewer": reviewer}).encode()
+    def decide(self, plan: str, reviewer: str, seen: int = 0) -> None:
+        body = json.dumps({"plan": plan, "action": "keep", "reviewer": reviewer, "seen": seen}).encode()
         address = f"http://127.0.0.1:{self.port}/houses/review/decide"
         with urllib.request.urlopen(urllib.request.Request(address, body), timeout=30) as answer:
             assert json.load(answer)["noted"]
@@ -74,7 +74,7 @@ def test_two_servers_one_of_them_killed_lose_nothing_that_was_answered(tmp_path:
         os.kill(servers[0].process.pid, signal.SIGKILL)
         for thread in work:
             thread.join(120)
-        servers[1].decide(PLANS[0], "ann")  # the next one at the desk puts in order what was left
+        servers[1].decide(PLANS[0], "ann", seen=len(PLANS))  # the next one at the desk puts in order what was left
     finally:
         for server in servers:
             server.process.kill()

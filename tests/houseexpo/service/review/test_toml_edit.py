@@ -35,6 +35,12 @@ def test_a_key_changes_where_it_stands_and_keeps_its_comment() -> None:
     assert edited("[a]\nh_g = 0.4  # low\n", "a", {"h_g": 0.5}) == "[a]\nh_g = 0.5  # low\n"
 
 
+@pytest.mark.parametrize("sign", ["\u2028", "\u2029", "\u0085"])
+def test_signs_that_end_lines_elsewhere_stay_in_their_comment(sign: str) -> None:
+    text = f'# seen{sign}on site\n[hut]\nwhy = "small{sign}"  # and{sign}old\n'
+    assert edited(text, "hut", {"keep": True}) == f"{text}keep = true\n"
+
+
 def test_a_list_that_grows_keeps_the_comments_within_it() -> None:
     doors = [[[1.0, 2.0], [1.0, 3.0]], [[4.0, 4.0], [5.0, 4.0]]]
     found = edited(HAND, "villa_L1", {"door": doors})

@@ -1,0 +1,105 @@
+"""How a build again ends, with a build that does what the test says: what it counts as built, and what goes wrong."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("starlette")
+
+from houseexpo.dataset.build_record import BuildRecord, record_build
+from houseexpo.errors import ConfigError
+from houseexpo.service.collection import Collection
+from houseexpo.service.review.building import Building
+from houseexpo.service.review.desk import Desk
+from tests.builders.services import built, some_plans
+
+Begun = Callable[[str], Building]
+
+
+@pytest.fixture
+def desk(tmp_path: Path) -> Desk:
+    return Desk(tmp_path / "overrides.toml")
+
+
+@pytest.fixture
+def begun(tmp_path: Path, desk: Desk, monkeypatch: pytest.MonkeyPatch) -> Begun:
+    """Begin to build with a shell script in the place of Python."""
+    folder = built(tmp_path / "homes", some_plans())
+    (folder / ".build").mkdir()
+    record_build(folder, BuildRecord(("houses",)))
+
+    def start(script: str) -> Building:
+        python = tmp_path / "python"
+        python.write_text(f"#!/bin/sh\n{script}\n")
+        python.chmod(0o755)
+        monkeypatch.setattr(sys, "executable", str(python))
+        found = Building(Collection("homes", folder), desk)
+        found.start("ann")
+        return found
+
+    return start
+
+
+def ended(building: Building) -> str:
+    for _ in range(600):
+        if building.phase != "building":
+            return building.phase
+        time.sleep(0.05)
+    raise TimeoutError(building.status())
+
+
+def test_what_is_decided_while_it_is_built_waits_for_the_next_build(tmp_path: Path, desk: Desk, begun: Begun) -> None:
+    desk.decide("a1", "keep", "ann")
+    # R3
+    building = begun(f"while [ ! -e {tmp_path / 'go'} ]; do sleep 0.05; done")
+    desk.decide("b2", "drop", "ben")
+    (tmp_path / "go").touch()
+    assert ended(building) == "built"
+    assert [outcome.plan for outcome in building.outcomes] == ["a1"]
+    assert desk.since_build() == ["b2"]
+    assert Desk(desk.file).since_build() == ["b2"]
+
+
+def test_a_first_decision_while_it_is_built_waits_too(tmp_path: Path, desk: Desk, begun: Begun) -> None:
+    building = begun(f"while [ ! -e {tmp_path / 'go'} ]; do sleep 0.05; done")
+    desk.decide("b2", "drop", "ben")
+    (tmp_path / "go").touch()
+    assert ended(building) == "built"
+    assert desk.since_build() == ["b2"]
+
+
+def test_a_build_that_cannot_be_started_leaves_the_next_one_free(
+    begun: Begun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    building = begun("exit 0")
+    assert ended(building) == "built"
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "gone"))
+    with pytest.raises(ConfigError, match="cannot be started"):
+        building.start("ann")
+    assert building.phase == "built"
+
+
+def test_whatever_fails_at_the_end_is_said_and_ends_it(begun: Begun, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise ValueError("odd bytes")
+
+    monkeypatch.setattr("houseexpo.service.review.building.outcomes", broken)
+    building = begun("exit 0")
+    assert ended(building) == "failed"
+    assert building.status()["lines"] == ["ValueError: odd bytes"]
+
+
+def test_stopping_what_has_just_ended_is_no_error(begun: Begun, monkeypatch: pytest.MonkeyPatch) -> None:
+    def gone(*_: object) -> None:
+        raise ProcessLookupError
+
+    building = begun("sleep 1")
+    with monkeypatch.context() as patch:
+        patch.setattr("os.killpg", gone)
+        building.stop()
+    assert ended(building) == "built"
