@@ -8,12 +8,14 @@ from typing import Any
 
 import pytest
 import typer
+import uvicorn
 from typer.testing import CliRunner
 
 from houseexpo.commands import serve as command
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.service.collection import Collection
 from houseexpo.service.collection import opened as collections
+from houseexpo.service.connections import Patient
 from houseexpo.service.service import Service
 from tests.builders.services import built, published, some_plans
 
@@ -112,3 +114,10 @@ def test_a_data_set_that_is_being_built_is_refused(tmp_path: Path, folder: Path)
     (folder / "manifest.json").unlink()
     with pytest.raises(DatasetError, match="expected a finished build"):
         said(folder, "--port", 0)
+
+
+def test_connections_that_are_held_for_nothing_are_closed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found: list[uvicorn.Config] = []
+    monkeypatch.setattr("uvicorn.Server.run", lambda server, **_: found.append(server.config))
+    said(folder, "--port", 0)
+    assert found[0].http is Patient

@@ -162,7 +162,8 @@ def _look_at_a_build(address: str) -> None:
         page.clock.run_for(700)
         says(page, "out of breath")
         assert len(looks) == 1
-        page.clock.run_for(700)
+        with page.expect_response(re.compile("/review/state")):  # what was built is shown
+            page.clock.run_for(700)
         page.wait_for_function("() => document.getElementById('build-words').textContent === 'Built.'")
         page.clock.run_for(7000)
         assert len(looks) == 2
