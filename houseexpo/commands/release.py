@@ -23,8 +23,8 @@ def release(
 ) -> None:
     """Release a data set: Parquet tables, JSON archive, splits, Croissant, data card, licence, citation, checksums.
 
-    Plans of houses that the project makes, or of sources whose licence the manifest states. The same data set gives the
-    same bytes.
+    Plans of houses that the project makes, or of sources whose licence the manifest states. The same data set in a
+    folder of the same name gives the same bytes.
     """
     from rich.table import Table
 
