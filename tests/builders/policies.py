@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import time
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from numba.core.event import end_event, start_event
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.loading import NamedPolicy
@@ -14,6 +16,7 @@ from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Policy, P
 from houseexpo.pseudoslam.benchmark import measures
 from houseexpo.pseudoslam.benchmark.tracks import Track
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig, StartConfig
+from houseexpo.pseudoslam.kernels.step_pool import steps_by_sector
 
 CORRIDOR = FloorPlan("corridor", [(0, 0), (0, 1), (13, 1), (13, 0)], 1, {})
 """13 x 1 m: a robot that sees 1 m all round and goes along it sees 0.3 m2 more with each step."""
@@ -52,6 +55,20 @@ def at_step(step: int, what: Any) -> PolicyFactory:
         return what() if callable(what) else what
 
     return lambda _robot, _seed: policy
+
+
+def compiles(_: Robot, __: int) -> Policy:
+    """Takes 4 s at step 2, for a kernel is compiled."""
+
+    def policy(_: Any, info: Knowledge) -> int:
+        if info["steps"] == 2:
+            said = {"dispatcher": SimpleNamespace(py_func=steps_by_sector.py_func)}
+            start_event("numba:compile", said)
+            time.sleep(4)
+            end_event("numba:compile", said)
+        return 0
+
+    return policy
 
 
 def dies(_: Robot, __: int) -> Policy:

@@ -3,6 +3,7 @@
 R1  Which process runs a case makes no difference to its outcome; outcomes come back in the cases' order.
 R2  A process notes in shared memory which case and step it is at before its policy is asked.
 R3  A process that ends, and one whose step lasts too long, end the run; so does the first error. No process stays.
+R4  While kernels are compiled, which may take a minute once, no time passes for a policy.
 """
 
 from __future__ import annotations
@@ -18,8 +19,10 @@ from multiprocessing.process import BaseProcess
 from typing import Any, TypeAlias
 
 from houseexpo.errors import HouseExpoError, PolicyError
+from houseexpo.pseudoslam import kernels
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.episodes import Outcome, Runner
+from houseexpo.pseudoslam.kernels.compiling import on_compiling
 from houseexpo.workers import single_threaded
 
 _LOOK_S = 0.5
@@ -47,7 +50,7 @@ def run_cases(
     new_runner
         Makes what runs the cases, in each process.
     decision_limit_s
-        Seconds that a step may last, the policy's making at the first one included.
+        Seconds that a step may last, the policy's making at the first one included, but not compiling (R4).
     name
         The policy's, for errors.
 
@@ -132,6 +135,13 @@ def _serve(new_runner: NewRunner, pipe: Connection, notes: Any) -> None:
     def note(step: int) -> None:
         notes[0], notes[1] = step, time.monotonic()
 
+    def stop_clock() -> None:
+        notes[1] = 0.0
+
+    def start_clock() -> None:
+        notes[1] = time.monotonic()
+
+    on_compiling(kernels.__name__, stop_clock, start_clock)  # R4
     with suppress(EOFError, BrokenPipeError):
         try:
             runner = new_runner()
@@ -145,5 +155,5 @@ def _serve(new_runner: NewRunner, pipe: Connection, notes: Any) -> None:
                 outcome: Any = runner.run(case, note)
             except HouseExpoError as error:
                 outcome = error
-            notes[1] = 0.0
+            stop_clock()
             pipe.send(outcome)

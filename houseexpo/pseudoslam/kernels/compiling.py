@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import gc
 import logging
+from collections.abc import Callable
 
 from numba.core.event import Event, Listener, register
 
@@ -15,41 +16,62 @@ _LOGGER = logging.getLogger("houseexpo.pseudoslam")
 _LINE = "compiling kernels of the simulator that were not used before, up to 40 s; they are kept on disk"
 
 
-class _Watch(Listener):
-    """Says once in a process that kernels are compiled, and switches the collector off meanwhile, where it was on.
+class _Nested(Listener):
+    """Hears when compiling of a package's functions begins and ends.
 
     Kernels are compiled one at a time, under the compiler's lock, each within the one that calls it.
     """
 
-    def __init__(self, package: str) -> None:
-        self._package = package
+    def __init__(self, package: str, begin: Callable[[], None], end: Callable[[], None]) -> None:
+        self._package, self._begin, self._end = package, begin, end
         self._within = 0
-        self._was_on = False
-        self._has_said = False
 
     def on_start(self, event: Event) -> None:
         """Compiling begins."""
         if self._is_ours(event):
             self._within += 1
             if self._within == 1:
-                self._was_on = gc.isenabled()
-                gc.disable()
-            if not self._has_said:
-                self._has_said = True
-                _LOGGER.warning(_LINE)
+                self._begin()
 
     def on_end(self, event: Event) -> None:
         """Compiling has ended, or failed."""
         if self._is_ours(event):
             self._within -= 1
-            if self._within == 0 and self._was_on:
-                gc.enable()
+            if self._within == 0:
+                self._end()
 
     def _is_ours(self, event: Event) -> bool:
         function = event.data["dispatcher"].py_func
         return str(function.__module__).startswith(self._package)
 
 
+class _Watch:
+    """Says once in a process that kernels are compiled, and switches the collector off meanwhile, where it was on."""
+
+    def __init__(self) -> None:
+        self._was_on = False
+        self._has_said = False
+
+    def begin(self) -> None:
+        """Compiling begins."""
+        self._was_on = gc.isenabled()
+        gc.disable()
+        if not self._has_said:
+            self._has_said = True
+            _LOGGER.warning(_LINE)
+
+    def end(self) -> None:
+        """Compiling has ended."""
+        if self._was_on:
+            gc.enable()
+
+
 def watch_compiling(package: str) -> None:
     """Say so, and let the collector rest, while functions of a package are compiled."""
-    register("numba:compile", _Watch(f"{package}."))  # type: ignore[no-untyped-call]
+    watch = _Watch()
+    on_compiling(package, watch.begin, watch.end)
+
+
+def on_compiling(package: str, begin: Callable[[], None], end: Callable[[], None]) -> None:
+    """Call one function before functions of a package are compiled in this process, and the other one after that."""
+    register("numba:compile", _Nested(f"{package}.", begin, end))  # type: ignore[no-untyped-call]

@@ -65,6 +65,12 @@ def test_a_policy_that_fails_ends_the_run(name: str, said: str) -> None:
 
 
 @pytest.mark.slow
+def test_compiling_is_no_time_of_the_policy() -> None:
+    result = run(AVOIDANCE, f"{MINE}:compiles", None, Settings(number=1, decision_limit_s=3.0))
+    assert len(result.column("seed")) == 1
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("track", TRACKS, ids=lambda track: track.id)
 def test_every_track_runs_and_is_read_back(track: Any, plans: Dataset, tmp_path: Path) -> None:
     result = run(track, "random", plans, Settings(number=2))
