@@ -99,7 +99,8 @@ def test_a_service_starts_answers_and_ends(line: str, folder: Path) -> None:
         finally:
             service.send_signal(signal.SIGINT)
             ended = service.wait(30)
-    assert ended == INTERRUPTED
+    is_ignored = signal.getsignal(signal.SIGINT) == signal.SIG_IGN  # these tests run as a job in the background
+    assert ended == (0 if is_ignored else INTERRUPTED)
 
 
 def test_there_are_lines_of_each_kind() -> None:

@@ -82,7 +82,7 @@ def _looked_up_in(name: str, data: Path | None) -> Dataset:
             raise
     raise ConfigError(
         f"{name}: no such file or folder, and no data set in which it could be an id; check the path, or name the data "
-        "set with --dataset"
+        "set with --dataset, or run houseexpo fetch"
     )
 
 

@@ -80,7 +80,10 @@ def test_wrong_actions_of_one_are_refused(given: dict[str, Any], actions: Any, t
             "actions: expected one of discrete, continuous, frontier, waypoint, neighbour; found 'both'",
         ),
         ({"observation": "image"}, "observation: expected one of map, dict, graph, scales; found 'image'"),
-        ({"config": {"max_steps": 3}}, "config: expected a SimulatorConfig or None, found {'max_steps': 3}"),
+        (
+            {"config": {"max_steps": 3}},
+            "config: expected a SimulatorConfig, one of paper, .*, or None; found {'max_steps': 3}",
+        ),
     ],
 )
 def test_wrong_arguments_are_refused(given: dict[str, Any], text: str) -> None:
