@@ -1,8 +1,8 @@
 """Which made homes are nearer to a published plan than they may be; what it prints is an overrides file.
 
-    python -m tests.benchmarks.home_nearness datasets/free35k plans_33717.jsonl.gz > free35k_dropped.toml
+    python -m tests.benchmarks.home_nearness datasets/free35k plans_33717.jsonl.gz > free35k.overrides.toml
 
-The measure is that of the stage dedupe. A build with ``--overrides free35k_dropped.toml`` leaves these homes out.
+The measure is that of the stage dedupe. Beside its manifest the file has the next build leave these homes out.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def main() -> None:
     """Print a table for each home to leave out."""
     made, published = (open_dataset(Path(name)) for name in sys.argv[1:3])
     for name, (other, difference) in near_published(made, published).items():
-        sys.stdout.write(f'[{name}]\ndrop = true\nwhy = "{difference:.3f} from published {other}"\n')
+        sys.stdout.write(f'[{name}]\ndrop = true\nwhy = "{difference:.3f} from published {other[:8]}"\n')
 
 
 if __name__ == "__main__":
