@@ -2,11 +2,13 @@
 
     python -m tests.benchmarks.home_nearness datasets/free35k plans_33717.jsonl.gz > free35k.overrides.toml
 
-The measure is that of the stage dedupe. Beside its manifest the file has the next build leave these homes out.
+The measure is that of the stage dedupe. Beside its manifest the file has the next build leave these homes out, and with
+them their duplicates, which would come in their places.
 """
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 
@@ -35,11 +37,20 @@ def near_published(made: Dataset, published: Dataset, limit: float = NEAREST) ->
     return {name: (theirs[pair.first], pair.difference) for name, pair in sorted(found.items())}
 
 
+def duplicates(folder: Path) -> dict[str, str]:
+    """Return the homes that a build dropped as duplicates: id -> that of the one it kept."""
+    lines = map(json.loads, (folder / "duplicates.jsonl").read_text().splitlines())
+    return {line["id"]: line["kept_id"] for line in lines}
+
+
 def main() -> None:
     """Print a table for each home to leave out."""
     made, published = (open_dataset(Path(name)) for name in sys.argv[1:3])
-    for name, (other, difference) in near_published(made, published).items():
-        sys.stdout.write(f'[{name}]\ndrop = true\nwhy = "{difference:.3f} from published {other[:8]}"\n')
+    near = near_published(made, published)
+    why = {name: f"{difference:.3f} from published {other[:8]}" for name, (other, difference) in near.items()}
+    why |= {name: f"a duplicate of {kept[:8]}" for name, kept in duplicates(made.path).items() if kept in near}
+    for name, reason in sorted(why.items()):
+        sys.stdout.write(f'[{name}]\ndrop = true\nwhy = "{reason}"\n')
 
 
 if __name__ == "__main__":
