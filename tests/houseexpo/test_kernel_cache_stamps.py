@@ -35,6 +35,7 @@ def run(folder: Path, how: str) -> tuple[int, int]:
 
 
 @pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
+@pytest.mark.slow
 def test_a_function_that_another_file_calls_is_compiled_anew_once_it_has_changed(tmp_path: Path) -> None:
     (tmp_path / "outer.py").write_text(OUTER)
     (tmp_path / "inner.py").write_text(INNER.format(1))

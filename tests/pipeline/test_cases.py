@@ -65,6 +65,7 @@ def test_a_mesh_gives_the_plan_that_is_known(name):
             assert score["cuts"] <= score["cuts_needed"] + more_cuts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", slowly(BUILDINGS))
 def test_an_ifc_building_gives_the_same_plan_divided_and_named_as_its_spaces(name):
     for score in scores(name, "ifc", zones=None):

@@ -14,6 +14,7 @@ import pytest
 from tests.builders.batch import contents, one_room
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", ["starting", "importing", "locked", "working"])
 def test_ctrl_c_ends_a_build_and_the_same_command_goes_on(moment: str, tmp_path: Path) -> None:
     journal = tmp_path / "out" / ".build" / "journal.jsonl"

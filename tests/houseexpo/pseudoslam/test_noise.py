@@ -122,6 +122,7 @@ def drifts(noise: NoiseConfig, action: str, steps: int) -> np.ndarray:
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("steps", [4, 36])
 def test_odometry_drifts_as_the_root_of_the_way(steps: int) -> None:
     along = drifts(NoiseConfig(odometry_way=0.1), "forward", steps)
@@ -149,6 +150,7 @@ def test_the_map_is_drawn_where_the_robot_believes_to_be() -> None:
     assert max(map(abs, offs)) > 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", ["sector", "rays"])
 def test_as_many_beams_are_lost_or_see_through_as_told(rule) -> None:
     plan = FloorPlan("long", [(0, 0), (0, 8), (12, 8), (12, 0)], 1, {})

@@ -134,6 +134,7 @@ def test_no_half_file_is_left_where_a_build_fails(
     assert not [file for file in (tmp_path / "out").rglob(".*") if file.is_file()]
 
 
+@pytest.mark.slow
 def test_a_crash_and_a_timeout_cost_only_their_own_house(street: Path, tmp_path: Path) -> None:
     one_room(street / "b_crash.ply")
     one_room(street / "b_sleep.ply", 8.0)
@@ -217,6 +218,7 @@ def test_a_source_that_does_not_exist_is_an_error_before_anything_is_touched(str
     assert contents(out) == before
 
 
+@pytest.mark.slow
 def test_a_house_whose_worker_was_killed_is_tried_again_at_once(street: Path, tmp_path: Path) -> None:
     run_build([street], tmp_path / "calm")
     run_build([street], tmp_path / "out", plan=partial(killed_once, tmp_path / "killed"))
@@ -224,6 +226,7 @@ def test_a_house_whose_worker_was_killed_is_tried_again_at_once(street: Path, tm
     assert contents(tmp_path / "out") == contents(tmp_path / "calm")
 
 
+@pytest.mark.slow
 def test_a_house_that_kills_every_worker_is_one_rejection(street: Path, tmp_path: Path) -> None:
     one_room(street / "b_kill.ply")
     for workers in (1, 2):

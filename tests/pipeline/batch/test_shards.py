@@ -21,6 +21,7 @@ def shard_of_a(count: int) -> str:
     return f"{number_of('a', count)}/{count}"
 
 
+@pytest.mark.slow
 def test_shards_in_any_order_and_more_than_once_give_the_bytes_of_one_build(
     street: Path, serial: dict[str, bytes], tmp_path: Path
 ) -> None:

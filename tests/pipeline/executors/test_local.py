@@ -103,6 +103,7 @@ def killed_twice(marks: str) -> str:
     return marks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, 2])
 def test_an_item_whose_worker_was_killed_is_tried_again_at_once(workers: int, tmp_path: Path) -> None:
     folders = [tmp_path / name for name in "abcdef"]
@@ -146,6 +147,7 @@ def test_a_limit_beyond_all_memory_is_none(memory: int) -> None:
     assert dict(run(behave, ["a"], workers=1, limits=Limits(1e300, memory))) == {"a": "A"}
 
 
+@pytest.mark.slow
 def test_workers_end_with_their_parent(tmp_path: Path) -> None:
     code = f"""
 import sys

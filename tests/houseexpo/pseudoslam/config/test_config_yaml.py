@@ -92,6 +92,7 @@ def test_it_says_what_it_made_of_them(tmp_path: Path, caplog: pytest.LogCaptureF
         assert line in said
 
 
+@pytest.mark.slow
 def test_a_published_file_can_be_simulated(tmp_path: Path) -> None:
     config = SimulatorConfig.from_yaml(written(tmp_path, changed(obstacle={"number": 0})))
     simulator = Simulator.of(FloorPlan("hall", [(2, 1), (2, 5), (10, 5), (10, 1)], 1, {}), config)

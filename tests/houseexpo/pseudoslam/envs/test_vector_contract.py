@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import sys
 import warnings
@@ -99,11 +100,13 @@ def calls_in_a_step(env: Any, actions: np.ndarray) -> list[str]:
         if event in {"call", "c_call"}:
             found.append(frame.f_code.co_qualname if event == "call" else getattr(what, "__qualname__", repr(what)))
 
+    gc.disable()  # others have it call functions of their own
     sys.setprofile(note)
     try:
         env.step(actions)
     finally:
         sys.setprofile(None)
+        gc.enable()
     return found
 
 

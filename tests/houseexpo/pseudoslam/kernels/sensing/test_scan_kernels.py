@@ -134,6 +134,7 @@ def test_a_small_sector_by_hand() -> None:
     assert {(4, 1), (4, 5), (1, 1), (1, 5)} <= free  # the fan's edge belongs to it
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pixels_per_metre", [10, 16, 25, 40])
 def test_rays_are_the_published_ones_on_real_plans(published_lines: list[bytes], pixels_per_metre: int) -> None:
     rng = np.random.default_rng(pixels_per_metre)
