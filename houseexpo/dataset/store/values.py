@@ -44,10 +44,14 @@ class Values:
         """Write a value, now or within some seconds (R2)."""
         if (database := self._database) is None:
             return
-        self._tried(lambda: database.execute("INSERT OR REPLACE INTO derived VALUES (?, ?, ?)", (name, digest, value)))
-        if time.monotonic() - self._committed > _COMMIT_S:
-            self._tried(database.commit)
-            self._committed = time.monotonic()
+
+        def write() -> None:
+            database.execute("INSERT OR REPLACE INTO derived VALUES (?, ?, ?)", (name, digest, value))
+            if time.monotonic() - self._committed > _COMMIT_S:
+                database.commit()
+                self._committed = time.monotonic()
+
+        self._tried(write)
 
     def close(self) -> None:
         """Write what is not written yet."""
@@ -85,5 +89,5 @@ def _opened(file: Path) -> sqlite3.Connection:
 
 
 def _is_damaged(error: sqlite3.Error) -> bool:
-    """Whether the file is no database, or has lost its order; else the disk or another process is in the way."""
-    return isinstance(error, sqlite3.DatabaseError) and not isinstance(error, sqlite3.OperationalError)
+    """Whether the file is no database, or has lost its order; errors of a class of their own mean something else."""
+    return type(error) is sqlite3.DatabaseError

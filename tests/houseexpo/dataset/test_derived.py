@@ -91,11 +91,23 @@ def test_a_damaged_file_is_made_anew(folder, place):
     assert open_dataset(folder).derived("area", forgets) == [4.0, 9.0, 16.0]
 
 
-def test_a_file_that_another_process_holds_is_left_alone(folder, monkeypatch, caplog):
+@pytest.mark.parametrize("commit_s", [2.0, 0.0])
+def test_a_file_that_another_process_holds_is_left_alone(folder, monkeypatch, caplog, commit_s):
     open_dataset(folder).derived("area", area)
     monkeypatch.setattr(values, "_TIMEOUT_S", 0.1)
+    monkeypatch.setattr(values, "_COMMIT_S", commit_s)
     with closing(sqlite3.connect(file_of(folder))) as other:
         other.execute("BEGIN EXCLUSIVE")
         assert open_dataset(folder).derived("area", area) == [4.0, 9.0, 16.0]
     assert "database is locked" in caplog.text
+    assert open_dataset(folder).derived("area", forgets) == [4.0, 9.0, 16.0]
+
+
+def test_a_file_that_cannot_be_written_keeps_what_it_has(folder, monkeypatch):
+    open_dataset(folder).derived("area", area)
+    monkeypatch.setattr(values, "_TIMEOUT_S", 0.1)
+    monkeypatch.setattr(values, "_COMMIT_S", 0.0)
+    with closing(sqlite3.connect(file_of(folder))) as other:
+        other.execute("BEGIN IMMEDIATE")  # others may read, and not write
+        assert open_dataset(folder).derived("length", lambda plan: plan.area**0.5) == [2.0, 3.0, 4.0]
     assert open_dataset(folder).derived("area", forgets) == [4.0, 9.0, 16.0]
