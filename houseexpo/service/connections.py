@@ -1,7 +1,7 @@
 """Connections that are held open for nothing are closed: uvicorn bounds the time after an answer, and no other.
 
 R1  A connection on which no request was begun since the last look, and none is being answered, is closed; one looks
-    every ``PATIENCE_S``. A head of which only a part has come is no request.
+    every ``IDLE_TIMEOUT_S``. A head of which only a part has come is no request.
 R2  An address has a number of connections. Together with R1 no client without the token takes all descriptors.
 """
 
@@ -12,8 +12,8 @@ from typing import Any, Final
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-PATIENCE_S: Final = 10.0
-PER_ADDRESS: Final = 128
+IDLE_TIMEOUT_S: Final = 10.0
+MAX_PER_ADDRESS: Final = 128
 
 
 class Patient(H11Protocol):
@@ -25,9 +25,9 @@ class Patient(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn has it
         """Begin to look; a connection too many is cut off."""
         super().connection_made(transport)
-        self._look = self.loop.call_later(PATIENCE_S, self._looked)
+        self._look = self.loop.call_later(IDLE_TIMEOUT_S, self._looked)
         address = _address(self)
-        if sum(_address(other) == address for other in self.connections) > PER_ADDRESS:  # R2
+        if sum(_address(other) == address for other in self.connections) > MAX_PER_ADDRESS:  # R2
             transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -42,7 +42,7 @@ class Patient(H11Protocol):
             self.transport.close()
             return
         self._before = self.cycle
-        self._look = self.loop.call_later(PATIENCE_S, self._looked)
+        self._look = self.loop.call_later(IDLE_TIMEOUT_S, self._looked)
 
 
 def _address(connection: Any) -> str | None:

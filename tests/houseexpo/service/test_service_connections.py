@@ -19,7 +19,7 @@ from websockets.sync.client import connect
 
 from houseexpo.service import connections
 
-PATIENCE_S = 0.3
+IDLE_TIMEOUT_S = 0.3
 HEAD = b"GET / HTTP/1.1\r\nHost: localhost\r\n"
 
 
@@ -32,14 +32,14 @@ async def app(scope: dict[str, Any], receive: Any, send: Any) -> None:
         await receive()
         return
     if scope["path"] == "/slow":
-        await anyio.sleep(3 * PATIENCE_S)
+        await anyio.sleep(3 * IDLE_TIMEOUT_S)
     await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"2")]})
     await send({"type": "http.response.body", "body": b"in"})
 
 
 @pytest.fixture
 def port(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
-    monkeypatch.setattr(connections, "PATIENCE_S", PATIENCE_S)
+    monkeypatch.setattr(connections, "IDLE_TIMEOUT_S", IDLE_TIMEOUT_S)
     config = uvicorn.Config(app, http=connections.Patient, log_level="error", lifespan="off", ws="websockets-sansio")
     server = uvicorn.Server(config)
     with socket.create_server(("127.0.0.1", 0)) as listening:
@@ -78,14 +78,14 @@ def test_an_answer_that_takes_long_is_waited_for(port: int) -> None:
 
 def test_a_socket_stays_open(port: int) -> None:
     with connect(f"ws://127.0.0.1:{port}/") as opened:
-        time.sleep(3 * PATIENCE_S)
+        time.sleep(3 * IDLE_TIMEOUT_S)
         opened.send("still there")
         assert opened.recv() == "still there"
 
 
 def test_an_address_has_so_many_connections(port: int, monkeypatch: pytest.MonkeyPatch) -> None:  # R2
-    monkeypatch.setattr(connections, "PATIENCE_S", 60.0)
-    monkeypatch.setattr(connections, "PER_ADDRESS", 3)
+    monkeypatch.setattr(connections, "IDLE_TIMEOUT_S", 60.0)
+    monkeypatch.setattr(connections, "MAX_PER_ADDRESS", 3)
     with ExitStack() as held:
         for _ in range(3):
             assert answers(held.enter_context(asking(port)))
