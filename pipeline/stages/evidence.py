@@ -107,6 +107,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
         leaves=tuple(found_leaves),
         floor=level.floor,
         low=without_headroom(level.walls),
+        lower=opened(subtract(full, above[-1]), SLIVER_M),
         slight=_slight(above, heights, level.ceiling_m),
         heights=heights.recorded,
     )
