@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
@@ -16,8 +16,8 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.bridge import Bridge
 from pipeline.geometry.bridges import REACH_M, bridges
-from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
-from pipeline.geometry.regions import OUTSIDE, WALL, enclosed, locate, opened
+from pipeline.geometry.overlay import Shapes, areas, mitred, overlap, overlaps, polygons_of, subtract, united
+from pipeline.geometry.regions import OUTSIDE, WALL, each_opened, filled, locate
 
 IN_LINE_M = 0.8
 LAP_M = 0.002
@@ -87,26 +87,23 @@ def _divided(piece: Closer, in_line: BaseGeometry) -> list[Closer]:
     return [Closer(p, piece.kind) for p in parts]
 
 
-def needed(door: BaseGeometry, kept: list[Closer], pieces: list[Closer]) -> list[Closer]:
+def needed(
+    door: BaseGeometry, kept: list[Closer], pieces: list[Closer], plane: BaseGeometry, rooms: list[Polygon]
+) -> list[Closer]:
     """Those of ``pieces`` without which, beside ``kept``, spaces would run into each other.
 
-    The last piece is taken away first. Without it, all spaces and all pieces already taken away that it touches become
-    one: it may go as long as that holds no two spaces, the outside being one of them.
+    ``plane`` is the door plane with all of these in it, and ``rooms`` are what it encloses. The last piece is taken
+    away first. Without it, all spaces and all pieces already taken away that it touches become one: it may go as long
+    as that holds no two spaces, the outside being one of them.
     """
-    if not pieces:
-        return []
-    plane, rooms = enclosed(closed_plane(door, [*kept, *pieces]))
     spaces = [*rooms, _outside(plane)]
-    standing = closed_plane(door, kept)
-    shapes = [opened(subtract(piece.polygon, standing), 4 * EPS_M) for piece in pieces]
+    others = united(closer.polygon for closer in kept)
+    bare = [subtract(subtract(piece.polygon, door), others) for piece in pieces]
+    shapes = [areas(shape) for shape in each_opened(bare, 4 * EPS_M)]
     grown = shapely.buffer(shapes, TOUCH_M, join_style="mitre")
     meets = networkx.Graph()
-    for (k, other), area in _shared_areas(grown, spaces).items():
-        if area > TOUCH_M * CONTACT_M:
-            meets.add_edge(("piece", k), ("space", other))
-    for (k, other), area in _shared_areas(grown, shapes).items():
-        if k != other and area > TOUCH_M * CONTACT_M:
-            meets.add_edge(("piece", k), ("piece", other))
+    meets.add_edges_from((("piece", k), ("space", space)) for k, space in _touching(grown, spaces))
+    meets.add_edges_from((("piece", k), ("piece", other)) for k, other in _touching(grown, shapes) if k != other)
     sets = UnionFind([("space", k) for k in range(len(spaces))])
     left = []
     gone: set[int] = set()
@@ -130,15 +127,16 @@ def closed_plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:
 
 def _outside(plane: BaseGeometry) -> BaseGeometry:
     """The air around a house, a metre of it."""
-    filled = united(Polygon(part.exterior) for part in polygons_of(plane))
-    return subtract(shapely.box(*shapely.bounds(filled)).buffer(1.0), filled)
+    house = filled(plane)
+    return subtract(shapely.box(*shapely.bounds(house)).buffer(1.0), house)
 
 
-def _shared_areas(shapes: npt.NDArray[np.object_], others: list[Polygon]) -> dict[tuple[int, int], float]:
-    """The areas that shapes share with others, by their indices."""
-    pairs = shapely.STRtree(others).query(shapes, predicate="intersects").T
-    with_others = [(int(k), int(other)) for k, other in pairs]
-    return {(k, other): overlap(shapes[k], others[other]).area for k, other in with_others}
+def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, int]]:
+    """Which of the grown pieces lie over which of the others for more than a point: pairs of indices."""
+    tree = shapely.STRtree(others)
+    pairs = tree.query(grown, predicate="intersects")
+    shared = shapely.area(overlaps(grown[pairs[0]], tree.geometries[pairs[1]]))
+    return [(int(k), int(other)) for k, other in pairs.T[shared > TOUCH_M * CONTACT_M]]
 
 
 def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry) -> list[Closer]:

@@ -12,11 +12,12 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.overlay import overlap, united
+from pipeline.geometry.overlay import overlap, overlaps, united
 from pipeline.geometry.regions import OUTSIDE, too_narrow
 from pipeline.geometry.voids import without_voids
 from pipeline.values import Closer, Evidence, Level, Planes
@@ -36,19 +37,19 @@ def habitable(
     """R9: those of the spaces that are rooms."""
     inner = [c.bridge.sides for c in strips if c.bridge is not None and OUTSIDE not in c.bridge.sides]
     entered = {side for sides in inner for side in sides}
-    covered = np.array([_share(room, evidence.floor) for room in rooms])
     area = shapely.area(rooms)
+    covered = _shares(rooms, evidence.floor)
+    low = _shares(rooms, evidence.low)
     known = evidence.floor is not None and bool((covered * area).sum() > KNOWN_FLOOR * area.sum())
     walls = cache(lambda: shapely.buffer(planes.door, BESIDE_EDGE_M, quad_segs=2))
     fences = shapely.buffer(planes.rails, BESIDE_EDGE_M, quad_segs=2)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
-    shafts = too_narrow(rooms, SHAFT_M)
-    for k, (room, share, shaft) in enumerate(zip(rooms, covered, shafts, strict=True)):
+    for k, (room, share) in enumerate(zip(rooms, covered, strict=True)):
         if room.intersects(refused):
             continue
-        floored = not known or share >= FLOORED or (_along(room, walls()) > CLOSED and not shaft)
-        outside = (k not in entered and _along(room, fences) > FENCED) or _share(room, evidence.low) > COVERED
+        floored = not known or share >= FLOORED or (_along(room, walls()) > CLOSED and not too_narrow([room], SHAFT_M)[0])
+        outside = (k not in entered and _along(room, fences) > FENCED) or low[k] > COVERED
         if (floored and not outside) or _is_named(room, level):
             kept.append(room)
     return kept
@@ -70,8 +71,12 @@ def on_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
     return [part for room in rooms for part in without_voids(room, level.floor, level.below, named)]
 
 
-def _share(room: Polygon, area: BaseGeometry | None) -> float:
-    return 0.0 if area is None else float(overlap(room, area).area / room.area)
+def _shares(rooms: list[Polygon], area: BaseGeometry | None) -> npt.NDArray[np.float64]:
+    """What share of each of the rooms (n,) lies in an area."""
+    if area is None or area.is_empty:
+        return np.zeros(len(rooms))
+    shared = overlaps(np.array(rooms, dtype=np.object_), np.full(len(rooms), area))
+    return np.asarray(shapely.area(shared) / shapely.area(rooms))
 
 
 def _is_named(room: Polygon, level: Level) -> bool:

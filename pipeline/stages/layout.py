@@ -138,7 +138,7 @@ def _settled(
         elif pruned:
             return strips + rest, plane, rooms
         else:  # strips that stood against what is dropped here may part nothing now
-            rest, pruned = needed(door, strips, rest), True
+            rest, pruned = needed(door, strips, rest, plane, rooms), True
 
 
 def _parts_nothing(closer: Closer, door: BaseGeometry, slight: BaseGeometry, config: LayoutConfig) -> bool:
@@ -230,7 +230,7 @@ def _boundary(
     if edges:  # R11
         return [Closer(p, "room_edge") for p in edges]
     if level.floor is not None:  # R3
-        bands = from_floor(level.floor, ground, rooms, config.area_m2)
+        bands = from_floor(level.floor, ground, config.area_m2)
         if bands:
             return [Closer(p, "floor_edge") for p in bands]
     if closes_most(rooms, planes.tall):
