@@ -14,7 +14,7 @@ from networkx.utils import UnionFind
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.bridge import Bridge
+from pipeline.geometry.bridge import Bridge, strips_of
 from pipeline.geometry.bridges import REACH_M, bridges
 from pipeline.geometry.overlay import Shapes, areas, mitred, overlap, overlaps, polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE, WALL, each_opened, filled, locate
@@ -62,12 +62,13 @@ def parted(
     found: list[Closer] = []
     rest: list[Closer] = []
     for piece, strips in zip(pieces, bridges([p.polygon for p in pieces], rooms, plane, door), strict=True):
-        laps = [b.strip(deeper_m=LAP_M, wider_m=LAP_M) for b in strips]
+        laps = list(strips_of(strips, deeper_m=LAP_M, wider_m=LAP_M))
         found += [Closer(lap, piece.kind, bridge) for lap, bridge in zip(laps, strips, strict=True)]
         rest += [Closer(p, piece.kind) for p in _less(piece.polygon, laps)]
     if not rest:
         return found, []
-    in_line = united(c.bridge.strip(deeper_m=LAP_M, wider_m=IN_LINE_M) for c in found if c.bridge is not None)
+    found_bridges = [c.bridge for c in found if c.bridge is not None]
+    in_line = united(strips_of(found_bridges, deeper_m=LAP_M, wider_m=IN_LINE_M))
     return found, [part for piece in rest for part in _divided(piece, in_line)]
 
 
