@@ -26,6 +26,8 @@ ROUNDING_M2 = 1e-9
 EPS_M = 1e-5
 TOUCH_M = 1e-3
 CONTACT_M = 1e-5
+SHARES = np.array([[-0.3], [0.0], [0.3]])
+"""Where along a face is looked, from its middle, in widths of the bridge."""
 
 
 CloserKind: TypeAlias = Literal[
@@ -46,9 +48,9 @@ class Closer:
     bridge: Bridge | None = None
 
 
-def lapped(piece: Polygon) -> Polygon:
-    """A piece of one plane, a little larger, so that it meets the walls of the other."""
-    return mitred(piece, LAP_M)
+def lapped(pieces: list[Polygon]) -> list[Polygon]:
+    """Pieces of one plane, a little larger, so that they meet the walls of the other."""
+    return list(mitred(np.array(pieces, dtype=np.object_), LAP_M))
 
 
 def parted(
@@ -142,13 +144,7 @@ def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, 
 
 def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry) -> list[Closer]:
     """The same pieces, the sides of their bridges looked up in ``rooms``: seen from three places along each face."""
-    looks = []
-    for closer in closers:
-        if closer.bridge is not None:
-            b = closer.bridge
-            off = b.across * (b.depth / 2 + 2 * REACH_M)
-            along = [b.centre + b.along * b.width * share for share in (-0.3, 0.0, 0.3)]
-            looks += [p - off for p in along] + [p + off for p in along]
+    looks = [_before_faces(closer.bridge) for closer in closers if closer.bridge is not None]
     faces = locate(np.array(looks).reshape(-1, 2), rooms, plane).reshape(-1, 2, 3)
     found, k = [], 0
     for closer in closers:
@@ -159,9 +155,17 @@ def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry)
         blind = (faces[k] == WALL).all(axis=1)
         if closer.kind == "gap" and blind.any():  # between a curtain and the next, before a wall: it leads nowhere
             sides = (sides[int(blind[0])],) * 2
-        found.append(replace(closer, bridge=replace(closer.bridge, sides=sides)))
+        same = sides == closer.bridge.sides
+        found.append(closer if same else replace(closer, bridge=replace(closer.bridge, sides=sides)))
         k += 1
     return found
+
+
+def _before_faces(bridge: Bridge) -> npt.NDArray[np.float64]:
+    """Three places (2, 3, 2) before each of the two faces of a bridge."""
+    off = bridge.across * (bridge.depth / 2 + 2 * REACH_M)
+    along = bridge.centre + bridge.along * bridge.width * SHARES
+    return np.array([along - off, along + off])
 
 
 def _most(faces: npt.NDArray[np.int64]) -> int:

@@ -48,11 +48,15 @@ def habitable(
     for k, (room, share) in enumerate(zip(rooms, covered, strict=True)):
         if room.intersects(refused):
             continue
-        floored = not known or share >= FLOORED or (_along(room, walls()) > CLOSED and not too_narrow([room], SHAFT_M)[0])
+        floored = not known or share >= FLOORED or (_along(room, walls()) > CLOSED and not _is_shaft(room))
         outside = (k not in entered and _along(room, fences) > FENCED) or low[k] > COVERED
         if (floored and not outside) or _is_named(room, level):
             kept.append(room)
     return kept
+
+
+def _is_shaft(room: Polygon) -> bool:
+    return bool(too_narrow([room], SHAFT_M)[0])
 
 
 def _along(room: Polygon, band: BaseGeometry) -> float:
