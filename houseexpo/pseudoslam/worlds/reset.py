@@ -35,7 +35,7 @@ _TRIES = 200
 _BLOCK_M = 0.1  # side of the blocks that ways to a goal are found on, at most
 _BLOCK_OF_RADIUS = 0.85
 """Side of those blocks as a share of the robot's radius, at most: a wall keeps standing cells on its two sides more
-than two radii apart, and cells of blocks that ways join, or that ``field_at`` mixes, are less than sqrt(5) sides apart."""
+than two radii apart; cells of blocks that ways join, or that ``field_at`` mixes, are at most sqrt(5) sides apart."""
 
 Floats = npt.NDArray[np.float64]
 
