@@ -24,7 +24,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 import shapely
-from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.closets import closets
@@ -46,6 +45,7 @@ DENSE_M = 0.15
 """Shorter segments follow the mesh and not the house, where they are the rule."""
 DETAIL_M = 0.01
 """No finer than the grid of a plan."""
+BOX_CORNERS = 5  # of a rectangle's closed ring
 CRACK_M = 0.02
 """Walls that come closer than this touch."""
 
@@ -81,8 +81,7 @@ def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = Tru
         return _arranged(
             replace(cut, ends=snapped, body=body), shapely.linestrings(snapped), sheet_m, solid_m, sheets=sheets
         )
-    slim = np.array([Polygon(rings.rings[k]) for k in np.flatnonzero(rings.thickness < SLIM * sheet_m)])
-    strips = shapely.orient_polygons(_strips(slim, sheet_m))
+    strips = shapely.orient_polygons(_strips(rings.polygons(rings.thickness < SLIM * sheet_m), sheet_m))
     thin = united_rings(rings.rings + [shapely.get_coordinates(s)[:-1] for s in strips], CRACK_M)
     if not rest.any():
         return Section(thin, EMPTY)
@@ -116,18 +115,19 @@ def _strips(slim: npt.NDArray[np.object_], sheet_m: float) -> npt.NDArray[np.obj
     if not len(slim):
         return slim
     boxes = shapely.minimum_rotated_rectangle(slim)
-    straight = shapely.area(slim) > 0.9 * shapely.area(boxes)
-    spines = [_spine(box) for box in boxes[straight] if isinstance(box, Polygon)]
-    strips = np.atleast_1d(shapely.buffer(spines, sheet_m / 2, cap_style="flat"))
+    straight = (shapely.area(slim) > 0.9 * shapely.area(boxes)) & (shapely.get_num_coordinates(boxes) == BOX_CORNERS)
+    strips = np.atleast_1d(shapely.buffer(_spines(boxes[straight]), sheet_m / 2, cap_style="flat"))
     return np.asarray(strips[~shapely.is_empty(strips)])
 
 
-def _spine(box: Polygon) -> BaseGeometry:
-    """The long middle line of a rectangle."""
-    a, b, c, d = shapely.get_coordinates(box)[:4]
-    if np.hypot(*(b - a)) > np.hypot(*(c - b)):
-        a, b, c, d = b, c, d, a
-    return shapely.linestrings([(a + b) / 2, (c + d) / 2])
+def _spines(boxes: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
+    """The long middle lines of rectangles."""
+    corners = shapely.get_coordinates(boxes).reshape(-1, BOX_CORNERS, 2)
+    middles = (corners[:, :-1] + corners[:, 1:]) / 2
+    length = np.hypot(*np.moveaxis(np.diff(corners[:, :3], axis=1), 2, 0))
+    first = (length[:, 0] > length[:, 1]).astype(np.int64)
+    rows = np.arange(len(boxes))
+    return np.atleast_1d(shapely.linestrings(np.stack([middles[rows, first], middles[rows, first + 2]], axis=1)))
 
 
 def _arranged(

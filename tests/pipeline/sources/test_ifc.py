@@ -195,6 +195,7 @@ def test_real_doors_are_all_found_and_nothing_else(case):
     assert len(level.leaves) == len(places)
 
 
+@pytest.mark.slow
 @needs_data
 @pytest.mark.parametrize("case", CASES, ids=lambda path: path.stem)
 def test_real_walls_hold_those_of_the_mesh_and_stand_in_no_room(case):
