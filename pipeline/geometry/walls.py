@@ -26,10 +26,12 @@ import numpy.typing as npt
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from pipeline.geometry.closets import closets
 from pipeline.geometry.cutting import Segments
 from pipeline.geometry.overlay import EMPTY, areas, mitred, subtract, united
 from pipeline.geometry.regions import opened
 from pipeline.geometry.rings import closed_rings, united_rings
+from pipeline.geometry.winding import winding_number
 
 GRID_M = 1e-4
 """Segment ends closer than this are one point (lost loops: trimesh #1944, #2224)."""
@@ -52,10 +54,14 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """What stands at one height: ``walls`` (R1, R3) and massive ``solids`` (R2), apart, since a slab is no wall."""
+    """What stands at one height: ``walls`` (R1, R3) and massive ``solids`` (R2), apart, since a slab is no wall.
+
+    ``closets`` are what of the walls is known to be space after all: over the heads of doors it is closed all round.
+    """
 
     walls: BaseGeometry
     solids: BaseGeometry
+    closets: BaseGeometry = EMPTY
 
 
 def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = True) -> Section:
@@ -81,7 +87,7 @@ def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = Tru
         return Section(thin, EMPTY)
     loose = replace(cut, ends=snapped[rest], body=body[rest])
     others = _arranged(loose, shapely.linestrings(snapped[rest]), sheet_m, solid_m, sheets=sheets)
-    return Section(close_cracks(united([thin, others.walls])), others.solids)
+    return Section(close_cracks(united([thin, others.walls])), others.solids, others.closets)
 
 
 def _is_dense(segments: Floats) -> bool:
@@ -141,7 +147,8 @@ def _arranged(
         return Section(close_cracks(body), massive)
     closed = united([*faces[thin], solids])
     loose = shapely.difference(shapely.multilinestrings(lines), shapely.buffer(closed, 2 * GRID_M))
-    return Section(close_cracks(united([body, thicken(loose, sheet_m)])), massive)
+    walls = close_cracks(united([body, thicken(loose, sheet_m)]))
+    return Section(walls, massive, closets(faces[thin], solids, cut.ends))
 
 
 def thicken(lines: BaseGeometry, thickness_m: float) -> BaseGeometry:
@@ -181,16 +188,3 @@ def _inside(points: npt.NDArray[np.object_], cut: Segments) -> npt.NDArray[np.bo
     around = winding_number(points, cut.ends) > 0
     around[around] = cut.caps.close(shapely.get_coordinates(points[around]), cut.height)
     return around
-
-
-def winding_number(points: npt.NDArray[np.object_], segments: Floats) -> npt.NDArray[np.int64]:
-    """How often the oriented segments wind around each point, counter-clockwise positive (ray to +x)."""
-    if not len(points):
-        return np.zeros(0, np.int64)
-    x, y = shapely.get_x(points)[:, None], shapely.get_y(points)[:, None]
-    (x1, y1), (x2, y2) = segments[:, 0].T, segments[:, 1].T
-    up, down = (y1 <= y) & (y2 > y), (y2 <= y) & (y1 > y)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at = x1 + (y - y1) * (x2 - x1) / (y2 - y1)
-    right = at > x
-    return np.asarray((up & right).sum(axis=1) - (down & right).sum(axis=1), np.int64)

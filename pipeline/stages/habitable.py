@@ -1,9 +1,10 @@
 """Which of the spaces that walls enclose are rooms, and what of them is floor (rules R9 and R10 of the layout).
 
 R9  Where the house has floors, a space without one is no room, unless walls close it nearly all round (a stairwell);
-    nor is one without a door that a railing bounds for the most part (a roof terrace), nor one too low to stand in (a
-    void under a roof). A room that the source names is one. What a person says is no room
-    (``overrides.toml``) is none.
+    nor is one without a door that a railing bounds for the most part (a roof terrace), nor one under the sky that a
+    fence or a lower wall does and that is larger than all the others together (a garden), nor one too low to stand in
+    (a void under a roof). A room that the source names is one. What a person says is no room (``overrides.toml``) is
+    none.
 R10  What of a room lies over a void in the floor is no free space (``geometry.voids``).
 """
 
@@ -17,6 +18,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from pipeline.geometry.mesh import Mesh
 from pipeline.geometry.overlay import overlap, overlaps, united
 from pipeline.geometry.regions import OUTSIDE, too_narrow
 from pipeline.geometry.voids import without_voids
@@ -27,6 +29,10 @@ FLOORED = 0.25
 CLOSED = 0.8
 FENCED = 0.5
 COVERED = 0.7
+ROOFED = 0.5
+HEAD_M = 1.9
+SPECK_M2 = 1e-4
+GRID_M = 1e-3
 SHAFT_M = 0.7
 BESIDE_EDGE_M = 0.02
 
@@ -43,6 +49,7 @@ def habitable(
     known = evidence.floor is not None and bool((covered * area).sum() > KNOWN_FLOOR * area.sum())
     walls = cache(lambda: shapely.buffer(planes.door, BESIDE_EDGE_M, quad_segs=2))
     fences = shapely.buffer(planes.rails, BESIDE_EDGE_M, quad_segs=2)
+    gardens = _gardens(rooms, united([planes.rails, evidence.lower]), level)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
     for k, (room, share) in enumerate(zip(rooms, covered, strict=True)):
@@ -50,9 +57,28 @@ def habitable(
             continue
         floored = not known or share >= FLOORED or (_along(room, walls()) > CLOSED and not _is_shaft(room))
         outside = (k not in entered and _along(room, fences) > FENCED) or low[k] > COVERED
-        if (floored and not outside) or _is_named(room, level):
+        if (floored and not outside and k not in gardens) or _is_named(room, level):
             kept.append(room)
     return kept
+
+
+def _gardens(rooms: list[Polygon], fences: BaseGeometry, level: Level) -> set[int]:
+    """Which of the spaces is larger than all others together, lies in a fence, and has nothing over it."""
+    area = [room.area for room in rooms]
+    large = [k for k in range(len(rooms)) if len(rooms) > 1 and area[k] > sum(area) / 2]
+    band = shapely.buffer(fences, BESIDE_EDGE_M, quad_segs=2) if large else fences
+    fenced = {k for k in large if _along(rooms[k], band) > FENCED}
+    return {k for k in fenced if _shares([rooms[k]], _cover(rooms[k], level.walls))[0] < ROOFED}
+
+
+def _cover(room: Polygon, mesh: Mesh) -> BaseGeometry:
+    """What of the plan around a space lies under faces over head height."""
+    corners = mesh.vertices[mesh.faces]
+    corners = corners[corners[:, :, 2].min(axis=1) > HEAD_M][:, :, :2]
+    x1, y1, x2, y2 = room.bounds
+    near = (corners.min(axis=1) < (x2, y2)).all(axis=1) & (corners.max(axis=1) > (x1, y1)).all(axis=1)
+    triangles = shapely.polygons(corners[near])
+    return shapely.union_all(triangles[shapely.area(triangles) > SPECK_M2], grid_size=GRID_M)
 
 
 def _is_shaft(room: Polygon) -> bool:
