@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 Range: TypeAlias = tuple[float | None, float | None]
 """From and to, both included; None leaves an end open."""
 
-_SHOWN = 6  # pictures in a notebook
-
 
 def open_dataset(path: str | os.PathLike[str]) -> Dataset:
     """Open a data set: a folder, the published ``json.tar.gz``, a ``.zip``, ``.jsonl`` or ``.jsonl.gz``.
@@ -112,6 +110,10 @@ class Dataset(Sequence[FloorPlan]):
         """Return the JSON of a plan by its number, as it is packed."""
         return self._catalogue.read(int(self._rows[number]))
 
+    def stages(self, plan_id: str) -> bytes | None:
+        """Return a picture (PNG) of the stages that a plan went through; None where its build kept none."""
+        return self._catalogue.stages(self._row(plan_id))
+
     def column(self, name: str, *, compute: bool = True) -> list[Any]:
         """Return a column of the index, one value a plan: ``room_num``, ``area``, ``labels``, ``n_doors``, ...
 
@@ -165,25 +167,22 @@ class Dataset(Sequence[FloorPlan]):
         where
             Any other condition on a plan; it is asked last.
         """
-        if min_connected is not None and robot_radius is None:
-            raise ConfigError("select: min_connected needs a robot_radius")
-        if min_quality is not None and not 0 <= min_quality <= 1:
-            raise ConfigError(f"select: min_quality: expected 0 to 1, found {min_quality!r}")
-        from houseexpo.dataset.store.columns import column, known_label, shares, within
+        from houseexpo.dataset.store.columns import column, known_labels, least_share, share_of_one, shares, within
 
+        least = least_share(robot_radius, min_connected)
         rows = self._rows
-        least_quality = None if min_quality is None else (min_quality, None)
-        for name, limits in {"room_num": rooms, "area": area, "quality": least_quality}.items():
+        least_quality = None if min_quality is None else (share_of_one(min_quality, "min_quality"), None)
+        given = (("rooms", "room_num", rooms), ("area", "area", area), ("min_quality", "quality", least_quality))
+        for name, measure, limits in given:
             if limits is not None:
-                rows = rows[within(self._catalogue.numbers(name)[rows], limits, name)]
-        if wanted := {known_label(label) for label in labels}:
+                rows = rows[within(self._catalogue.numbers(measure)[rows], limits, name)]
+        if wanted := known_labels(labels):
             found = self._catalogue.table.column("labels").take(rows).to_pylist()
             rows = rows[np.array([wanted.issubset(has) for has in found], dtype=bool)]
         if doors is not None:
             counts = column(self._catalogue, rows, "n_doors")
             rows = rows[within(np.array(counts, dtype=np.float64), doors, "doors")]
         if robot_radius is not None:
-            least = 1.0 if min_connected is None else min_connected
             rows = rows[shares(self._catalogue, rows, robot_radius) >= least]
         if where is not None:
             rows = rows[np.array([bool(where(self._plan(row))) for row in rows.tolist()], dtype=bool)]
@@ -211,16 +210,14 @@ class Dataset(Sequence[FloorPlan]):
         """Return ``n`` different plans drawn at random; one seed draws the same ones every time."""
         if not 0 <= n <= len(self):
             raise ConfigError(f"sample: expected 0 to {len(self)} plans, found {n}")
-        rng = np.random.default_rng(seed)
-        return Dataset(self._catalogue, self._rows[rng.permutation(len(self))[:n]])
+        return Dataset(self._catalogue, self._rows[np.random.default_rng(seed).permutation(len(self))[:n]])
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _reopened, (self._catalogue.address, self.ids)
 
     def __repr__(self) -> str:
-        whole = len(self._catalogue.ids)
-        some = "" if len(self) == whole else f"{len(self):,} of "
-        return f"Dataset({self.path.name!r}, {some}{counted(whole, 'plan')})"
+        some = "" if len(self) == len(self._catalogue.ids) else f"{len(self):,} of "
+        return f"Dataset({self.path.name!r}, {some}{counted(len(self._catalogue.ids), 'plan')})"
 
     def _repr_html_(self) -> str:
         """Show the data set in a notebook: what it is, and the first plans as pictures."""
@@ -228,7 +225,7 @@ class Dataset(Sequence[FloorPlan]):
 
         from houseexpo.drawing import svg
 
-        pictures = (f'<div style="margin: 4px">{svg(plan, size=160)}</div>' for plan in self[:_SHOWN])
+        pictures = (f'<div style="margin: 4px">{svg(plan, size=160)}</div>' for plan in self[:6])
         return f'<p>{escape(repr(self))}</p><div style="display: flex; flex-wrap: wrap">{"".join(pictures)}</div>'
 
     def _row(self, plan_id: str) -> int:
