@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.analysis.standing import Piece, Standing, eroded, straightened
+from houseexpo.errors import PlanError
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import fill
 from houseexpo.plan import RADII_M, Navigability, PlanData, Reach
@@ -31,7 +33,14 @@ def navigability(space: PlanData | Polygon | MultiPolygon, radii: Sequence[float
 
     Walls are straightened by at most 0.01 m first and ``narrowest`` is given to 0.01 m; a disc that is wider or
     narrower than a passage by more than 0.02 m is judged as exact geometry judges it.
+
+    Raises
+    ------
+    PlanError
+        A radius is negative or not finite.
     """
+    if odd := [radius for radius in radii if not 0 <= radius < math.inf]:
+        raise PlanError(f"expected radii of 0 m or more, found {odd[0]!r}", "navigability")
     standing = Standing(straightened(space.free_space if isinstance(space, PlanData) else space))
     said = cache(Navigability)  # most radii say the same of a plan
     found = {}

@@ -167,25 +167,22 @@ class Dataset(Sequence[FloorPlan]):
         where
             Any other condition on a plan; it is asked last.
         """
-        if min_connected is not None and robot_radius is None:
-            raise ConfigError("select: min_connected needs a robot_radius")
-        if min_quality is not None and not 0 <= min_quality <= 1:
-            raise ConfigError(f"select: min_quality: expected 0 to 1, found {min_quality!r}")
-        from houseexpo.dataset.store.columns import column, known_label, shares, within
+        from houseexpo.dataset.store.columns import column, known_labels, least_share, share_of_one, shares, within
 
+        least = least_share(robot_radius, min_connected)
         rows = self._rows
-        least_quality = None if min_quality is None else (min_quality, None)
-        for name, limits in {"room_num": rooms, "area": area, "quality": least_quality}.items():
+        least_quality = None if min_quality is None else (share_of_one(min_quality, "min_quality"), None)
+        given = (("rooms", "room_num", rooms), ("area", "area", area), ("min_quality", "quality", least_quality))
+        for name, measure, limits in given:
             if limits is not None:
-                rows = rows[within(self._catalogue.numbers(name)[rows], limits, name)]
-        if wanted := {known_label(label) for label in labels}:
+                rows = rows[within(self._catalogue.numbers(measure)[rows], limits, name)]
+        if wanted := known_labels(labels):
             found = self._catalogue.table.column("labels").take(rows).to_pylist()
             rows = rows[np.array([wanted.issubset(has) for has in found], dtype=bool)]
         if doors is not None:
             counts = column(self._catalogue, rows, "n_doors")
             rows = rows[within(np.array(counts, dtype=np.float64), doors, "doors")]
         if robot_radius is not None:
-            least = 1.0 if min_connected is None else min_connected
             rows = rows[shares(self._catalogue, rows, robot_radius) >= least]
         if where is not None:
             rows = rows[np.array([bool(where(self._plan(row))) for row in rows.tolist()], dtype=bool)]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
+from houseexpo.errors import ConfigError
 from houseexpo.plan import DOOR_KINDS, Box, DoorKind
 from houseexpo.plan.categories import colour
 from houseexpo.plan.model import PlanData
@@ -98,7 +100,10 @@ def scene(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
     x1, y1, x2, y2 = plan.free_space.bounds
     extent = max(x2 - x1, y2 - y1)
     # the margins take 4% of the size on each side and a line of text below
-    scale = pixels_per_metre or size * 0.92 / extent
+    scale = size * 0.92 / extent if pixels_per_metre is None else pixels_per_metre
+    if not (math.isfinite(scale) and scale > 0):
+        found = f"size {size!r}" if pixels_per_metre is None else f"pixels_per_metre {pixels_per_metre!r}"
+        raise ConfigError(f"picture: expected a size of more than 0 pixels, found {found}")
     text = min(max(0.24 * scale, 9.0), 15.0)
     margin, line = 0.04 * extent + _WALL_M, 2.2 * text / scale
     closed = _inside(plan).buffer(2 * _WALL_M, join_style="mitre").buffer(-_WALL_M, join_style="mitre")

@@ -52,8 +52,7 @@ class GridFrame:
     y_up: bool = False
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.pixels_per_metre) and self.pixels_per_metre > 0):
-            raise ConfigError(f"pixels_per_metre: expected a positive number, found {self.pixels_per_metre!r}")
+        _check_scale(self.pixels_per_metre)
         if math.prod(self.shape) > MAX_CELLS:
             rows, cols = self.shape
             raise ConfigError(
@@ -68,6 +67,7 @@ class GridFrame:
 
         The grid is laid from the bounds' lowest corner, so a plan that is moved keeps its raster.
         """
+        _check_scale(pixels_per_metre)  # before it divides
         x1, y1, x2, y2 = (number(value, "bounds") for value in bounds)
         margin_m = margin_px / pixels_per_metre
         # 1e-6 of a cell: 4 m at 25 px/m are 100 cells, not 101 for the last bit's sake
@@ -120,6 +120,11 @@ class GridFrame:
         """Whether each cell (..., 2) as (row, col) lies on the grid."""
         found = np.asarray(cells)
         return np.asarray(((found >= 0) & (found < np.asarray(self.shape))).all(axis=-1))
+
+
+def _check_scale(pixels_per_metre: float) -> None:
+    if not (math.isfinite(pixels_per_metre) and pixels_per_metre > 0):
+        raise ConfigError(f"pixels_per_metre: expected a positive number, found {pixels_per_metre!r}")
 
 
 def source_from_plan(frame: Frame, points: npt.ArrayLike) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -91,7 +92,7 @@ class Reach(Mapping[str, Navigability]):
 
     def __call__(self, radius_m: float) -> Navigability:
         """Return what a disc of this radius, metres, reaches: as recorded; that of a ``FloorPlan`` measures others."""
-        if not radius_m >= 0:
+        if not 0 <= radius_m < math.inf:
             raise PlanError(f"expected a radius of 0 m or more, found {radius_m!r}", "navigability")
         key = f"{radius_m:.2f}"
         if key in self._known and float(key) == radius_m:

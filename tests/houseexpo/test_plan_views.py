@@ -10,6 +10,7 @@ import pytest
 import shapely
 
 from houseexpo.analysis.geodesic import walking_distances
+from houseexpo.analysis.navigability import navigability
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import NOTHING
@@ -95,3 +96,7 @@ def test_navigability_is_what_is_recorded_and_what_is_measured(two_rooms):
     assert not FloorPlan("x", two_rooms.verts, 1, {}).navigability
     with pytest.raises(PlanError, match="radius"):
         recorded.navigability(-1)
+    with pytest.raises(PlanError, match="found inf"):
+        recorded.navigability(float("inf"))
+    with pytest.raises(PlanError, match=r"found -0\.1"):
+        navigability(two_rooms, (0.2, -0.1))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterable
 from dataclasses import asdict
 from functools import partial
+from numbers import Real
 from typing import Any, Final
 
 import numpy as np
@@ -16,6 +18,9 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 
 Rows = npt.NDArray[np.int64]
+
+_COUNTS: Final = ("rooms", "doors")
+"""What ``select`` takes as one number too: areas are hardly ever equal to a number."""
 
 
 def column(catalogue: Catalogue, rows: Rows, name: str, *, compute: bool = True) -> list[Any]:
@@ -56,9 +61,30 @@ def known_label(word: str) -> str:
     return found
 
 
+def known_labels(words: Iterable[str]) -> set[str]:
+    """Return the labels that words stand for; one word alone is one label, not its letters."""
+    return {known_label(word) for word in ([words] if isinstance(words, str) else words)}
+
+
+def least_share(robot_radius: float | None, min_connected: float | None) -> float:
+    """Return the share that the biggest piece must hold; ConfigError where the two make no condition."""
+    if robot_radius is None and min_connected is not None:
+        raise ConfigError("select: min_connected needs a robot_radius")
+    if robot_radius is not None and not (_is_number(robot_radius) and 0 <= robot_radius < math.inf):
+        raise ConfigError(f"select: robot_radius: expected metres, 0 or more, found {robot_radius!r}")
+    return 1.0 if min_connected is None else share_of_one(min_connected, "min_connected")
+
+
+def share_of_one(value: float, name: str) -> float:
+    """Return a number from 0 to 1; ConfigError where it is none."""
+    if not (_is_number(value) and 0 <= value <= 1):
+        raise ConfigError(f"select: {name}: expected 0 to 1, found {value!r}")
+    return value
+
+
 def within(values: npt.NDArray[np.float64], limits: Any, name: str) -> npt.NDArray[np.bool_]:
-    """Whether each value is the number given, or lies between the two given; None leaves an end open."""
-    low, high = (limits, limits) if isinstance(limits, int | float) else limits
+    """Whether each value lies between the two given, None leaving an end open; a count may be one number too."""
+    low, high = _ends(limits, name)
     if low is not None and high is not None and low > high:
         raise ConfigError(f"select: {name}: expected from <= to, found {low} > {high}")
     inside = np.ones(len(values), dtype=bool)
@@ -67,6 +93,23 @@ def within(values: npt.NDArray[np.float64], limits: Any, name: str) -> npt.NDArr
     if high is not None:
         inside &= values <= high
     return inside
+
+
+def _ends(limits: Any, name: str) -> tuple[float | None, float | None]:
+    is_count = name in _COUNTS
+    try:
+        low, high = (limits, limits) if is_count and _is_number(limits) else limits
+    except (TypeError, ValueError):
+        low = high = math.nan
+    if not all(end is None or _is_number(end) for end in (low, high)):
+        single = "a number, or " if is_count else ""
+        raise ConfigError(f"select: {name}: expected {single}(from, to), None for an open end; found {limits!r}")
+    return low, high
+
+
+def _is_number(value: object) -> bool:
+    """Whether this is a number, of NumPy perhaps, and not NaN, which nothing is equal to, above or below."""
+    return isinstance(value, Real) and not isinstance(value, bool) and not math.isnan(value)
 
 
 def _fill(catalogue: Catalogue, rows: Rows, values: list[Any], name: str, measure: Callable[[FloorPlan], Any]) -> None:

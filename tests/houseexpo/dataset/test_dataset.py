@@ -76,6 +76,21 @@ def test_selecting(plans):
         plans.select(min_connected=0.9)
 
 
+def test_conditions_that_are_none_are_refused_and_numbers_of_numpy_are_numbers(plans):
+    assert plans.select(rooms=np.int64(4)).ids == plans.select(rooms=4).ids
+    assert plans.select(rooms=[4, None], labels="kitchen").ids == plans.select(rooms=(4, None), labels={"Kitchen"}).ids
+    for rooms in ((2,), (2, 3, 4), "2-4", "24", range(2, 9), (float("nan"), 4), True):
+        with pytest.raises(ConfigError, match=r"rooms: expected a number, or \(from, to\)"):
+            plans.select(rooms=rooms)
+    with pytest.raises(ConfigError, match=r"area: expected \(from, to\), None for an open end; found 50"):
+        plans.select(area=50)  # no area is 50 to the last digit
+    with pytest.raises(ConfigError, match="min_connected: expected 0 to 1, found 90"):
+        plans.select(robot_radius=0.2, min_connected=90)
+    for radius in (-0.2, float("nan"), float("inf"), "0.2"):
+        with pytest.raises(ConfigError, match="robot_radius: expected metres"):
+            plans.select(robot_radius=radius)
+
+
 def test_selecting_by_quality(tmp_path):
     judged = [house(f"q{score}", quality=Quality(score)) for score in (0.2, 0.8, 0.95)]
     members = {plan.id: encode(plan) for plan in (*judged, house("published"))}

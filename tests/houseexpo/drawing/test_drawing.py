@@ -82,6 +82,12 @@ def test_svg_escapes_what_the_plan_brings(two_rooms):
     ET.fromstring(svg(replace(two_rooms, id="a<b>&c")))  # noqa: S314 - our own text
 
 
+def test_a_picture_without_a_size_is_refused(two_rooms):
+    for asked in ({"size": 0}, {"pixels_per_metre": 0.0}, {"pixels_per_metre": float("nan")}):
+        with pytest.raises(ConfigError, match="picture: expected a size of more than 0 pixels"):
+            draw_plan(two_rooms, **asked)
+
+
 def test_contact_sheet():
     images = [np.full((20 + 10 * i, 30, 3), 60 * i, dtype=np.uint8) for i in range(3)]
     sheet = contact_sheet(images, 2, ["one", "two", "three"])

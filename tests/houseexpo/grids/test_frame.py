@@ -47,6 +47,9 @@ def test_around_holds_the_bounds_and_the_margin_and_no_more():
 def test_a_scale_must_be_positive():
     with pytest.raises(ConfigError, match="pixels_per_metre: expected a positive number, found 0"):
         GridFrame((0, 0), 0, (1, 1))
+    for scale in (0, float("nan"), float("inf")):
+        with pytest.raises(ConfigError, match="pixels_per_metre: expected a positive number"):
+            GridFrame.around((0, 0, 4, 3), scale)
 
 
 def test_plan_to_source_and_back():
