@@ -12,7 +12,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, Final
 
 import numpy as np
@@ -24,6 +24,7 @@ from houseexpo.service.query import Query
 
 _BINS: Final = 32
 _KEPT: Final = 128
+_WORDS: Final = 64
 _STEPS: Final = (1.0, 2.0, 2.5, 5.0)
 
 Rows = npt.NDArray[np.int64]
@@ -67,6 +68,7 @@ class Views:
         self.table = table
         self._kept: OrderedDict[str, View] = OrderedDict()
         self._lock = threading.Lock()
+        self._holds = lru_cache(_WORDS)(self._searched)  # a person who typed a word changes other conditions
 
     def find(self, query: Query) -> View:
         """Return what a query finds."""
@@ -124,7 +126,7 @@ class Views:
             lacking = [~self._holds(word) for word in query.text.split()]
             yield "text", np.logical_or.reduce(lacking)
 
-    def _holds(self, word: str) -> Bits:
+    def _searched(self, word: str) -> Bits:
         """Whether each plan's words hold a word."""
         from pyarrow import compute
 
