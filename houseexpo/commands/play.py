@@ -38,7 +38,7 @@ def play(
     from houseexpo.pseudoslam.agents.driving import Drive, drive
 
     screen = _screen(window)  # first: without one there is nothing to wait for
-    console = Console()
+    console = Console(markup=False)
     with console.status("making the house ready"):
         env, options = environment(dataset, plan, task, config, _NO_END)
         session = Drive(env, seed, options)
