@@ -27,7 +27,8 @@ def geojson(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orient
     ``height``), ``label_box`` (as published: they reach into walls).
 
     Coordinates are metres, the plan's x and y (mirrored back where the plan is mirrored), not degrees. ``crs`` says so
-    for GDAL, GeoPandas and QGIS, which take a collection without one, or with null, for longitudes and latitudes. The collection's ``properties`` hold the plan's id, its ``quality`` (the score and its ``grounds``, or null) and the
+    to GDAL, GeoPandas and QGIS, which take a collection without one, or with null, for longitudes and latitudes. The
+    collection's ``properties`` hold the plan's id, its ``quality`` (the score and its ``grounds``, or null) and the
     matrix ``world_from_plan``. Rings follow the right-hand rule.
     """
     turned = oriented(plan, orientation)
