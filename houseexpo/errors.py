@@ -6,6 +6,11 @@ INTERRUPTED = 130
 """The exit code of a command that Ctrl-C ended."""
 
 
+def installing(extra: str) -> str:
+    """Return what to type for one of the project's extras; the package is on no index, so it is done in a clone."""
+    return f"in a clone of the project, pip install -e '.[{extra}]'"
+
+
 class HouseExpoError(Exception):
     """Root of every error that houseexpo raises on purpose."""
 

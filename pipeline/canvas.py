@@ -41,12 +41,17 @@ class Canvas:
     def fill(self, shape: BaseGeometry, colour: str) -> None:
         """Paint every polygon of a geometry, holes left out."""
         for polygon in polygons_of(shape):
-            mask = Image.new("1", self.image.size)
+            outer, holes = self._pixels(polygon.exterior), [self._pixels(hole) for hole in polygon.interiors]
+            (left, top), (right, bottom) = np.min(outer, axis=0), np.max(outer, axis=0)
+            x, y = max(math.floor(left), 0), max(math.floor(top), 0)
+            size = min(math.ceil(right) + 1, self.image.width) - x, min(math.ceil(bottom) + 1, self.image.height) - y
+            if min(size) <= 0:
+                continue
+            mask = Image.new("1", size)  # no larger than it has to be: a large picture takes milliseconds to paste
             pen = ImageDraw.Draw(mask)
-            pen.polygon(self._pixels(polygon.exterior), fill=1)
-            for hole in polygon.interiors:
-                pen.polygon(self._pixels(hole), fill=0)
-            self.image.paste(colour, mask=mask)
+            for fill, ring in ((1, outer), *((0, hole) for hole in holes)):
+                pen.polygon([(px - x, py - y) for px, py in ring], fill=fill)
+            self.image.paste(colour, (x, y), mask)
 
     def trace(self, path: npt.NDArray[np.float64], colour: str) -> None:
         """Draw a thin line through points (n, 2)."""
@@ -81,7 +86,7 @@ class Canvas:
     def finished(self, title: str, legend: Legend) -> Picture:
         """Scale down, and add title and legend."""
         width, height = self.image.size
-        small = self.image.resize((width // FINE, height // FINE), Image.Resampling.LANCZOS)
+        small = self.image.reduce(FINE).crop((0, 0, width // FINE, height // FINE))
         page = Image.new("RGB", (max(small.width, 520), small.height + 64), PAPER)
         page.paste(small, ((page.width - small.width) // 2, 0))
         pen = ImageDraw.Draw(page)

@@ -41,6 +41,9 @@ _ModelPath = Annotated[
 _Furniture = Annotated[bool | None, typer.Option("--furniture/--no-furniture", help="Furniture is an obstacle too.")]
 
 
+_KeepStages = Annotated[
+    bool | None, typer.Option("--keep-stages/--no-keep-stages", help="Keep a picture of each plan's stages.")
+]
 _MinQuality = Annotated[
     float | None, typer.Option(min=0, max=1, help="Reject plans less sure than this.", show_default="0")
 ]
@@ -72,6 +75,7 @@ def build(
     replace_others: Annotated[bool, typer.Option("--replace", help="Remove what else OUT holds of builds.")] = False,
     model_path: _ModelPath = None,
     min_quality: _MinQuality = None,
+    keep_stages: _KeepStages = None,
     rehash: Annotated[bool, typer.Option("--rehash", help="Read all inputs to see whether they changed.")] = False,
     verify: Annotated[bool, typer.Option("--verify", help="Check the hashes of a data set; build nothing.")] = False,
     shard: Annotated[
@@ -110,6 +114,7 @@ def build(
         "furniture": furniture,
         "model_path": model_path,
         "min_quality": min_quality,
+        "keep_stages": keep_stages,
     }
     others = "add" if add else "replace" if replace_others else "refuse"
     work = Work(config, given, overrides, out, workers, executor, address, rehash)

@@ -36,7 +36,8 @@ class BuildOptions:
     ``units`` is auto, m, cm, mm, in, ft, or the metres in a unit; ``scale`` is 20 for a model at 1:20. A plan whose
     quality is below ``min_quality``, 0 to 1, is rejected. ``licence`` is the one under which plans of the sources may
     be passed on (its SPDX identifier), ``credit`` says whom to name: ``houseexpo release`` asks for them.
-    ``furnished``, 0 to 1, is the share of the houses made by the project that get furniture.
+    ``furnished``, 0 to 1, is the share of the houses made by the project that get furniture. ``keep_stages`` keeps a
+    picture of the stages beside each plan; no plan depends on it.
     """
 
     sources: tuple[str, ...] = ()
@@ -50,6 +51,7 @@ class BuildOptions:
     model_path: str = ""  # folders to look for Gazebo models in, divided as in PATH
     min_quality: float = 0.0
     furnished: float = 0.0
+    keep_stages: bool = False
     licence: str = ""
     credit: str = ""
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from houseexpo.dataset.store.catalogue import nearest
-from houseexpo.drawing import contact_sheet
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Quality
@@ -20,7 +19,7 @@ from pipeline.config_file import BuildConfig
 from pipeline.corrections import concerns, corrected_input, corrected_level
 from pipeline.geometry.overlay import quiet
 from pipeline.overrides import Override
-from pipeline.pictures import stage_pictures
+from pipeline.pictures import of_building, sheet_of, stage_pictures
 from pipeline.png import as_png
 from pipeline.rejection import Rejection
 from pipeline.sources import reader
@@ -124,7 +123,7 @@ def _of_one_building(snapshots: list[Snapshot], level_id: str) -> list[Snapshot]
     """The steps of the whole level, and of the largest of its buildings."""
     plans = [snapshot for snapshot in snapshots if isinstance(snapshot.value, FloorPlan)]
     largest = max(plans, key=lambda snapshot: snapshot.value.area).id if plans else level_id  # type: ignore[union-attr]
-    return [snapshot for snapshot in snapshots if snapshot.id in {level_id, largest}]
+    return of_building(snapshots, level_id, largest)
 
 
 def _place(inputs: Sequence[Input], name: str | None) -> int:
@@ -152,8 +151,7 @@ def _write(snapshots: list[Snapshot], level: Level, out: Path) -> tuple[str, ...
     names = [f"{i:02d}_{name.replace(' ', '_')}.png" for i, (name, _) in enumerate(pictures)]
     for name, (_, image) in zip(names, pictures, strict=True):
         (out / name).write_bytes(as_png(image))
-    titles, images = zip(*pictures, strict=True)
-    (out / SHEET).write_bytes(as_png(contact_sheet(images, min(len(images), 5), titles)))
+    (out / SHEET).write_bytes(sheet_of(pictures))
     return (*names, SHEET)
 
 

@@ -10,7 +10,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from houseexpo.drawing import draw_plan
+from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.drawing.scene import DOOR_COLOURS, WALL
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Box, Frame
@@ -19,11 +19,13 @@ from pipeline.canvas import SIDE_PX, Canvas, Picture
 from pipeline.evidence_picture import draw_evidence
 from pipeline.geometry.paths import plan_path
 from pipeline.geometry.standing import floor_of
+from pipeline.png import as_png
 from pipeline.values import Evidence, JoinedPair, Layout, Planes, Spaces
 
 OUTSIDE = "#e4e6e8"
 FLOOR = "#f6f4ef"
 GONE = "#e07a6b"
+_COLUMNS = 5  # of the sheet
 PATH = "#7a4fb5"
 DOOR, OPENING = DOOR_COLOURS["entrance"], "#f0c987"
 LINTEL, SILL, GAP, RAIL, BOUNDARY = "#2f6da8", "#4aa3a2", "#8fbde0", "#a68fd0", "#d98a1f"
@@ -66,6 +68,17 @@ def stage_pictures(snapshots: Sequence[Snapshot], frame: Frame) -> list[tuple[st
             pictures.append((snapshot.stage, _draw_spaces(canvas, value, before)))
             before = value
     return pictures
+
+
+def of_building(snapshots: Sequence[Snapshot], level_id: str, building_id: str) -> list[Snapshot]:
+    """Return the steps of the whole level, and of one of its buildings."""
+    return [snapshot for snapshot in snapshots if snapshot.id in {level_id, building_id}]
+
+
+def sheet_of(pictures: Sequence[tuple[str, Picture]]) -> bytes:
+    """Lay the pictures of the stages out on one sheet, a PNG, each with its name."""
+    titles, images = zip(*pictures, strict=True)
+    return as_png(contact_sheet(images, min(len(images), _COLUMNS), titles))
 
 
 def _bounds(snapshots: Sequence[Snapshot]) -> Box:

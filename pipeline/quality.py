@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import told
 from houseexpo.plan.quality import Quality
 from pipeline.rejection import Reason, Rejection
 
@@ -27,30 +28,34 @@ _PICTURE_PX: Final = 240
 
 @dataclass(frozen=True)
 class Ground:
-    """One ground: its name in a plan's file, what it says for people, and its weight (0 or less)."""
+    """One ground: its name in a plan's file, and its weight (0 or less)."""
 
     name: str
-    about: str
     weight: float
+
+    @property
+    def about(self) -> str:
+        """What it says, for people."""
+        return told.GROUNDS[self.name]
 
 
 BIAS: Final = 3.07
 GROUNDS: Final = (
-    Ground("cut_share", "doors that are cuts, not evidence", -2.17),
-    Ground("cut_off_share", "rooms that only cuts lead into", -1.06),
-    Ground("patch_share", "walls closed by a guess where they have holes", -2.98),
-    Ground("given_edge", "an open house, its edge taken from floor or walls", -1.41),
-    Ground("guesses", "levels, units, scale or axis guessed", -1.18),
-    Ground("floorless_room", "a room without a floor in a house with floors", -0.20),
-    Ground("roomless_floor_share", "floor between the rooms that is in none", -0.50),
-    Ground("roomless_wall_share", "walls that stand beside no room", -1.98),
-    Ground("idle_lintel_share", "lintels of doors that the plan does not have", -2.40),
-    Ground("twin_door_share", "doors beside another between the same rooms", -2.29),
-    Ground("odd_doors", "doors too narrow or too wide on the whole", -0.76),
-    Ground("odd_room_share", "rooms of odd shape or size", -0.65),
-    Ground("loose_end_share", "rooms in which a wall ends in the middle", -4.19),
-    Ground("left_out", "parts left out or filled", -1.06),
-    Ground("unlike_spaces", "unlike the rooms that the source names", -1.91),
+    Ground("cut_share", -2.17),
+    Ground("cut_off_share", -1.06),
+    Ground("patch_share", -2.98),
+    Ground("given_edge", -1.41),
+    Ground("guesses", -1.18),
+    Ground("floorless_room", -0.20),
+    Ground("roomless_floor_share", -0.50),
+    Ground("roomless_wall_share", -1.98),
+    Ground("idle_lintel_share", -2.40),
+    Ground("twin_door_share", -2.29),
+    Ground("odd_doors", -0.76),
+    Ground("odd_room_share", -0.65),
+    Ground("loose_end_share", -4.19),
+    Ground("left_out", -1.06),
+    Ground("unlike_spaces", -1.91),
 )
 
 

@@ -8,20 +8,11 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
+from houseexpo.plan import told
 from houseexpo.plan.quality import SURE
 from houseexpo.words import counted
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.entry import Entry, Refused
-
-RULES = {
-    "boundary:room_edge": "closed an open room along its edge as the source draws it",
-    "boundary:floor_edge": "closed an open front by its floor",
-    "boundary:wall_ends": "closed an open front by its walls' ends",
-    "cuts": "cut a wall",
-    "erased_parts": "erased a part standing apart",
-    "filled_cells": "filled a closed cell",
-    "filled_pockets": "filled a corner out of reach",
-}
 
 
 def outcome_table(stats: Mapping[str, Any]) -> Table:
@@ -42,7 +33,7 @@ def outcome_table(stats: Mapping[str, Any]) -> Table:
         table.add_section()
         table.add_row("plans in which a rule", "")
         for rule, count in outcomes["rules"].items():
-            table.add_row(f"  {RULES.get(rule, rule)}", str(count), style="dim")
+            table.add_row(f"  {told.NOTES.get(rule, rule)}", str(count), style="dim")
     return table
 
 

@@ -21,6 +21,7 @@ from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.errors import HouseExpoError
 from houseexpo.files import write_whole
 from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.plan import told
 from houseexpo.plan.quality import SURE
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.build import Progress
@@ -30,7 +31,7 @@ from pipeline.batch.store import FolderStore
 from pipeline.html import figure, page, section, table
 from pipeline.png import as_png
 from pipeline.quality import main_grounds
-from pipeline.report import RULES, longest, refused_of, stage_seconds
+from pipeline.report import longest, refused_of, stage_seconds
 
 SHOWN: Final = 50
 """How many of the other plans are drawn, at random: enough to look at, quick to make."""
@@ -110,7 +111,9 @@ def _counts(data_set: DataSet) -> Iterator[tuple[str, str]]:
     outcomes = data_set.stats["outcomes"]
     yield from ((key, str(outcomes[key])) for key in ("inputs", "plans", "doubtful", "duplicates", "rejected"))
     yield from ((f"rejected: {reason}", str(count)) for reason, count in outcomes["reasons"].items())
-    yield from ((f"plans in which a rule {RULES.get(rule, rule)}", str(n)) for rule, n in outcomes["rules"].items())
+    yield from (
+        (f"plans in which a rule {told.NOTES.get(rule, rule)}", str(n)) for rule, n in outcomes["rules"].items()
+    )
 
 
 def _refused(data_set: DataSet) -> Iterator[str]:

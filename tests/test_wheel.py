@@ -55,6 +55,7 @@ def installed(wheel: Path) -> Path:
     return folder / ("Scripts" if os.name == "nt" else "bin")
 
 
+@pytest.mark.slow
 def test_every_package_and_its_marker_travels(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())

@@ -42,9 +42,9 @@ def serve(
         import starlette  # noqa: F401
         import uvicorn  # noqa: F401
     except ImportError as error:
-        from houseexpo.errors import MissingDependencyError
+        from houseexpo.errors import MissingDependencyError, installing
 
-        raise MissingDependencyError(f"serve needs {error.name}; pip install 'houseexpo[serve]'") from None
+        raise MissingDependencyError(f"serve needs {error.name}: {installing('serve')}") from None
     from houseexpo.service.collection import opened
     from houseexpo.service.service import Service
     from houseexpo.service.settings import Settings, is_any, is_loopback

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 Range: TypeAlias = tuple[float | None, float | None]
 """From and to, both included; None leaves an end open."""
 
-_SHOWN = 6  # pictures in a notebook
-
 
 def open_dataset(path: str | os.PathLike[str]) -> Dataset:
     """Open a data set: a folder, the published ``json.tar.gz``, a ``.zip``, ``.jsonl`` or ``.jsonl.gz``.
@@ -111,6 +109,10 @@ class Dataset(Sequence[FloorPlan]):
     def raw_of(self, number: int) -> bytes:
         """Return the JSON of a plan by its number, as it is packed."""
         return self._catalogue.read(int(self._rows[number]))
+
+    def stages(self, plan_id: str) -> bytes | None:
+        """Return a picture (PNG) of the stages that a plan went through; None where its build kept none."""
+        return self._catalogue.stages(self._row(plan_id))
 
     def column(self, name: str, *, compute: bool = True) -> list[Any]:
         """Return a column of the index, one value a plan: ``room_num``, ``area``, ``labels``, ``n_doors``, ...
@@ -208,16 +210,14 @@ class Dataset(Sequence[FloorPlan]):
         """Return ``n`` different plans drawn at random; one seed draws the same ones every time."""
         if not 0 <= n <= len(self):
             raise ConfigError(f"sample: expected 0 to {len(self)} plans, found {n}")
-        rng = np.random.default_rng(seed)
-        return Dataset(self._catalogue, self._rows[rng.permutation(len(self))[:n]])
+        return Dataset(self._catalogue, self._rows[np.random.default_rng(seed).permutation(len(self))[:n]])
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _reopened, (self._catalogue.address, self.ids)
 
     def __repr__(self) -> str:
-        whole = len(self._catalogue.ids)
-        some = "" if len(self) == whole else f"{len(self):,} of "
-        return f"Dataset({self.path.name!r}, {some}{counted(whole, 'plan')})"
+        some = "" if len(self) == len(self._catalogue.ids) else f"{len(self):,} of "
+        return f"Dataset({self.path.name!r}, {some}{counted(len(self._catalogue.ids), 'plan')})"
 
     def _repr_html_(self) -> str:
         """Show the data set in a notebook: what it is, and the first plans as pictures."""
@@ -225,7 +225,7 @@ class Dataset(Sequence[FloorPlan]):
 
         from houseexpo.drawing import svg
 
-        pictures = (f'<div style="margin: 4px">{svg(plan, size=160)}</div>' for plan in self[:_SHOWN])
+        pictures = (f'<div style="margin: 4px">{svg(plan, size=160)}</div>' for plan in self[:6])
         return f'<p>{escape(repr(self))}</p><div style="display: flex; flex-wrap: wrap">{"".join(pictures)}</div>'
 
     def _row(self, plan_id: str) -> int:

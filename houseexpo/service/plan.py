@@ -14,6 +14,7 @@ from starlette.routing import BaseRoute, Route
 from houseexpo.export import FORMATS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.collection import Opened
+from houseexpo.service.evidence import evidence_of
 from houseexpo.service.measures import MEASURES, RADII
 from houseexpo.service.query import parsed
 from houseexpo.service.service import Service
@@ -41,7 +42,8 @@ def routes(service: Service) -> list[BaseRoute]:
             place=place,
             found=number,
             measures=list(_measures(now, name)),
-            quality=found.quality,
+            evidence=evidence_of(found),
+            has_stages=now.data.stages(name) is not None,
             provenance=list(_told(found)),
             splits=[each for each, ids in now.data.splits.items() if name in ids],
             repeats=now.records.repeats_of(name),

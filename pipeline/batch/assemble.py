@@ -14,17 +14,17 @@ from typing import Any
 import msgspec
 
 from houseexpo.analysis.similarity import Duplicate
-from houseexpo.dataset.index import index_table, row
+from houseexpo.dataset.index import index_table
 from houseexpo.files import as_json, sync_folder, write_whole
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import FORMAT, encode
-from houseexpo.summaries import new_summaries
 from pipeline.batch import disk
 from pipeline.batch.entry import Entry, Kept, Refused
-from pipeline.batch.folder import MANIFEST, Finished, Folder, Written
+from pipeline.batch.folder import MANIFEST, PARTS, Finished, Folder
 from pipeline.batch.ids import settle
-from pipeline.batch.lists import list_files, valid_parts
+from pipeline.batch.lists import list_files
 from pipeline.batch.plans import Plans
+from pipeline.batch.publish import files_of, publish, remove_others
 from pipeline.batch.recipe import digest_of, versions
 from pipeline.config_file import BuildConfig
 from pipeline.overrides import Override
@@ -68,7 +68,8 @@ class Parts:
         words = {name: asdict(override) for name, override in self.overrides.items()}
         lists = [(str(file.relative_to(self.folder.root)), file.read_bytes()) for file in list_files(self.folder.root)]
         sources = (_public(self.sources), self.config.rights())
-        parts = (outcomes, sources, self.config.parameters(), words, sorted(lists), digest_of(__name__))
+        how = (self.config.parameters(), self.config.build.keep_stages)
+        parts = (outcomes, sources, how, words, sorted(lists), digest_of(__name__))
         return hashlib.sha256(msgspec.json.encode(parts, order="deterministic")).hexdigest()
 
 
@@ -92,9 +93,13 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
     dropped = _dropped(parts, kept)
     for duplicate in dropped:
         del kept[duplicate.id]
-    folder.announce(f"{name}.json" for name in kept)
-    stats, written = _write_plans(parts, kept, before, _outcomes(parts, len(kept), dropped, refused))
+    files = files_of(kept, pictured=parts.config.build.keep_stages)
+    folder.announce(files)
+    published = publish(folder, parts.plans, kept, files, before)
+    remove_others(folder, published.written)
+    stats = {"outcomes": {**_outcomes(parts, len(kept), dropped, refused), **published.counts}, **published.summaries}
     beside = {
+        "index.parquet": index_table(published.rows),
         "rejected.jsonl": _lines(r.line() for r in refused),
         "duplicates.jsonl": _lines(d._asdict() for d in dropped),
         "stats.json": as_json(stats),
@@ -102,10 +107,10 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
     for name, data in beside.items():
         write_whole(folder.root / name, data, durable=True)
     os.sync()  # the plans, whose names the manifest is about to vouch for
-    write_whole(folder.root / MANIFEST, as_json(_manifest(parts, kept, stats)), durable=True)
+    write_whole(folder.root / MANIFEST, as_json(_manifest(parts, files, stats)), durable=True)
     sync_folder(folder.root)
-    files = {name: folder.described(name, _sha256(folder.root / name)) for name in (*_BESIDE, MANIFEST)}
-    folder.finish(Finished(parts.state(), {**written, **files}))
+    others = {name: folder.described(name, _sha256(folder.root / name)) for name in (*_BESIDE, MANIFEST)}
+    folder.finish(Finished(parts.state(), {**published.written, **others}))
     progress("putting together", 1, 1)
     not_done = stats["outcomes"]["not_done"]
     return DataSet(folder.root, stats, tuple(kept), tuple(refused), not_done, False, tuple(parts.entries))
@@ -113,9 +118,8 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
 
 def _stands(folder: Folder, finished: Finished) -> bool:
     """Tell whether every file looks as it was written, and no other plan lies beside them."""
-    names = {f"json/{file.name}" for file in folder.json.iterdir()}
-    plans = {name for name in finished.files if name.startswith("json/")}
-    return names == plans and all(folder.stands(name, written) for name, written in finished.files.items())
+    own = {name for name in finished.files if name.partition("/")[0] in PARTS}
+    return folder.names() == own and all(folder.stands(name, written) for name, written in finished.files.items())
 
 
 def _as_it_was(parts: Parts, finished: Finished) -> DataSet:
@@ -143,7 +147,8 @@ def _settled(parts: Parts) -> dict[str, Kept]:
     for name, kept in sorted(zip(names, found, strict=True), key=lambda pair: pair[0]):
         plans[name] = kept
         if name != kept.id:
-            plans[name] = parts.plans.put(name, kept.content, encode(replace(_load(parts, kept), id=name)) + b"\n")
+            renamed = parts.plans.put(name, kept.content, encode(replace(_load(parts, kept), id=name)) + b"\n")
+            plans[name] = msgspec.structs.replace(renamed, stages=kept.stages)
     return plans
 
 
@@ -153,40 +158,6 @@ def _load(parts: Parts, kept: Kept) -> FloorPlan:
 
 def _override(name: str, kept: Kept, overrides: Mapping[str, Override]) -> Override:
     return overrides.get(name) or overrides.get(kept.id) or Override()
-
-
-def _write_plans(
-    parts: Parts, kept: Mapping[str, Kept], before: Finished | None, outcomes: dict[str, Any]
-) -> tuple[dict[str, Any], dict[str, Written]]:
-    """Write json/ and the index in one pass; return the statistics, and the plans as they were written."""
-    summaries, parts_of = new_summaries(), valid_parts(parts.folder.root, kept)
-    rules: Counter[str] = Counter()
-    rows, written, doubtful = [], {}, 0
-    for name, plan_kept in kept.items():
-        data = parts.plans.get(plan_kept)
-        plan = decode(data)
-        rows.append({**row(plan), "split": parts_of.get(name)})
-        rules.update(_rules(plan))
-        doubtful += plan.quality is not None and plan.quality.is_doubtful
-        for summary in summaries.values():
-            summary.add(plan)
-        file = f"json/{name}.json"
-        written[file] = _published(parts.folder, file, plan_kept, data, before)
-    for found in parts.folder.json.iterdir():
-        if f"json/{found.name}" not in written:
-            found.unlink()
-    write_whole(parts.folder.root / "index.parquet", index_table(rows), durable=True)
-    outcomes = {**outcomes, "doubtful": doubtful, "rules": dict(sorted(rules.items()))}
-    return {"outcomes": outcomes, **{name: summary.report() for name, summary in summaries.items()}}, written
-
-
-def _published(folder: Folder, file: str, kept: Kept, data: bytes, before: Finished | None) -> Written:
-    """Write a plan into the data set, unless it stands there as an earlier run wrote it."""
-    was = before.files.get(file) if before is not None else None
-    if was is not None and was.sha256 == kept.plan and folder.stands(file, was):
-        return was
-    write_whole(folder.root / file, data)
-    return folder.described(file, kept.plan)
 
 
 def _outcomes(parts: Parts, plans: int, dropped: list[Duplicate], refused: list[Refused]) -> dict[str, Any]:
@@ -202,17 +173,11 @@ def _outcomes(parts: Parts, plans: int, dropped: list[Duplicate], refused: list[
     }
 
 
-def _rules(plan: FloorPlan) -> list[str]:
-    """Name the rules that had something to do in a plan: those that stand for what the paper left to people."""
-    notes = (plan.provenance or {}).get("notes", {})
-    return [f"{name}:{value}" if isinstance(value, str) else name for name, value in notes.items()]
-
-
 def _lines(values: Iterable[dict[str, Any]]) -> bytes:
     return b"".join(msgspec.json.encode(value) + b"\n" for value in values)
 
 
-def _manifest(parts: Parts, kept: Mapping[str, Kept], stats: Mapping[str, Any]) -> dict[str, Any]:
+def _manifest(parts: Parts, own: Mapping[str, str], stats: Mapping[str, Any]) -> dict[str, Any]:
     root = parts.folder.root
     lists = sorted(path.relative_to(root).as_posix() for path in list_files(root))
     files = {name: _sha256(root / name) for name in (*_BESIDE, *lists)}
@@ -231,7 +196,7 @@ def _manifest(parts: Parts, kept: Mapping[str, Kept], stats: Mapping[str, Any]) 
         "versions": versions(),
         **({"versions_of": dict(sorted(made_otherwise.items()))} if made_otherwise else {}),
         "counts": stats["outcomes"],
-        "files": dict(sorted((files | {f"json/{name}.json": plan.plan for name, plan in kept.items()}).items())),
+        "files": dict(sorted((files | dict(own)).items())),
     }
 
 

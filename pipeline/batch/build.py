@@ -19,7 +19,7 @@ from pipeline.batch import disk
 from pipeline.batch.assemble import DataSet, Parts, assemble
 from pipeline.batch.entry import Entry, ordered
 from pipeline.batch.folder import Folder, Others
-from pipeline.batch.job import Plan, by_algorithm
+from pipeline.batch.job import Plan
 from pipeline.batch.journal import Journal
 from pipeline.batch.listing import Listing
 from pipeline.batch.lock import locked
@@ -42,7 +42,7 @@ def build(
     overrides: Mapping[str, Override],
     workers: int,
     progress: Progress,
-    plan: Plan = by_algorithm,
+    plan: Plan | None = None,
     others: Others = Others.REFUSE,
     rehash: bool = False,
     ended: Callable[[Entry], None] = unheard,
@@ -60,7 +60,7 @@ def build(
     workers
         Processes; the data set does not depend on how many.
     plan
-        Turns a level into a plan.
+        Turns a level into plans; Algorithm 1 by default, with pictures of its stages where the settings keep them.
     others
         What becomes of plans of other sources that the folder holds.
     rehash
@@ -105,7 +105,7 @@ class _Batch:
     journal: Journal
     beside: list[str]
 
-    def run(self, plan: Plan, folder: Folder, execute: Executor, progress: Progress) -> DataSet:
+    def run(self, plan: Plan | None, folder: Folder, execute: Executor, progress: Progress) -> DataSet:
         """Plan what is not done, and put the data set together; a plan that was damaged since is made again."""
         planning = self.planning
         planning.plans.sweep()
@@ -130,17 +130,24 @@ class _Batch:
                     self.journal.put(msgspec.structs.replace(entry, gone=True))
 
     def _mend(self, damaged: DamagedPlanError, folder: Folder) -> None:
-        """Take a plan that the store has lost from ``json/``, or give up what no source lists any more."""
-        kept = damaged.kept
+        """Take what the store has lost from the data set, or give it up where no source lists it any more.
+
+        The picture of a plan's stages is given up before the plan.
+        """
+        kept, plans = damaged.kept, self.planning.plans
         with contextlib.suppress(OSError, DamagedPlanError):
-            self.planning.plans.put(kept.id, kept.content, (folder.json / f"{kept.id}.json").read_bytes())
-            self.planning.plans.get(kept)
+            picture = (folder.stages / f"{kept.id}.png").read_bytes() if kept.stages is not None else b""
+            plans.put(kept.id, kept.content, (folder.json / f"{kept.id}.json").read_bytes(), picture)
+            plans.get(kept)
+            plans.picture(kept)
             return
+        bare = msgspec.structs.replace(kept, stages=None)
         for source in self.beside:
             for name in list(self.journal.names(source)):
                 entry = self.journal.get(name)
                 if entry is not None and kept in entry.plans:
-                    self.journal.put(msgspec.structs.replace(entry, gone=True))
+                    left = [bare if each == kept else each for each in entry.plans]
+                    self.journal.put(msgspec.structs.replace(entry, plans=left, gone=kept == bare))
 
 
 def _beside(journal: Journal, listing: Listing, folder: Folder, others: Others) -> list[str]:

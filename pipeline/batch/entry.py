@@ -14,13 +14,24 @@ from pipeline.rejection import Rejection
 from pipeline.values import Input
 
 
-class Kept(msgspec.Struct, frozen=True):
-    """A plan in the store: its reader's id, the SHA-256 of what it was made from and of its bytes, and how many."""
+class Picture(msgspec.Struct, frozen=True, array_like=True):
+    """A picture (PNG) in the store: the SHA-256 of its bytes, and how many."""
+
+    sha256: str
+    size: int
+
+
+class Kept(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A plan in the store: its reader's id, the SHA-256 of what it was made from and of its bytes, and how many.
+
+    ``stages`` is the picture of the stages that it went through, where the build keeps one.
+    """
 
     id: str
     content: str
     plan: str
     size: int
+    stages: Picture | None = None
 
 
 class Refused(msgspec.Struct, frozen=True, order=True):

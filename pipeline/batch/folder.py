@@ -4,7 +4,7 @@ Rules:
 
 1. A folder that holds other things, and no data set, is never built into.
 2. A data set without its ``.build`` is left alone: nothing says where its plans come from. So is a file in ``json/``
-   that no build wrote. Only REPLACE removes them.
+   or ``stages/`` that no build wrote. Only REPLACE removes them.
 3. Links are never followed into, and never removed: not even REPLACE does.
 4. A damaged record in ``.build`` makes no folder unusable: what it said is found again, or done again.
 """
@@ -25,6 +25,8 @@ from houseexpo.files import PARTIAL, write_whole
 from pipeline.batch import disk
 
 MANIFEST = "manifest.json"
+PARTS = ("json", "stages")
+"""Folders of a data set that hold a file for each plan: the plans, and the pictures of their stages."""
 
 T = TypeVar("T")
 
@@ -80,6 +82,15 @@ class Folder:
         """The folder of plans."""
         return self.root / "json"
 
+    @property
+    def stages(self) -> Path:
+        """The folder of the pictures of their stages; only builds that keep them have one."""
+        return self.root / "stages"
+
+    def names(self) -> set[str]:
+        """Return the files of plans and pictures that are there, by their names in the data set."""
+        return {file.relative_to(self.root).as_posix() for file in self._plans()}
+
     def check(self, parameters: str, others: Others) -> None:
         """Raise ConfigError where the folder holds what a build must not touch; nothing is changed."""
         if not self.root.exists():
@@ -107,8 +118,8 @@ class Folder:
         """Lay the folder out, and remove what interrupted writes left."""
         for folder in (self.json, self.build):
             folder.mkdir(parents=True, exist_ok=True)
+        for folder in (self.json, self.stages, self.build, self.root):
             disk.sweep(folder)
-        disk.sweep(self.root)
         write_whole(self.build / "build.json", msgspec.json.encode(_Started(parameters)), durable=True)
 
     def finished(self) -> Finished | None:
@@ -116,10 +127,10 @@ class Folder:
         return _read(self.build / "finished.json", Finished)
 
     def announce(self, names: Iterable[str]) -> None:
-        """Say which files in ``json/`` are about to be written: they are ours, whatever happens."""
-        known = self._ours() or set()
+        """Say which plans and pictures are about to be written, by their names in the data set: they are ours."""
+        ours = {*(self._ours() or ()), *map(_short, names)}
         (self.root / MANIFEST).unlink(missing_ok=True)
-        write_whole(self.build / "announced.json", msgspec.json.encode(sorted({*known, *names})), durable=True)
+        write_whole(self.build / "announced.json", msgspec.json.encode(sorted(ours)), durable=True)
 
     def finish(self, finished: Finished) -> None:
         """Put down what the data set is now."""
@@ -144,8 +155,9 @@ class Folder:
         return (found.st_size, found.st_mtime_ns) == (written.size, written.mtime_ns)
 
     def _check_links(self) -> None:
-        for path in (self.build, self.json, *self._plans()):
-            if path.is_symlink() or (path.exists() and path.is_dir() != (path.parent != self.json)):
+        folders = (self.build, self.json, self.stages)
+        for path in (*folders, *self._plans()):
+            if path.is_symlink() or (path.exists() and path.is_dir() != (path in folders)):
                 what = "a link" if path.is_symlink() else "a folder" if path.is_dir() else "a file"
                 raise self._other(f"{path.relative_to(self.root)} is {what}; move it away")  # R3
 
@@ -159,26 +171,28 @@ class Folder:
 
     def _check_foreign(self) -> None:
         ours = self._ours()
-        foreign = sorted(file.name for file in self._plans() if ours is not None and file.name not in ours)
+        foreign = sorted(name for name in self.names() if ours is not None and _short(name) not in ours)
         if foreign:  # R2
-            named = ", ".join(map(disk.printable, foreign[:3])) + (" ..." if len(foreign) > 3 else "")
+            folders = " and ".join(sorted({f"{name.partition('/')[0]}/" for name in foreign}))
+            named = ", ".join(disk.printable(Path(name).name) for name in foreign[:3])
+            named += " ..." if len(foreign) > 3 else ""
             raise self._other(
-                f"json/ holds {len(foreign)} files that no build wrote ({named}); move them away, "
+                f"{folders} holds {len(foreign)} files that no build wrote ({named}); move them away, "
                 "or --replace removes them"
             )
 
     def _plans(self) -> Iterator[Path]:
-        if self.json.is_dir():
-            yield from (file for file in self.json.iterdir() if not file.name.startswith(PARTIAL))
+        for folder in (self.json, self.stages):
+            if folder.is_dir() and not folder.is_symlink():
+                yield from (file for file in folder.iterdir() if not file.name.startswith(PARTIAL))
 
     def _ours(self) -> set[str] | None:
-        """Return the names in ``json/`` that builds wrote; None where that cannot be told any more (R4)."""
+        """Return the plans and pictures that builds wrote; None where that cannot be told any more (R4)."""
+        finished, manifest = self.finished(), _read(self.root / MANIFEST, _Manifest)
         records = [
-            [name.removeprefix("json/") for name in finished.files] if (finished := self.finished()) else None,
+            [*map(_short, finished.files)] if finished else None,
             _read(self.build / "announced.json", list[str]),
-            [name.removeprefix("json/") for name in found.files]
-            if (found := _read(self.root / MANIFEST, _Manifest))
-            else None,
+            [*map(_short, manifest.files)] if manifest else None,
         ]
         known = [set(names) for names in records if names is not None]
         torn = not known and any((self.build / name).exists() for name in ("finished.json", "announced.json"))
@@ -186,6 +200,11 @@ class Folder:
 
     def _other(self, found: str) -> ConfigError:
         return ConfigError(f"{self.root}: {found}; or choose another --out")
+
+
+def _short(name: str) -> str:
+    """Return the name under which a file is announced: a plan's without its folder."""
+    return name.removeprefix("json/")
 
 
 def _read(file: Path, kind: type[T]) -> T | None:

@@ -8,7 +8,7 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import msgspec
 import numpy as np
@@ -35,8 +35,17 @@ from pipeline.values import MADE, Input, Level, RejectedLevel
 if TYPE_CHECKING:  # how a source is fetched shows in no plan: it is no part of what a result depends on
     from pipeline.batch.mirror import Mirror
 
-Plan = Callable[[Level, PipelineConfig, np.random.Generator], Sequence[FloorPlan | RejectedLevel]]
 
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """A plan with a picture (PNG) of the stages that it went through."""
+
+    plan: FloorPlan
+    stages: bytes
+
+
+Planned: TypeAlias = FloorPlan | Drawn | RejectedLevel
+Plan = Callable[[Level, PipelineConfig, np.random.Generator], Sequence[Planned]]
 
 _FURNITURE = 1  # its chance is another than that of the stages
 
@@ -165,8 +174,9 @@ def _of_level(level: Level, item: Input, settings: Settings) -> list[Outcome]:
         return [Refused.of(level.id, _as_rejection(error, item))]
 
 
-def _outcome(found: FloorPlan | RejectedLevel, level: Level, settings: Settings) -> Outcome:
+def _outcome(found: Planned, level: Level, settings: Settings) -> Outcome:
     """What came of a building."""
+    found, picture = (found.plan, found.stages) if isinstance(found, Drawn) else (found, b"")
     if isinstance(found, RejectedLevel):
         return Refused.of(found.id, found.rejection.pictured(top_view(level.walls)))
     override = settings.overrides.get(found.id, Override())
@@ -179,7 +189,7 @@ def _outcome(found: FloorPlan | RejectedLevel, level: Level, settings: Settings)
         return Refused.of(found.id, rejection.pictured(top_view(level.walls)))
     plan = _furnished(found, settings)
     plan = replace(plan, provenance={**(plan.provenance or {}), **settings.stamp})
-    return settings.plans.put(found.id, str(level.provenance.get("sha256", "")), encode(plan) + b"\n")
+    return settings.plans.put(found.id, str(level.provenance.get("sha256", "")), encode(plan) + b"\n", picture)
 
 
 def _furnished(plan: FloorPlan, settings: Settings) -> FloorPlan:

@@ -16,6 +16,7 @@ from pipeline.batch.mirror import Mirror, mirrored
 from pipeline.batch.remote import is_url
 from pipeline.config_file import BuildConfig
 from pipeline.sources import find, is_path, made_count
+from pipeline.sources.naming import files_in
 from pipeline.values import Input
 
 
@@ -74,7 +75,7 @@ class Listing:
             if is_path(source) and place.is_dir():
                 houses = {Path(item.path) for item in self._inputs(source)}
                 if place not in houses:
-                    files = (file for file in place.rglob("*") if file.is_file() and file not in houses)
+                    files = (file for file in files_in(place) if file not in houses)
                     counts.update(printable(file.suffix.lower()) or "no suffix" for file in files)
         return counts
 

@@ -3,7 +3,7 @@
 1. An object is written by one PUT: it is there as a whole, or not at all. Nothing is locked, nothing is appended to.
 2. A data set is put together on one machine; what it holds is then published: plans are copied within the store, what
    stands there already is left alone, the manifest comes last.
-3. Objects in ``json/`` that no build wrote are refused, as in a folder.
+3. Objects in ``json/`` and ``stages/`` that no build wrote are refused, as in a folder.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from houseexpo.errors import ConfigError
-from pipeline.batch.folder import MANIFEST
+from pipeline.batch.folder import MANIFEST, PARTS
 from pipeline.batch.remote import faults, opened
 
 T = TypeVar("T")
@@ -39,8 +39,9 @@ class _Manifest(msgspec.Struct):
     files: dict[str, str]
 
 
-def _is_plan(name: str) -> bool:
-    return name.startswith("json/")
+def _is_kept(name: str) -> bool:
+    """Whether the store keeps a file under the hash of its bytes: a plan, or the picture of its stages."""
+    return name.partition("/")[0] in PARTS
 
 
 @dataclass
@@ -138,15 +139,15 @@ class ObjectStore:
         system, path = opened(self.url)
         manifest = (root / MANIFEST).read_bytes()
         files = msgspec.json.decode(manifest, type=_Manifest).files
-        before, there = self._manifest(), self._found("json")
-        new = [name for name in files if before.get(name) != files[name] or (_is_plan(name) and name not in there)]
-        kept = {name: f"{_PLANS}/{files[name][:2]}/{files[name]}" for name in new if _is_plan(name)}
+        before, there = self._manifest(), self._kept()
+        new = [name for name in files if before.get(name) != files[name] or (_is_kept(name) and name not in there)]
+        kept = {name: f"{_PLANS}/{files[name][:2]}/{files[name]}" for name in new if _is_kept(name)}
         copies = [name for name in kept if kept[name] in plans]
         own = [name for kind in _BESIDE for name in _files(root, kind)]
         changed = bool(new) or manifest != self._bytes(MANIFEST)
         if changed:
             ours = {*files, *before, *(self._read(_ANNOUNCED, list[str]) or [])}
-            self.put(_ANNOUNCED, msgspec.json.encode(sorted(filter(_is_plan, ours))))
+            self.put(_ANNOUNCED, msgspec.json.encode(sorted(filter(_is_kept, ours))))
             self._remove([MANIFEST])
         with faults(self.url):
             if copies:
@@ -160,11 +161,16 @@ class ObjectStore:
 
     def _check_foreign(self) -> None:
         ours = {*(self._read(_ANNOUNCED, list[str]) or []), *self._manifest()}
-        if foreign := sorted(set(self._found("json")) - ours):  # R3
+        if foreign := sorted(self._kept() - ours):  # R3
+            folder = foreign[0].partition("/")[0]
             raise ConfigError(
-                f"{self.url}: json/ holds {len(foreign)} objects that no build wrote ({foreign[0]} ...); "
+                f"{self.url}: {folder}/ holds {len(foreign)} objects that no build wrote ({foreign[0]} ...); "
                 "move them away, or choose another place"
             )
+
+    def _kept(self) -> set[str]:
+        """Return the plans of the data set, and the pictures of their stages, that are there."""
+        return {name for part in PARTS for name in self._found(f"{part}/")}
 
     def _manifest(self) -> dict[str, str]:
         found = self._read(MANIFEST, _Manifest)

@@ -14,9 +14,10 @@ from typing import Protocol
 
 import msgspec
 
+from pipeline.batch.drawn import drawn_by_algorithm
 from pipeline.batch.entry import Entry
 from pipeline.batch.files import files_of, look_same
-from pipeline.batch.job import Job, Plan, Settings, not_yet, work
+from pipeline.batch.job import Job, Plan, Settings, by_algorithm, not_yet, work
 from pipeline.batch.listing import Listing
 from pipeline.batch.plans import Plans
 from pipeline.batch.recipe import recipe, versions
@@ -74,8 +75,8 @@ class Planning:
     listed: set[str] = field(default_factory=set)
     unfinished: dict[str, Entry] = field(default_factory=dict)
 
-    def run(self, plan: Plan, execute: Executor, progress: Progress) -> None:
-        """Plan what is not done."""
+    def run(self, plan: Plan | None, execute: Executor, progress: Progress) -> None:
+        """Plan what is not done; ``plan`` is Algorithm 1 where it is None."""
         self.listed.clear()
         self.unfinished.clear()
         config = self.listing.config
@@ -102,6 +103,7 @@ class Planning:
 
     def jobs(self) -> Iterator[Job]:
         """Yield what is to be done; what is done and looks as it did is noted as listed."""
+        pictured = self.listing.config.build.keep_stages
         for source, listed in self.listing:
             if not self.shard.holds(listed.id):
                 continue
@@ -112,15 +114,20 @@ class Planning:
             item = corrected_input(listed, self.overrides)
             how = recipe(self.listing.public(item), self.listing.config, self.overrides)
             entry = self.known.get(name)
-            if entry is None or entry.recipe != how or not all(map(self.plans.stands, entry.plans)):
+            if (
+                entry is None
+                or entry.recipe != how
+                or not all(self.plans.stands(kept, pictured=pictured) for kept in entry.plans)
+            ):
                 yield Job(name, item, source, how)
             elif self.rehash or not look_same(item, entry.files):
                 yield Job(name, item, source, how, entry)
             elif entry.gone or entry.source != source:
                 self.known.put(msgspec.structs.replace(entry, source=source, gone=False))
 
-    def _settings(self, plan: Plan) -> Settings:
+    def _settings(self, plan: Plan | None) -> Settings:
         config = self.listing.config
+        usual = drawn_by_algorithm if config.build.keep_stages else by_algorithm
         stamp = {"generator": "houseexpo", "version": version("houseexpo"), "parameters_sha256": config.digest()}
         return Settings(
             config.planning,
@@ -128,7 +135,7 @@ class Planning:
             self.overrides,
             stamp,
             versions(),
-            plan,
+            plan or usual,
             self.plans,
             config.build.min_quality,
             config.build.furnished,

@@ -1,4 +1,7 @@
-"""Where plans are kept until they are put together: under the SHA-256 of their bytes, so that two writers agree."""
+"""Where plans, and pictures of their stages, are kept until they are put together.
+
+Each lies under the SHA-256 of its bytes, so that two writers agree.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ import hashlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pipeline.batch.entry import Kept
+from pipeline.batch.entry import Kept, Picture
 
 if TYPE_CHECKING:  # how a store is kept shows in no plan: it is no part of what a result depends on
     from pipeline.batch.store import Store
@@ -15,7 +18,7 @@ _FOLDER = ".build/plans"
 
 
 class DamagedPlanError(Exception):
-    """A plan in the store is gone, or no longer what was written."""
+    """A plan in the store, or the picture of its stages, is gone or no longer what was written."""
 
     def __init__(self, kept: Kept) -> None:
         super().__init__(kept)
@@ -28,15 +31,17 @@ class Plans:
 
     store: Store
 
-    def put(self, name: str, content: str, data: bytes) -> Kept:
-        """Keep a plan; it is safe when this returns."""
-        kept = Kept(name, content, hashlib.sha256(data).hexdigest(), len(data))
-        self.store.add(place_of(kept), data)
-        return kept
+    def put(self, name: str, content: str, data: bytes, picture: bytes = b"") -> Kept:
+        """Keep a plan, and the picture of its stages where there is one; they are safe when this returns."""
+        stages = Picture(self._add(picture), len(picture)) if picture else None
+        return Kept(name, content, self._add(data), len(data), stages)
 
-    def stands(self, kept: Kept) -> bool:
-        """Tell whether a plan is there in its size; nothing is read."""
-        return self.store.size(place_of(kept)) == kept.size
+    def stands(self, kept: Kept, *, pictured: bool) -> bool:
+        """Tell whether a plan is there in its size, where it is to be ``pictured`` its picture too; nothing is read."""
+        if self.store.size(_place(kept.plan)) != kept.size:
+            return False
+        stages = kept.stages
+        return not pictured or (stages is not None and self.store.size(_place(stages.sha256)) == stages.size)
 
     def get(self, kept: Kept) -> bytes:
         """Return the bytes of a plan.
@@ -46,20 +51,36 @@ class Plans:
         DamagedPlanError
             Where they are not what was kept; what is there is removed, so that it can be kept anew.
         """
-        try:
-            data = self.store.get(place_of(kept))
-        except OSError:
-            raise DamagedPlanError(kept) from None
-        if hashlib.sha256(data).hexdigest() != kept.plan:
-            self.store.remove(place_of(kept))
-            raise DamagedPlanError(kept)
-        return data
+        return self._get(kept, kept.plan)
+
+    def picture(self, kept: Kept) -> bytes:
+        """Return the picture of a plan's stages; nothing where there is none. DamagedPlanError as ``get``."""
+        return b"" if kept.stages is None else self._get(kept, kept.stages.sha256)
 
     def sweep(self) -> None:
         """Remove what interrupted writes left."""
         self.store.sweep(_FOLDER)
 
+    def _add(self, data: bytes) -> str:
+        sha256 = hashlib.sha256(data).hexdigest()
+        self.store.add(_place(sha256), data)
+        return sha256
 
-def place_of(kept: Kept) -> str:
-    """Return the name under which a plan is kept."""
-    return f"{_FOLDER}/{kept.plan[:2]}/{kept.plan}"
+    def _get(self, kept: Kept, sha256: str) -> bytes:
+        try:
+            data = self.store.get(_place(sha256))
+        except OSError:
+            raise DamagedPlanError(kept) from None
+        if hashlib.sha256(data).hexdigest() != sha256:
+            self.store.remove(_place(sha256))
+            raise DamagedPlanError(kept)
+        return data
+
+
+def places_of(kept: Kept) -> list[str]:
+    """Return the names under which a plan, and the picture of its stages, are kept."""
+    return [_place(kept.plan), *([_place(kept.stages.sha256)] if kept.stages is not None else [])]
+
+
+def _place(sha256: str) -> str:
+    return f"{_FOLDER}/{sha256[:2]}/{sha256}"

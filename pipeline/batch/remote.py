@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
-from houseexpo.errors import ConfigError, MissingDependencyError
+from houseexpo.errors import ConfigError, MissingDependencyError, installing
 
 
 def is_url(text: str) -> bool:
@@ -33,11 +33,11 @@ def opened(url: str) -> tuple[Any, str]:
     try:
         from fsspec.core import url_to_fs
     except ImportError:
-        raise MissingDependencyError(f"{url}: object stores need more; pip install 'houseexpo[cloud]'") from None
+        raise MissingDependencyError(f"{url}: object stores need more: {installing('cloud')}") from None
     try:
         system, path = url_to_fs(url, use_listings_cache=False)
     except ImportError as error:
-        raise MissingDependencyError(f"{url}: {error}; pip install 'houseexpo[cloud]'") from None
+        raise MissingDependencyError(f"{url}: {error}: {installing('cloud')}") from None
     except ValueError as error:
         raise ConfigError(f"{url}: expected s3://..., gs://... or another URL that fsspec knows ({error})") from None
     return system, str(path).rstrip("/")

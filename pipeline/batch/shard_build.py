@@ -10,10 +10,10 @@ from houseexpo.errors import ConfigError
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.build import build
 from pipeline.batch.entry import Entry
-from pipeline.batch.job import Plan, by_algorithm
+from pipeline.batch.job import Plan
 from pipeline.batch.listing import Listing, absolute
 from pipeline.batch.planning import Planning, Progress, unheard
-from pipeline.batch.plans import Plans, place_of
+from pipeline.batch.plans import Plans, places_of
 from pipeline.batch.shards import Begun, Shard, ShardJournal, number_of, read_begun
 from pipeline.batch.store import open_store
 from pipeline.config_file import BuildConfig
@@ -56,7 +56,7 @@ def build_shard(
     *,
     execute: Executor,
     progress: Progress,
-    plan: Plan = by_algorithm,
+    plan: Plan | None = None,
     rehash: bool = False,
     ended: Callable[[Entry], None] = unheard,
 ) -> ShardDone:
@@ -102,7 +102,7 @@ def assembled(begun: Begun, out: str, progress: Progress) -> Iterator[DataSet]:
     """
     store = open_store(out)
     entries = list(ShardJournal(store, None).entries())
-    with store.workplace([place_of(kept) for entry in entries for kept in entry.plans]) as root:
+    with store.workplace([place for entry in entries for kept in entry.plans for place in places_of(kept)]) as root:
         yield build(
             begun.config,
             root,

@@ -84,7 +84,7 @@ class Begun(msgspec.Struct, frozen=True):
                 if before.shards != self.shards
                 else "other parameters"
                 if before.config.parameters() != self.config.parameters()
-                else "other sources or overrides"
+                else "other sources, overrides or pictures"
             )
             raise ConfigError(
                 f"{store.name}: a build with {what} was begun there; go on with those, or choose another --out"

@@ -11,7 +11,7 @@ import msgspec
 
 from houseexpo.errors import ConfigError
 from pipeline.batch.disk import printable
-from pipeline.batch.folder import MANIFEST, Folder
+from pipeline.batch.folder import MANIFEST, PARTS, Folder
 from pipeline.batch.journal import Journal
 from pipeline.batch.plans import DamagedPlanError, Plans
 from pipeline.batch.store import FolderStore
@@ -44,9 +44,10 @@ def verify(root: Path) -> Iterator[str]:
             continue
         if found != sha256:
             yield f"{name}: changed since it was written"
-    for file in sorted((root / "json").glob("*")):
-        if f"json/{file.name}" not in files:
-            yield f"json/{printable(file.name)}: no build wrote it"
+    for part in PARTS:
+        for file in sorted((root / part).glob("*")):
+            if f"{part}/{file.name}" not in files:
+                yield f"{part}/{printable(file.name)}: no build wrote it"
     yield from _store(Folder(root))
 
 
@@ -60,5 +61,6 @@ def _store(folder: Folder) -> Iterator[str]:
             for kept in entry.plans:
                 try:
                     plans.get(kept)
+                    plans.picture(kept)
                 except DamagedPlanError:
                     yield f".build/plans: {kept.id}: damaged; the next build makes it again"

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any
 
-from houseexpo.errors import HouseExpoError, MissingDependencyError
+from houseexpo.errors import HouseExpoError, MissingDependencyError, installing
 from pipeline.executors import local
 from pipeline.executors.outcome import Failure, Item, Limits, Result
 
@@ -94,7 +94,7 @@ def _connected(address: str | None) -> Any:
     try:
         import ray
     except ImportError:
-        raise MissingDependencyError("--executor ray needs Ray; pip install 'houseexpo[ray]'") from None
+        raise MissingDependencyError(f"--executor ray needs Ray: {installing('ray')}") from None
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # nothing is told to anybody
     try:
         _knock(address or os.environ.get("RAY_ADDRESS", ""))

@@ -11,7 +11,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.gaps import WallEnd, gap_at, wall_ends
 from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
-from pipeline.geometry.regions import enclosed, opened
+from pipeline.geometry.regions import enclosed, filled, opened
 
 BAND_M = 0.1
 NEAR_M = 0.25
@@ -22,14 +22,14 @@ HELD = 0.5
 """A room of which walls enclose less than this share lies open."""
 
 
-def from_floor(floor: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon], least_m2: float) -> list[Polygon]:
+def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
     """Bands along the edges of the floor slab where it is open.
 
-    ``ground`` is the closed plane so far and ``rooms`` what it encloses. An open part of the floor is a room that lacks
-    a wall if it has ``least_m2`` and walls along half of its edge. Where a wall ends at the opening and goes on behind
+    ``ground`` is the closed plane so far. A part of the floor that it does not enclose is a room that lacks a wall if
+    it has ``least_m2`` and walls along half of its edge. Where a wall ends at the opening and goes on behind
     it, the band goes on from its end; elsewhere it lies outside the slab, so that all of the slab stays free.
     """
-    open_floor = polygons_of(opened(subtract(floor, united([ground, *rooms])), 0.5))
+    open_floor = polygons_of(opened(subtract(floor, filled(ground)), 0.5))
     large = [part for part in open_floor if part.area >= least_m2]
     if not large:
         return []

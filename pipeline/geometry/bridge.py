@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.overlay import Shapes
 
 BESIDE_M = 0.15
 STAND_M = 0.03
@@ -32,7 +36,7 @@ class Bridge:
     depth: float
     sides: tuple[int, int]
 
-    @property
+    @cached_property
     def across(self) -> Vector:
         """Unit normal of the wall, to the left of ``along``."""
         return np.array([-self.along[1], self.along[0]])
@@ -73,6 +77,12 @@ class Bridge:
     def narrowed(self, start: float, end: float) -> Bridge:
         """The part between two distances (metres) along the wall from the centre."""
         return replace(self, centre=self.centre + self.along * (start + end) / 2, width=end - start)
+
+
+def strips_of(bridges: Sequence[Bridge], *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Shapes:
+    """The ``strip`` of each bridge (n,)."""
+    corners = [bridge.corners(deeper_m=deeper_m, wider_m=wider_m) for bridge in bridges]
+    return np.atleast_1d(shapely.polygons(np.array(corners).reshape(-1, 4, 2)))
 
 
 def joined(found: list[Bridge], door_plane: BaseGeometry) -> list[Bridge]:

@@ -18,7 +18,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.bridge import PARALLEL, Bridge, Vector, free_intervals, joined
+from pipeline.geometry.bridge import PARALLEL, Bridge, Vector, free_intervals, joined, strips_of
 from pipeline.geometry.outlines import outlines
 from pipeline.geometry.overlay import Shapes, areas, clipped, overlaps
 from pipeline.geometry.regions import WALL, locate
@@ -68,7 +68,7 @@ def bridges(
         return [[] for _ in pieces]
     of_piece = np.array([k for k, _ in facing])
     near = _around(pieces, door_plane)
-    strips = shapely.polygons(np.array([whole.corners() for _, whole in facing]))
+    strips = strips_of([whole for _, whole in facing])
     filled = shapely.area(overlaps(strips, np.array(pieces, dtype=np.object_)[of_piece]))
     standing = overlaps(strips, near[of_piece])
     real = filled + shapely.area(standing) >= FILLED * shapely.area(strips)
@@ -90,12 +90,11 @@ def _around(pieces: Sequence[Polygon], door_plane: BaseGeometry) -> Shapes:
 def _stretches(pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeometry) -> list[list[_Stretch]]:
     """Walk the outlines in steps, look outwards from each, and join neighbours that see the same space, if not wall."""
     found: list[list[_Stretch]] = [[] for _ in pieces]
-    rings = [(k, np.concatenate([r, r[:1]])) for k, piece in enumerate(pieces) for r in outlines(piece, DETAIL_M)]
-    if not rings:
+    if not pieces:
         return found
-    start = np.concatenate([points[:-1] for _, points in rings])
-    edge = np.concatenate([np.diff(points, axis=0) for _, points in rings])
-    of_piece = np.concatenate([np.full(len(points) - 1, k) for k, points in rings])
+    outline = outlines(pieces, DETAIL_M)
+    start = outline.points
+    edge = start[outline.after] - start
     steps = np.maximum(1, np.ceil(np.hypot(*edge.T) / STEP_M)).astype(np.int64)
     edges = np.repeat(np.arange(len(edge)), steps)
     step = np.arange(len(edges)) - np.repeat(np.cumsum(steps) - steps, steps)
@@ -111,7 +110,7 @@ def _stretches(pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeome
     first, last = np.concatenate([[0], change]), np.concatenate([change, [len(a)]]) - 1
     long = np.hypot(*(b[last] - a[first]).T) > SHORT_M
     for i, j in zip(first[long & (faces[first] != WALL)], last[long & (faces[first] != WALL)], strict=True):
-        found[of_piece[edges[i]]].append(_Stretch(a[i], b[j], int(faces[i])))
+        found[outline.area[edges[i]]].append(_Stretch(a[i], b[j], int(faces[i])))
     return found
 
 

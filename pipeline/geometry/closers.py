@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
@@ -14,10 +14,10 @@ from networkx.utils import UnionFind
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.bridge import Bridge
+from pipeline.geometry.bridge import Bridge, strips_of
 from pipeline.geometry.bridges import REACH_M, bridges
-from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
-from pipeline.geometry.regions import OUTSIDE, WALL, enclosed, locate, opened
+from pipeline.geometry.overlay import Shapes, areas, mitred, overlap, overlaps, polygons_of, subtract, united
+from pipeline.geometry.regions import OUTSIDE, WALL, each_opened, filled, locate
 
 IN_LINE_M = 0.8
 LAP_M = 0.002
@@ -26,6 +26,8 @@ ROUNDING_M2 = 1e-9
 EPS_M = 1e-5
 TOUCH_M = 1e-3
 CONTACT_M = 1e-5
+SHARES = np.array([[-0.3], [0.0], [0.3]])
+"""Where along a face is looked, from its middle, in widths of the bridge."""
 
 
 CloserKind: TypeAlias = Literal[
@@ -46,9 +48,9 @@ class Closer:
     bridge: Bridge | None = None
 
 
-def lapped(piece: Polygon) -> Polygon:
-    """A piece of one plane, a little larger, so that it meets the walls of the other."""
-    return mitred(piece, LAP_M)
+def lapped(pieces: list[Polygon]) -> list[Polygon]:
+    """Pieces of one plane, a little larger, so that they meet the walls of the other."""
+    return list(mitred(np.array(pieces, dtype=np.object_), LAP_M))
 
 
 def parted(
@@ -62,12 +64,13 @@ def parted(
     found: list[Closer] = []
     rest: list[Closer] = []
     for piece, strips in zip(pieces, bridges([p.polygon for p in pieces], rooms, plane, door), strict=True):
-        laps = [b.strip(deeper_m=LAP_M, wider_m=LAP_M) for b in strips]
+        laps = list(strips_of(strips, deeper_m=LAP_M, wider_m=LAP_M))
         found += [Closer(lap, piece.kind, bridge) for lap, bridge in zip(laps, strips, strict=True)]
         rest += [Closer(p, piece.kind) for p in _less(piece.polygon, laps)]
     if not rest:
         return found, []
-    in_line = united(c.bridge.strip(deeper_m=LAP_M, wider_m=IN_LINE_M) for c in found if c.bridge is not None)
+    found_bridges = [c.bridge for c in found if c.bridge is not None]
+    in_line = united(strips_of(found_bridges, deeper_m=LAP_M, wider_m=IN_LINE_M))
     return found, [part for piece in rest for part in _divided(piece, in_line)]
 
 
@@ -87,26 +90,23 @@ def _divided(piece: Closer, in_line: BaseGeometry) -> list[Closer]:
     return [Closer(p, piece.kind) for p in parts]
 
 
-def needed(door: BaseGeometry, kept: list[Closer], pieces: list[Closer]) -> list[Closer]:
+def needed(
+    door: BaseGeometry, kept: list[Closer], pieces: list[Closer], plane: BaseGeometry, rooms: list[Polygon]
+) -> list[Closer]:
     """Those of ``pieces`` without which, beside ``kept``, spaces would run into each other.
 
-    The last piece is taken away first. Without it, all spaces and all pieces already taken away that it touches become
-    one: it may go as long as that holds no two spaces, the outside being one of them.
+    ``plane`` is the door plane with all of these in it, and ``rooms`` are what it encloses. The last piece is taken
+    away first. Without it, all spaces and all pieces already taken away that it touches become one: it may go as long
+    as that holds no two spaces, the outside being one of them.
     """
-    if not pieces:
-        return []
-    plane, rooms = enclosed(closed_plane(door, [*kept, *pieces]))
     spaces = [*rooms, _outside(plane)]
-    standing = closed_plane(door, kept)
-    shapes = [opened(subtract(piece.polygon, standing), 4 * EPS_M) for piece in pieces]
+    others = united(closer.polygon for closer in kept)
+    bare = [subtract(subtract(piece.polygon, door), others) for piece in pieces]
+    shapes = [areas(shape) for shape in each_opened(bare, 4 * EPS_M)]
     grown = shapely.buffer(shapes, TOUCH_M, join_style="mitre")
     meets = networkx.Graph()
-    for (k, other), area in _shared_areas(grown, spaces).items():
-        if area > TOUCH_M * CONTACT_M:
-            meets.add_edge(("piece", k), ("space", other))
-    for (k, other), area in _shared_areas(grown, shapes).items():
-        if k != other and area > TOUCH_M * CONTACT_M:
-            meets.add_edge(("piece", k), ("piece", other))
+    meets.add_edges_from((("piece", k), ("space", space)) for k, space in _touching(grown, spaces))
+    meets.add_edges_from((("piece", k), ("piece", other)) for k, other in _touching(grown, shapes) if k != other)
     sets = UnionFind([("space", k) for k in range(len(spaces))])
     left = []
     gone: set[int] = set()
@@ -130,26 +130,21 @@ def closed_plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:
 
 def _outside(plane: BaseGeometry) -> BaseGeometry:
     """The air around a house, a metre of it."""
-    filled = united(Polygon(part.exterior) for part in polygons_of(plane))
-    return subtract(shapely.box(*shapely.bounds(filled)).buffer(1.0), filled)
+    house = filled(plane)
+    return subtract(shapely.box(*shapely.bounds(house)).buffer(1.0), house)
 
 
-def _shared_areas(shapes: npt.NDArray[np.object_], others: list[Polygon]) -> dict[tuple[int, int], float]:
-    """The areas that shapes share with others, by their indices."""
-    pairs = shapely.STRtree(others).query(shapes, predicate="intersects").T
-    with_others = [(int(k), int(other)) for k, other in pairs]
-    return {(k, other): overlap(shapes[k], others[other]).area for k, other in with_others}
+def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, int]]:
+    """Which of the grown pieces lie over which of the others for more than a point: pairs of indices."""
+    tree = shapely.STRtree(others)
+    pairs = tree.query(grown, predicate="intersects")
+    shared = shapely.area(overlaps(grown[pairs[0]], tree.geometries[pairs[1]]))
+    return [(int(k), int(other)) for k, other in pairs.T[shared > TOUCH_M * CONTACT_M]]
 
 
 def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry) -> list[Closer]:
     """The same pieces, the sides of their bridges looked up in ``rooms``: seen from three places along each face."""
-    looks = []
-    for closer in closers:
-        if closer.bridge is not None:
-            b = closer.bridge
-            off = b.across * (b.depth / 2 + 2 * REACH_M)
-            along = [b.centre + b.along * b.width * share for share in (-0.3, 0.0, 0.3)]
-            looks += [p - off for p in along] + [p + off for p in along]
+    looks = [_before_faces(closer.bridge) for closer in closers if closer.bridge is not None]
     faces = locate(np.array(looks).reshape(-1, 2), rooms, plane).reshape(-1, 2, 3)
     found, k = [], 0
     for closer in closers:
@@ -160,9 +155,17 @@ def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry)
         blind = (faces[k] == WALL).all(axis=1)
         if closer.kind == "gap" and blind.any():  # between a curtain and the next, before a wall: it leads nowhere
             sides = (sides[int(blind[0])],) * 2
-        found.append(replace(closer, bridge=replace(closer.bridge, sides=sides)))
+        same = sides == closer.bridge.sides
+        found.append(closer if same else replace(closer, bridge=replace(closer.bridge, sides=sides)))
         k += 1
     return found
+
+
+def _before_faces(bridge: Bridge) -> npt.NDArray[np.float64]:
+    """Three places (2, 3, 2) before each of the two faces of a bridge."""
+    off = bridge.across * (bridge.depth / 2 + 2 * REACH_M)
+    along = bridge.centre + bridge.along * bridge.width * SHARES
+    return np.array([along - off, along + off])
 
 
 def _most(faces: npt.NDArray[np.int64]) -> int:

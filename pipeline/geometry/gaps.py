@@ -20,7 +20,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.outlines import outlines
+from pipeline.geometry.outlines import Outlines, outlines
 from pipeline.geometry.overlay import overlap, polygons_of
 
 THICKEST_M = 0.6
@@ -66,15 +66,14 @@ class WallEnd:
 
 def wall_ends(walls: BaseGeometry, *, nibs: bool = False) -> Iterator[WallEnd]:
     """Every free end of a straight wall; with ``nibs`` those that are told from pilasters by what they face only."""
-    rings = [ring for part in polygons_of(walls) for ring in outlines(part, DETAIL_M)]
-    if rings:
-        yield from (end for end in _ends_of_rings(rings) if nibs or not end.is_nib)
+    parts = polygons_of(walls)
+    if parts:
+        yield from (end for end in _ends_of(outlines(parts, DETAIL_M)) if nibs or not end.is_nib)
 
 
-def _ends_of_rings(rings: Sequence[npt.NDArray[np.float64]]) -> Iterator[WallEnd]:
+def _ends_of(walls: Outlines) -> Iterator[WallEnd]:
     """All that looks like an end, ring by ring."""
-    points = np.concatenate(rings)
-    after, before = _neighbours([len(ring) for ring in rings])
+    points, after, before = walls.points, walls.after, walls.before
     edge = points[after] - points
     length = np.hypot(*edge.T)
     unit = edge / length[:, None]
@@ -87,16 +86,6 @@ def _ends_of_rings(rings: Sequence[npt.NDArray[np.float64]]) -> Iterator[WallEnd
     for k in np.flatnonzero(end & (long | juts)):
         out = np.array([unit[k, 1], -unit[k, 0]])
         yield WallEnd(points[k], points[after[k]], out, is_nib=not long[k])
-
-
-def _neighbours(lengths: list[int]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """For each point of rings of such lengths, one after the other, the indices of the next and of the last one."""
-    length = np.array(lengths)
-    last = np.cumsum(length) - 1
-    first = last - length + 1
-    after, before = np.arange(1, last[-1] + 2), np.arange(-1, last[-1])
-    after[last], before[first] = first, last
-    return after, before
 
 
 def gap_at(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:

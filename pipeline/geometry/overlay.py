@@ -66,12 +66,12 @@ def overlap(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
 
 def overlaps(a: Shapes, b: Shapes) -> Shapes:
     """What each of ``a`` (n,) shares with its partner in ``b`` (n,); lines and points may be among it."""
-    try:
-        return np.asarray(shapely.intersection(a, b))
-    except shapely.errors.GEOSException:
-        found = np.empty(len(a), np.object_)
-        found[:] = [overlap(one, other) for one, other in zip(a, b, strict=True)]
-        return found
+    return _each(shapely.intersection, a, b)
+
+
+def differences(a: Shapes, b: Shapes) -> Shapes:
+    """What of each of ``a`` (n,) is not in its partner in ``b`` (n,)."""
+    return _each(shapely.difference, a, b)
 
 
 def united(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
@@ -88,6 +88,16 @@ def _robust(operation: Callable[..., BaseGeometry], *shapes: Any) -> BaseGeometr
         return operation(*shapes)
     except shapely.errors.GEOSException:
         return operation(*(_mended(shape) for shape in shapes), grid_size=FALLBACK_GRID_M)
+
+
+def _each(operation: Callable[..., Any], a: Shapes, b: Shapes) -> Shapes:
+    """Overlay pair by pair; where one of them defeats that, each by itself."""
+    try:
+        return np.asarray(operation(a, b))
+    except shapely.errors.GEOSException:
+        found = np.empty(len(a), np.object_)
+        found[:] = [areas(_robust(operation, one, other)) for one, other in zip(a, b, strict=True)]
+        return found
 
 
 def _mended(shape: Any) -> Any:

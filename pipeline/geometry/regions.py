@@ -23,7 +23,7 @@ def enclosed(walls: BaseGeometry) -> tuple[BaseGeometry, list[Polygon]]:
     Specks (cracks between pieces of one wall) count as wall, and are filled.
     """
     parts = polygons_of(walls)
-    holes = [Polygon(ring) for part in parts for ring in part.interiors]
+    holes = [hole for part in parts for hole in shapely.polygons(shapely.get_rings(part)[1:])]
     if not holes:
         return walls, []
     free: list[Polygon] = []
@@ -37,6 +37,11 @@ def enclosed(walls: BaseGeometry) -> tuple[BaseGeometry, list[Polygon]]:
     return (united([walls, *specks]) if specks else walls), rooms
 
 
+def filled(walls: BaseGeometry) -> BaseGeometry:
+    """The walls and all that they close."""
+    return united(Polygon(part.exterior) for part in polygons_of(walls))
+
+
 def opened(shape: BaseGeometry, width_m: float) -> BaseGeometry:
     """The shape without what is thinner than ``width_m`` (morphological opening, square corners)."""
     eroded = mitred(shape, -width_m / 2)
@@ -46,7 +51,7 @@ def opened(shape: BaseGeometry, width_m: float) -> BaseGeometry:
     return overlap(grown, shape)
 
 
-def each_opened(shapes: Sequence[Polygon], width_m: float) -> Shapes:
+def each_opened(shapes: Sequence[BaseGeometry], width_m: float) -> Shapes:
     """``opened`` for each of the shapes."""
     given = np.array(shapes, dtype=np.object_)
     return overlaps(mitred(mitred(given, -width_m / 2), width_m / 2 + 1e-6), given)

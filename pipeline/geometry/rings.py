@@ -15,7 +15,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.overlay import EMPTY, united
+from pipeline.geometry.overlay import EMPTY, Shapes, united
 
 Floats = npt.NDArray[np.float64]
 
@@ -43,6 +43,14 @@ class Rings:
         area = np.add.reduceat(x * y2 - x2 * y, start) / 2
         around = np.add.reduceat(np.hypot(x2 - x, y2 - y), start)
         return cls(rings, area, 2 * np.abs(area) / around)
+
+    def polygons(self, which: npt.NDArray[np.bool_]) -> Shapes:
+        """The areas in these of the rings."""
+        chosen = [self.rings[k] for k in np.flatnonzero(which)]
+        if not chosen:
+            return np.zeros(0, np.object_)
+        of_ring = np.repeat(np.arange(len(chosen)), [len(ring) for ring in chosen])
+        return shapely.polygons(shapely.linearrings(np.concatenate(chosen), indices=of_ring))
 
 
 def closed_rings(

@@ -23,6 +23,7 @@ class Sections:
     sheet_m: float
     solid_m: float
     _made: dict[float, BaseGeometry] = field(default_factory=dict)
+    _closets: dict[float, BaseGeometry] = field(default_factory=dict)
 
     def foot(self, height: float) -> BaseGeometry:
         """All that stands at a height near the floor, massive bodies included."""
@@ -36,5 +37,11 @@ class Sections:
             found = section(cut, sheet_m=self.sheet_m, solid_m=self.solid_m)
             massive = [part for part in polygons_of(found.solids) if overlap(part, foot).area > STANDING * part.area]
             walls = joined_sheets(found.walls, self.sheet_m)
+            self._closets[height] = found.closets
             self._made[height] = united([walls, *massive]) if massive else walls
         return self._made[height]
+
+    @property
+    def closets(self) -> BaseGeometry:
+        """What of all sections made so far is narrow space in a closed body, and no wall."""
+        return united([closet for closet in self._closets.values() if not closet.is_empty])

@@ -8,6 +8,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from pipeline.geometry.bridge import strips_of
 from pipeline.geometry.overlay import polygons_of, united
 from pipeline.geometry.spaces import Spaces
 from pipeline.geometry.walls import close_cracks
@@ -20,7 +21,7 @@ SEAM_M = 1e-3
 
 def floor_of(spaces: Spaces) -> BaseGeometry:
     """All rooms and the open passages between them, as one area."""
-    strips = [p.bridge.strip(deeper_m=LAP_M) for p in spaces.passages if not p.leads_outside]
+    strips = strips_of([p.bridge for p in spaces.passages if not p.leads_outside], deeper_m=LAP_M)
     floor = united([*spaces.rooms, *strips])
     return close_cracks(floor, SEAM_M) if spaces.joins else floor
 

@@ -61,7 +61,7 @@ def straighten(rooms: list[Polygon], *, offset_m: float, angle_deg: float) -> li
     angle = _shared_angles(edges, offset_m, np.deg2rad(angle_deg))  # R1
     normal = np.stack([np.sin(angle), -np.cos(angle)], axis=1)
     line = _shared_lines(edges, angle, normal, offset_m)  # R2
-    drawn = [_redraw(edges, line, normal, edges.ring == k, offset_m) for k in range(len(rings))]
+    drawn = _redrawn(edges, line, normal, len(rings), offset_m)
     result, at = [], 0
     for room in cleaned:
         count = 1 + len(room.interiors)
@@ -116,7 +116,7 @@ def _shared_lines(edges: _Edges, angle: Floats, normal: Floats, offset_m: float)
             continue
         same = free & (np.abs(own - own[leader]) <= offset_m) & (np.abs(np.sin((angle - angle[leader]) / 2)) < 1e-6)
         group = _reached(low, high, same, int(leader))
-        result[group] = np.average(own[group], weights=length[group])
+        result[group] = (own[group] * length[group]).sum() / length[group].sum()
         free[group] = False
     return result
 
@@ -134,21 +134,26 @@ def _reached(low: Floats, high: Floats, candidates: npt.NDArray[np.bool_], leade
         start, end = low[index[inside]].min(), high[index[inside]].max()
 
 
-def _redraw(edges: _Edges, line: Floats, normal: Floats, mine: npt.NDArray[np.bool_], offset_m: float) -> Floats:
-    """One ring from the crossings of its lines."""
-    index = [int(k) for k in np.flatnonzero(mine)]
+def _redrawn(edges: _Edges, line: Floats, normal: Floats, n_rings: int, offset_m: float) -> list[Floats]:
+    """All rings from the crossings of their lines."""
     length = edges.length
-    index = _without_steps(index, line, normal, length, offset_m)
-    points: list[Floats] = []
-    for here, after in zip(index, index[1:] + index[:1], strict=True):
-        cross = normal[here, 0] * normal[after, 1] - normal[here, 1] * normal[after, 0]
-        if abs(cross) > 0.1:
-            rhs = np.array([line[here], line[after]])
-            points.append(np.linalg.solve(np.stack([normal[here], normal[after]]), rhs))
+    rings = [np.flatnonzero(edges.ring == k).tolist() for k in range(n_rings)]
+    kept = [_without_steps(ring, line, normal, length, offset_m) for ring in rings]
+    here = np.array([k for ring in kept for k in ring])
+    after = np.array([k for ring in kept for k in ring[1:] + ring[:1]])
+    crossing = np.abs(normal[here, 0] * normal[after, 1] - normal[here, 1] * normal[after, 0]) > 0.1
+    pairs = np.stack([here, after], axis=1)
+    met = np.zeros((len(pairs), 2))
+    met[crossing] = np.linalg.solve(normal[pairs[crossing]], line[pairs[crossing]][:, :, None])[:, :, 0]
+    points: list[list[Floats]] = [[] for _ in rings]
+    for k, (first, second) in enumerate(pairs.tolist()):
+        if crossing[k]:
+            points[edges.ring[first]].append(met[k])
         else:  # (nearly) parallel: a step between two lines
-            corner = edges.end[here] if (after == here + 1) else (edges.end[here] + edges.start[after]) / 2
-            points += [corner + (line[k] - corner @ normal[k]) * normal[k] for k in (here, after)]
-    return np.array(points).reshape(-1, 2)
+            corner = edges.end[first] if second == first + 1 else (edges.end[first] + edges.start[second]) / 2
+            step = [corner + (line[i] - corner @ normal[i]) * normal[i] for i in (first, second)]
+            points[edges.ring[first]] += step
+    return [np.array(ring).reshape(-1, 2) for ring in points]
 
 
 def _without_steps(index: list[int], line: Floats, normal: Floats, length: Floats, offset_m: float) -> list[int]:

@@ -24,13 +24,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 import shapely
-from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from pipeline.geometry.closets import closets
 from pipeline.geometry.cutting import Segments
 from pipeline.geometry.overlay import EMPTY, areas, mitred, subtract, united
 from pipeline.geometry.regions import opened
 from pipeline.geometry.rings import closed_rings, united_rings
+from pipeline.geometry.winding import winding_number
 
 GRID_M = 1e-4
 """Segment ends closer than this are one point (lost loops: trimesh #1944, #2224)."""
@@ -44,6 +45,7 @@ DENSE_M = 0.15
 """Shorter segments follow the mesh and not the house, where they are the rule."""
 DETAIL_M = 0.01
 """No finer than the grid of a plan."""
+BOX_CORNERS = 5  # of a rectangle's closed ring
 CRACK_M = 0.02
 """Walls that come closer than this touch."""
 
@@ -52,10 +54,14 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """What stands at one height: ``walls`` (R1, R3) and massive ``solids`` (R2), apart, since a slab is no wall."""
+    """What stands at one height: ``walls`` (R1, R3) and massive ``solids`` (R2), apart, since a slab is no wall.
+
+    ``closets`` are what of the walls is known to be space after all: over the heads of doors it is closed all round.
+    """
 
     walls: BaseGeometry
     solids: BaseGeometry
+    closets: BaseGeometry = EMPTY
 
 
 def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = True) -> Section:
@@ -75,14 +81,13 @@ def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = Tru
         return _arranged(
             replace(cut, ends=snapped, body=body), shapely.linestrings(snapped), sheet_m, solid_m, sheets=sheets
         )
-    slim = np.array([Polygon(rings.rings[k]) for k in np.flatnonzero(rings.thickness < SLIM * sheet_m)])
-    strips = shapely.orient_polygons(_strips(slim, sheet_m))
+    strips = shapely.orient_polygons(_strips(rings.polygons(rings.thickness < SLIM * sheet_m), sheet_m))
     thin = united_rings(rings.rings + [shapely.get_coordinates(s)[:-1] for s in strips], CRACK_M)
     if not rest.any():
         return Section(thin, EMPTY)
     loose = replace(cut, ends=snapped[rest], body=body[rest])
     others = _arranged(loose, shapely.linestrings(snapped[rest]), sheet_m, solid_m, sheets=sheets)
-    return Section(close_cracks(united([thin, others.walls])), others.solids)
+    return Section(close_cracks(united([thin, others.walls])), others.solids, others.closets)
 
 
 def _is_dense(segments: Floats) -> bool:
@@ -110,18 +115,19 @@ def _strips(slim: npt.NDArray[np.object_], sheet_m: float) -> npt.NDArray[np.obj
     if not len(slim):
         return slim
     boxes = shapely.minimum_rotated_rectangle(slim)
-    straight = shapely.area(slim) > 0.9 * shapely.area(boxes)
-    spines = [_spine(box) for box in boxes[straight] if isinstance(box, Polygon)]
-    strips = np.atleast_1d(shapely.buffer(spines, sheet_m / 2, cap_style="flat"))
+    straight = (shapely.area(slim) > 0.9 * shapely.area(boxes)) & (shapely.get_num_coordinates(boxes) == BOX_CORNERS)
+    strips = np.atleast_1d(shapely.buffer(_spines(boxes[straight]), sheet_m / 2, cap_style="flat"))
     return np.asarray(strips[~shapely.is_empty(strips)])
 
 
-def _spine(box: Polygon) -> BaseGeometry:
-    """The long middle line of a rectangle."""
-    a, b, c, d = shapely.get_coordinates(box)[:4]
-    if np.hypot(*(b - a)) > np.hypot(*(c - b)):
-        a, b, c, d = b, c, d, a
-    return shapely.linestrings([(a + b) / 2, (c + d) / 2])
+def _spines(boxes: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
+    """The long middle lines of rectangles."""
+    corners = shapely.get_coordinates(boxes).reshape(-1, BOX_CORNERS, 2)
+    middles = (corners[:, :-1] + corners[:, 1:]) / 2
+    length = np.hypot(*np.moveaxis(np.diff(corners[:, :3], axis=1), 2, 0))
+    first = (length[:, 0] > length[:, 1]).astype(np.int64)
+    rows = np.arange(len(boxes))
+    return np.atleast_1d(shapely.linestrings(np.stack([middles[rows, first], middles[rows, first + 2]], axis=1)))
 
 
 def _arranged(
@@ -141,7 +147,8 @@ def _arranged(
         return Section(close_cracks(body), massive)
     closed = united([*faces[thin], solids])
     loose = shapely.difference(shapely.multilinestrings(lines), shapely.buffer(closed, 2 * GRID_M))
-    return Section(close_cracks(united([body, thicken(loose, sheet_m)])), massive)
+    walls = close_cracks(united([body, thicken(loose, sheet_m)]))
+    return Section(walls, massive, closets(faces[thin], solids, cut.ends))
 
 
 def thicken(lines: BaseGeometry, thickness_m: float) -> BaseGeometry:
@@ -181,16 +188,3 @@ def _inside(points: npt.NDArray[np.object_], cut: Segments) -> npt.NDArray[np.bo
     around = winding_number(points, cut.ends) > 0
     around[around] = cut.caps.close(shapely.get_coordinates(points[around]), cut.height)
     return around
-
-
-def winding_number(points: npt.NDArray[np.object_], segments: Floats) -> npt.NDArray[np.int64]:
-    """How often the oriented segments wind around each point, counter-clockwise positive (ray to +x)."""
-    if not len(points):
-        return np.zeros(0, np.int64)
-    x, y = shapely.get_x(points)[:, None], shapely.get_y(points)[:, None]
-    (x1, y1), (x2, y2) = segments[:, 0].T, segments[:, 1].T
-    up, down = (y1 <= y) & (y2 > y), (y2 <= y) & (y1 > y)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at = x1 + (y - y1) * (x2 - x1) / (y2 - y1)
-    right = at > x
-    return np.asarray((up & right).sum(axis=1) - (down & right).sum(axis=1), np.int64)

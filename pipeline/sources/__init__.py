@@ -12,6 +12,7 @@ from pipeline.rejection import Rejection
 from pipeline.sources.by_content import is_claimed
 from pipeline.sources.made import made_of
 from pipeline.sources.recognise import recognise
+from pipeline.sources.sizes import check_sizes
 from pipeline.values import Input, Reader
 
 _OPTIONS = {
@@ -36,8 +37,10 @@ def find(source: str, **options: str) -> Iterator[Input]:
     Raises
     ------
     ConfigError
-        Where the source does not exist, no reader knows it, or a folder holds nothing that one does.
+        Where an option is impossible, the source does not exist, no reader knows it, or a folder holds nothing that
+        one does.
     """
+    check_sizes(**options)
     if is_path(source) and not Path(source).exists():
         raise ConfigError(f"source {source!r} does not exist; check the path")
     found = False

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 
+from pipeline.sources.naming import files_in
 from pipeline.sources.recognise import recognise
 from pipeline.values import Input
 
@@ -34,7 +35,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
     if not root.is_dir():
         yield from _inputs(root, recognise(root), f"{root.absolute().parent.name}/{root.name}".lstrip("/"), options)
         return
-    files = sorted(file for file in root.rglob("*") if file.is_file())
+    files = sorted(files_in(root))
     kinds = {file: kind for file in files if (kind := recognise(file))}
     has_world = any(kind == "gazebo" and not _in_model(file, root) for file, kind in kinds.items())
     for file, kind in kinds.items():

@@ -16,6 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from houseexpo.errors import installing
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.naming import check_file
 
@@ -43,7 +44,7 @@ def open_model(path: Path) -> tuple[Any, str]:
         import ifcopenshell
     except ImportError as error:
         detail = f"{path.name} needs ifcopenshell, which is not installed"
-        raise Rejection("source", Reason.UNREADABLE, detail, "pip install 'houseexpo[ifc]'") from error
+        raise Rejection("source", Reason.UNREADABLE, detail, installing("ifc")) from error
     text = _text(path)
     found = _schema(text, path)
     edition = _edition(found.group(1), path)

@@ -2,7 +2,7 @@
 
 R1  Walls stand: along enough of the outline the same wall is met at chest and head height; nearer to the floor other
     things stand too. On terrain it is not. In a car it may be, but there the walls lean and the floor is a small part
-    of what they surround.
+    of what they surround. A fence, which stands nowhere, around walls that do is no outline of theirs.
 R2  A facade is one sheet, wound to be seen from outside, closed all round, with no wall inside it: nobody modelled an
     inside. A wall with two faces, a sheet that looks inwards (a room's scan), a gap to enter by or an inner wall
     speaks for rooms.
@@ -112,11 +112,13 @@ def look_at(walls: Mesh, floor_m2: float | None = None) -> Look:
     grid = PlanGrid.over(low, high, size_m=size)
     traces = [grid.trace(segments) for segments, _ in sections]
     standing = traces[0] & grid.grown(traces[1], LEAN_M)
-    wall = grid.grown(traces[0], grid.size_m)
+    wall = _without_fences(grid.grown(traces[0], grid.size_m), standing)
     outside = _outside(wall)
     covered = _hull(wall)
     inside = ((outside == 0) & (wall == 0)).astype(np.uint8)
     points, normals = _samples(*sections[0], surfaces)
+    walled = grid.at(wall, points)
+    points, normals = points[walled], normals[walled]
     outer = grid.at(grid.grown(outside, 2 * grid.size_m), points)
     looks_out = grid.at(outside, points + normals * 4 * grid.size_m)
     stands = grid.at(grid.grown(standing, grid.size_m), points)
@@ -164,6 +166,13 @@ def _samples(segments: Floats, faces: np.ndarray, surfaces: Surfaces) -> tuple[F
     points = segments[owner, 0] * (1 - share) + segments[owner, 1] * share
     normals = surfaces.normal[faces[owner], :2]
     return points, normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-9)[:, None]
+
+
+def _without_fences(wall: Cells, standing: Cells) -> Cells:
+    """R1: the connected parts of which some stands, all of them where none does."""
+    _, part = cv2.connectedComponents(wall)
+    kept = np.unique(part[(standing > 0) & (wall > 0)])
+    return np.isin(part, kept).astype(np.uint8) if len(kept) else wall
 
 
 def _outside(wall: Cells) -> Cells:

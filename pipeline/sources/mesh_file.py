@@ -8,7 +8,6 @@ level's frame.
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -25,8 +24,8 @@ from pipeline.sources.named_scene import door_heights, sort_faces, structural
 from pipeline.sources.naming import base_id, level_id, list_files, sha256
 from pipeline.sources.no_unit import outside_of
 from pipeline.sources.placing import Shift, near_shift
-from pipeline.sources.scale import UNITS
 from pipeline.sources.scene import Scene
+from pipeline.sources.sizes import above_zero, metres_of
 from pipeline.sources.units import UPS, Frame3D, Wish, detect
 from pipeline.top_view import top_view
 from pipeline.values import Input, Level, Mesh
@@ -120,22 +119,9 @@ def _wish(options: Mapping[str, str]) -> Wish:
     up, units = options.get("up", "auto"), options.get("units", "auto")
     if up not in {"auto", *UPS}:
         raise ConfigError(f"mesh files: up={up!r} is unknown; expected one of auto, {', '.join(UPS)}")
-    metres = None if units == "auto" else UNITS.get(units) or _number("units", units)
+    scale = above_zero("scale", options.get("scale", "1"))
     storey = options.get("storey_height", "")
-    return Wish(
-        up, metres, _number("scale", options.get("scale", "1")), _number("storey_height", storey) if storey else None
-    )
-
-
-def _number(option: str, text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not (math.isfinite(number) and number > 0):
-        also = f" or one of auto, {', '.join(UNITS)}" if option == "units" else ""
-        raise ConfigError(f"mesh files: {option}={text!r}: expected a number above 0{also}")
-    return number
+    return Wish(up, metres_of(units), scale, above_zero("storey_height", storey) if storey else None)
 
 
 def _upright(raw: Mesh, found: Frame3D) -> Mesh:

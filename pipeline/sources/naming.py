@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping
@@ -11,6 +12,8 @@ from pathlib import Path
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Input
 
+BUILT = ".build"
+"""What a build keeps in its data set, and only there."""
 LONGEST_ID = 180
 """Ids name files, together with a level and a suffix; file systems take 255 bytes."""
 
@@ -33,6 +36,13 @@ def level_id(base: str, level: int, n_levels: int) -> str:
     return base if n_levels == 1 else f"{base}_L{level}"
 
 
+def files_in(folder: Path) -> Iterator[Path]:
+    """Yield all files under a folder but those of data sets that were built in it: plans and records are no houses."""
+    for place, folders, names in os.walk(folder):
+        folders[:] = [name for name in folders if not Path(place, name, BUILT).is_dir()]
+        yield from (file for name in names if (file := Path(place, name)).is_file())
+
+
 def list_files(path: str, suffixes: Iterable[str]) -> Iterator[tuple[Path, str]]:
     """Yield (file, relative name) for each file with one of the suffixes, sorted by relative name.
 
@@ -47,7 +57,7 @@ def list_files(path: str, suffixes: Iterable[str]) -> Iterator[tuple[Path, str]]
     known = frozenset(suffixes)
     source = Path(path)
     if source.is_dir():
-        files = (file for file in source.rglob("*") if file.suffix.lower() in known and file.is_file())
+        files = (file for file in files_in(source) if file.suffix.lower() in known)
         named = ((file, as_text(file.relative_to(source).as_posix())) for file in files)
         yield from sorted(named, key=lambda pair: (pair[1], pair[0]))
     elif source.suffix.lower() in known:

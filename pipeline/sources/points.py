@@ -20,7 +20,7 @@ from pipeline.sources.naming import level_id, sha256, single_input
 from pipeline.sources.points_file import blocks
 from pipeline.sources.points_storeys import Storey, find_storeys
 from pipeline.sources.points_voxels import Voxels, fill
-from pipeline.sources.scale import UNITS
+from pipeline.sources.sizes import metres_of
 from pipeline.values import Input, Level, Mesh
 
 NOISE_M = 0.1
@@ -45,7 +45,7 @@ def read(item: Input) -> Iterator[Level]:
     options, path = dict(item.options), Path(item.path)
     name = options.get("file", path.name)
     units = options.get("units", "auto")
-    voxels = fill(blocks(path), UNITS.get(units, 1.0), options.get("up", "auto"), path.name)
+    voxels = fill(blocks(path), metres_of(units) or 1.0, options.get("up", "auto"), path.name)
     storeys = find_storeys(voxels)
     if not storeys:
         detail = f"{name}: expected two level layers 1.9 to 6 m apart, or walls over one, found none"

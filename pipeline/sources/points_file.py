@@ -17,7 +17,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.errors import MissingDependencyError
+from houseexpo.errors import MissingDependencyError, installing
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.lzf import unpacked
 from pipeline.sources.naming import check_file
@@ -177,6 +177,5 @@ def _need(path: Path, library: str) -> None:
     try:
         import_module(library)
     except ImportError:
-        raise MissingDependencyError(
-            f"{path.name} needs {library}, which is not installed; pip install 'houseexpo[scans]'"
-        ) from None
+        said = f"{path.name} needs {library}, which is not installed: {installing('scans')}"
+        raise MissingDependencyError(said) from None

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from houseexpo.errors import MissingDependencyError
+from houseexpo.errors import MissingDependencyError, installing
 from pipeline.geometry.overlay import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.archives import members
@@ -42,9 +42,8 @@ def load_usdz(path: Path) -> Scan:
     try:
         from pxr import Sdf, Tf, Usd, UsdGeom
     except ImportError:
-        raise MissingDependencyError(
-            f"{path.name} needs usd-core, which is not installed; pip install 'houseexpo[scans]'"
-        ) from None
+        said = f"{path.name} needs usd-core, which is not installed: {installing('scans')}"
+        raise MissingDependencyError(said) from None
     _check_whole(path)
     try:
         _check_layers(Sdf, path, members(path))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.sources.split_levels import storeys_apart
 from pipeline.sources.surfaces import Bools, Floats, Surfaces, WallProfile, weighted_quantile
 
 STOREY_M = (1.9, 6.6)
@@ -78,6 +79,8 @@ def _storey(
 ) -> tuple[float, tuple[float, ...], tuple[float, ...]]:
     """Return the greatest height between two level surfaces that cover the plan, or the ends of the walls.
 
+    The halves of a split level have storeys of their own.
+
     And in it, above its foot, the heights at which openings end and there is more wall than below: those in its upper
     half, and those in its lower half. ``footprint`` is the area that the walls span.
     """
@@ -93,6 +96,9 @@ def _storey(
     stops = np.sort(stops)
     widest = int(np.diff(stops).argmax())
     foot, storey = float(stops[widest]), float(stops[widest + 1] - stops[widest])
+    for floor, ceiling in storeys_apart(surfaces, flats, axis, layers, float(np.diff(profile.edges)[0])):
+        if ceiling - floor > storey:
+            foot, storey = floor, ceiling - floor
     growth, usual = _growth(profile), float(np.median(profile.length))
     heights = (profile.edges[:-1] - foot) / storey
     grown = _heads(heights, growth, UPPER, HEAD * usual)

@@ -57,12 +57,11 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
 def _spans(bridges: list[Bridge], post_m: float) -> list[float]:
     """For each bridge the width of the row that it stands in, posts between included."""
     rows = nx.Graph()
-    rows.add_nodes_from(range(len(bridges)))
     for i, j in combinations(range(len(bridges)), 2):
         apart = distance_in_row(bridges[i], bridges[j])
         if apart is not None and apart <= post_m:
             rows.add_edge(i, j, apart=max(apart, 0.0))
-    span = [0.0] * len(bridges)
+    span = [bridge.width for bridge in bridges]
     for row in nx.connected_components(rows):
         posts = nx.minimum_spanning_tree(rows.subgraph(row), weight="apart").size(weight="apart")
         for k in row:
@@ -74,9 +73,9 @@ def _kind(closer: Closer, bridge: Bridge, level: Level, leaves: shapely.STRtree)
     """R2; None where the source names its openings and has none here."""
     if closer.kind in {"door", "opening"}:
         return "door" if closer.kind == "door" else "opening"
-    strip = bridge.strip()
     if closer.kind == "gap":
-        return "door" if len(leaves.query(strip, predicate="dwithin", distance=LEAF_BESIDE_M)) else "opening"
+        beside = leaves.query(bridge.strip(), predicate="dwithin", distance=LEAF_BESIDE_M)
+        return "door" if len(beside) else "opening"
     return None if level.named_openings else "door"
 
 

@@ -12,7 +12,8 @@ R4  Two sheets are one wall (``geometry.slits``), and so are two walls with an e
     slit between them is filled.
 R5  What is mostly thick and ends below the walls beside it is furniture (a cupboard); so is all that ends below head
     height, but for what is thin: that may be a railing or a parapet.
-R6  A lintel hangs over free floor from head height up to where the walls beside it end; what ends below is none.
+R6  A lintel hangs over free floor from head height up to where the walls beside it end; what ends below is none, and
+    so is a closet, which the walls close all round over its door (``geometry.closets``).
 R7  A leaf, found by its shape or named by the source, is no wall; where it stands closed there is a doorway
     (``stages.doorways``).
 R8  No cut runs through coplanar faces; the heights used are recorded.
@@ -80,7 +81,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     cupboards = united(each.part for each in lower if not meets_slope(each.part, cutter, each.stood_m))  # R5
     if not cupboards.is_empty:  # what is left along their edges would part the floor, thin as it is
         full = opened(subtract(full, cupboards), CREASE_M)
-    hanging = hanging_free(above, united([full, cupboards]))  # R6
+    hanging = subtract(hanging_free(above, united([full, cupboards])), sections.closets)  # R6
     judged = judge_leaves(leaves, full, hanging)  # R7
     if judged.walls:
         again = Sections(Cutter(bodies.only(list(judged.walls))), config.sheet_m, config.solid_m)
@@ -106,6 +107,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
         leaves=tuple(found_leaves),
         floor=level.floor,
         low=without_headroom(level.walls),
+        lower=opened(subtract(full, above[-1]), SLIVER_M),
         slight=_slight(above, heights, level.ceiling_m),
         heights=heights.recorded,
     )

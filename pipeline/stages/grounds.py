@@ -94,7 +94,7 @@ def _floors(
         return {"floorless_room": 0.0, "roomless_floor_share": 0.0}
     missing = subtract(rooms, floor)
     shares = shapely.area(shapely.intersection(np.array(each), missing)) / shapely.area(each)
-    between = subtract(overlap(floor, shapely.convex_hull(rooms)), united([mitred(rooms, CRACK_M), walls]))
+    between = subtract(subtract(overlap(floor, shapely.convex_hull(rooms)), walls), mitred(rooms, CRACK_M))
     return {
         "floorless_room": float(shares.max()) if missing.area < (1 - FLOORED) * rooms.area else 0.0,
         "roomless_floor_share": _share(between.area, rooms.area),

@@ -1,9 +1,10 @@
 """Which of the spaces that walls enclose are rooms, and what of them is floor (rules R9 and R10 of the layout).
 
 R9  Where the house has floors, a space without one is no room, unless walls close it nearly all round (a stairwell);
-    nor is one without a door that a railing bounds for the most part (a roof terrace), nor one too low to stand in (a
-    void under a roof). A room that the source names is one. What a person says is no room
-    (``overrides.toml``) is none.
+    nor is one without a door that a railing bounds for the most part (a roof terrace), nor one under the sky that a
+    fence or a lower wall does and that is larger than all the others together (a garden), nor one too low to stand in
+    (a void under a roof). A room that the source names is one. What a person says is no room (``overrides.toml``) is
+    none.
 R10  What of a room lies over a void in the floor is no free space (``geometry.voids``).
 """
 
@@ -12,11 +13,13 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.overlay import overlap, united
+from pipeline.geometry.mesh import Mesh
+from pipeline.geometry.overlay import overlap, overlaps, united
 from pipeline.geometry.regions import OUTSIDE, too_narrow
 from pipeline.geometry.voids import without_voids
 from pipeline.values import Closer, Evidence, Level, Planes
@@ -26,6 +29,10 @@ FLOORED = 0.25
 CLOSED = 0.8
 FENCED = 0.5
 COVERED = 0.7
+ROOFED = 0.5
+HEAD_M = 1.9
+SPECK_M2 = 1e-4
+GRID_M = 1e-3
 SHAFT_M = 0.7
 BESIDE_EDGE_M = 0.02
 
@@ -36,22 +43,46 @@ def habitable(
     """R9: those of the spaces that are rooms."""
     inner = [c.bridge.sides for c in strips if c.bridge is not None and OUTSIDE not in c.bridge.sides]
     entered = {side for sides in inner for side in sides}
-    covered = np.array([_share(room, evidence.floor) for room in rooms])
     area = shapely.area(rooms)
+    covered = _shares(rooms, evidence.floor)
+    low = _shares(rooms, evidence.low)
     known = evidence.floor is not None and bool((covered * area).sum() > KNOWN_FLOOR * area.sum())
     walls = cache(lambda: shapely.buffer(planes.door, BESIDE_EDGE_M, quad_segs=2))
     fences = shapely.buffer(planes.rails, BESIDE_EDGE_M, quad_segs=2)
+    gardens = _gardens(rooms, united([planes.rails, evidence.lower]), level)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
-    shafts = too_narrow(rooms, SHAFT_M)
-    for k, (room, share, shaft) in enumerate(zip(rooms, covered, shafts, strict=True)):
+    for k, (room, share) in enumerate(zip(rooms, covered, strict=True)):
         if room.intersects(refused):
             continue
-        floored = not known or share >= FLOORED or (_along(room, walls()) > CLOSED and not shaft)
-        outside = (k not in entered and _along(room, fences) > FENCED) or _share(room, evidence.low) > COVERED
-        if (floored and not outside) or _is_named(room, level):
+        floored = not known or share >= FLOORED or (_along(room, walls()) > CLOSED and not _is_shaft(room))
+        outside = (k not in entered and _along(room, fences) > FENCED) or low[k] > COVERED
+        if (floored and not outside and k not in gardens) or _is_named(room, level):
             kept.append(room)
     return kept
+
+
+def _gardens(rooms: list[Polygon], fences: BaseGeometry, level: Level) -> set[int]:
+    """Which of the spaces is larger than all others together, lies in a fence, and has nothing over it."""
+    area = [room.area for room in rooms]
+    large = [k for k in range(len(rooms)) if len(rooms) > 1 and area[k] > sum(area) / 2]
+    band = shapely.buffer(fences, BESIDE_EDGE_M, quad_segs=2) if large else fences
+    fenced = {k for k in large if _along(rooms[k], band) > FENCED}
+    return {k for k in fenced if _shares([rooms[k]], _cover(rooms[k], level.walls))[0] < ROOFED}
+
+
+def _cover(room: Polygon, mesh: Mesh) -> BaseGeometry:
+    """What of the plan around a space lies under faces over head height."""
+    corners = mesh.vertices[mesh.faces]
+    corners = corners[corners[:, :, 2].min(axis=1) > HEAD_M][:, :, :2]
+    x1, y1, x2, y2 = room.bounds
+    near = (corners.min(axis=1) < (x2, y2)).all(axis=1) & (corners.max(axis=1) > (x1, y1)).all(axis=1)
+    triangles = shapely.polygons(corners[near])
+    return shapely.union_all(triangles[shapely.area(triangles) > SPECK_M2], grid_size=GRID_M)
+
+
+def _is_shaft(room: Polygon) -> bool:
+    return bool(too_narrow([room], SHAFT_M)[0])
 
 
 def _along(room: Polygon, band: BaseGeometry) -> float:
@@ -70,8 +101,12 @@ def on_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
     return [part for room in rooms for part in without_voids(room, level.floor, level.below, named)]
 
 
-def _share(room: Polygon, area: BaseGeometry | None) -> float:
-    return 0.0 if area is None else float(overlap(room, area).area / room.area)
+def _shares(rooms: list[Polygon], area: BaseGeometry | None) -> npt.NDArray[np.float64]:
+    """What share of each of the rooms (n,) lies in an area."""
+    if area is None or area.is_empty:
+        return np.zeros(len(rooms))
+    shared = overlaps(np.array(rooms, dtype=np.object_), np.full(len(rooms), area))
+    return np.asarray(shapely.area(shared) / shapely.area(rooms))
 
 
 def _is_named(room: Polygon, level: Level) -> bool:

@@ -78,9 +78,10 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
 def _pieces(level: Level, planes: Planes, config: LayoutConfig) -> list[Closer]:
     """All that may close the door plane, before it is known what it parts (R1)."""
     low = subtract(planes.low, planes.high)
-    pieces = [Closer(lapped(p), "lintel") for p in polygons_of(planes.high)]
-    pieces += [Closer(lapped(p), "sill") for p in polygons_of(low)]
-    pieces += [Closer(lapped(d.polygon), "door" if d.has_door else "opening") for d in planes.doorways]
+    pieces = [Closer(p, "lintel") for p in lapped(polygons_of(planes.high))]
+    pieces += [Closer(p, "sill") for p in lapped(polygons_of(low))]
+    doorways = zip(planes.doorways, lapped([d.polygon for d in planes.doorways]), strict=True)
+    pieces += [Closer(p, "door" if d.has_door else "opening") for d, p in doorways]
     filled = [planes.door, *(p.polygon for p in pieces)]
     found = gaps(planes.tall, filled, config.gap_m, planes.leaves)
     real = [gap for gap in found if not _runs_along(gap, pieces) and not _lies_in_room(gap, level)]
@@ -138,7 +139,7 @@ def _settled(
         elif pruned:
             return strips + rest, plane, rooms
         else:  # strips that stood against what is dropped here may part nothing now
-            rest, pruned = needed(door, strips, rest), True
+            rest, pruned = needed(door, strips, rest, plane, rooms), True
 
 
 def _parts_nothing(closer: Closer, door: BaseGeometry, slight: BaseGeometry, config: LayoutConfig) -> bool:
@@ -230,7 +231,7 @@ def _boundary(
     if edges:  # R11
         return [Closer(p, "room_edge") for p in edges]
     if level.floor is not None:  # R3
-        bands = from_floor(level.floor, ground, rooms, config.area_m2)
+        bands = from_floor(level.floor, ground, config.area_m2)
         if bands:
             return [Closer(p, "floor_edge") for p in bands]
     if closes_most(rooms, planes.tall):

@@ -35,8 +35,9 @@ def refine(spaces: Spaces, config: RefineConfig) -> Spaces:
     rooms = _disjoint(straight, list(spaces.rooms))
     for a, b in spaces.joins:  # R3
         rooms[a] = _meeting(rooms[a], rooms[b])
-    passages = tuple(replace(p, bridge=fitted(p.bridge, rooms)) for p in spaces.passages)  # R2
-    return replace(spaces, rooms=tuple(rooms), passages=passages)
+    bridges = fitted([p.bridge for p in spaces.passages], rooms)  # R2
+    passages = [replace(p, bridge=bridge) for p, bridge in zip(spaces.passages, bridges, strict=True)]
+    return replace(spaces, rooms=tuple(rooms), passages=tuple(passages))
 
 
 def _without_spurs(rooms: Sequence[Polygon]) -> list[Polygon]:
@@ -52,11 +53,9 @@ def _meeting(room: Polygon, other: Polygon) -> Polygon:
 
 def _disjoint(straight: list[Polygon], before: list[Polygon]) -> list[Polygon]:
     """Straightened rooms may lap over each other where they meet; then the larger one keeps the strip."""
-    tree = shapely.STRtree(straight)
     result = list(straight)
-    for k, room in enumerate(straight):
-        for other in tree.query(room, predicate="overlaps"):
-            if other > k:
-                rest = polygons_of(subtract(result[other], result[k]))
-                result[other] = rest[0] if rest else before[other]
+    for k, other in shapely.STRtree(straight).query(straight, predicate="overlaps").T.tolist():
+        if other > k:
+            rest = polygons_of(subtract(result[other], result[k]))
+            result[other] = rest[0] if rest else before[other]
     return result

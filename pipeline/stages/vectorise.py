@@ -19,8 +19,9 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.inference.tiling import GRID_M, Points, faces_between, grid_rings
 from houseexpo.plan import Box, Door, Frame, PlanObject, Room
 from houseexpo.plan.categories import UNLABELLED
-from pipeline.geometry.fitting import opening_polygon
+from pipeline.geometry.fitting import opening_polygons
 from pipeline.geometry.overlay import polygons_of, united
+from pipeline.geometry.regions import OUTSIDE
 from pipeline.values import Level, NamedRoom, Obstacle, Passage, Spaces
 
 TOUCH_M = 0.03
@@ -44,8 +45,8 @@ def vectorise(
     pairs = enumerate(zip(tiles.rooms, tiles.named, strict=True))
     rooms = [_room(k, shape, name, shift) for k, (shape, name) in pairs]
     doors = [
-        _door(k, p, shape, _beside(p, tiles.rooms), shift)
-        for k, (p, shape) in enumerate(zip(tiles.passages, tiles.doors, strict=True))
+        _door(k, p, shape, beside, shift)
+        for k, (p, shape, beside) in enumerate(zip(tiles.passages, tiles.doors, _beside(tiles), strict=True))
     ]
     return FloorPlan(
         id=level.id,
@@ -81,18 +82,22 @@ class _Tiles:
 def _in_one_piece(spaces: Spaces, named: tuple[NamedRoom, ...]) -> _Tiles:
     """Rooms and doors on the grid; where they come in several parts, those of the largest."""
     inner = [p for p in spaces.passages if not p.leads_outside]
-    openings = [opening_polygon(p.bridge, list(spaces.rooms)) for p in inner]
+    openings = opening_polygons([p.bridge for p in inner], spaces.rooms)
     room_shapes, door_shapes = _tiled([r.polygon for r in named], openings)
     outline = polygons_of(united([*room_shapes, *door_shapes]))[0]
-    rooms = [k for k, room in enumerate(room_shapes) if outline.intersects(room.representative_point())]
-    doors = [k for k, door in enumerate(door_shapes) if outline.intersects(door.representative_point())]
+    rooms, doors = _inside(outline, room_shapes), _inside(outline, door_shapes)
     passages, shapes = [inner[k] for k in doors], [door_shapes[k] for k in doors]
-    for passage in spaces.passages:
-        strip = opening_polygon(passage.bridge, list(spaces.rooms)) if passage.leads_outside else None
-        if strip is not None and strip.distance(outline) < TOUCH_M:
-            passages.append(passage)
+    entrances = [p for p in spaces.passages if p.leads_outside]
+    for entrance, strip in zip(entrances, opening_polygons([p.bridge for p in entrances], spaces.rooms), strict=True):
+        if strip.distance(outline) < TOUCH_M:
+            passages.append(entrance)
             shapes.append(strip)
     return _Tiles(outline, tuple(named[k] for k in rooms), [room_shapes[k] for k in rooms], passages, shapes)
+
+
+def _inside(outline: Polygon, shapes: list[Polygon]) -> list[int]:
+    """The indices of those of the shapes that are part of the outline."""
+    return np.flatnonzero(shapely.intersects(outline, shapely.point_on_surface(shapes))).tolist()
 
 
 def _objects(obstacles: tuple[Obstacle, ...], rooms: list[Polygon], shift: Points) -> Iterator[PlanObject]:
@@ -140,16 +145,18 @@ def _room(k: int, shape: Polygon, name: NamedRoom, shift: Points) -> Room:
     )
 
 
-def _beside(passage: Passage, rooms: list[Polygon]) -> tuple[int, int | None]:
-    """The rooms at the two faces of a passage; the outside comes last, as None."""
-    b = passage.bridge
-    tree = shapely.STRtree(rooms)
-    found = []
-    for side, sign in zip(b.sides, (-1.0, 1.0), strict=True):
-        if side >= 0:
-            look = b.centre + sign * b.across * (b.depth / 2 + 0.03)
-            found.append(int(tree.nearest(shapely.points(look))))
-    return (found[0], found[1]) if len(found) == 2 else (found[0], None)
+def _beside(tiles: _Tiles) -> list[tuple[int, int | None]]:
+    """The rooms at the two faces of each passage; the outside comes last, as None."""
+    bridges = [passage.bridge for passage in tiles.passages]
+    looks = [b.centre + sign * b.across * (b.depth / 2 + 0.03) for b in bridges for sign in (-1.0, 1.0)]
+    nearest = shapely.STRtree(tiles.rooms).nearest(shapely.points(np.array(looks).reshape(-1, 2)))
+    found: list[tuple[int, int | None]] = []
+    for bridge, (first, second) in zip(bridges, nearest.reshape(-1, 2).tolist(), strict=True):
+        if OUTSIDE in bridge.sides:
+            found.append((second if bridge.sides[0] == OUTSIDE else first, None))
+        else:
+            found.append((first, second))
+    return found
 
 
 def _door(k: int, passage: Passage, shape: Polygon, rooms: tuple[int, int | None], shift: Points) -> Door:

@@ -20,7 +20,8 @@ class Evidence:
     ``walls`` stand from the floor to head height (``tall``), or end at a window or at a sloped roof. ``lintels`` hang
     over free floor; ``rails`` are thin and end below head height; ``furniture`` is all else that stands. ``leaves`` are
     the doors' leaves wherever they stand, ``doorways`` where doors are known to be. ``floor`` is the source's, or None;
-    ``low`` is where a roof hangs too low to stand under, ``slight`` what hangs from the ceiling by a hand's breadth.
+    ``low`` is where a roof hangs too low to stand under, ``slight`` what hangs from the ceiling by a hand's breadth,
+    ``lower`` what of the walls ends below the ceiling (a garden's wall, a partition).
     ``names`` are plan points (x, y) with the source's words. ``heights`` are those of the cuts, metres.
     """
 
@@ -34,6 +35,7 @@ class Evidence:
     floor: BaseGeometry | None = None
     low: BaseGeometry = EMPTY
     slight: BaseGeometry = EMPTY
+    lower: BaseGeometry = EMPTY
     names: tuple[tuple[tuple[float, float], str], ...] = ()
     heights: Mapping[str, float | list[float]] = field(default_factory=dict)
 

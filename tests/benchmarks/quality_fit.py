@@ -59,7 +59,7 @@ def by_kind(plans: list[Judged]) -> dict[str, tuple[Floats, Bools]]:
 
 def source_of(model: Model) -> str:
     """Write the model as it stands in ``pipeline/quality.py``."""
-    lines = [f'    Ground("{g.name}", "{g.about}", {model.weights[g.name]:.2f}),' for g in GROUNDS]
+    lines = [f'    Ground("{g.name}", {model.weights[g.name]:.2f}),' for g in GROUNDS]
     return "\n".join([f"BIAS: Final = {model.bias:.2f}", "GROUNDS: Final = (", *lines, ")"])
 
 

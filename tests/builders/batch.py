@@ -18,7 +18,7 @@ from houseexpo.floorplan import FloorPlan
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.build import Progress, build
 from pipeline.batch.folder import Others
-from pipeline.batch.job import Plan
+from pipeline.batch.job import Drawn, Plan
 from pipeline.batch.shard_build import ShardDone, assembled, begin, begun_at, build_shard
 from pipeline.batch.shards import Shard
 from pipeline.config import PipelineConfig
@@ -76,6 +76,11 @@ def slowly(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tu
     return boxed(level, config, rng)
 
 
+def sketched(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[Drawn]:
+    """Plan as ``boxed``, with the level's id in place of a picture of its stages."""
+    return (Drawn(boxed(level, config, rng)[0], f"stages of {level.id}".encode()),)
+
+
 def killed_once(mark: Path, level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan]:
     """Plan as ``boxed``, but the first worker that comes to house b is killed; the file ``mark`` remembers."""
     if level.id == "b" and not mark.exists():
@@ -91,7 +96,7 @@ def run_build(
     workers: int = 1,
     overrides: Mapping[str, Override] | None = None,
     seconds: float = 30.0,
-    plan: Plan = boxed,
+    plan: Plan | None = boxed,
     others: Others = Others.REFUSE,
     rehash: bool = False,
     execute: Executor | None = None,

@@ -106,6 +106,7 @@ def test_layouts_differ_and_are_homes(made):
     assert all(0.55 <= o.width <= 2.4 for s in homes for o in s.openings if o.kind in LEADS_IN)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", each(KINDS))
 def test_a_seed_gives_the_same_bytes_and_another_others(kind, tmp_path):
     first, again = (make_member(kind, 1, 5, tmp_path / name) for name in ("a", "b"))

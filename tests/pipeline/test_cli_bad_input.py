@@ -99,3 +99,19 @@ def test_a_suncg_root_with_broken_scenes(tmp_path: Path) -> None:
     assert reasons[scenes[1]] == "unreadable"
     assert {reasons[scenes[0]], reasons[scenes[2]]} == {"missing_file"}
     assert "internal" not in reasons.values()
+
+
+@pytest.mark.parametrize("option", [("--units", "furlong"), ("--scale", "nan"), ("--storey-height", "-1")])
+def test_an_impossible_size_is_refused_for_every_source(tmp_path: Path, option: tuple[str, str]) -> None:
+    result = RUN.invoke(make_app(), ["build", "procedural:2", *option, "--out", str(tmp_path / "plans")])
+    assert result.exit_code == 2
+    assert "expected a number above 0" in result.stderr
+    assert not (tmp_path / "plans").exists()
+
+
+def test_a_data_set_inside_its_source_is_no_source(tmp_path: Path) -> None:
+    one_room(tmp_path / "house.ply")
+    command = ["build", str(tmp_path), "--workers", "1", "--out", str(tmp_path / "plans")]
+    for _ in range(2):
+        assert RUN.invoke(make_app(), command).exit_code == 0
+        assert not lines(tmp_path / "plans" / "rejected.jsonl")

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 import trimesh
 from PIL import Image
 from typer.testing import CliRunner
@@ -56,6 +57,7 @@ def test_what_the_reader_rejects_is_shown_from_above(tmp_path: Path) -> None:
     assert "rejected source" in " ".join(said.split())
 
 
+@pytest.mark.slow
 def test_it_says_which_house_and_which_level_it_shows(tmp_path: Path) -> None:
     one_room(tmp_path / "street" / "villa.ply")
     code, said, _ = inspect(tmp_path / "street" / "villa.ply", tmp_path / "out")

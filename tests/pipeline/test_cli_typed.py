@@ -54,6 +54,7 @@ def test_overrides_that_cannot_be_meant_are_refused(street: Path, tmp_path: Path
     assert said in call("build", street, "--out", tmp_path / "out", "--overrides", tmp_path / "mine.toml", code=2)
 
 
+@pytest.mark.slow
 def test_overrides_count_where_a_house_is_inspected(street: Path, tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text("[annexe]\nscale = 20.0\n")
     call("inspect", street, "--out", tmp_path / "out", "--overrides", tmp_path / "mine.toml", code=1)
@@ -73,6 +74,7 @@ def test_inspect_takes_the_level_of_an_id(name: str | None, number: int) -> None
     assert _number(Input("inn", "mesh_file", "inn.glb"), levels, 1, name) == number
 
 
+@pytest.mark.slow
 def test_show_and_inspect_have_a_progress_bar(street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bars: list[str] = []
 

@@ -38,6 +38,7 @@ def test_ctrl_c_ends_a_build_and_the_same_command_goes_on(moment: str, tmp_path:
     assert not alive
 
 
+@pytest.mark.slow
 def test_ctrl_c_that_a_library_swallows_ends_the_build_all_the_same(tmp_path: Path) -> None:
     code = """
 import os, signal, time

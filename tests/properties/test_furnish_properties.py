@@ -42,7 +42,7 @@ def places(shape: shapely.Polygon) -> int:
     return sum(part.area >= 1000 for part in parts)
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(rooms(), st.integers(0, 2**32 - 1))
 def test_furniture_keeps_its_rules_in_any_room(room: Room, seed: int) -> None:
     door = door_below(room)

@@ -66,7 +66,7 @@ def plans(draw: st.DrawFn) -> FloorPlan:
 
 
 @given(plans())
-@settings(deadline=None, max_examples=80)
+@settings(deadline=None, max_examples=40)
 def test_json_keeps_every_plan(plan):
     data = encode(plan)
     again = decode(data)

@@ -197,6 +197,7 @@ def test_a_house_askew_keeps_its_areas_and_doors(house: House, degrees: float) -
     assert sorted(d.kind for d in askew.doors) == sorted(d.kind for d in plan.doors)
 
 
+@pytest.mark.slow
 @given(houses, st.integers(0, 2**32 - 1), st.sampled_from([0.001, 0.005]))
 @settings(deadline=None, max_examples=20, derandomize=True)
 def test_boxes_that_do_not_quite_meet_make_the_same_rooms_and_doors(house: House, seed: int, amount: float) -> None:

@@ -26,7 +26,7 @@ ASKED = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 @example({"long_side": "7.1000001.."})
 @example({"rooms": "-inf..inf", "source": ","})
 @example({"labels": "Kitchen,kitchen", "text": "\u00df" * 200})

@@ -53,6 +53,17 @@ class Catalogue:
         except OSError as error:
             raise DatasetError(f"{file}: cannot be read ({error.strerror}); open the data set again") from None
 
+    def stages(self, row: int) -> bytes | None:
+        """Return the picture of the stages that a plan went through (PNG), None where its build kept none."""
+        folder = self.path / "stages"
+        file = folder / f"{self.ids[row]}.png"
+        if folder.is_symlink() or file.is_symlink() or not file.is_file():
+            return None
+        try:
+            return file.read_bytes()
+        except OSError as error:
+            raise DatasetError(f"{file}: cannot be read ({error.strerror}); open the data set again") from None
+
     def digest(self, row: int) -> str:
         """Return the SHA-1 of a plan's bytes, by which what is computed of it is kept."""
         if "digest" in self.table.column_names:

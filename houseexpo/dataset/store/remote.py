@@ -98,6 +98,12 @@ class RemoteCatalogue(Catalogue):
         write_whole(kept, data)
         return data
 
+    def stages(self, row: int) -> bytes | None:
+        """Return the picture of the stages that a plan went through, fetched each time; None where there is none."""
+        place = f"/plans/{quote(self.ids[row], safe='')}/stages.png"
+        found = self._server.get(place, MAX_PLAN_BYTES, fine=(200, 404))
+        return found.data if found.status == 200 else None
+
     @cached_property
     def lists(self) -> dict[str, tuple[str, ...]]:
         """The lists of ids that come with the data set."""
@@ -131,8 +137,8 @@ class _Server:
         self._kind = http.client.HTTPSConnection if parts.scheme == "https" else http.client.HTTPConnection
         self._own = threading.local()
 
-    def get(self, path: str, most_bytes: int, tag: str = "") -> _Answer:
-        """Ask for ``/api/NAME`` and a path below it; DatasetError says what went wrong."""
+    def get(self, path: str, most_bytes: int, tag: str = "", fine: tuple[int, ...] = (200, 304)) -> _Answer:
+        """Ask for ``/api/NAME`` and a path below it; DatasetError says what went wrong where no answer is ``fine``."""
         headers = {"accept": "application/json", **({"if-none-match": tag} if tag else {})}
         headers |= {"authorization": f"Bearer {self._token}"} if self._token else {}
         try:
@@ -140,7 +146,7 @@ class _Server:
         except (OSError, http.client.HTTPException) as error:
             what = str(error) or type(error).__name__
             raise DatasetError(f"{self.plain}: no answer ({what}); is houseexpo serve running there?") from None
-        if found.status not in {200, 304}:
+        if found.status not in fine:
             raise DatasetError(f"{self.plain}{path}: {_reason(found)}")
         if len(found.data) > most_bytes:
             raise DatasetError(f"{self.plain}{path}: expected at most {most_bytes:,} bytes, found more")

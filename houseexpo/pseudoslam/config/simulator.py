@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -61,6 +61,8 @@ class SimulatorConfig:
         number(self.pixels_per_metre, "pixels_per_metre", above=0.0, at_most=200.0)
         number(self.step_s, "step_s", above=0.0, at_most=60.0)
         whole(self.max_steps, "max_steps", at_least=1)
+        if not isinstance(self.trajectories, Iterable):
+            raise ConfigError(f"trajectories: expected a list, found {self.trajectories!r}")
         object.__setattr__(self, "trajectories", tuple(self.trajectories))
         for i, trajectory in enumerate(self.trajectories):
             if not isinstance(trajectory, Trajectory):

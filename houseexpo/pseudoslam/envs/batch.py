@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium.error import ClosedEnvironmentError
 from numba.core import config as config_of_numba
 
 from houseexpo.pseudoslam.config import SimulatorConfig
@@ -37,7 +38,7 @@ class Batch:
         self.sizes = np.zeros((number, 2), np.int64)
         self.arrays: Episode
         """The pool; ``shown`` is the array that the views were drawn into last."""
-        self._number, self._config, self._params = number, config, params
+        self._number, self._config, self._params, self._is_closed = number, config, params, False
         self._leaves: list[Array] = []
         self._rest: dict[int, tuple[Any, ...]] = {}
         self._step: Callable[..., None]
@@ -107,6 +108,8 @@ class Batch:
         self._share(lambda _, first, end: work(first, end))
 
     def _share(self, work: Callable[[Scratch, int, int], None]) -> None:
+        if self._is_closed:
+            raise ClosedEnvironmentError("the environments were closed: make new ones")
         blocks, running = iter(self._blocks), []  # all threads share the blocks: each takes the next one
         if self._executor:
             running = [self._executor.submit(_run, work, scratch, blocks) for scratch in self._scratch[1:]]
@@ -118,7 +121,8 @@ class Batch:
                     other.result()
 
     def close(self) -> None:
-        """End the threads."""
+        """End the threads; steps are refused from then on."""
+        self._is_closed = True
         if self._executor:
             self._executor.shutdown()
 

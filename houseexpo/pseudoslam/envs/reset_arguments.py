@@ -18,13 +18,27 @@ OPTIONS = ("plan_id", "pose")
 """What options may hold, beside the mask."""
 
 
-def options_of(options: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return options; ConfigError where there is one that is not known."""
+def options_of(options: Mapping[str, Any] | None, known: tuple[str, ...] = OPTIONS) -> dict[str, Any]:
+    """Return options, a copy; ConfigError where they are no mapping, or there is one that is not known."""
+    if not isinstance(options, (Mapping, type(None))):
+        raise ConfigError(f"options: expected a dictionary or None, found {options!r}")
     found = dict(options or {})
     for key in found:
-        if key not in OPTIONS:
-            raise ConfigError(f"options: unknown key {key!r}; known: {', '.join(map(repr, OPTIONS))}")
+        if key not in known:
+            raise ConfigError(f"options: unknown key {key!r}; known: {', '.join(map(repr, known))}")
     return found
+
+
+def options_for(
+    options: Mapping[str, Any] | None, number: int
+) -> tuple[npt.NDArray[np.bool_], list[str | None], list[Pose | None]]:
+    """Return which of so many environments are to be reset, and a plan and a pose for each, None for a random one.
+
+    ConfigError as ``options_of``, and where there is not one for each.
+    """
+    given = options_of(options, (*OPTIONS, "reset_mask"))
+    which = mask_of(given.get("reset_mask"), number)
+    return which, plans_of(given.get("plan_id"), number), poses_of(given.get("pose"), number)
 
 
 def seeds_of(seed: Seeds, number: int) -> list[int | None]:

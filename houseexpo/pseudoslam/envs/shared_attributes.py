@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.tasks import Task
 
@@ -66,7 +68,7 @@ class SharedAttributes:
         if not isinstance(values, (list, tuple)):
             return values
         first = values[0] if values else None
-        if len(values) != self.num_envs or any(value is not first and value != first for value in values):
+        if len(values) != self.num_envs or not all(_are_equal(value, first) for value in values):
             raise ConfigError(
                 f"{name}: expected one value, or {self.num_envs} that are equal, for the environments share it; "
                 f"found {values!r}"
@@ -86,3 +88,10 @@ class SharedAttributes:
                 f"task: expected one that measures {self.task.clearance_m:g} m round the robot as the present one "
                 f"does, found {task.clearance_m:g} m; make new environments"
             )
+
+
+def _are_equal(one: Any, other: Any) -> bool:
+    """Whether two values are, arrays also: ``==`` gives arrays for those."""
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return np.array_equal(one, other)
+    return bool(one is other or one == other)

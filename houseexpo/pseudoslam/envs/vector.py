@@ -19,7 +19,7 @@ from houseexpo.pseudoslam.envs.make_spec import checked_vector, make_env_spec
 from houseexpo.pseudoslam.envs.one_at_a_time import Locked, one_at_a_time
 from houseexpo.pseudoslam.envs.options import EnvOptions, check_options
 from houseexpo.pseudoslam.envs.plan_choice import TakesPlans
-from houseexpo.pseudoslam.envs.reset_arguments import Pose, Seeds, mask_of, options_of, plans_of, poses_of, seeds_of
+from houseexpo.pseudoslam.envs.reset_arguments import Pose, Seeds, options_for, seeds_of
 from houseexpo.pseudoslam.envs.shared_attributes import SharedAttributes
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.envs.spec import Actions, Kind, Observation, constants_of, new_constants
@@ -111,10 +111,7 @@ class PseudoSlamVectorEnv(
     def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Start episodes in all environments, or in those of ``options["reset_mask"]``."""
         seeds = seeds_of(seed, self.num_envs)
-        rest = dict(options or {})
-        which = mask_of(rest.pop("reset_mask", None), self.num_envs)
-        rest = options_of(rest)
-        plan_ids, poses = plans_of(rest.get("plan_id"), self.num_envs), poses_of(rest.get("pose"), self.num_envs)
+        which, plan_ids, poses = options_for(options, self.num_envs)
         if which.all() and any(one is not None for one in seeds):
             self._choice.start_over()
         self._are_begun, self._begun = False, self._begun & ~which  # where a start fails, none of them is half begun
@@ -132,9 +129,7 @@ class PseudoSlamVectorEnv(
         """Take one action in each environment; actions (N,) or (N, 2)."""
         if not self._are_begun or (self._mode == AutoresetMode.DISABLED and np.count_nonzero(self._ended)):
             ready = self._begun & ~self._ended if self._mode == AutoresetMode.DISABLED else self._begun
-            if not ready.all():
-                which = np.flatnonzero(~ready).tolist()
-                raise gymnasium.error.ResetNeeded(f"environments {which}: call reset() before the next step")
+            self._need(ready)
             self._are_begun = True
         motions, ahead = self._env_spec.motions(actions, self.num_envs)
         starting = self._ended.nonzero()[0].tolist()  # in NEXT_STEP, or where a start has failed
@@ -166,8 +161,7 @@ class PseudoSlamVectorEnv(
 
         Its ``view`` is the observation of the last step: the same memory, also where that is the caller's own.
         """
-        if not self._begun[i]:
-            raise gymnasium.error.ResetNeeded(f"environment {i}: call reset() before anything else")
+        self._need(self._begun, i)
         return self._batch.state(i)
 
     @one_at_a_time
@@ -178,6 +172,7 @@ class PseudoSlamVectorEnv(
         """
         if self.render_mode is None:
             return None
+        self._need(self._begun)
         from houseexpo.pseudoslam.render.picture import framed, picture
 
         drawn = (picture(self._simulators[i], self.state(i), most_px=PICTURE_PX) for i in range(self.num_envs))
@@ -186,8 +181,14 @@ class PseudoSlamVectorEnv(
     @one_at_a_time
     def action_masks(self, i: int | None = None) -> Bools:
         """Return (N, K) which frontiers there are to choose from, or (K,) those of one environment."""
+        self._need(self._begun, i)
         masks = self._env_spec.masks(self._batch.arrays)
         return masks if i is None else masks[i]
+
+    def _need(self, ready: Bools, i: int | None = None) -> None:
+        """Raise ResetNeeded where environment ``i`` is not ready; None: where any is not."""
+        if not np.all(ready if i is None else ready[i]):
+            raise gymnasium.error.ResetNeeded(f"environments {np.flatnonzero(~ready).tolist()}: call reset() first")
 
     def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002  # gymnasium's signature
         """End the threads."""

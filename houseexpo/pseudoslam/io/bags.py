@@ -22,7 +22,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.errors import ConfigError, MissingDependencyError
+from houseexpo.errors import ConfigError, MissingDependencyError, installing
 from houseexpo.files import PARTIAL
 from houseexpo.pseudoslam.kernels.sensing.ranges import cast
 from houseexpo.pseudoslam.simulator import Simulator
@@ -63,9 +63,8 @@ class BagWriter:
             from rosbags import rosbag2
             from rosbags.typesys import Stores, get_typestore
         except ImportError as error:
-            raise MissingDependencyError(
-                "bags need rosbags, which is not installed: pip install 'houseexpo[bag]'"
-            ) from error
+            said = f"bags need rosbags, which is not installed: {installing('bag')}"
+            raise MissingDependencyError(said) from error
         self._rosbag2, self._types = rosbag2, get_typestore(Stores.ROS2_JAZZY)
         self._start: Pose | None = None
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, MissingDependencyError
+from houseexpo.files import PARTIAL
 from houseexpo.pseudoslam.render import picture as render
 from houseexpo.pseudoslam.render.canvas import Image
 
@@ -19,6 +21,8 @@ _HOLD_S = 1.5  # a GIF rests on its last picture
 
 def write_movie(pictures: Iterable[Image], path: str | os.PathLike[str], fps: float) -> None:
     """Write pictures (rows, cols, 3) uint8 of one size, as they come, by the ending of the file's name.
+
+    The file has its name when it is whole: where a picture cannot be made, what was there before stays.
 
     Raises
     ------
@@ -34,7 +38,10 @@ def write_movie(pictures: Iterable[Image], path: str | os.PathLike[str], fps: fl
     if not 0 < fps <= 100:
         raise ConfigError(f"fps: expected more than 0, at most 100, found {fps!r}")
     target.parent.mkdir(parents=True, exist_ok=True)
-    writers[target.suffix](iter(pictures), target, fps)
+    with tempfile.TemporaryDirectory(dir=target.parent, prefix=PARTIAL) as folder:
+        partial = Path(folder) / target.name
+        writers[target.suffix](iter(pictures), partial, fps)
+        partial.replace(target)
 
 
 def _write_gif(pictures: Iterator[Image], path: Path, fps: float) -> None:
@@ -91,8 +98,10 @@ def _write_mp4(pictures: Iterator[Image], path: Path, fps: float) -> None:
     size = first.shape[1] + first.shape[1] % 2, first.shape[0] + first.shape[0] % 2  # the codec halves colours
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), fps, size)
     if not writer.isOpened():
-        raise MissingDependencyError(f"{path}: this build of OpenCV cannot write MP4; write a .gif")
-    for image in itertools.chain([first], pictures):
-        below, right = size[1] - image.shape[0], size[0] - image.shape[1]
-        writer.write(np.pad(image, ((0, below), (0, right), (0, 0)), mode="edge")[..., ::-1])
-    writer.release()
+        raise MissingDependencyError(f"{path.name}: this build of OpenCV cannot write MP4; write a .gif")
+    try:
+        for image in itertools.chain([first], pictures):
+            below, right = size[1] - image.shape[0], size[0] - image.shape[1]
+            writer.write(np.pad(image, ((0, below), (0, right), (0, 0)), mode="edge")[..., ::-1])
+    finally:
+        writer.release()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 from typing import Final
 
-from houseexpo.errors import MissingDependencyError
+from houseexpo.errors import MissingDependencyError, installing
 
 LIBRARIES: Final = {
     "torch": "PyTorch",
@@ -19,6 +19,4 @@ def need_learn(what: str) -> None:
     """MissingDependencyError with what to install, where a library of the extra is missing."""
     missing = [title for module, title in LIBRARIES.items() if find_spec(module) is None]
     if missing:
-        raise MissingDependencyError(
-            f"{what} needs {', '.join(missing)}, not installed here: pip install 'houseexpo[learn]'"
-        )
+        raise MissingDependencyError(f"{what} needs {', '.join(missing)}, not installed here: {installing('learn')}")

@@ -32,7 +32,10 @@ from houseexpo.pseudoslam.worlds.trajectories import swept_cells
 from houseexpo.pseudoslam.worlds.world import World, visible_cells
 
 _TRIES = 200
-_BLOCK_M = 0.1  # side of the blocks that ways to a goal are found on; less than what parts the two sides of a wall
+_BLOCK_M = 0.1  # side of the blocks that ways to a goal are found on, at most
+_BLOCK_OF_RADIUS = 0.85
+"""Side of those blocks as a share of the robot's radius, at most: a wall keeps standing cells on its two sides more
+than two radii apart; cells of blocks that ways join, or that ``field_at`` mixes, are at most sqrt(5) sides apart."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -203,7 +206,7 @@ def _goal(
         return None, no_field(), 0.0
     x, y = pose[0], pose[1]
     if config.goal.random:
-        away = _ways(traversable, y, x, config.pixels_per_metre)
+        away = _ways(traversable, y, x, config)
         side, cols = int(away.sizes[0].side_px), int(away.sizes[0].cols)
         reached = np.where(np.isfinite(away.distances), away.distances, -1.0)
         far = np.flatnonzero(reached >= min(config.goal.least_way_m * config.pixels_per_metre, reached.max()))
@@ -214,7 +217,7 @@ def _goal(
         goal_x, goal_y = col + right + 0.5, row + down + 0.5
     else:
         goal_x, goal_y = _given_goal(config.goal, traversable, world)
-    field = _ways(traversable, goal_y, goal_x, config.pixels_per_metre)
+    field = _ways(traversable, goal_y, goal_x, config)
     goal = tuple(world.frame.points_from_pixels([goal_x, goal_y]).tolist())
     way, straight = float(field_at(field, x, y)), math.hypot(goal_x - x, goal_y - y)
     best = max(way, straight) if math.isfinite(way) else straight
@@ -232,9 +235,10 @@ def _given_goal(goal: GoalConfig, traversable: npt.NDArray[np.uint8], world: Wor
     return x, y
 
 
-def _ways(traversable: npt.NDArray[np.uint8], y: float, x: float, ppm: float) -> Field:
-    """Return the ways to a place."""
-    side = max(round(_BLOCK_M * ppm), 1)
+def _ways(traversable: npt.NDArray[np.uint8], y: float, x: float, config: SimulatorConfig) -> Field:
+    """Return the ways to a place; none leads through a wall, however thin, that the robot's radius is a cell beside."""
+    ppm = config.pixels_per_metre
+    side = max(min(round(_BLOCK_M * ppm), int(_BLOCK_OF_RADIUS * config.robot.radius_m * ppm)), 1)
     shape = math.ceil(traversable.shape[0] / side), math.ceil(traversable.shape[1] / side)
     is_open, distances = np.zeros(shape, np.uint8), np.empty(shape, np.float32)
     find_open(traversable, side, is_open)

@@ -47,6 +47,11 @@ CALLS: Final = (
     Call("/api/{data}/plans/{plan}", "A plan's JSON as it is packed; its tag is the SHA-1 of its bytes."),
     Call("/api/{data}/plans/{plan}/thumbnail.svg", "A small picture.", "image/svg+xml"),
     Call("/api/{data}/plans/{plan}/picture.svg", "A picture with labels and scale.", "image/svg+xml"),
+    Call(
+        "/api/{data}/plans/{plan}/stages.png",
+        "The stages that a plan went through, if kept.",
+        "image/png",
+    ),
     Call("/api/{data}/plans/{plan}/export/{form}", "A plan in another format.", "application/octet-stream"),
     Call("/api/{data}/plans/{plan}/shape", "Rings of all that a plan records, metres."),
     Call("/api/{data}/plans/{plan}/rooms", "Rooms and doors; found where the plan records none."),

@@ -54,6 +54,13 @@ def routes(service: Service) -> list[BaseRoute]:
         data = (await computed(request, lambda: svg(now.plan(name)))).encode()
         return hashed(request, data, "image/svg+xml", {"content-security-policy": _ALONE})
 
+    def stages(request: Request) -> Response:
+        now = service.collection(request).now
+        data = now.data.stages(now.known(request.path_params["plan"]))
+        if data is None:
+            raise HTTPException(404, "the build kept no picture of its stages; houseexpo build --keep-stages does")
+        return hashed(request, data, "image/png")
+
     async def export(request: Request) -> Response:
         now, form = service.collection(request).now, request.path_params["form"]
         plan = now.known(request.path_params["plan"])
@@ -68,6 +75,7 @@ def routes(service: Service) -> list[BaseRoute]:
         Route("/api/{data}/plans/{plan}", raw),
         Route("/api/{data}/plans/{plan}/thumbnail.svg", thumbnail),
         Route("/api/{data}/plans/{plan}/picture.svg", picture),
+        Route("/api/{data}/plans/{plan}/stages.png", stages),
         Route("/api/{data}/plans/{plan}/export/{form}", export),
     ]
 

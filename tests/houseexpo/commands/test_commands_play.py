@@ -105,6 +105,7 @@ def test_a_person_drives_quits_and_finds_the_files(tmp_path: Path) -> None:
     assert {file.name for file in (tmp_path / "run").iterdir()} == {"map.pgm", "map.yaml", "map.png", "trajectory.csv"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
 def test_the_terminal_is_given_back_whatever_happens(ending: signal.Signals) -> None:
     with at_a_terminal("--task", "avoidance") as person:

@@ -92,6 +92,15 @@ def test_where_opencv_cannot_write_films_it_says_so(tmp_path: Path, monkeypatch:
         record(made(), lambda _: 0, tmp_path / "run.mp4", steps=1)
 
 
+@pytest.mark.parametrize("name", ["run.gif", "run.mp4"])
+def test_a_film_that_fails_leaves_what_was_there(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("the film of yesterday")
+    actions = [0, 0]
+    with pytest.raises(IndexError):
+        record(made(), lambda _: actions.pop(), tmp_path / name, steps=5)
+    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [(name, "the film of yesterday")]
+
+
 def test_a_policy_of_ones_own_sees_what_gymnasium_shows(tmp_path: Path) -> None:
     env = gymnasium.make("PseudoSLAM/Exploration-v0", dataset=ROOM, config=CONFIG, success_coverage=None)
     seen = []

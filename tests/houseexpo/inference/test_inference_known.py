@@ -21,6 +21,7 @@ def made(tmp_path_factory):
     return made_plans(tmp_path_factory.mktemp("houses"), HOUSES, SEED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("holes", [True, False])
 def test_rooms_and_doors_of_the_pipelines_plans_are_found_again(made, holes):
     counts = total([matches(plan, with_rooms(bare(plan, holes=holes))) for plan in made])

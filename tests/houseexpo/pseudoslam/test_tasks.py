@@ -14,7 +14,7 @@ import pytest
 import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, SimulatorConfig, StartConfig
+from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, RobotConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
 from houseexpo.pseudoslam.worlds.traversable import traversable_cells
@@ -167,6 +167,16 @@ def test_the_way_leads_round_a_wall() -> None:
     _, info = env.reset(seed=0)
     to_corner, arc = math.sqrt(1.9**2 + 2.5**2 - 0.2**2), 0.2 * math.radians(56.4)  # 0.2 m off the end of the wall
     assert info["to_goal_m"] == pytest.approx(2 * (to_corner + arc) + 0.2, rel=0.06)  # ways go by blocks of 0.1 m
+
+
+@pytest.mark.parametrize(("ppm", "radius_m"), [(25.0, 0.03), (50.0, 0.03), (50.0, 0.05)])
+def test_the_way_of_a_small_robot_leads_round_a_thin_wall(ppm: float, radius_m: float) -> None:
+    """The wall, 6 cm, and twice the robot's radius are less than two blocks of 0.1 m: through it are 1.1 m."""
+    verts = [(0, 0), (0, 4), (2.97, 4), (2.97, 1), (3.03, 1), (3.03, 4), (6, 4), (6, 0)]
+    config = replace(SMALL, pixels_per_metre=ppm, robot=RobotConfig(radius_m), goal=GoalConfig(False, 3.5, 3.5))
+    env = gymnasium.make("PseudoSLAM/Navigation-v0", dataset=FloorPlan("bay", verts, 1, {}), config=config)
+    _, info = env.reset(seed=0, options={"pose": (2.5, 3.5, 0.0)})
+    assert info["to_goal_m"] == pytest.approx(2 * math.hypot(0.5, 2.5), rel=0.1)
 
 
 @pytest.mark.parametrize("heading", [0.0, 90.0, 30.0, -135.0])

@@ -19,6 +19,7 @@ FILES = {
 }
 
 
+@pytest.mark.slow
 def test_one_data_set_gives_the_same_bytes_whatever_the_workers(made: Path, released: Path, tmp_path: Path) -> None:
     again = release(made, tmp_path / "eight-houses", ABOUT, workers=2).folder
     assert contents(again) == contents(released)

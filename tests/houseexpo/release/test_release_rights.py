@@ -47,6 +47,7 @@ def test_nothing_empty_folders_and_other_files_are_named(tmp_path: Path) -> None
     _refused(tmp_path / "empty", tmp_path, "expected floor plans")
 
 
+@pytest.mark.slow
 def test_a_source_without_a_licence_is_refused_and_told_what_to_state(tmp_path: Path) -> None:
     one_room(tmp_path / "houses" / "a.ply")
     run_build([tmp_path / "houses"], tmp_path / "built")

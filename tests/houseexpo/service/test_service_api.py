@@ -171,6 +171,8 @@ def test_a_query_parameter_that_is_described_is_taken(client: TestClient) -> Non
 def test_every_answer_has_a_tag_and_is_sent_once(client: TestClient, folder: Path) -> None:
     (folder / ".build" / "pictures").mkdir(parents=True)
     (folder / ".build" / "pictures" / "twin.png").write_bytes(b"\x89PNG")
+    (folder / "stages").mkdir()
+    (folder / "stages" / "a1.png").write_bytes(b"\x89PNG")
     for path in ["/api/openapi.json", *(call.path for call in CALLS)]:
         plan = "twin" if path.endswith("picture.png") else "a1"
         name = "index.parquet" if "tables" in path else "train"

@@ -7,8 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from pipeline.png import as_png
 from tests.builders.browsing import TOO_WIDE, barriers, browser, visit
 from tests.builders.services import built, published, running, service_of, some_plans
 
@@ -35,6 +37,8 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("HOUSEEXPO_CACHE", str(home / "cache"))
         homes = built(home / "homes", some_plans(), ("a1", "c3"))
+        (homes / "stages").mkdir()
+        (homes / "stages" / "a1.png").write_bytes(as_png(np.full((500, 2000, 3), 220, np.uint8)))
         with running(service_of(homes, published(home / "published.jsonl", 400))) as found:
             yield found
 
@@ -183,6 +187,23 @@ def test_a_plan_is_measured_by_hand(chromium: Any, address: str) -> None:
         assert Path(download.value.path()).read_bytes().startswith(b"<svg")
         page.keyboard.press("n")
         page.wait_for_url(re.compile("/homes/plan/b2"))
+
+
+@pytest.mark.parametrize("look", ["light", "phone"])
+def test_stages_are_fetched_when_they_are_looked_at(chromium: Any, address: str, look: str) -> None:
+    with visit(chromium, address, "/homes/plan/a1", **LOOKS[look]) as page:
+        asked: list[str] = []
+        page.on("request", lambda request: asked.append(request.url.rpartition("/")[2]))
+        page.wait_for_load_state("networkidle")
+        page.click("#evidence details:not(#stages) summary")
+        assert page.is_visible("#evidence td:has-text('Kitchen and Bedroom')")
+        assert "stages.png" not in asked
+        page.click("#stages summary")
+        page.locator("#stages img").scroll_into_view_if_needed()
+        page.wait_for_function("document.querySelector('#stages img').naturalWidth === 2000")
+        assert "stages.png" in asked
+        assert barriers(page) == []
+        assert not page.evaluate(TOO_WIDE)  # the picture scrolls in its own place
 
 
 def test_rooms_are_found_where_there_are_none(chromium: Any, address: str) -> None:

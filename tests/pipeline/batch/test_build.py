@@ -56,6 +56,7 @@ def test_every_input_ends_as_a_plan_a_rejection_or_a_duplicate(street: Path, tmp
     }
 
 
+@pytest.mark.slow
 def test_a_build_counts_the_plans_in_which_a_rule_had_something_to_do(tmp_path: Path) -> None:
     outcomes = run_build([Path("procedural:40")], tmp_path / "out", seed=7, plan=plan_level).stats["outcomes"]
     plans = [decode(file.read_bytes()) for file in (tmp_path / "out" / "json").iterdir()]
@@ -124,6 +125,7 @@ def test_a_person_keeps_drops_and_sets_heights(street: Path, tmp_path: Path) -> 
     assert (b["ground_m"], b["characters"]) == (0.01, False)
 
 
+@pytest.mark.slow
 def test_chance_depends_on_seed_and_id_alone(street: Path, tmp_path: Path) -> None:
     def drawn(out: str, seed: int, limit: int | None = None) -> object:
         run_build([street], tmp_path / out, seed=seed, limit=limit)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pyarrow.parquet as pq
+import pytest
 
 from houseexpo.dataset.plan_files import load_plan
 from pipeline.algorithm import plan_level
@@ -12,6 +13,7 @@ from pipeline.sources.procedural import scene_id
 from tests.builders.batch import contents, run_build
 
 
+@pytest.mark.slow
 def test_made_houses_become_plans_whatever_the_workers(tmp_path: Path) -> None:
     house = [Path("procedural:8")]
     one = run_build(house, tmp_path / "one", workers=1, seed=5, plan=plan_level)

@@ -39,6 +39,7 @@ def test_a_touched_file_is_read_and_found_the_same(tmp_path: Path) -> None:
     assert done(out) == 2  # the new time was put down, so that nothing is read a third time
 
 
+@pytest.mark.slow
 def test_a_change_that_does_not_show_is_found_by_reading_all(tmp_path: Path) -> None:
     house, out = one_room(tmp_path / "house.ply"), tmp_path / "out"
     run_build([house], out)
@@ -66,6 +67,7 @@ def test_a_gltf_file_depends_on_its_buffer(tmp_path: Path) -> None:
     assert not run_build([folder], out).unchanged
 
 
+@pytest.mark.slow
 def test_a_suncg_house_depends_on_its_files_and_on_no_other_house(tmp_path: Path) -> None:
     root, out = tmp_path / "suncg", tmp_path / "out"
     for index in range(2):
@@ -79,6 +81,7 @@ def test_a_suncg_house_depends_on_its_files_and_on_no_other_house(tmp_path: Path
     assert done(out) == before + 1
 
 
+@pytest.mark.slow
 def test_a_missing_file_that_comes_back_is_noticed(tmp_path: Path) -> None:
     root, out = tmp_path / "suncg", tmp_path / "out"
     write_house(root, 0, 11)
@@ -133,6 +136,7 @@ def without_room(mark: Path, level: Level, config: PipelineConfig, rng: np.rando
     return boxed(level, config, rng)
 
 
+@pytest.mark.slow
 def test_a_fault_of_the_moment_is_no_result(tmp_path: Path) -> None:
     for name in "ab":
         one_room(tmp_path / "street" / f"{name}.ply", 4.0 + ord(name) % 7, 4.0)

@@ -51,6 +51,7 @@ def pairs(plain: Path) -> list[tuple[FloorPlan, FloorPlan]]:
     return [(plan, furnished(plan, np.random.default_rng(k))) for k, plan in enumerate(plans)]
 
 
+@pytest.mark.slow
 def test_a_share_of_the_houses_is_furnished_and_the_others_are_as_they_were(built: Path, plain: Path) -> None:
     plans, empty = open_dataset(built), open_dataset(plain)
     assert plans.ids == empty.ids  # furniture makes no copy another house

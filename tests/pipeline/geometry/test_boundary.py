@@ -35,16 +35,16 @@ def test_walls_far_apart_are_no_house() -> None:
 
 def test_the_edge_of_the_floor_closes_a_front_and_leaves_the_floor_free() -> None:
     walls = u_shape(0.2)
-    bands = from_floor(FLOOR, walls, [], 2.0)
+    bands = from_floor(FLOOR, walls, 2.0)
     assert enclosed_area(united([walls, *bands])) == pytest.approx(20.0, rel=0.01)
     assert united(bands).intersection(FLOOR).area < 0.01
 
 
 def test_a_slab_in_a_garden_is_no_room() -> None:
     walls = shapely.box(-0.2, -0.2, 0, 4)  # one wall along it
-    assert from_floor(FLOOR, walls, [], 2.0) == []
+    assert from_floor(FLOOR, walls, 2.0) == []
 
 
 def test_a_floor_that_is_closed_already_gets_nothing() -> None:
     walls = united([u_shape(0.2), shapely.box(-0.2, -0.2, 5.2, 0)])
-    assert from_floor(FLOOR, walls, [FLOOR], 2.0) == []
+    assert from_floor(FLOOR, walls, 2.0) == []

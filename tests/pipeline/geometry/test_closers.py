@@ -32,9 +32,9 @@ def test_a_piece_over_one_room_only_has_no_bridge() -> None:
 
 def test_only_what_parts_two_spaces_is_needed() -> None:
     lintel, cornice = Closer(LINTEL, "lintel"), Closer(CORNICE, "lintel")
-    assert needed(DOOR, [], [lintel, cornice]) == [lintel]
-    assert needed(DOOR, [lintel], [cornice]) == []
-    assert needed(DOOR, [], []) == []
+    closed = enclosed(shapely.union_all([DOOR, LINTEL, CORNICE]))
+    assert needed(DOOR, [], [lintel, cornice], *closed) == [lintel]
+    assert needed(DOOR, [lintel], [cornice], *closed) == []
 
 
 def test_sides_are_looked_up_again() -> None:

@@ -81,6 +81,7 @@ def test_the_octile_distance(rows: int, cols: int, length: float) -> None:
     assert octile(rows, cols) == pytest.approx(length)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="this is that run")
 def test_all_this_holds_uncompiled_too() -> None:
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", __file__]

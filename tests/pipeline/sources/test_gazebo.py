@@ -153,6 +153,7 @@ def test_a_model_that_includes_itself_is_rejected(tmp_path):
     assert "includes itself" in found.detail
 
 
+@pytest.mark.slow
 def test_models_that_multiply_are_too_many(tmp_path):
     for k in range(15):
         inner = f"<include><uri>model://m{k + 1}</uri></include>" * 3

@@ -144,6 +144,7 @@ def test_sheets_and_floors_wound_downwards():
     assert found(walls, [floor]) == [(0.1, 2.6)]
 
 
+@pytest.mark.slow
 def test_a_finely_divided_house_has_the_same_levels():
     mesh = two_levels()
     vertices, faces = trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.faces, 0.15)

@@ -112,6 +112,7 @@ def test_millimetres_are_said(tmp_path):
     path = write_ply(tmp_path / "scan.ply", 1000 * cloud(density=500.0))
     assert outcome(path).reason is Reason.BAD_UNITS
     assert len(levels(path, units="mm")) == 1
+    assert len(levels(path, units="0.001")) == 1
 
 
 def test_two_storeys_are_two_levels(tmp_path):

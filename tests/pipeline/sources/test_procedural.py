@@ -46,6 +46,7 @@ def _share(houses: list[list[Truth]], feature: str) -> float:
     return sum(any(feature in name for name in levels[0].features) for levels in houses) / len(houses)
 
 
+@pytest.mark.slow
 def test_number_of_rooms_is_that_of_published_plans(plans: list[Truth]) -> None:
     numbers = [truth.room_num for truth in plans]
     assert 6 <= median(numbers) <= 8

@@ -34,6 +34,7 @@ def without_times(result: Result) -> bytes:
     return json.dumps(said).encode()
 
 
+@pytest.mark.slow
 def test_processes_make_no_difference() -> None:
     one, two = (run(AVOIDANCE, "forward", None, Settings(number=3, workers=workers)) for workers in (1, 2))
     assert without_times(one) == without_times(two)
@@ -42,6 +43,7 @@ def test_processes_make_no_difference() -> None:
     assert len(set(one.column("return"))) == 3
 
 
+@pytest.mark.slow
 def test_another_seed_is_another_policy_on_the_same_starts() -> None:
     one, other = (run(AVOIDANCE, "random", None, Settings(number=2, seed=seed)) for seed in (0, 1))
     assert one.column("seed") == other.column("seed")

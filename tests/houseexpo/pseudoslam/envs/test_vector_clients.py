@@ -85,6 +85,9 @@ def test_what_counts_and_which_plans_come_can_be_set() -> None:
     assert env.get_attr("plan_ids") == (["middle"],) * 3
     assert env.reset()[1]["plan_id"].tolist() == ["middle"] * 3
     env.set_attr("stage", [2, 2, 2])  # names of the caller's own
+    env.set_attr("weights", [np.ones(2), np.ones(2), np.ones(2)])
+    with pytest.raises(ConfigError, match="weights: expected one value, or 3 that are equal"):
+        env.set_attr("weights", [np.ones(2), np.zeros(2), np.ones(2)])
     env.set_attr("stage", 3)
     assert env.get_attr("stage") == (3, 3, 3)
 

@@ -97,6 +97,7 @@ def test_wrong_arguments_are_refused(given: dict[str, Any], text: str) -> None:
         ({"seed": [1]}, r"seed: expected a whole number, a list of 2 of them or None, found \[1\]"),
         ({"seed": 1.5}, "found 1.5"),
         ({"seed": "12"}, "found '12'"),
+        ({"options": [1]}, r"options: expected a dictionary or None, found \[1\]"),
         ({"options": {"plan": 3}}, "options: unknown key 'plan'; known: 'plan_id'"),
         ({"options": {"plan_id": "tiny"}}, "plan_id: none of the 3 plans has the id 'tiny'"),
         ({"options": {"plan_id": ["small", "tiny"]}}, "plan_id: none of the 3 plans has the id 'tiny'"),
@@ -123,6 +124,12 @@ def test_nothing_steps_before_it_is_reset() -> None:
         env.step(np.zeros(2, np.int64))
     with pytest.raises(gymnasium.error.ResetNeeded):
         env.unwrapped.state(1)
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        explorers(2, render_mode="rgb_array").render()
+    planners = explorers(2, actions="frontier").unwrapped
+    for which in ({}, {"i": 1}):
+        with pytest.raises(gymnasium.error.ResetNeeded, match=r"environments \[0, 1\]: call reset"):
+            planners.action_masks(**which)
     _, info = env.reset(seed=0, options={"reset_mask": np.array([True, False])})
     assert info["_coverage"].tolist() == [True, False]
     assert np.isfinite(info["coverage"]).all()
@@ -163,6 +170,17 @@ def test_an_interrupted_reset_can_be_made_again(monkeypatch: pytest.MonkeyPatch)
     expected, _ = explorers(2).reset(seed=0)
     np.testing.assert_array_equal(found, expected)
     env.step(np.zeros(2, np.int64))
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_nothing_steps_after_it_is_closed(threads: int) -> None:
+    env = explorers(4, threads=threads)
+    env.reset(seed=0)
+    env.close()
+    env.close()
+    for call in (lambda: env.step(np.zeros(4, np.int64)), env.reset):
+        with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="make new ones"):
+            call()
 
 
 def interrupted(*_: Any, **__: Any) -> None:

@@ -32,7 +32,7 @@ FORWARD, LEFT = 0, 1
 
 @pytest.fixture(autouse=True)
 def _rosbags() -> None:
-    need(modules=["rosbags"], how="pip install 'houseexpo[bag]'")
+    need(modules=["rosbags"], how="pip install -e '.[bag]'")
 
 
 def made(config: SimulatorConfig = CONFIG, **given: Any) -> ExplorationEnv:
@@ -144,6 +144,6 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path, monkeypatch: pytest.M
     with pytest.raises(ConfigError, match="record: expected a movie or a bag to write, found neither"):
         record(made(), lambda _: 0, None)
     monkeypatch.setitem(sys.modules, "rosbags.typesys", None)
-    with pytest.raises(MissingDependencyError, match=r"bags need rosbags, .*: pip install 'houseexpo\[bag\]'"):
+    with pytest.raises(MissingDependencyError, match=r"bags need rosbags, .*: .*pip install -e '.\[bag\]'"):
         record(made(), lambda _: 0, None, bag=tmp_path / "run.mcap")
     assert not list(tmp_path.iterdir())

@@ -130,5 +130,6 @@ def test_what_is_missing_is_one_line_that_says_what_to_install(monkeypatch: pyte
     with pytest.raises(MissingDependencyError) as found:
         needs.need_learn("houseexpo train")
     assert str(found.value) == (
-        "houseexpo train needs PyTorch, sb3-contrib, not installed here: pip install 'houseexpo[learn]'"
+        "houseexpo train needs PyTorch, sb3-contrib, not installed here: "
+        "in a clone of the project, pip install -e '.[learn]'"
     )

@@ -216,5 +216,7 @@ def test_a_window_shows_each_step_and_closes(monkeypatch: pytest.MonkeyPatch) ->
 def test_a_window_without_pygame_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pygame", None)
     env = gymnasium.make("PseudoSLAM/Exploration-v0", dataset=HALL, config=SMALL, render_mode="human").unwrapped
-    with pytest.raises(MissingDependencyError, match=r"a window needs pygame: pip install 'houseexpo\[play\]'"):
+    with pytest.raises(
+        MissingDependencyError, match=r"a window needs pygame: in a clone of the project, pip install -e '.\[play\]'"
+    ):
         env.reset(seed=0)

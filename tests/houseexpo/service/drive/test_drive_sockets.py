@@ -70,6 +70,7 @@ def test_a_robot_is_driven_and_its_map_grows(client: TestClient) -> None:
         assert len(frame.ranges) == hello["beams"]
 
 
+@pytest.mark.slow
 def test_an_explorer_is_watched_to_its_end_and_saved(client: TestClient) -> None:
     with client.websocket_connect(ADDRESS) as socket:
         begun(socket, driver="frontier", seed=1)

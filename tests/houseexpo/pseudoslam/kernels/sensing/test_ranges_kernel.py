@@ -95,6 +95,7 @@ def test_a_wall_of_corners_lets_nothing_through() -> None:
         assert (found <= np.hypot(on_it - x, on_it - y) + 1e-9).all()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(UNCOMPILED, reason="this is the run without the compiler")
 def test_the_kernel_is_the_same_uncompiled() -> None:
     subprocess.run(

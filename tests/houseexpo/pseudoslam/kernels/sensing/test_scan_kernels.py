@@ -69,6 +69,7 @@ def test_a_sector_is_what_its_twin_says() -> None:
             )
 
 
+@pytest.mark.slow
 def test_every_cell_of_an_open_sector_is_decided() -> None:
     """The published scan leaves 15% of it between its rays, 30% of the outer metre."""
     occupied = np.zeros((301, 301), np.uint8)

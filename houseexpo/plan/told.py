@@ -1,0 +1,47 @@
+"""What a plan's file says of how it was made, in words for people: its quality's grounds, its notes, its doors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from houseexpo.plan.parts import DoorKind
+
+GROUNDS: Final[Mapping[str, str]] = {
+    "cut_share": "doors that are cuts, not evidence",
+    "cut_off_share": "rooms that only cuts lead into",
+    "patch_share": "walls closed by a guess where they have holes",
+    "given_edge": "an open house, its edge taken from floor or walls",
+    "guesses": "levels, units, scale or axis guessed",
+    "floorless_room": "a room without a floor in a house with floors",
+    "roomless_floor_share": "floor between the rooms that is in none",
+    "roomless_wall_share": "walls that stand beside no room",
+    "idle_lintel_share": "lintels of doors that the plan does not have",
+    "twin_door_share": "doors beside another between the same rooms",
+    "odd_doors": "doors too narrow or too wide on the whole",
+    "odd_room_share": "rooms of odd shape or size",
+    "loose_end_share": "rooms in which a wall ends in the middle",
+    "left_out": "parts left out or filled",
+    "unlike_spaces": "unlike the rooms that the source names",
+}
+"""Grounds of a plan's quality, by the names that they have in its file."""
+
+NOTES: Final[Mapping[str, str]] = {
+    "boundary:room_edge": "closed an open room along its edge as the source draws it",
+    "boundary:floor_edge": "closed an open front by its floor",
+    "boundary:wall_ends": "closed an open front by its walls' ends",
+    "cuts": "cut a wall",
+    "erased_parts": "erased a part standing apart",
+    "filled_cells": "filled a closed cell",
+    "filled_pockets": "filled a corner out of reach",
+    "left_out": "left out a part that no cut leads into",
+}
+"""Rules that had something to do in a plan, by the names of its provenance's notes; of a text, by ``name:text``."""
+
+DOORS: Final[Mapping[DoorKind, str]] = {
+    "door": "a passage under a lintel, or the source has a door here",
+    "opening": "a gap of full height, or the source has an opening without a door here",
+    "entrance": "leads outside; it stays closed in the outline",
+    "cut": "a robot could not pass otherwise",
+}
+"""Why a door of each kind is in a plan."""

@@ -1,0 +1,43 @@
+"""Planning with pictures: what a worker does with a level where the build keeps its stages.
+
+The plans are those of ``by_algorithm``. How pictures are drawn shows in no plan, so ``job`` does not know this module:
+no plan is made again because pictures are drawn otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from operator import attrgetter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from houseexpo.floorplan import FloorPlan
+from pipeline.batch.job import Drawn
+from pipeline.config import PipelineConfig
+from pipeline.timing import timed
+from pipeline.values import Level, RejectedLevel
+
+if TYPE_CHECKING:
+    from pipeline.algorithm import Snapshot
+
+
+def drawn_by_algorithm(
+    level: Level, config: PipelineConfig, rng: np.random.Generator
+) -> Sequence[Drawn | RejectedLevel]:
+    """Plan a level as ``by_algorithm`` does; each plan comes with the sheet that ``houseexpo inspect`` draws of it."""
+    from pipeline.algorithm import stages
+
+    seen = list(timed(stages(level, config, rng), attrgetter("stage")))
+    return list(timed(_outcomes(seen, level), lambda _: "pictures"))
+
+
+def _outcomes(seen: Sequence[Snapshot], level: Level) -> Iterator[Drawn | RejectedLevel]:
+    from pipeline.pictures import of_building, sheet_of, stage_pictures
+
+    for snapshot in seen:
+        if isinstance(snapshot.value, RejectedLevel):
+            yield snapshot.value
+        elif isinstance(snapshot.value, FloorPlan):
+            own = of_building(seen, level.id, snapshot.id)
+            yield Drawn(snapshot.value, sheet_of(stage_pictures(own, level.frame)))

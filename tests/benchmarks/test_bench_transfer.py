@@ -1,0 +1,64 @@
+"""Explorers on maps that they were not made for: a real SLAM's, as it draws them, and another simulator's lidar's.
+
+``transfer_slam.py`` and ``transfer_irsim.py`` state the protocols.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+from rich.table import Table
+
+from houseexpo import FloorPlan, open_dataset
+from houseexpo.pseudoslam.benchmark.cases import written_ids
+from tests.benchmarks.transfer import Exploration, explore_on_own_map
+from tests.benchmarks.transfer_irsim import explore_in_irsim
+from tests.benchmarks.transfer_slam import explore_with_slam
+from tests.builders.real_slam import need_slam
+from tests.builders.shared import DATA, needs_shared
+
+POLICIES = ("frontier", "information", "chooser")
+PLANS, STEPS = 10, 200
+
+
+def published() -> list[FloorPlan]:
+    """The benchmark's first test plans."""
+    plans = open_dataset(DATA / "houseexpo" / "plans_33717.jsonl.gz")
+    return [plans[name] for name in written_ids()[:PLANS]]
+
+
+@needs_shared
+def test_explorers_on_a_slams_maps_and_in_another_simulator(tmp_path: Path) -> None:
+    need_slam()
+    pytest.importorskip("irsim")
+    table = Table(title=f"Explorers for {STEPS} steps: means over the benchmark's first {PLANS} test plans")
+    for heading in ("policy", "map", "coverage", "area", "metres", "collisions", "off at the end, m"):
+        table.add_column(heading, justify="left" if heading in {"policy", "map"} else "right")
+    plans = published()
+    for policy in POLICIES:
+        runs: dict[str, list[Exploration]] = {"PseudoSLAM": [], "icp-slam": [], "IR-SIM": []}
+        for plan in plans:
+            folder = tmp_path / f"{policy}-{plan.id}"
+            folder.mkdir()
+            runs["PseudoSLAM"].append(explore_on_own_map(plan, policy, STEPS))
+            runs["icp-slam"].append(explore_with_slam(plan, policy, folder, STEPS))
+            runs["IR-SIM"].append(explore_in_irsim(plan, policy, folder, STEPS))
+        for name, done in runs.items():
+            table.add_row(policy, name, *summary(done))
+        assert np.mean([one.coverage[-1] for one in runs["icp-slam"]]) > 0.4
+    Console(width=120).print(table)
+
+
+def summary(runs: list[Exploration]) -> tuple[str, ...]:
+    """Return the means as cells."""
+    area = [np.mean([*one.coverage, *[one.coverage[-1]] * (STEPS + 1 - len(one.coverage))]) for one in runs]
+    return (
+        f"{100 * np.mean([one.coverage[-1] for one in runs]):.1f}%",
+        f"{100 * np.mean(area):.1f}%",
+        f"{np.mean([one.metres for one in runs]):.1f}",
+        f"{np.mean([one.collisions for one in runs]):.1f}",
+        f"{np.mean([one.off_m for one in runs]):.2f}",
+    )
