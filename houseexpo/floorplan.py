@@ -22,12 +22,15 @@ from houseexpo.plan.parts import Navigability, Reach
 from houseexpo.plan.repair import even_odd
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
+    from typing import Any
 
     import networkx as nx
     from shapely import MultiPolygon, Polygon
 
     from houseexpo.grids.frame import GridFrame
+    from houseexpo.plan.parts import Box, Door, Frame, PlanObject, Room
+    from houseexpo.plan.quality import Quality
 
 
 def decode(data: bytes | str) -> FloorPlan:
@@ -66,6 +69,24 @@ class FloorPlan(PlanData):
     >>> plan.bbox
     (0.1, 0.1, 4.1, 4.1)
     """
+
+    if TYPE_CHECKING:  # a ring may be any list of [x, y]; once made, it is an array
+
+        def __init__(  # noqa: PLR0917 - the fields
+            self,
+            id: str,  # noqa: A002 - the field's name
+            verts: npt.ArrayLike,
+            room_num: int,
+            room_category: Mapping[str, Iterable[Box]],
+            holes: Iterable[npt.ArrayLike] = (),
+            rooms: Iterable[Room] = (),
+            doors: Iterable[Door] = (),
+            frame: Frame | None = None,
+            navigability: Mapping[str, Navigability] = ...,
+            provenance: Mapping[str, Any] | None = None,
+            quality: Quality | None = None,
+            objects: Iterable[PlanObject] = (),
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -19,9 +19,10 @@ def watched(items: Iterable[T], what: str, total: int | None = None) -> Iterator
         yield from items
         return
     from rich.console import Console
+    from rich.markup import escape
     from rich.progress import track
 
-    yield from track(items, description=what, total=total, console=Console(stderr=True), transient=True)
+    yield from track(items, description=escape(what), total=total, console=Console(stderr=True), transient=True)
 
 
 def is_quiet() -> bool:

@@ -74,6 +74,6 @@ def _torch() -> Any:
     except ImportError:
         raise MissingDependencyError(
             "houseexpo.torch: expected PyTorch, found none; install it (pip install torch), or use "
-            "houseexpo.rasters, which gives the same as NumPy arrays"
+            "houseexpo.dataset.tensors.rasters, which gives the same as NumPy arrays"
         ) from None
     return torch

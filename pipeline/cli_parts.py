@@ -86,7 +86,8 @@ def show_outcomes(data_set: DataSet, out: str) -> None:
         "pictures": f"{out}/.build/pictures",
         "report": f"{out}/.build/report.html",
     }.items():
-        console.print(f"[bold]{what:10}[/]{path}", highlight=False, soft_wrap=True)
+        console.print(f"{what:10}", style="bold", end="")
+        console.print(path, markup=False, highlight=False, soft_wrap=True)
 
 
 def show_inspection(found: Inspection, source: str, out: Path) -> None:

@@ -48,7 +48,7 @@ def stats(
     What is measured is kept in the cache, so that a second run is quick. A plan that cannot be read is named and left
     out.
     """
-    from houseexpo.commands.printing import console, print_json
+    from houseexpo.commands.printing import console, print_json, print_named
     from stats.gather import measured
     from stats.listed import judge, read_list
     from stats.report import Report
@@ -75,7 +75,7 @@ def stats(
             console().print(table)
         for path in files:
             write_report(report, one.data_set, path)
-            console(stderr=json).print(f"[bold]written [/]{path}", highlight=False, soft_wrap=True)
+            print_named(console(stderr=json), "written", str(path))
 
 
 def _list_bad(one: Measured, radius_m: float, workers: int | None, *, json: bool) -> None:

@@ -65,10 +65,10 @@ def bars_table(title: str, counts: Mapping[str, int]) -> Table:
     table = Table(title=title, title_justify="left", title_style="bold", show_header=False, box=None, padding=(0, 1))
     table.add_column(justify="right")
     table.add_column(justify="right")
-    table.add_column()
+    table.add_column(style="cyan")
     most = max(counts.values(), default=1)
     for label, count in sorted(counts.items(), key=lambda pair: (-pair[1], pair[0])):
-        table.add_row(label, f"{count:,}", f"[cyan]{'█' * round(_BAR * count / most) or '▏'}[/]")
+        table.add_row(label, f"{count:,}", "█" * round(_BAR * count / most) or "▏")
     return table
 
 

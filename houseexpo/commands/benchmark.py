@@ -37,7 +37,7 @@ def run(
     The result is the same however many processes there are, but for its times.
     """
     from houseexpo.commands.given import data_set
-    from houseexpo.commands.printing import console
+    from houseexpo.commands.printing import console, print_named
     from houseexpo.pseudoslam.benchmark.result import write_result
     from houseexpo.pseudoslam.benchmark.run import Settings
     from houseexpo.pseudoslam.benchmark.run import run as run_benchmark
@@ -51,7 +51,7 @@ def run(
     result = run_benchmark(wanted, policy, houses, settings)
     write_result(result, out)
     _print([out])
-    console().print(f"[bold]written [/]{out}", highlight=False, soft_wrap=True)
+    print_named(console(), "written", str(out))
 
 
 @benchmark.command()
@@ -63,7 +63,7 @@ def compare(
     title: Annotated[str, typer.Option(help="The page's heading.")] = "Policies compared",
 ) -> None:
     """Put results side by side, a table for each track; they have to be of the same plans."""
-    from houseexpo.commands.printing import console
+    from houseexpo.commands.printing import console, print_named
     from houseexpo.pseudoslam.benchmark.comparison import read_results
     from houseexpo.pseudoslam.benchmark.page import check_name, write_comparison
 
@@ -72,7 +72,7 @@ def compare(
     _print(results)
     if out is not None:
         write_comparison(read_results(results), out, title)
-        console().print(f"[bold]written [/]{out}", highlight=False, soft_wrap=True)
+        print_named(console(), "written", str(out))
 
 
 def _print(files: list[Path]) -> None:

@@ -12,6 +12,7 @@ from houseexpo.commands.given import IDS_HELP
 from houseexpo.words import counted
 
 if TYPE_CHECKING:
+    from houseexpo.errors import PlanError
     from houseexpo.floorplan import FloorPlan
 
 
@@ -48,9 +49,12 @@ def export(
     ] = None,
     find_rooms: Annotated[bool, typer.Option("--find-rooms", help="Find rooms and doors of plans without.")] = False,
 ) -> None:
-    """Write plans for other programs: maps, worlds, meshes, features, graphs, pictures, grids."""
+    """Write plans for other programs: maps, worlds, meshes, features, graphs, pictures, grids.
+
+    Exit code 1: plans that the format cannot hold are named and left out.
+    """
     from houseexpo.commands.given import plan_ids
-    from houseexpo.commands.printing import console
+    from houseexpo.commands.printing import console, print_refused
     from houseexpo.export.formats import export as write
 
     given = {
@@ -65,10 +69,15 @@ def export(
     count, plans = _plans(dataset, plan_ids(ids) or None)
     if find_rooms:
         plans = _with_rooms(plans)
-    files = write(plans, to, out, **options)
-    console().print(
-        f"{counted(count, 'plan')}, {counted(len(files), 'file')} in {out}", highlight=False, soft_wrap=True
-    )
+    refused: list[PlanError] = []
+    files = write(plans, to, out, refused=refused.append, **options)
+    if refused and len(refused) == count:
+        raise refused[0]
+    said = f"{counted(count - len(refused), 'plan')}, {counted(len(files), 'file')} in {out}"
+    console().print(said, highlight=False, soft_wrap=True)
+    print_refused(console(stderr=True), "left out", list(map(str, refused)))
+    if refused:
+        raise typer.Exit(1)
 
 
 def _plans(path: Path, wanted: Sequence[str] | None) -> tuple[int, Iterator[FloorPlan]]:

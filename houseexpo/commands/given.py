@@ -91,4 +91,6 @@ def _lines(file: Path) -> list[str]:
         lines = file.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"{file}: expected a text file with one id a line, found: {error}") from None
-    return [line.split()[0] for line in lines if line.strip() and not line.startswith("#")]
+    # what `stats --list-bad` writes has a tab after the id, which may hold blanks
+    found = (line.partition("\t")[0] if "\t" in line else line.split(maxsplit=1)[0] for line in lines if line.strip())
+    return [name for name in found if not name.startswith("#")]

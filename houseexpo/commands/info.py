@@ -28,7 +28,7 @@ def info(
 ) -> None:
     """Say what a data set is, or what plans are."""
     from houseexpo.commands.given import is_data_set, named_plans
-    from houseexpo.commands.printing import console, print_json
+    from houseexpo.commands.printing import console, print_json, print_named
     from houseexpo.dataset import open_dataset
 
     if len(what) == 1 and is_data_set(what[0]) and not ids:
@@ -44,7 +44,7 @@ def info(
         if number:
             out.print()
         for name, _, said in rows:
-            out.print(f"[bold]{name:14}[/]", said, highlight=False, soft_wrap=True)
+            print_named(out, f"{name:14}", said)
 
 
 _Row = tuple[str, Any, str]
@@ -63,7 +63,7 @@ def _of_data_set(plans: Dataset) -> list[_Row]:
         ("area", _summary(area), _spread(area, " m2")),
         *_quality(plans.column("quality")),
         ("labels", most, ", ".join(f"{label} {count}" for label, count in most.items()) + " (plans with one)"),
-        ("splits", splits, ", ".join(f"{name} {n['plans']} of {n['ids']}" for name, n in splits.items())),
+        ("splits", splits, ", ".join(f"{name} {n['plans']} of {n['ids']}" for name, n in splits.items()) or "none"),
     ]
 
 

@@ -41,7 +41,7 @@ def play(
     if out:
         make_folder(out)  # now: at the end there would be a drive to lose
     screen = _screen(window)  # first: without one there is nothing to wait for
-    console = Console()
+    console = Console(markup=False)
     with console.status("making the house ready"):
         env, options = environment(dataset, plan, task, config, _NO_END)
         session = Drive(env, seed, options)

@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 
 
 def console(*, stderr: bool = False) -> Console:
-    """Return a console; where nobody reads standard output any more (``| head -1``), the command ends well."""
+    """Return a console; where nobody reads standard output any more (``| head -1``), the command ends well.
+
+    What stands in square brackets is printed as it is: paths, ids and labels may hold some. Styles are given by name.
+    """
     from rich.console import Console
 
     class Patient(Console):
@@ -24,7 +27,13 @@ def console(*, stderr: bool = False) -> Console:
             drop_output()
             raise SystemExit(0)
 
-    return Patient(stderr=stderr)
+    return Patient(stderr=stderr, markup=False)
+
+
+def print_named(out: Console, name: str, said: str) -> None:
+    """Print a name in bold, and what is said of it in the same line."""
+    out.print(f"{name} ", style="bold", end="", highlight=False)
+    out.print(said, highlight=False, soft_wrap=True)
 
 
 def drop_output() -> None:

@@ -52,7 +52,7 @@ def record(
     from houseexpo.pseudoslam.io.record import record as write
     from houseexpo.words import counted
 
-    console = Console()
+    console = Console(markup=False)
     names = (_POLICIES[task] if policy is None else policy).split(",")
     if len(names) > 1:
         if out is None or bag is not None or shows == "beside":

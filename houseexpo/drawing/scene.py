@@ -102,8 +102,8 @@ def scene(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
     # the margins take 4% of the size on each side and a line of text below
     scale = size * 0.92 / extent if pixels_per_metre is None else pixels_per_metre
     if not (math.isfinite(scale) and scale > 0):
-        found = f"size {size!r}" if pixels_per_metre is None else f"pixels_per_metre {pixels_per_metre!r}"
-        raise ConfigError(f"picture: expected a size of more than 0 pixels, found {found}")
+        asked = f"size {size!r}" if pixels_per_metre is None else f"pixels_per_metre {pixels_per_metre!r}"
+        raise ConfigError(f"picture: expected a size of more than 0 pixels, found {asked}")
     text = min(max(0.24 * scale, 9.0), 15.0)
     margin, line = 0.04 * extent + _WALL_M, 2.2 * text / scale
     closed = _inside(plan).buffer(2 * _WALL_M, join_style="mitre").buffer(-_WALL_M, join_style="mitre")

@@ -72,7 +72,14 @@ FORMATS: Final = {
 ALIASES: Final = {"gazebo": "sdf", "gltf": "glb", "houseexpo": "json", "map_server": "ros"}
 
 
-def export(plans: FloorPlan | Iterable[FloorPlan], to: str, out: str | os.PathLike[str], **options: Any) -> list[Path]:
+def export(
+    plans: FloorPlan | Iterable[FloorPlan],
+    to: str,
+    out: str | os.PathLike[str],
+    *,
+    refused: Callable[[PlanError], object] | None = None,
+    **options: Any,
+) -> list[Path]:
     """Write plans in another format.
 
     Parameters
@@ -83,6 +90,8 @@ def export(plans: FloorPlan | Iterable[FloorPlan], to: str, out: str | os.PathLi
         A key of ``FORMATS`` or of ``ALIASES``.
     out
         Folder, made where it is missing; files of the same name are replaced, each by a whole one.
+    refused
+        Is told of each plan that the format cannot hold, which is then left out; by default the first one ends it all.
     **options
         Those of the format's function, such as ``resolution``, ``wall_thickness``, ``door_height``, ``orientation``.
 
@@ -105,12 +114,30 @@ def export(plans: FloorPlan | Iterable[FloorPlan], to: str, out: str | os.PathLi
         raise ConfigError(f"export: {to} takes {', '.join(chosen.options)}; found {', '.join(unknown)}")
     folder = Path(out)
     written = []
-    for name, content in chosen.files(_distinct([plans] if isinstance(plans, FloorPlan) else plans), **options):
+    distinct = _distinct([plans] if isinstance(plans, FloorPlan) else plans)
+    if refused is None or chosen.indexed:
+        made = chosen.files(distinct, **options)
+    else:
+        made = _held(chosen, distinct, refused, options)
+    for name, content in made:
         file = folder / name
         file.parent.mkdir(parents=True, exist_ok=True)
         write_whole(file, content)
         written.append(file)
     return written
+
+
+def _held(
+    chosen: Format, plans: Iterable[FloorPlan], refused: Callable[[PlanError], object], options: dict[str, Any]
+) -> Iterator[tuple[str, bytes]]:
+    """Make the files of the plans that the format can hold."""
+    for plan in plans:
+        try:
+            files = chosen.function(plan, **options)
+        except PlanError as error:
+            refused(error)
+            continue
+        yield from files.items()
 
 
 def _distinct(plans: Iterable[FloorPlan]) -> Iterator[FloorPlan]:

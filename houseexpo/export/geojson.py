@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import shapely
 
@@ -15,6 +15,9 @@ from houseexpo.floorplan import FloorPlan
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
+_METRES: Final = 'LOCAL_CS["floor plan",UNIT["metre",1],AXIS["x",EAST],AXIS["y",NORTH]]'
+"""Coordinates that lie nowhere on Earth, in words that GDAL 2 and later read."""
+
 
 def geojson(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientation: Orientation = "world") -> Files:
     """Write ``<id>.geojson``: one FeatureCollection; ``properties.kind`` tells what a feature is.
@@ -23,14 +26,15 @@ def geojson(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orient
     (``door``: its id, ``door_kind``, ``width``, ``rooms``), ``object`` (``object``: its id, ``label``, ``room``,
     ``height``), ``label_box`` (as published: they reach into walls).
 
-    Coordinates are metres, the plan's x and y (mirrored back where the plan is mirrored), not degrees: ``crs`` is null.
-    The collection's ``properties`` hold the plan's id, its ``quality`` (the score and its ``grounds``, or null) and the
+    Coordinates are metres, the plan's x and y (mirrored back where the plan is mirrored), not degrees. ``crs`` says so
+    to GDAL, GeoPandas and QGIS, which take a collection without one, or with null, for longitudes and latitudes. The
+    collection's ``properties`` hold the plan's id, its ``quality`` (the score and its ``grounds``, or null) and the
     matrix ``world_from_plan``. Rings follow the right-hand rule.
     """
     turned = oriented(plan, orientation)
     collection = {
         "type": "FeatureCollection",
-        "crs": None,
+        "crs": {"type": "name", "properties": {"name": _METRES}},
         "properties": {
             "id": plan.id,
             "units": "m",

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import PlanError
 
-_UNSAFE = re.compile(r"[/\\\x00-\x1f\x7f]")
+_UNSAFE = re.compile(r"[/\\\x00-\x1f\x7f\ud800-\udfff]")  # the last are no characters: they cannot be written
 _FLOAT = {float}
 _LONGEST_ID = 200  # with its extension it still fits a file name
 

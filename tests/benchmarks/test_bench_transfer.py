@@ -48,8 +48,8 @@ def test_explorers_on_a_slams_maps_and_in_another_simulator(tmp_path: Path) -> N
             runs["IR-SIM"].append(explore_in_irsim(plan, policy, folder, STEPS))
         for name, done in runs.items():
             table.add_row(policy, name, *summary(done))
-        assert np.mean([one.coverage[-1] for one in runs["icp-slam"]]) > 0.4
-    Console(width=120).print(table)
+            assert all(one.coverage[-1] > one.coverage[0] for one in done)
+        Console(width=120).print(table)  # each policy takes minutes
 
 
 def summary(runs: list[Exploration]) -> tuple[str, ...]:

@@ -12,7 +12,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
-from houseexpo.dataset.store.records import broken, plan_files, plan_folder
+from houseexpo.dataset.store.folders import plan_files, plan_folder
+from houseexpo.dataset.store.records import broken
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL, write_whole
 

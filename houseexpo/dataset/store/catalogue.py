@@ -17,7 +17,8 @@ import pyarrow as pa
 
 from houseexpo.dataset.store.blocks import BlockReader
 from houseexpo.dataset.store.cache import stored
-from houseexpo.dataset.store.records import lists, plan_files, plan_folder, plans_in
+from houseexpo.dataset.store.folders import plan_files, plan_folder
+from houseexpo.dataset.store.records import lists, plans_in
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.plan import checks
 

@@ -109,7 +109,7 @@ def _ends(limits: Any, name: str) -> tuple[float | None, float | None]:
 
 def _is_number(value: object) -> bool:
     """Whether this is a number, of NumPy perhaps, and not NaN, which nothing is equal to, above or below."""
-    return isinstance(value, Real) and not isinstance(value, bool) and not math.isnan(value)
+    return not isinstance(value, bool) and isinstance(value, Real) and not math.isnan(value)
 
 
 def _fill(catalogue: Catalogue, rows: Rows, values: list[Any], name: str, measure: Callable[[FloorPlan], Any]) -> None:

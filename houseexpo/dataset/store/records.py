@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import gzip
 import io
-import os
 import tarfile
 import zipfile
 import zlib
@@ -17,6 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import IO, Final, NamedTuple
 
+from houseexpo.dataset.store.folders import instead_of_plans, is_plan, plan_files, plan_folder
 from houseexpo.errors import DatasetError
 
 MAX_PLAN_BYTES: Final = 64 * 2**20
@@ -68,7 +68,7 @@ def records(path: Path) -> Iterator[Record]:
                 raise DatasetError(f"{path}: expected at most {MAX_PLANS} plans and {MAX_BYTES >> 30} GiB, found more")
             yield record
     if not count:
-        raise DatasetError(f"{path}: expected floor plans (JSON), found none; check the path")
+        raise DatasetError(f"{path}: expected floor plans (JSON), found none; {instead_of_plans(path)}")
 
 
 def lists(path: Path) -> dict[str, bytes]:
@@ -101,19 +101,6 @@ def list_name(name: str) -> str:
     if path.stem.startswith("map_id_"):
         return path.stem.removeprefix("map_id_")
     return path.stem if path.parent.name == "splits" else ""
-
-
-def plan_folder(path: Path) -> Path:
-    """Return where a folder keeps its plans: ``json/`` where it has one, else itself."""
-    return path / "json" if (path / "json").is_dir() else path
-
-
-def is_plan(name: str) -> bool:
-    """Whether an archive's member is a plan: JSON, not hidden, and none of the files that describe a data set."""
-    path = PurePosixPath(name)
-    hidden = any(part.startswith((".", "__MACOSX")) and part not in (".", "..") for part in path.parts)
-    beside = path.name in ("manifest.json", "stats.json", "splits.json") and path.parent.name != "json"
-    return path.suffix == ".json" and not hidden and not beside
 
 
 @contextmanager
@@ -149,12 +136,6 @@ def _folder(path: Path) -> Iterator[Record]:
         if file.stat().st_size > MAX_PLAN_BYTES:
             raise _too_large(path, name, file.stat().st_size)
         yield Record(name, file.read_bytes())
-
-
-def plan_files(folder: Path) -> list[str]:
-    """Return the names of the plans in a folder, sorted."""
-    with os.scandir(folder) as entries:
-        return sorted(entry.name for entry in entries if is_plan(f"{folder.name}/{entry.name}") and entry.is_file())
 
 
 def _lines(path: Path) -> Iterator[Record]:

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from houseexpo import HouseExpoError, encode
+from houseexpo import FloorPlan, HouseExpoError, encode
 from houseexpo.commands.app import make_app
 from houseexpo.plan import Quality
 from tests.builders.plan_files import hexed, house, houses, pack
@@ -100,3 +100,23 @@ def test_no_data_set_is_said(monkeypatch, tmp_path):
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "empty"))
     assert "houseexpo fetch" in call("info", hexed(1), code=2)
     assert issubclass(HouseExpoError, Exception)
+
+
+def test_square_brackets_of_paths_ids_and_labels_are_printed_as_they_are(tmp_path):
+    odd = FloorPlan(
+        "a[red]b", [(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)], 1, {"[/bold]": ((0.1, 0.1, 4.1, 4.1),)}
+    )
+    folder = tmp_path / "plans[old]"
+    folder.mkdir()
+    path = pack(folder, "jsonl", {"a": encode(odd)})
+    assert f"{path}\n" in call("info", path)
+    said = call("info", odd.id, "--dataset", path)
+    assert "a[red]b" in said
+    assert "[/bold] 1" in said
+    assert f"1 plan, 1 file in {folder / 'svg'}" in call("export", path, "--to", "svg", "--out", folder / "svg")
+    renamed = path.rename(folder / "x[dim].jsonl")
+    assert "x[dim].jsonl: 1 plan" in call("validate", renamed, "--workers", "1", code=1)
+    said = call("stats", renamed, "--out", folder / "r.json", "--workers", "1")
+    assert "x[dim].jsonl: 1 plan" in said
+    assert "[/bold]  1" in said
+    assert f"written {folder / 'r.json'}" in said

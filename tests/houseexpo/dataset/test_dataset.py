@@ -42,6 +42,25 @@ def test_every_packing_gives_the_same(tmp_path, kind):
         assert found.split("train").ids == [hexed(1), hexed(3)]
 
 
+def test_a_folder_with_plans_and_json_lines_is_refused_even_where_it_was_opened_before(tmp_path):
+    path = pack(tmp_path, "folder", houses(1))
+    (path / "rejected.jsonl").write_bytes(b"{}")  # a build's, no plans
+    assert len(open_dataset(path)) == 1
+    lines = pack(path, "jsonl.gz", houses(3))
+    with pytest.raises(DatasetError, match=f"found {hexed(0)}.json and plans.jsonl.gz; open {lines} itself"):
+        open_dataset(path)
+    (path / f"{hexed(0)}.json").unlink()
+    with pytest.raises(DatasetError, match=f"found none; open {lines}"):
+        open_dataset(path)
+    assert len(open_dataset(lines)) == 3
+
+
+def test_a_folder_of_data_sets_says_which_to_open(tmp_path):
+    inner = pack(tmp_path / "all", "nested", houses(1))
+    with pytest.raises(DatasetError, match=f"found none; open {inner}"):
+        open_dataset(tmp_path / "all")
+
+
 def test_plans_by_number_id_and_slice(plans):
     assert len(plans) == 40
     assert plans[-1].id == hexed(39)

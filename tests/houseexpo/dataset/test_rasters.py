@@ -63,7 +63,7 @@ def test_configurations_are_checked(wrong):
 
 def test_without_torch_the_message_says_what_to_do(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "torch", None)
-    with pytest.raises(MissingDependencyError, match="pip install torch"):
+    with pytest.raises(MissingDependencyError, match=r"pip install torch.* houseexpo\.dataset\.tensors\.rasters"):
         PlanDataset(pack(tmp_path, "jsonl", houses(2)))
 
 

@@ -111,6 +111,18 @@ def test_two_plans_of_one_id_and_several_pieces_are_refused(flat, published, tmp
         export(published[-1], "pol", tmp_path)
 
 
+def test_what_a_format_cannot_hold_is_named_and_left_out_of_many(folder, published, tmp_path):
+    pieces = replace(published[-1], id="pieces")
+    save_plan(pieces, folder / "pieces.json")
+    code, said = run(folder, "--to", "pol", "--out", tmp_path / "out")
+    assert (code, names(tmp_path / "out")) == (1, ["cabin.pol", "studio.pol", "villa.pol"])
+    assert "3 plans, 3 files in" in said
+    assert "left out: plan 'pieces': verts: expected a free space in one piece" in said
+    code, said = run(folder / "pieces.json", "--to", "pol", "--out", tmp_path / "none")
+    assert (code, (tmp_path / "none").exists()) == (2, False)
+    assert "plan 'pieces': verts: expected a free space in one piece" in said
+
+
 @pytest.mark.browser
 def test_svg_in_a_browser(flat, tmp_path):
     browser = shutil.which("chromium") or shutil.which("google-chrome")

@@ -25,6 +25,7 @@ from houseexpo.export import (
     svg,
 )
 from houseexpo.plan import PlanObject, Quality
+from tests.builders.needs import need
 from tests.houseexpo.export.readers import enclosed, near, parsed
 
 
@@ -49,6 +50,16 @@ def test_geojson_through_shapely(plans):
         assert len(of.get("door", [])) == len(plan.doors)
         rings = [part.exterior for s in shapes for part in shapely.get_parts(s)]
         assert shapely.is_ccw(rings).all()
+
+
+def test_geojson_is_in_metres_for_geopandas(flat, tmp_path):
+    need(modules=["geopandas"], how="make readers")
+    import geopandas
+
+    (tmp_path / "a.geojson").write_bytes(geojson(flat)[f"{flat.id}.geojson"])
+    table = geopandas.read_file(tmp_path / "a.geojson")
+    assert [axis.unit_name for axis in table.crs.axis_info] == ["metre", "metre"]  # not degrees
+    assert table[table.kind == "free_space"].area.sum() == near(flat)
 
 
 def test_geojson_and_svg_carry_furniture_and_quality(flat):

@@ -126,6 +126,7 @@ def test_centred_moves_everything_and_the_frame_leads_to_the_same_place(two_room
         ({"id": ""}, "id: expected 1 to 200 characters"),
         ({"id": "../etc"}, "safe as a file name"),
         ({"id": ".hidden"}, "safe as a file name"),
+        ({"id": "half a character \ud800"}, "safe as a file name"),
         ({"id": 7}, "id: expected"),
         ({"verts": [(0, 0), (1, 1)]}, r"plan 'a': verts: expected at least 3 vertices .* shape \(2, 2\)"),
         ({"verts": [(0, 0, 0), (1, 1, 0), (1, 0, 0)]}, r"verts: .* shape \(3, 3\)"),

@@ -1,0 +1,56 @@
+"""Which files of a folder are plans, and what lies there instead of them."""
+
+from __future__ import annotations
+
+import os
+from itertools import islice
+from pathlib import Path, PurePosixPath
+from typing import Final
+
+from houseexpo.errors import DatasetError
+
+_LINES: Final = (".jsonl", ".jsonl.gz")
+_PACKED: Final = (*_LINES, ".tar.gz", ".tgz", ".zip")
+_OF_A_BUILD: Final = ("duplicates.jsonl", "rejected.jsonl")
+_LOOKED_AT: Final = 100
+
+
+def plan_folder(path: Path) -> Path:
+    """Return where a folder keeps its plans: ``json/`` where it has one, else itself."""
+    return path / "json" if (path / "json").is_dir() else path
+
+
+def is_plan(name: str) -> bool:
+    """Whether a file or an archive's member is a plan: JSON, not hidden, and no file that describes a data set."""
+    path = PurePosixPath(name)
+    hidden = any(part.startswith((".", "__MACOSX")) and part not in (".", "..") for part in path.parts)
+    beside = path.name in ("manifest.json", "stats.json", "splits.json") and path.parent.name != "json"
+    return path.suffix == ".json" and not hidden and not beside
+
+
+def plan_files(folder: Path) -> list[str]:
+    """Return the names of the plans in a folder, sorted; DatasetError where JSON lines lie beside them.
+
+    Nobody could tell which of the two was meant, and one would be left out unsaid.
+    """
+    with os.scandir(folder) as entries:
+        files = sorted(entry.name for entry in entries if entry.is_file())
+    plans = [name for name in files if is_plan(f"{folder.name}/{name}")]
+    lines = [name for name in files if name.endswith(_LINES) and name not in _OF_A_BUILD]
+    if plans and lines:
+        found = f"{plans[0]} and {lines[0]}"
+        raise DatasetError(
+            f"{folder}: expected one data set, found {found}; open {folder / lines[0]} itself, or take it away"
+        )
+    return plans
+
+
+def instead_of_plans(path: Path) -> str:
+    """Return what to do where a data set has no plans: open what lies in the folder, if there is something."""
+    if not path.is_dir():
+        return "check the path"
+    folder = plan_folder(path)
+    packed = (file for file in folder.iterdir() if file.name.endswith(_PACKED) and file.name not in _OF_A_BUILD)
+    within = (file.parent for pattern in ("*/*.json", "*/json/*.json") for file in folder.glob(pattern))
+    found = sorted({*packed, *islice(within, _LOOKED_AT)})
+    return f"open {found[0]}" if found else "check the path"
