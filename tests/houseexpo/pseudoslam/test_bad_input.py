@@ -87,7 +87,7 @@ def test_unknown_keys_of_a_file_are_named_with_it(tmp_path: Path) -> None:
         (lambda: LaserConfig(resolution_deg=1e-9), "laser.resolution_deg: expected at least 0.005, found 1e-09"),
         (lambda: NoiseConfig(odometry_turn=1e300), r"noise.odometry_turn: expected at most 1000, found 1e\+300"),
         (lambda: ObservationConfig(global_cells=10**6), "observation.global_cells: .* at most 20000, found 1000000"),
-        (lambda: SimulatorConfig(trajectories=None), "trajectories: expected a list, found None"),  # type: ignore[arg-type]
+        (lambda: SimulatorConfig(trajectories=None), "trajectories: expected a list, found None"),
         (lambda: GoalConfig(radius_m=1e9), "goal.radius_m: expected at most 1000, found"),
         (lambda: StartConfig(heading_deg=1e300), r"start.heading_deg: expected at most 360, found 1e\+300"),
         (lambda: config(step_s=1e9), "step_s: expected at most 60, found 1000000000.0"),
