@@ -47,6 +47,16 @@ def write_whole(file: Path, data: bytes, *, durable: bool = False) -> None:
         raise
 
 
+def make_folder(folder: Path) -> Path:
+    """Return a folder, made with those above it where it is not there; ConfigError where that cannot be."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        taken = next(part for part in (folder, *folder.parents) if part.exists())
+        raise ConfigError(f"{folder}: expected a folder or nothing, found the file {taken}; name another") from None
+    return folder
+
+
 def sync_folder(folder: Path) -> None:
     """Bring the names in a folder to the disk."""
     descriptor = os.open(folder, os.O_RDONLY)

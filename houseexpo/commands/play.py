@@ -35,8 +35,11 @@ def play(
     from rich.console import Console
 
     from houseexpo.commands.environment import environment
+    from houseexpo.files import make_folder
     from houseexpo.pseudoslam.agents.driving import Drive, drive
 
+    if out:
+        make_folder(out)  # now: at the end there would be a drive to lose
     screen = _screen(window)  # first: without one there is nothing to wait for
     console = Console(markup=False)
     with console.status("making the house ready"):

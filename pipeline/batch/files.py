@@ -40,7 +40,7 @@ def looked_at(names: Iterable[str], item: Input, began_ns: int) -> list[Content]
     """Return what the files hold that were opened, and the input's own, which not every reader opens in Python."""
     path = Path(item.path)
     own = [] if item.key and not path.is_file() else [path.name]
-    return [_content(to_text(name), item, began_ns) for name in sorted({*names, *own})]
+    return _contents([to_text(name) for name in sorted({*names, *own})], item, began_ns)
 
 
 def look_same(item: Input, files: Sequence[Content]) -> bool:
@@ -51,7 +51,7 @@ def look_same(item: Input, files: Sequence[Content]) -> bool:
 
 def known_again(item: Input, files: Sequence[Content], began_ns: int) -> list[Content] | None:
     """Return the files as they look now where they still hold what they held, else None; all are read."""
-    now = [_content(file.name, item, began_ns) for file in files]
+    now = _contents([file.name for file in files], item, began_ns)
     return now if [file.sha256 for file in now] == [file.sha256 for file in files] else None
 
 
@@ -70,17 +70,23 @@ def _look(file: Path) -> tuple[int, int]:
     return found.st_size, found.st_mtime_ns
 
 
-def _content(name: str, item: Input, began_ns: int) -> Content:
-    """Return a file as it looks now; of a file that holds many houses, what it holds of this one."""
-    file = folder_of(item) / from_text(name)
-    size, mtime_ns = _look(file)
-    try:
-        part = getattr(reader(item.reader), "content", None)
-        if item.key and part is not None and file == Path(item.path):
-            digest = hashlib.sha256(part(item)).hexdigest()
+def _contents(names: Sequence[str], item: Input, began_ns: int) -> list[Content]:
+    """Return files as they look now; of a file that holds many houses, what it holds of this one."""
+    folder, own = folder_of(item), Path(item.path)
+    part = getattr(reader(item.reader), "content", None) if item.key else None
+    found = []
+    for name in names:
+        file = folder / from_text(name)
+        size, mtime_ns = _look(file)
+        try:
+            digest = _digest(file) if part is None or file != own else hashlib.sha256(part(item)).hexdigest()
+        except (OSError, Rejection):
+            found.append(Content(name, ABSENT, 0, ""))
         else:
-            with file.open("rb") as stream:
-                digest = hashlib.file_digest(stream, "sha256").hexdigest()
-    except (OSError, Rejection):
-        return Content(name, ABSENT, 0, "")
-    return Content(name, size, mtime_ns if mtime_ns < began_ns else 0, digest)
+            found.append(Content(name, size, mtime_ns if mtime_ns < began_ns else 0, digest))
+    return found
+
+
+def _digest(file: Path) -> str:
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -7,6 +7,7 @@ A worker ends by itself when its parent is gone, also from within an endless loo
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -123,6 +124,7 @@ def _prepare(limits: Limits) -> None:
     import cv2
 
     cv2.setNumThreads(1)
+    gc.freeze()  # what is loaded is no garbage; to look it through time and again is a twentieth of a house
     _limit_memory(limits.memory)
 
 

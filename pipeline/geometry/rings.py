@@ -50,7 +50,7 @@ class Rings:
         if not chosen:
             return np.zeros(0, np.object_)
         of_ring = np.repeat(np.arange(len(chosen)), [len(ring) for ring in chosen])
-        return shapely.polygons(shapely.linearrings(np.concatenate(chosen), indices=of_ring))
+        return np.asarray(shapely.polygons(shapely.linearrings(np.concatenate(chosen), indices=of_ring)))
 
 
 def closed_rings(

@@ -22,6 +22,7 @@ from shapely import Polygon
 from houseexpo.plan import Frame
 from pipeline.geometry.overlay import mitred, polygons_of
 from pipeline.geometry.regions import enclosed, opened
+from pipeline.geometry.walls import close_cracks
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.around import deepened, one_each, walls_around
 from pipeline.sources.drawn import Hole, Wall, floor_of, openings, prism, standing
@@ -136,7 +137,7 @@ def _walls(scan: Scan, floors: Sequence[Polygon], top: float) -> list[Wall]:
     strips = shapely.union_all([_strip(wall.shape, THICK_M, 0.0) for wall in scan.walls], grid_size=1e-4)
     if not floors:
         return [Wall(part, 0.0, top) for part in polygons_of(strips)]
-    inner = shapely.intersection(strips, mitred(shapely.union_all(floors), -INSIDE_M))
+    inner = shapely.intersection(strips, mitred(close_cracks(shapely.union_all(floors)), -INSIDE_M))
     reached = shapely.union_all([mitred(part, INSIDE_M) for part in polygons_of(inner)])
     free_standing = polygons_of(shapely.intersection(reached, strips))
     return [*walls_around(floors, top), *(Wall(part, 0.0, top) for part in free_standing)]

@@ -1,8 +1,9 @@
 """The data service on the published data set: a filter, 50 clients at once, memory.
 
 The clients ask over loopback for what a gallery asks: pages of plans, counts of new filters, thumbnails, plans. They
-run in a process of their own, so that they do not take the server's time but the machine's. Plans are asked for at
-random: most thumbnails are made, not remembered.
+run in a process of their own, so that they do not take the server's time but the machine's; what they take is printed
+beside the server's. Plans are asked for at random: most thumbnails are made, not remembered. A client asks again when
+it is answered, so it waits for those of the 49 others: the median is near 50 divided by the requests a second.
 """
 
 from __future__ import annotations
@@ -74,21 +75,28 @@ def test_fifty_clients(server: tuple[str, psutil.Process]) -> None:
     address, process = server
     ids = open_dataset(PLANS).ids
     with multiprocessing.get_context("spawn").Pool(1) as clients:
-        before = sum(process.cpu_times()[:2])
-        times, failed = clients.apply(_crowd, (address, Path(PLANS).name.split(".")[0], ids[::7]))
+        before = _cpu_s(process)
+        times, failed, clients_s = clients.apply(_crowd, (address, Path(PLANS).name.split(".")[0], ids[::7]))
     times.sort()
-    cpu_ms = 1000 * (sum(process.cpu_times()[:2]) - before) / len(times)
+    cpu_ms = " / ".join(f"{1000 * spent / len(times):.1f}" for spent in (_cpu_s(process) - before, clients_s))
     memory = process.memory_info().rss / 2**20
-    table = Table("50 clients", "requests/s", "p50, ms", "p95", "p99", "failed", "memory, MB", "CPU a request, ms")
+    columns = ("requests/s", "p50, ms", "p95", "p99", "failed", "memory, MB", "CPU ms a request: server / clients")
+    table = Table("50 clients", *columns)
     row = [f"{times[int(len(times) * share)] * 1000:.0f}" for share in (0.5, 0.95, 0.99)]
-    table.add_row("found", f"{len(times) / SECONDS:.0f}", *row, str(failed), f"{memory:.0f}", f"{cpu_ms:.1f}")
+    table.add_row("found", f"{len(times) / SECONDS:.0f}", *row, str(failed), f"{memory:.0f}", cpu_ms)
     table.add_row("asked", "300", "", "150", "", "0", "500", "")
     Console().print(table)
     assert failed == 0
 
 
-def _crowd(address: str, name: str, ids: list[str]) -> tuple[list[float], int]:
-    return asyncio.run(_asking(address, name, ids))
+def _cpu_s(process: psutil.Process) -> float:
+    return float(sum(process.cpu_times()[:2]))
+
+
+def _crowd(address: str, name: str, ids: list[str]) -> tuple[list[float], int, float]:
+    """Ask for a while; return the times of the requests, how many failed, and the clients' own processor time."""
+    before = time.process_time()
+    return *asyncio.run(_asking(address, name, ids)), time.process_time() - before
 
 
 async def _asking(address: str, name: str, ids: list[str]) -> tuple[list[float], int]:

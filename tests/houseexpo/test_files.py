@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import write_whole
+from houseexpo.files import make_folder, write_whole
 
 
 def test_what_is_no_file_is_left_alone(tmp_path: Path) -> None:
@@ -27,3 +27,12 @@ def test_a_file_is_replaced_by_a_whole_one(tmp_path: Path) -> None:
         write_whole(tmp_path / "a.json", data)
         assert (tmp_path / "a.json").read_bytes() == data
     assert list(tmp_path.iterdir()) == [tmp_path / "a.json"]
+
+
+def test_a_folder_is_made_where_no_file_lies(tmp_path: Path) -> None:
+    assert make_folder(make_folder(tmp_path / "new" / "one")).is_dir()
+    (tmp_path / "taken").write_text("mine")
+    for name in ("taken", "taken/inner/most"):
+        with pytest.raises(ConfigError, match=r"expected a folder or nothing, found the file .*/taken; name another"):
+            make_folder(tmp_path / name)
+    assert (tmp_path / "taken").read_text() == "mine"

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from houseexpo.export.files import image as as_file
 from houseexpo.export.ros import FREE, UNKNOWN, WALL, map_files
+from houseexpo.files import make_folder
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.kernels.mapping import merge as mapping
 from houseexpo.pseudoslam.render.canvas import Image
@@ -133,7 +134,7 @@ class Drive:
     def save(self, folder: Path) -> list[Path]:
         """Write ``files`` into a folder; return where they are."""
         files = self.files()
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         for name, data in files.items():
             (folder / name).write_bytes(data)
         return [folder / name for name in sorted(files)]

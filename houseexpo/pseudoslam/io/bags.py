@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, MissingDependencyError, installing
-from houseexpo.files import PARTIAL
+from houseexpo.files import PARTIAL, make_folder
 from houseexpo.pseudoslam.kernels.sensing.ranges import cast
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
@@ -69,7 +69,7 @@ class BagWriter:
         self._start: Pose | None = None
 
     def __enter__(self) -> BagWriter:
-        self._path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(self._path.parent)
         self._folder = Path(tempfile.mkdtemp(dir=self._path.parent, prefix=PARTIAL))
         bags = self._rosbag2
         self._writer = bags.Writer(self._folder / "bag", version=_VERSION, storage_plugin=bags.StoragePlugin.MCAP)

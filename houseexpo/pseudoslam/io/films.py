@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, MissingDependencyError
-from houseexpo.files import PARTIAL
+from houseexpo.files import PARTIAL, make_folder
 from houseexpo.pseudoslam.render import picture as render
 from houseexpo.pseudoslam.render.canvas import Image
 
@@ -37,7 +37,7 @@ def write_movie(pictures: Iterable[Image], path: str | os.PathLike[str], fps: fl
         raise ConfigError(f"movie: expected a file that ends in .gif or .mp4, found {target.name!r}")
     if not 0 < fps <= 100:
         raise ConfigError(f"fps: expected more than 0, at most 100, found {fps!r}")
-    target.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(target.parent)
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=PARTIAL) as folder:
         partial = Path(folder) / target.name
         writers[target.suffix](iter(pictures), partial, fps)

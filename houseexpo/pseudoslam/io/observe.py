@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, HouseExpoError
-from houseexpo.files import write_whole
+from houseexpo.files import make_folder, write_whole
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.processes import in_processes
 from houseexpo.progress import watched
@@ -92,7 +92,7 @@ def observe(
     if wanted < 1:
         raise ConfigError(f"limit: expected at least 1 pair, found {wanted}")
     recipe = _recipe(plans, config, wanted, seed)
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     _claim(out, recipe)
     (out / MANIFEST).unlink(missing_ok=True)  # R3
     shards = math.ceil(wanted / (config.each * EPISODES))

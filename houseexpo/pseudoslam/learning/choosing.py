@@ -28,7 +28,7 @@ import houseexpo
 from houseexpo.dataset import Dataset
 from houseexpo.dataset.splits import list_bytes
 from houseexpo.errors import ConfigError, TrainingError
-from houseexpo.files import as_json, write_whole
+from houseexpo.files import as_json, make_folder, write_whole
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import above_zero, whole
 from houseexpo.pseudoslam.kernels.planning.outlook import OUTLOOKS
@@ -199,7 +199,7 @@ def _begin(folder: Path, run: dict[str, Any], *, resume: bool) -> None:
         raise TrainingError(f"{folder}: holds a run; go on with it by --resume, or name another folder")
     if record.exists() and record.read_bytes() != as_json(run):
         raise TrainingError(f"{folder}: holds another run than was asked for, see {record}; name another folder")
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     write_whole(record, as_json(run))
 
 

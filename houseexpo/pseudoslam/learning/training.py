@@ -25,7 +25,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 
 import houseexpo
 from houseexpo.errors import TrainingError
-from houseexpo.files import as_json, write_whole
+from houseexpo.files import as_json, make_folder, write_whole
 from houseexpo.progress import watched
 from houseexpo.pseudoslam.learning import checkpoints
 from houseexpo.pseudoslam.learning.commits import commit
@@ -212,6 +212,6 @@ def _begun(run: Run, *, resume: bool) -> checkpoints.Checkpoint | None:
     found = checkpoints.last_whole(kept) if resume else None
     if found:
         checkpoints.check_run(found.about["run"], run.record(), found.file)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     write_whole(record, as_json(run.record()))
     return found

@@ -138,6 +138,13 @@ def test_without_a_terminal_it_says_so() -> None:
     assert "play: input and output are not a terminal; run it in one, or with --window" in result.output
 
 
+def test_a_folder_that_cannot_be_is_refused_before_the_drive(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("mine")
+    result = CliRunner().invoke(make_app(), ["play", "--task", "avoidance", "--out", str(tmp_path / "taken")])
+    assert result.exit_code == 2
+    assert "expected a folder or nothing, found the file" in result.output
+
+
 def test_without_houses_it_says_where_to_get_some(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path))

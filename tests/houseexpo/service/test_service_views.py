@@ -88,6 +88,18 @@ def test_what_is_found_is_what_a_slow_search_finds(given: dict[str, str]) -> Non
     assert views.find(query) is view  # kept
 
 
+def test_a_word_is_searched_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    searched: list[str] = []
+    search = Views._searched
+    monkeypatch.setattr(Views, "_searched", lambda views, word: searched.append(word) or search(views, word))
+    table = made_up()
+    views = Views(table)
+    for rooms in "234":
+        query = parsed({"text": "kitchen p1", "rooms": rooms})
+        assert [table.ids[row] for row in views.find(query).rows] == slowly(table, query)
+    assert sorted(searched) == ["kitchen", "p1"]
+
+
 def test_no_query_gets_the_answer_of_another() -> None:
     views = Views(made_up())
     for one, other in (({"rooms": "3.."}, {"rooms": "3.0000001.."}), ({"source": ","}, {"source": "nowhere"})):

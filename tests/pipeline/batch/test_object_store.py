@@ -12,7 +12,7 @@ import pytest
 from houseexpo.errors import ConfigError
 from pipeline.batch.mirror import mirrored
 from pipeline.batch.shard_build import begun_at, left_of
-from tests.builders.batch import config_for, contents, run_assemble, run_build, run_shard
+from tests.builders.batch import config_for, contents, run_assemble, run_build, run_shard, sketched
 from tests.builders.needs import need
 from tests.builders.object_store import BUCKET, puts, s3_server
 
@@ -71,6 +71,22 @@ def test_shards_in_an_object_store_give_the_bytes_of_a_serial_build(
     bucket.pipe_file(f"{BUCKET}/out/plans/json/mine.json", b"{}")
     with pytest.raises(ConfigError, match="1 objects that no build wrote"):
         run_assemble(OUT)
+
+
+def test_pictures_of_the_stages_go_with_the_plans(bucket: Any, street: Path, tmp_path: Path) -> None:
+    run_build([street], tmp_path / "plans", plan=sketched, keep_stages=True)
+    config = config_for([SOURCE], keep_stages=True)
+    run_shard(config, OUT, "0/1", plan=sketched)
+    run_assemble(OUT)
+    found = stored(bucket, OUT)
+    assert {name for name in found if name.startswith("stages/")} == {
+        name.replace("json", "stages", 1).replace(".json", ".png") for name in found if name.startswith("json/")
+    }
+    assert found == contents(tmp_path / "plans")
+    lost = next(name for name in found if name.startswith("stages/"))
+    bucket.rm(f"{BUCKET}/out/plans/{lost}")
+    run_assemble(OUT)
+    assert stored(bucket, OUT) == found
 
 
 def test_a_source_is_fetched_as_far_as_it_is_read_and_another_place_is_none_of_it(bucket: Any, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@ import struct
 import sys
 import zipfile
 
+import numpy as np
 import pytest
 import shapely
 
@@ -12,7 +13,7 @@ from pipeline.sources import find, roomplan
 from pipeline.sources.roomplan_usd import LARGEST_BYTES
 from tests.builders.houses import kinds, plan_of
 from tests.builders.mutations import mutated, outcome
-from tests.builders.roomplan import FLOOR, HEIGHT, home, pack, room, usda, whole, write
+from tests.builders.roomplan import FLOOR, HEIGHT, home, pack, room, surface, usda, whole, write
 
 
 def levels(path):
@@ -52,6 +53,16 @@ def test_a_wall_inside_a_floor_divides_it_and_sections_name_what_it_makes(tmp_pa
     assert kinds(plan) == ["door"]
     plan = plan_of(one(tmp_path, whole(divided=False)))
     assert [room.area for room in plan.rooms] == pytest.approx([32.0], rel=0.01)
+
+
+def test_a_wall_divides_a_room_of_which_no_floor_was_found(tmp_path):
+    turn = np.array([[0.8, 0.6], [-0.6, 0.8]])
+    corners = [(0.0, 0.0), (7.0, 0.0), (7.0, 4.0), (4.0, 4.0), (4.0, 6.0), (0.0, 6.0)] @ turn
+    inner, door = [(4.0, 0.0), (4.0, 4.0)] @ turn, [(4.0, 1.5), (4.0, 2.4)] @ turn
+    walls = [surface("wall", corners[k - 1], corners[k]) for k in range(6)] + [surface("wall", *inner)]
+    plan = plan_of(one(tmp_path, {"walls": walls, "doors": [surface("door", *door, 0.0, 2.0)]}))
+    assert sorted(room.area for room in plan.rooms) == pytest.approx([12.0, 24.0], rel=0.02)
+    assert kinds(plan) == ["door"]
 
 
 def test_an_object_is_furniture(tmp_path):
