@@ -51,6 +51,7 @@ def instead_of_plans(path: Path) -> str:
         return "check the path"
     folder = plan_folder(path)
     packed = (file for file in folder.iterdir() if file.name.endswith(_PACKED) and file.name not in _OF_A_BUILD)
-    within = (file.parent for pattern in ("*/*.json", "*/json/*.json") for file in folder.glob(pattern))
-    found = sorted({*packed, *islice(within, _LOOKED_AT)})
+    homes = (file.parent for pattern in ("*/*.json", "*/*/*.json") for file in folder.glob(pattern))
+    within = (home.parent if home.name == "json" else home for home in islice(homes, _LOOKED_AT))
+    found = sorted({*packed, *within})
     return f"open {found[0]}" if found else "check the path"

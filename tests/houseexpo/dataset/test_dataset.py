@@ -57,8 +57,11 @@ def test_a_folder_with_plans_and_json_lines_is_refused_even_where_it_was_opened_
 
 def test_a_folder_of_data_sets_says_which_to_open(tmp_path):
     inner = pack(tmp_path / "all", "nested", houses(1))
-    with pytest.raises(DatasetError, match=f"found none; open {inner}"):
+    with pytest.raises(DatasetError, match=f"found none; open {inner}$"):
         open_dataset(tmp_path / "all")
+    deep = pack(tmp_path / "more" / "of", "folder", houses(1))
+    with pytest.raises(DatasetError, match=f"found none; open {deep}$"):
+        open_dataset(tmp_path / "more")
 
 
 def test_plans_by_number_id_and_slice(plans):
