@@ -15,7 +15,7 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.overlay import EMPTY, mitred, overlap, united
 from pipeline.geometry.winding import winding_number
 
-LEAST_M = 0.4  # the shallowest closet; less is the cavity of a wall
+MIN_DEPTH_M = 0.4  # the shallowest closet; less is the cavity of a wall
 BESIDE_M = 0.02
 ALL_ROUND = 0.95
 
@@ -25,7 +25,7 @@ def closets(faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.
 
     ``solids`` are its massive bodies, ``segments`` (n, 2, 2) are oriented.
     """
-    wide = ~shapely.is_empty(mitred(faces, -LEAST_M / 2))
+    wide = ~shapely.is_empty(mitred(faces, -MIN_DEPTH_M / 2))
     if not wide.any():
         return EMPTY
     winds = winding_number(shapely.point_on_surface(faces), segments)

@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.sources.surfaces import Bools, Floats, Surfaces, weighted_quantile
 
-MOST_LAYERS = 60  # a house of scanned faces has level ones at every height
+MAX_LAYERS = 60  # a house of scanned faces has level ones at every height
 EDGE = 0.02  # of a layer's area, on each side: a stair or a sill beside it
 SAME_PLACE = 0.6  # of what two layers cover together
 ELSEWHERE = 0.2  # of the smaller one
@@ -19,7 +19,7 @@ def storeys_apart(
 
     ``layers`` are the heights of the level faces that cover the plan, rising, each ``step`` high.
     """
-    if not 2 < len(layers) <= MOST_LAYERS:
+    if not 2 < len(layers) <= MAX_LAYERS:
         return []
     plan = [i for i in range(3) if i != axis]
     heights = (surfaces.low[:, axis] + surfaces.high[:, axis]) / 2
