@@ -2,7 +2,8 @@
 
 Protocol. IR-SIM moves the robot and casts its lidar's 180 beams, half round, 5 m, which ``add_scan`` draws on the map;
 the robot's place is the one that IR-SIM says. A step of 0.3 m is three of 0.1 s at 1 m/s, a turn of 10 degrees two of
-0.1 s. Coverage is that of our own world: the share of the cells that can be seen which the map shows free.
+0.1 s. A robot that touches a wall moves no more there, so that this ends the run. Coverage is that of our own world:
+the share of the cells that can be seen which the map shows free.
 """
 
 from __future__ import annotations
@@ -35,7 +36,6 @@ def explore_in_irsim(plan: FloorPlan, policy: str, folder: Path, most: int) -> E
     frame, observable = ours.world.frame, ours.world.observable != 0
     known = np.zeros(frame.shape, np.uint8)
     acts, done = load_policy(policy).factory(Robot(CONFIG), 0), Exploration()
-    collided = False
     for step in range(most + 1):
         x, y, heading = other.robot.state[:3, 0].tolist()
         place = np.array([*frame.pixels_from_points([x, y]).tolist(), heading])
@@ -44,7 +44,7 @@ def explore_in_irsim(plan: FloorPlan, policy: str, folder: Path, most: int) -> E
         info: Knowledge = {
             "map": known.copy(),
             "pose_px": place,
-            "collided": collided,
+            "collided": False,
             "steps": step,
             "path_m": done.metres,
         }
@@ -54,8 +54,9 @@ def explore_in_irsim(plan: FloorPlan, policy: str, folder: Path, most: int) -> E
         times, speeds = _MOTIONS[action]
         for _ in range(times):
             other.step(np.array(speeds)[:, None])
-        collided = bool(other.robot.collision)
-        done.collisions += collided
         done.metres += math.dist((x, y), other.robot.state[:2, 0].tolist())
+        if other.robot.collision:
+            done.collisions = 1
+            break
     other.end(0)
     return done
