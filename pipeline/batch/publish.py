@@ -60,8 +60,9 @@ def publish(
         for summary in summaries.values():
             summary.add(plan)
         reads = {_plan(name): partial(bytes, data), _picture(name): partial(plans.picture, plan_kept)}
-        for file in reads.keys() & files.keys():
-            written[file] = _written(folder, file, files[file], reads[file], before)
+        for file, read in reads.items():
+            if file in files:
+                written[file] = _written(folder, file, files[file], read, before)
     counts = {"doubtful": doubtful, "rules": dict(sorted(rules.items()))}
     return Published(written, rows, {name: summary.report() for name, summary in summaries.items()}, counts)
 

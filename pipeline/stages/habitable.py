@@ -49,7 +49,7 @@ def habitable(
     known = evidence.floor is not None and bool((covered * area).sum() > KNOWN_FLOOR * area.sum())
     walls = cache(lambda: shapely.buffer(planes.door, BESIDE_EDGE_M, quad_segs=2))
     fences = shapely.buffer(planes.rails, BESIDE_EDGE_M, quad_segs=2)
-    gardens = _gardens(rooms, united([planes.rails, evidence.lower]), level)
+    gardens = _gardens(rooms, area, planes, evidence, level)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
     for k, (room, share) in enumerate(zip(rooms, covered, strict=True)):
@@ -62,11 +62,14 @@ def habitable(
     return kept
 
 
-def _gardens(rooms: list[Polygon], fences: BaseGeometry, level: Level) -> set[int]:
-    """Which of the spaces is larger than all others together, lies in a fence, and has nothing over it."""
-    area = [room.area for room in rooms]
-    large = [k for k in range(len(rooms)) if len(rooms) > 1 and area[k] > sum(area) / 2]
-    band = shapely.buffer(fences, BESIDE_EDGE_M, quad_segs=2) if large else fences
+def _gardens(
+    rooms: list[Polygon], area: npt.NDArray[np.float64], planes: Planes, evidence: Evidence, level: Level
+) -> set[int]:
+    """Which of the spaces, of these areas, is larger than all others together, fenced, and has nothing over it."""
+    large = [k for k in range(len(rooms)) if len(rooms) > 1 and area[k] > area.sum() / 2]
+    if not large:
+        return set()
+    band = shapely.buffer(united([planes.rails, evidence.lower]), BESIDE_EDGE_M, quad_segs=2)
     fenced = {k for k in large if _along(rooms[k], band) > FENCED}
     return {k for k in fenced if _shares([rooms[k]], _cover(rooms[k], level.walls))[0] < ROOFED}
 
