@@ -16,8 +16,10 @@ Cells = npt.NDArray[np.uint8]
 Sums = npt.NDArray[np.int64]
 Words = npt.NDArray[np.uint64]
 Prints = npt.NDArray[np.int32]
+Areas = npt.NDArray[np.int32]
 
 BINS, BIN_PX = 64, 8
+GROUPS = 8  # of bins, which are compared first: those of a print are one line of a processor's cache
 SYMMETRIES = 8
 _TIE = 1e-7  # as houseexpo.grids.raster has it
 
@@ -74,37 +76,56 @@ def pooled(sums: Sums) -> Sums:
 
 
 @njit(cache=True, nogil=True)
-def _within(one: Prints, other: Prints, at: int, at_: int, limit: float) -> bool:
-    """Tell whether the sum of differences of two profiles stays within the limit."""
-    distance = 0
+def _are_near(one: Prints, other: Prints, at_rows: int, at_cols: int, limit: float) -> bool:
+    """Tell whether rows and columns of one print are within the limit of what stands there in the other."""
+    rows_apart, cols_apart = 0, 0
     for i in range(BINS):
-        distance += abs(one[at + i] - other[at_ + i])
-        if distance > limit:
-            return False
-    return True
+        rows_apart += abs(one[1 + i] - other[at_rows + i])
+        cols_apart += abs(one[1 + BINS + i] - other[at_cols + i])
+    return max(rows_apart, cols_apart) <= limit
+
+
+@njit(cache=True, nogil=True)
+def grouped(prints: Prints) -> Prints:
+    """Return (n, 2 * GROUPS) int32: both profiles of each print, neighbouring bins added up."""
+    groups = np.zeros((len(prints), 2 * GROUPS), np.int32)
+    for i in range(len(prints)):
+        for k in range(2 * BINS):
+            groups[i, k * GROUPS // BINS] += prints[i, 1 + k]
+    return groups
 
 
 @njit(cache=True, nogil=True)
 def near_prints(
-    prints: Prints, fresh: npt.NDArray[np.bool_], threshold: float, first: int, last: int
+    prints: Prints, areas: Areas, groups: Prints, fresh: npt.NDArray[np.bool_], threshold: float, first: int, last: int
 ) -> npt.NDArray[np.int64]:
     """Return the pairs (k, 2) of rows, the lower one within [first, last), that their prints do not rule out.
 
-    ``prints`` (n, 129) are in the order of their areas; of each pair at least one is ``fresh``.
+    ``prints`` (n, 129) are in the order of their ``areas`` (n,), and ``groups`` is ``grouped`` of them; of each pair at
+    least one is ``fresh``.
     """
     found = np.empty((1024, 2), np.int64)
     count = 0
     rows, cols = 1, 1 + BINS
     for i in range(first, last):
-        for j in range(i + 1, len(prints)):
-            limit = threshold * prints[j, 0]
-            if prints[j, 0] - prints[i, 0] > limit:
+        one = groups[i]
+        for j in range(i + 1, len(areas)):
+            limit = threshold * areas[j]
+            if areas[j] - areas[i] > limit:
                 break
-            if not (fresh[i] or fresh[j]):
+            other = groups[j]
+            rows_apart, cols_apart, rows_cols, cols_rows = 0, 0, 0, 0
+            for k in range(GROUPS):
+                rows_apart += abs(one[k] - other[k])
+                cols_apart += abs(one[GROUPS + k] - other[GROUPS + k])
+                rows_cols += abs(one[k] - other[GROUPS + k])
+                cols_rows += abs(one[GROUPS + k] - other[k])
+            as_is, crossed = max(rows_apart, cols_apart) <= limit, max(rows_cols, cols_rows) <= limit
+            if not (as_is or crossed) or not (fresh[i] or fresh[j]):
                 continue
-            one, other = prints[i], prints[j]
-            straight = _within(one, other, rows, rows, limit) and _within(one, other, cols, cols, limit)
-            if straight or (_within(one, other, rows, cols, limit) and _within(one, other, cols, rows, limit)):
+            if (as_is and _are_near(prints[i], prints[j], rows, cols, limit)) or (
+                crossed and _are_near(prints[i], prints[j], cols, rows, limit)
+            ):
                 if count == len(found):
                     found = np.concatenate((found, np.empty_like(found)))
                 found[count, 0], found[count, 1] = i, j

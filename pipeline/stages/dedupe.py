@@ -16,6 +16,7 @@ Nearly all pairs are ruled out unseen, and none wrongly. Let D = |A xor B| for A
    nor does adding up runs of them (triangle inequality). What is left, the ``print``, is the same wherever A lies,
    since rows of zeros sort to the end; flips permute rows, and turns exchange rows and columns. So a pair whose prints
    differ by more than the limit, rows with rows and columns with columns, and also rows with columns, is ruled out.
+   Prints whose bins are added up further, to a line of the cache, are compared first.
 3. Position: the cells that two rows share are at most the lesser of their sums; so
    D >= |A| + |B| - 2 sum min(a_i, b_i), by rows and by columns. Most positions end here; the others are counted row by
    row, each row's bound giving way to its count, until the sum cannot come below the best position found.
@@ -145,9 +146,10 @@ def _candidates(
     order = np.argsort(prints[:, 0], kind="stable")
     order = order[prints[order, 0] > 0]  # a plan without a free cell is nobody's duplicate
     ordered, new = np.ascontiguousarray(prints[order]), fresh[order]
-    starts = range(0, len(ordered), _BLOCK)
+    areas, groups = np.ascontiguousarray(ordered[:, 0]), shapes.grouped(ordered)
     blocks = pool.map(
-        lambda at: shapes.near_prints(ordered, new, threshold, at, min(at + _BLOCK, len(ordered))), starts
+        lambda at: shapes.near_prints(ordered, areas, groups, new, threshold, at, min(at + _BLOCK, len(ordered))),
+        range(0, len(ordered), _BLOCK),
     )
     found = np.sort(order[np.concatenate([np.zeros((0, 2), np.int64), *blocks])], axis=1)
     return [(int(first), int(second)) for first, second in found]

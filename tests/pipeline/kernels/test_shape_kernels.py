@@ -111,6 +111,9 @@ def test_prints_rule_out_what_their_twin_rules_out() -> None:
         for j in range(i + 1, len(prints))
         if (fresh[i] or fresh[j]) and lower_bound(prints[i], prints[j : j + 1])[0] <= 0.05 * prints[j, 0]
     }
-    parts = [shapes.near_prints(prints, fresh, 0.05, first, first + 8) for first in range(0, len(prints), 8)]
+    areas, groups = prints[:, 0].copy(), shapes.grouped(prints)
+    parts = [
+        shapes.near_prints(prints, areas, groups, fresh, 0.05, first, first + 8) for first in range(0, len(prints), 8)
+    ]
     assert {tuple(pair) for part in parts for pair in part.tolist()} == expected
     assert expected
