@@ -135,7 +135,10 @@ def _fill(mask: npt.NDArray[np.generic], rings: list[Ring], frame: GridFrame, va
     if not len(row):
         return
     top, left, right = int(row.min()), int(col.min()), int(col.max()) + 1
-    height, width = int(row.max()) - top, right - left  # what toggles in the last row, or below the grid, paints nothing
+    height, width = (
+        int(row.max()) - top,
+        right - left,
+    )  # what toggles in the last row, or below the grid, paints nothing
     stride = -(-width // 8) * 8  # whole words: eight cells are toggled at once
     parity = np.zeros((height + 1) * stride, np.uint8)
     np.bitwise_xor.at(parity, (row - top) * stride + col - left, 1)  # few cells toggle: most of the grid is not touched

@@ -1,4 +1,4 @@
-"""Masks of plans compared cell by cell, and what rules pairs out before (``pipeline.stages.dedupe`` has the proof).
+"""Masks of plans compared cell by cell (``pipeline.stages.dedupe`` has the proof of what is passed over).
 
 Masks are (rows, cols) uint8 of 0 and 1, cropped. The twins in ``houseexpo.grids.raster`` and
 ``houseexpo.analysis.similarity`` say the same in NumPy.
@@ -7,6 +7,7 @@ Masks are (rows, cols) uint8 of 0 and 1, cropped. The twins in ``houseexpo.grids
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,11 +16,19 @@ from numba import njit
 Cells = npt.NDArray[np.uint8]
 Sums = npt.NDArray[np.int64]
 Words = npt.NDArray[np.uint64]
-Prints = npt.NDArray[np.int32]
-Areas = npt.NDArray[np.int32]
 
-BINS, BIN_PX = 64, 8
-GROUPS = 8  # of bins, which are compared first: those of a print are one line of a processor's cache
+
+class Shape(NamedTuple):
+    """A mask in an eighth of its memory."""
+
+    words: Words
+    """(rows, cols // 64 + 1): ``packed``."""
+    row_sums: Sums
+    """(rows,)."""
+    col_sums: Sums
+    """(cols,)."""
+
+
 SYMMETRIES = 8
 _TIE = 1e-7  # as houseexpo.grids.raster has it
 
@@ -63,74 +72,6 @@ def col_sums(mask: Cells) -> Sums:
         for col in range(mask.shape[1]):
             sums[col] += mask[row, col]
     return sums
-
-
-@njit(cache=True, nogil=True)
-def pooled(sums: Sums) -> Sums:
-    """Return sums in falling order, added up in 64 bins of 8; the last takes the rest."""
-    ordered = np.sort(sums)[::-1]
-    bins = np.zeros(BINS, np.int64)
-    for i in range(len(ordered)):
-        bins[min(i // BIN_PX, BINS - 1)] += ordered[i]
-    return bins
-
-
-@njit(cache=True, nogil=True)
-def _are_near(one: Prints, other: Prints, at_rows: int, at_cols: int, limit: float) -> bool:
-    """Tell whether rows and columns of one print are within the limit of what stands there in the other."""
-    rows_apart, cols_apart = 0, 0
-    for i in range(BINS):
-        rows_apart += abs(one[1 + i] - other[at_rows + i])
-        cols_apart += abs(one[1 + BINS + i] - other[at_cols + i])
-    return max(rows_apart, cols_apart) <= limit
-
-
-@njit(cache=True, nogil=True)
-def grouped(prints: Prints) -> Prints:
-    """Return (n, 2 * GROUPS) int32: both profiles of each print, neighbouring bins added up."""
-    groups = np.zeros((len(prints), 2 * GROUPS), np.int32)
-    for i in range(len(prints)):
-        for k in range(2 * BINS):
-            groups[i, k * GROUPS // BINS] += prints[i, 1 + k]
-    return groups
-
-
-@njit(cache=True, nogil=True)
-def near_prints(
-    prints: Prints, areas: Areas, groups: Prints, fresh: npt.NDArray[np.bool_], threshold: float, first: int, last: int
-) -> npt.NDArray[np.int64]:
-    """Return the pairs (k, 2) of rows, the lower one within [first, last), that their prints do not rule out.
-
-    ``prints`` (n, 129) are in the order of their ``areas`` (n,), and ``groups`` is ``grouped`` of them; of each pair at
-    least one is ``fresh``.
-    """
-    found = np.empty((1024, 2), np.int64)
-    count = 0
-    rows, cols = 1, 1 + BINS
-    for i in range(first, last):
-        one = groups[i]
-        for j in range(i + 1, len(areas)):
-            limit = threshold * areas[j]
-            if areas[j] - areas[i] > limit:
-                break
-            other = groups[j]
-            rows_apart, cols_apart, rows_cols, cols_rows = 0, 0, 0, 0
-            for k in range(GROUPS):
-                rows_apart += abs(one[k] - other[k])
-                cols_apart += abs(one[GROUPS + k] - other[GROUPS + k])
-                rows_cols += abs(one[k] - other[GROUPS + k])
-                cols_rows += abs(one[GROUPS + k] - other[k])
-            as_is, crossed = max(rows_apart, cols_apart) <= limit, max(rows_cols, cols_rows) <= limit
-            if not (as_is or crossed) or not (fresh[i] or fresh[j]):
-                continue
-            if (as_is and _are_near(prints[i], prints[j], rows, cols, limit)) or (
-                crossed and _are_near(prints[i], prints[j], cols, rows, limit)
-            ):
-                if count == len(found):
-                    found = np.concatenate((found, np.empty_like(found)))
-                found[count, 0], found[count, 1] = i, j
-                count += 1
-    return found[:count]
 
 
 @njit(cache=True, nogil=True)
@@ -197,6 +138,21 @@ def packed(mask: Cells, right: int, cols: int) -> Words:
 
 
 @njit(cache=True, nogil=True)
+def unpacked(words: Words, cols: int) -> Cells:
+    """Return the mask (rows, cols) of its words."""
+    mask = np.empty((len(words), cols), np.uint8)
+    for row in range(len(words)):
+        for col in range(cols):
+            mask[row, col] = (words[row, col >> 6] >> np.uint64(col & 63)) & np.uint64(1)
+    return mask
+
+
+def shape_of(mask: Cells) -> Shape:
+    """Return a mask as ``least_difference`` takes it."""
+    return Shape(packed(mask, 0, mask.shape[1]), row_sums(mask), col_sums(mask))
+
+
+@njit(cache=True, nogil=True)
 def _shared(one: Words, other: Words, down: int, sums: Sums, sums_: Sums, most: int, least: int) -> int:
     """Return how many cells two masks share, at most ``most``; -1 as soon as they cannot be ``least``."""
     for row in range(max(down, 0), min(down + len(other), len(one))):
@@ -210,12 +166,12 @@ def _shared(one: Words, other: Words, down: int, sums: Sums, sums_: Sums, most: 
 
 
 @njit(cache=True, nogil=True)
-def least_difference(one: Cells, other: Cells, limit: float, shift: int, symmetries: int) -> tuple[int, int]:
+def least_difference(one: Shape, other: Shape, limit: float, shift: int, symmetries: int) -> tuple[int, int]:
     """Return the least |A xor B| in cells within the limit, and the symmetry's number; (-1, -1) where there is none."""
-    rows, cols, rows_, cols_ = row_sums(one), col_sums(one), row_sums(other), col_sums(other)
+    rows, cols, rows_, cols_ = one.row_sums, one.col_sums, other.row_sums, other.col_sums
     areas = rows.sum() + rows_.sum()
     best, found = math.floor(limit * max(rows.sum(), rows_.sum())) + 1, -1
-    still = packed(one, 0, len(cols))
+    cells = np.empty((0, 0), np.uint8)  # the other's, once they are needed
     for symmetry in range(symmetries):
         down_sums, right_sums = (cols_, rows_) if symmetry & 4 else (rows_, cols_)
         if symmetry & 2:
@@ -227,7 +183,9 @@ def least_difference(one: Cells, other: Cells, limit: float, shift: int, symmetr
         sides = np.array([_common(cols, right_sums, at) for at in rights])
         if areas - 2 * min(tops.max(), sides.max()) >= best:
             continue
-        moved = turned(other, symmetry)
+        if not len(cells):
+            cells = unpacked(other.words, len(cols_))
+        moved = turned(cells, symmetry)
         for j in np.argsort(-sides):
             if areas - 2 * min(tops.max(), sides[j]) >= best:
                 break
@@ -235,7 +193,7 @@ def least_difference(one: Cells, other: Cells, limit: float, shift: int, symmetr
             for i in np.argsort(-tops):
                 if areas - 2 * tops[i] >= best:
                     break
-                shared = _shared(still, words, downs[i], rows, down_sums, tops[i], (areas - best) // 2 + 1)
+                shared = _shared(one.words, words, downs[i], rows, down_sums, tops[i], (areas - best) // 2 + 1)
                 if shared >= 0:
                     best, found = areas - 2 * shared, symmetry
     return (best, found) if found >= 0 else (-1, -1)

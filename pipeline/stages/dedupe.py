@@ -38,13 +38,14 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import Mask, edges_in_pixels, rings_of
 from pipeline.config import DedupeConfig
 from pipeline.kernels import shapes
+from pipeline.kernels.prints import BINS, grouped, near_prints, pooled
 
 Load = Callable[[int], FloorPlan | Mask]
 """Gives the plan, or the mask, of a number."""
 
 _NAMES = tuple(SYMMETRIES)
 _BLOCK = 256
-_MASKS = 4096  # as many are kept in memory, 60 kB each in the median; others are made again when they are needed
+_SHAPES = 16_384  # as many are kept in memory, 15 kB each in the median; others are made again when they are needed
 
 
 class Pair(NamedTuple):
@@ -77,15 +78,15 @@ def compared(load: Load, count: int, config: DedupeConfig, known: Shapes | None 
         How many compute at a time; the result does not depend on it.
     """
     known = known or Shapes()
-    mask_of = lru_cache(maxsize=_MASKS)(partial(_mask, load, config.pixels_per_metre))
+    shape_of = lru_cache(maxsize=_SHAPES)(lambda i: shapes.shape_of(_mask(load, config.pixels_per_metre, i)))
     fresh = np.array([i not in known.prints for i in range(count)], bool)
-    prints = np.zeros((count, 1 + 2 * shapes.BINS), np.int32)
+    prints = np.zeros((count, 1 + 2 * BINS), np.int32)
     for i in range(count):
         prints[i] = print_of(_mask(load, config.pixels_per_metre, i)) if fresh[i] else known.prints[i]
     limits = (config.threshold, config.shift_px, shapes.SYMMETRIES if config.symmetries else 1)
     with ThreadPoolExecutor(threads) as pool:
         near = _candidates(prints, fresh, config.threshold, pool)
-        jobs = ((first, second, mask_of(first), mask_of(second)) for first, second in near)
+        jobs = ((first, second, shape_of(first), shape_of(second)) for first, second in near)
         found = [
             pair for batch in _batches(jobs) for pair in pool.map(partial(_pair, limits), batch) if pair is not None
         ]
@@ -117,7 +118,7 @@ def dedupe(ids: Sequence[str], pairs: Collection[Pair], keep: Collection[str] = 
 def print_of(mask: shapes.Cells) -> npt.NDArray[np.int32]:
     """Return a mask's area and its two pooled profiles, the greater first: ``analysis.similarity.fingerprint``."""
     rows, cols = shapes.row_sums(mask), shapes.col_sums(mask)
-    profiles = sorted((shapes.pooled(rows).tolist(), shapes.pooled(cols).tolist()), reverse=True)
+    profiles = sorted((pooled(rows).tolist(), pooled(cols).tolist()), reverse=True)
     return np.array([int(rows.sum()), *profiles[0], *profiles[1]], np.int32)
 
 
@@ -141,25 +142,25 @@ def _candidates(
 ) -> list[tuple[int, int]]:
     """Return the pairs that their prints do not rule out; of each at least one is new.
 
-    They come in the order of areas, so that the masks they need are those that were needed just before.
+    They come in the order of areas, so that the shapes they need are those that were needed just before.
     """
     order = np.argsort(prints[:, 0], kind="stable")
     order = order[prints[order, 0] > 0]  # a plan without a free cell is nobody's duplicate
     ordered, new = np.ascontiguousarray(prints[order]), fresh[order]
-    areas, groups = np.ascontiguousarray(ordered[:, 0]), shapes.grouped(ordered)
+    areas, groups = np.ascontiguousarray(ordered[:, 0]), grouped(ordered)
     blocks = pool.map(
-        lambda at: shapes.near_prints(ordered, areas, groups, new, threshold, at, min(at + _BLOCK, len(ordered))),
+        lambda at: near_prints(ordered, areas, groups, new, threshold, at, min(at + _BLOCK, len(ordered))),
         range(0, len(ordered), _BLOCK),
     )
     found = np.sort(order[np.concatenate([np.zeros((0, 2), np.int64), *blocks])], axis=1)
     return [(int(first), int(second)) for first, second in found]
 
 
-_Job = tuple[int, int, shapes.Cells, shapes.Cells]
+_Job = tuple[int, int, shapes.Shape, shapes.Shape]
 
 
 def _batches(jobs: Iterator[_Job]) -> Iterator[list[_Job]]:
-    """Yield jobs by the hundred, so that few masks are held at a time."""
+    """Yield jobs by the hundred, so that few shapes are held at a time."""
     batch: list[_Job] = []
     for job in jobs:
         batch.append(job)
@@ -174,4 +175,4 @@ def _pair(limits: tuple[float, int, int], job: _Job) -> Pair | None:
     cells, symmetry = shapes.least_difference(one, other, *limits)
     if symmetry < 0:
         return None
-    return Pair(first, second, cells / max(int(one.sum()), int(other.sum())), _NAMES[symmetry])
+    return Pair(first, second, cells / max(int(one.row_sums.sum()), int(other.row_sums.sum())), _NAMES[symmetry])

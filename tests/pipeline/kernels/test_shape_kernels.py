@@ -18,6 +18,7 @@ from houseexpo.analysis.similarity import (
 )
 from houseexpo.grids.raster import edges_in_pixels, rings_of
 from pipeline.kernels import shapes
+from pipeline.kernels.prints import grouped, near_prints
 from pipeline.stages.dedupe import print_of
 
 
@@ -40,6 +41,10 @@ def near(mask: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 def as_cells(mask: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(mask).view(np.uint8)
+
+
+def as_shape(mask: np.ndarray) -> shapes.Shape:
+    return shapes.shape_of(as_cells(mask))
 
 
 def test_a_house_is_filled_as_its_twin_fills_it() -> None:
@@ -85,6 +90,7 @@ def test_a_row_of_words_holds_the_cells_wherever_it_is_laid() -> None:
         words = shapes.packed(as_cells(mask), right, cols)
         bits = np.unpackbits(words.view(np.uint8), axis=1, bitorder="little")[:, :cols]
         np.testing.assert_array_equal(bits, laid)
+    np.testing.assert_array_equal(shapes.unpacked(as_shape(mask).words, mask.shape[1]), as_cells(mask))
 
 
 @pytest.mark.parametrize("limit", [0.0, 0.02, 0.1, 1.9])
@@ -94,7 +100,7 @@ def test_the_least_difference_is_its_twins(limit: float) -> None:
         one = blob(rng, *rng.integers(15, 80, 2))
         other = near(one, rng) if rng.random() < 0.7 else blob(rng, *rng.integers(15, 80, 2))
         expected = compare(one, other, limit)
-        cells, symmetry = shapes.least_difference(as_cells(one), as_cells(other), limit, 2, 8)
+        cells, symmetry = shapes.least_difference(as_shape(one), as_shape(other), limit, 2, 8)
         found = None if symmetry < 0 else (cells / max(one.sum(), other.sum()), list(SYMMETRIES)[symmetry])
         assert found == expected
 
@@ -111,9 +117,7 @@ def test_prints_rule_out_what_their_twin_rules_out() -> None:
         for j in range(i + 1, len(prints))
         if (fresh[i] or fresh[j]) and lower_bound(prints[i], prints[j : j + 1])[0] <= 0.05 * prints[j, 0]
     }
-    areas, groups = prints[:, 0].copy(), shapes.grouped(prints)
-    parts = [
-        shapes.near_prints(prints, areas, groups, fresh, 0.05, first, first + 8) for first in range(0, len(prints), 8)
-    ]
+    areas, groups = prints[:, 0].copy(), grouped(prints)
+    parts = [near_prints(prints, areas, groups, fresh, 0.05, first, first + 8) for first in range(0, len(prints), 8)]
     assert {tuple(pair) for part in parts for pair in part.tolist()} == expected
     assert expected
