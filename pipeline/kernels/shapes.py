@@ -127,14 +127,31 @@ def _ones(word: np.uint64) -> np.uint64:
 
 
 @njit(cache=True, nogil=True)
-def packed(mask: Cells, right: int, cols: int) -> Words:
-    """Return the mask, laid ``right`` columns to the right on ``cols`` columns, as rows of words of 64 cells."""
-    words = np.zeros((mask.shape[0], cols // 64 + 1), np.uint64)
+def packed(mask: Cells) -> Words:
+    """Return the mask (rows, cols) as rows of words of 64 cells, cols // 64 + 1 of them."""
+    words = np.zeros((mask.shape[0], mask.shape[1] // 64 + 1), np.uint64)
     for row in range(mask.shape[0]):
-        for col in range(max(-right, 0), min(mask.shape[1], cols - right)):
-            at = col + right
-            words[row, at >> 6] |= np.uint64(mask[row, col]) << np.uint64(at & 63)
+        for col in range(mask.shape[1]):
+            words[row, col >> 6] |= np.uint64(mask[row, col]) << np.uint64(col & 63)
     return words
+
+
+@njit(cache=True, nogil=True)
+def laid(words: Words, right: int, cols: int) -> Words:
+    """Return the words of a mask laid ``right`` columns to the right on ``cols`` columns; what is off is cut."""
+    result = np.zeros((len(words), cols // 64 + 1), np.uint64)
+    off = np.uint64(-right & 63)
+    for word in range(result.shape[1]):
+        first = (64 * word - right) >> 6
+        keep = ~np.uint64(0) if word < cols // 64 else (np.uint64(1) << np.uint64(cols & 63)) - np.uint64(1)
+        for row in range(len(words)):
+            cells = np.uint64(0)
+            if 0 <= first < words.shape[1]:
+                cells = words[row, first] >> off
+            if off and 0 <= first + 1 < words.shape[1]:
+                cells |= words[row, first + 1] << (np.uint64(64) - off)
+            result[row, word] = cells & keep
+    return result
 
 
 @njit(cache=True, nogil=True)
@@ -149,7 +166,7 @@ def unpacked(words: Words, cols: int) -> Cells:
 
 def shape_of(mask: Cells) -> Shape:
     """Return a mask as ``least_difference`` takes it."""
-    return Shape(packed(mask, 0, mask.shape[1]), row_sums(mask), col_sums(mask))
+    return Shape(packed(mask), row_sums(mask), col_sums(mask))
 
 
 @njit(cache=True, nogil=True)
@@ -183,13 +200,16 @@ def least_difference(one: Shape, other: Shape, limit: float, shift: int, symmetr
         sides = np.array([_common(cols, right_sums, at) for at in rights])
         if areas - 2 * min(tops.max(), sides.max()) >= best:
             continue
-        if not len(cells):
-            cells = unpacked(other.words, len(cols_))
-        moved = turned(cells, symmetry)
+        if symmetry == 0:
+            moved = other.words
+        else:
+            if not len(cells):
+                cells = unpacked(other.words, len(cols_))
+            moved = packed(turned(cells, symmetry))
         for j in np.argsort(-sides):
             if areas - 2 * min(tops.max(), sides[j]) >= best:
                 break
-            words = packed(moved, rights[j], len(cols))
+            words = laid(moved, rights[j], len(cols))
             for i in np.argsort(-tops):
                 if areas - 2 * tops[i] >= best:
                     break

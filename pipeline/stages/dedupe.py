@@ -24,11 +24,11 @@ Nearly all pairs are ruled out unseen, and none wrongly. Let D = |A xor B| for A
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -42,6 +42,8 @@ from pipeline.kernels.prints import BINS, grouped, near_prints, pooled
 
 Load = Callable[[int], FloorPlan | Mask]
 """Gives the plan, or the mask, of a number."""
+
+Item = TypeVar("Item")
 
 _NAMES = tuple(SYMMETRIES)
 _BLOCK = 256
@@ -71,25 +73,27 @@ def compared(load: Load, count: int, config: DedupeConfig, known: Shapes | None 
     Parameters
     ----------
     load
-        Gives a plan or a cropped mask; asked for each new one, and again for those that need a closer look.
+        Gives a plan or a cropped mask; asked for each new one, and again for those that need a closer look, by any of the
+        threads.
     known
         The result for some of these plans: they are not compared with each other again.
     threads
         How many compute at a time; the result does not depend on it.
     """
     known = known or Shapes()
-    shape_of = lru_cache(maxsize=_SHAPES)(lambda i: shapes.shape_of(_mask(load, config.pixels_per_metre, i)))
+    mask_of = partial(_mask, load, config.pixels_per_metre)
+    shape_of = lru_cache(maxsize=_SHAPES)(lambda number: shapes.shape_of(mask_of(number)))
+    limits = (config.threshold, config.shift_px, shapes.SYMMETRIES if config.symmetries else 1)
     fresh = np.array([i not in known.prints for i in range(count)], bool)
     prints = np.zeros((count, 1 + 2 * BINS), np.int32)
-    for i in range(count):
-        prints[i] = print_of(_mask(load, config.pixels_per_metre, i)) if fresh[i] else known.prints[i]
-    limits = (config.threshold, config.shift_px, shapes.SYMMETRIES if config.symmetries else 1)
+    for i, row in known.prints.items():
+        prints[i] = row
     with ThreadPoolExecutor(threads) as pool:
+        for numbers, rows in pool.map(partial(_prints, mask_of), _blocks(np.flatnonzero(fresh).tolist())):
+            prints[numbers] = rows
         near = _candidates(prints, fresh, config.threshold, pool)
-        jobs = ((first, second, shape_of(first), shape_of(second)) for first, second in near)
-        found = [
-            pair for batch in _batches(jobs) for pair in pool.map(partial(_pair, limits), batch) if pair is not None
-        ]
+        batches = pool.map(partial(_pairs, shape_of, limits), _blocks(near))
+        found = [pair for batch in batches for pair in batch]
     return Shapes(dict(enumerate(prints)), tuple(sorted([*known.pairs, *found])))
 
 
@@ -156,23 +160,24 @@ def _candidates(
     return [(int(first), int(second)) for first, second in found]
 
 
-_Job = tuple[int, int, shapes.Shape, shapes.Shape]
+def _blocks(items: list[Item]) -> list[list[Item]]:
+    """Return what a thread does in one go, block by block."""
+    return [items[at : at + _BLOCK] for at in range(0, len(items), _BLOCK)]
 
 
-def _batches(jobs: Iterator[_Job]) -> Iterator[list[_Job]]:
-    """Yield jobs by the hundred, so that few shapes are held at a time."""
-    batch: list[_Job] = []
-    for job in jobs:
-        batch.append(job)
-        if len(batch) == _BLOCK:
-            yield batch
-            batch = []
-    yield batch
+def _prints(mask_of: Callable[[int], shapes.Cells], numbers: list[int]) -> tuple[list[int], npt.NDArray[np.int32]]:
+    return numbers, np.array([print_of(mask_of(number)) for number in numbers])
 
 
-def _pair(limits: tuple[float, int, int], job: _Job) -> Pair | None:
-    first, second, one, other = job
-    cells, symmetry = shapes.least_difference(one, other, *limits)
-    if symmetry < 0:
-        return None
-    return Pair(first, second, cells / max(int(one.row_sums.sum()), int(other.row_sums.sum())), _NAMES[symmetry])
+def _pairs(
+    shape_of: Callable[[int], shapes.Shape], limits: tuple[float, int, int], near: list[tuple[int, int]]
+) -> list[Pair]:
+    """Return those of some pairs that are within the threshold."""
+    found = []
+    for first, second in near:
+        one, other = shape_of(first), shape_of(second)
+        cells, symmetry = shapes.least_difference(one, other, *limits)
+        if symmetry >= 0:
+            area = max(int(one.row_sums.sum()), int(other.row_sums.sum()))
+            found.append(Pair(first, second, cells / area, _NAMES[symmetry]))
+    return found

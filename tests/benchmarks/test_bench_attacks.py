@@ -32,7 +32,7 @@ OWN_FAULTS = {"internal", "out_of_memory"}
 
 @dataclass(frozen=True)
 class Calm:
-    """A build that nobody disturbs: its data set, how long it takes, when workers came, and when all was planned and packed."""
+    """A calm build: its data set, how long it takes, when its workers came, and when all was planned and packed."""
 
     houses: Path
     contents: dict[str, bytes]

@@ -82,12 +82,22 @@ def test_offsets_lie_near_one_end_or_the_other_and_each_comes_once() -> None:
 
 def test_a_row_of_words_holds_the_cells_wherever_it_is_laid() -> None:
     mask = blob(np.random.default_rng(4), 9, 150)
-    for right, cols in ((0, 150), (3, 150), (-5, 150), (0, 63), (40, 64), (-149, 10)):
+    for right, cols in (
+        (0, 150),
+        (3, 150),
+        (-5, 150),
+        (0, 63),
+        (40, 64),
+        (-149, 10),
+        (-64, 130),
+        (64, 300),
+        (-200, 70),
+    ):
         laid = np.zeros((9, cols), bool)
         left = max(right, 0)
         part = mask[:, max(-right, 0) :][:, : max(cols - left, 0)]
         laid[:, left : left + part.shape[1]] = part
-        words = shapes.packed(as_cells(mask), right, cols)
+        words = shapes.laid(shapes.packed(as_cells(mask)), right, cols)
         bits = np.unpackbits(words.view(np.uint8), axis=1, bitorder="little")[:, :cols]
         np.testing.assert_array_equal(bits, laid)
     np.testing.assert_array_equal(shapes.unpacked(as_shape(mask).words, mask.shape[1]), as_cells(mask))
