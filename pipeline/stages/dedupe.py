@@ -73,8 +73,8 @@ def compared(load: Load, count: int, config: DedupeConfig, known: Shapes | None 
     Parameters
     ----------
     load
-        Gives a plan or a cropped mask; asked for each new one, and again for those that need a closer look, by any of the
-        threads.
+        Gives a plan or a cropped mask; asked for each new one, and again for those that need a closer look, in any
+        thread.
     known
         The result for some of these plans: they are not compared with each other again.
     threads
