@@ -24,11 +24,12 @@ Nearly all pairs are ruled out unseen, and none wrongly. Let D = |A xor B| for A
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
-from typing import NamedTuple, TypeVar
+from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -43,10 +44,8 @@ from pipeline.kernels.prints import BINS, grouped, near_prints, pooled
 Load = Callable[[int], FloorPlan | Mask]
 """Gives the plan, or the mask, of a number."""
 
-Item = TypeVar("Item")
-
 _NAMES = tuple(SYMMETRIES)
-_BLOCK = 256
+_BLOCK, _PARTS = 256, 16
 _SHAPES = 16_384  # as many are kept in memory, 15 kB each in the median; others are made again when they are needed
 
 
@@ -73,8 +72,7 @@ def compared(load: Load, count: int, config: DedupeConfig, known: Shapes | None 
     Parameters
     ----------
     load
-        Gives a plan or a cropped mask; asked for each new one, and again for those that need a closer look, in any
-        thread.
+        Gives a plan or a cropped mask; asked for each new one, and again for those that need a closer look.
     known
         The result for some of these plans: they are not compared with each other again.
     threads
@@ -86,15 +84,17 @@ def compared(load: Load, count: int, config: DedupeConfig, known: Shapes | None 
     limits = (config.threshold, config.shift_px, shapes.SYMMETRIES if config.symmetries else 1)
     fresh = np.array([i not in known.prints for i in range(count)], bool)
     prints = np.zeros((count, 1 + 2 * BINS), np.int32)
-    for i, row in known.prints.items():
-        prints[i] = row
+    for i in range(count):
+        prints[i] = print_of(mask_of(i)) if fresh[i] else known.prints[i]
     with ThreadPoolExecutor(threads) as pool:
-        for numbers, rows in pool.map(partial(_prints, mask_of), _blocks(np.flatnonzero(fresh).tolist())):
-            prints[numbers] = rows
-        near = _candidates(prints, fresh, config.threshold, pool)
-        batches = pool.map(partial(_pairs, shape_of, limits), _blocks(near))
-        found = [pair for batch in batches for pair in batch]
-    return Shapes(dict(enumerate(prints)), tuple(sorted([*known.pairs, *found])))
+        jobs = (
+            (first, second, shape_of(first), shape_of(second))
+            for first, second in _candidates(prints, fresh, config.threshold, pool)
+        )
+        # plans are read in this thread: threads that take turns at Python wait for each other more than they gain
+        found = [pair for batch in _batches(jobs) for pair in pool.map(partial(_pairs, limits), batch)]
+    pairs = tuple(sorted([*known.pairs, *(pair for some in found for pair in some)]))
+    return Shapes(dict(enumerate(prints)), pairs)
 
 
 def dedupe(ids: Sequence[str], pairs: Collection[Pair], keep: Collection[str] = ()) -> list[Duplicate]:
@@ -160,22 +160,19 @@ def _candidates(
     return [(int(first), int(second)) for first, second in found]
 
 
-def _blocks(items: list[Item]) -> list[list[Item]]:
-    """Return what a thread does in one go, block by block."""
-    return [items[at : at + _BLOCK] for at in range(0, len(items), _BLOCK)]
+_Job = tuple[int, int, shapes.Shape, shapes.Shape]
 
 
-def _prints(mask_of: Callable[[int], shapes.Cells], numbers: list[int]) -> tuple[list[int], npt.NDArray[np.int32]]:
-    return numbers, np.array([print_of(mask_of(number)) for number in numbers])
+def _batches(jobs: Iterator[_Job]) -> Iterator[list[list[_Job]]]:
+    """Yield jobs by the thousand, so that few shapes are held at a time, in parts that threads take."""
+    while part := list(islice(jobs, _BLOCK * _PARTS)):
+        yield [part[at : at + _PARTS] for at in range(0, len(part), _PARTS)]
 
 
-def _pairs(
-    shape_of: Callable[[int], shapes.Shape], limits: tuple[float, int, int], near: list[tuple[int, int]]
-) -> list[Pair]:
+def _pairs(limits: tuple[float, int, int], jobs: list[_Job]) -> list[Pair]:
     """Return those of some pairs that are within the threshold."""
     found = []
-    for first, second in near:
-        one, other = shape_of(first), shape_of(second)
+    for first, second, one, other in jobs:
         cells, symmetry = shapes.least_difference(one, other, *limits)
         if symmetry >= 0:
             area = max(int(one.row_sums.sum()), int(other.row_sums.sum()))
