@@ -81,7 +81,7 @@ results: setup ## run all policies of the leaderboard on its plans, with PLANS=5
 leaderboard: setup ## make docs/leaderboard.md from the results in docs/leaderboard
 	@$(BIN)/houseexpo benchmark compare docs/leaderboard --title Leaderboard --out docs/leaderboard.md
 
-test: setup ## run the quick tests (some 5 minutes on two cores; 8 the first time, while kernels are compiled)
+test: setup ## run the quick tests (3 to 5 minutes on two cores, kernels compiled)
 	@$(BIN)/python -m pytest -q -m 'not slow' -n auto --maxprocesses 8 --dist loadfile
 
 test-all: setup ## run the slow tests too
