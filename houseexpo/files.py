@@ -1,9 +1,15 @@
-"""Files that are there whole or not at all, if asked for also after the power failed."""
+"""Files and folders that are there whole or not at all, if asked for also after the power failed."""
 
 from __future__ import annotations
 
+import hashlib
+import io
 import os
+import shutil
 import tempfile
+import zipfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +24,15 @@ PARTIAL = ".partial-"
 def as_json(values: Any) -> bytes:
     """Return JSON that people can read and diff, keys as they come."""
     return msgspec.json.format(msgspec.json.encode(values), indent=2) + b"\n"
+
+
+def as_zip(files: Mapping[str, bytes]) -> bytes:
+    """Return a ZIP archive of files by name, sorted and without times: equal files give equal bytes."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        for name, data in sorted(files.items()):
+            archive.writestr(zipfile.ZipInfo(name), data, zipfile.ZIP_DEFLATED)  # a ZipInfo alone would not compress
+    return stream.getvalue()
 
 
 def write_whole(file: Path, data: bytes, *, durable: bool = False) -> None:
@@ -45,6 +60,33 @@ def write_whole(file: Path, data: bytes, *, durable: bool = False) -> None:
     except BaseException:
         Path(partial).unlink(missing_ok=True)
         raise
+
+
+@contextmanager
+def whole_folder(target: Path) -> Iterator[Path]:
+    """Yield a new folder beside the target to fill; at the end it takes the target's name, or vanishes.
+
+    Where another process was quicker, its folder stays.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    partial = Path(tempfile.mkdtemp(dir=target.parent, prefix=PARTIAL))
+    try:
+        folder = partial / "new"
+        folder.mkdir()
+        yield folder
+        try:
+            folder.rename(target)
+        except OSError:
+            if not target.is_dir():
+                raise
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def sha256_of(file: Path) -> str:
+    """Return the SHA-256 of a file's bytes, in hex digits."""
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def make_folder(folder: Path) -> Path:

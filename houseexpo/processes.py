@@ -39,8 +39,7 @@ def in_processes(
     WorkerError
         Where a process ends before it has answered.
     """
-    source = iter(items)
-    chunks = iter(lambda: list(islice(source, chunk)), [])
+    chunks = in_chunks(items, chunk)
     before = set(multiprocessing.active_children())
     spawning = multiprocessing.get_context("spawn")
     executor = ProcessPoolExecutor(workers, spawning, initializer=_leave_ctrl_c_to_the_caller)
@@ -66,6 +65,12 @@ def in_processes(
         executor.shutdown(wait=False, cancel_futures=True)
         for process in set(multiprocessing.active_children()) - before:
             process.terminate()  # R4: what is still at work has nobody who waits for it
+
+
+def in_chunks(items: Iterable[Item], size: int) -> Iterator[list[Item]]:
+    """Yield the items in lists of ``size``, the last one shorter where they do not come out even."""
+    source = iter(items)
+    return iter(lambda: list(islice(source, size)), [])
 
 
 def _leave_ctrl_c_to_the_caller() -> None:

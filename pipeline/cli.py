@@ -81,7 +81,9 @@ def build(
     shard: Annotated[
         str | None, typer.Option(help="Do one part of N: 7/256; houseexpo assemble ends it.", show_default=False)
     ] = None,
-    executor: Annotated[Literal["local", "ray"], typer.Option(help="Who does the work.")] = "local",
+    executor: Annotated[
+        Literal["local", "ray"], typer.Option(help="local: this machine; ray: a Ray cluster.")
+    ] = "local",
     address: Annotated[str | None, typer.Option(help="Address of a Ray cluster.", show_default=False)] = None,
 ) -> None:
     """Build a data set of floor plans from 3D houses.

@@ -19,7 +19,7 @@ _NAMED = 8
 def assemble(
     dataset: Annotated[str, typer.Argument(metavar="DATASET", help="Where the shards were built: a path or a URL.")],
     partial: Annotated[
-        bool, typer.Option("--partial", help="Leave out what is not done, instead of saying so only.")
+        bool, typer.Option("--partial", help="Leave out what is not done; without this, nothing is written then.")
     ] = False,
 ) -> None:
     """Put a data set together from the plans of its shards: duplicates, index, statistics, manifest.
@@ -34,7 +34,7 @@ def assemble(
 
 def slurm(
     manifest: Annotated[Path, typer.Argument(metavar="MANIFEST", help="What to build: a TOML file.")],
-    shards: Annotated[int, typer.Option(min=1, help="In how many parts.")],
+    shards: Annotated[int, typer.Option(min=1, help="How many parts.")],
     out: Annotated[str, typer.Option(help="The data set folder; a path that all nodes share, s3://... or gs://...")],
     partition: Annotated[str | None, typer.Option(help="Partition of the cluster.", show_default=False)] = None,
     time: Annotated[str | None, typer.Option(help="Time of a task, as 04:00:00.", show_default=False)] = None,

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from houseexpo.commands.printing import typed_command
+from houseexpo.commands.printing import console, print_named, typed_command
 from houseexpo.errors import INTERRUPTED
 from houseexpo.progress import is_quiet
-from pipeline.batch.passing import passing_fault
+from pipeline.batch.transient import transient_fault
 from pipeline.interrupts import interruptible
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pipeline.inspection import Inspection
 
 NOT_DONE = 3
-"""The exit code where a fault of the moment kept some inputs from being done, or a shard has not done them yet."""
+"""The exit code where a transient fault kept some inputs from being done, or a shard has not done them yet."""
 
 
 def settings_of(config: Path | None, given: Mapping[str, Any]) -> BuildConfig:
@@ -36,7 +36,7 @@ def settings_of(config: Path | None, given: Mapping[str, Any]) -> BuildConfig:
 
 @contextmanager
 def ended_cleanly() -> Iterator[Callable[[], None]]:
-    """End with the command that goes on where Ctrl-C comes (130), or a fault of the moment (3), such as a full disk.
+    """End with the command that goes on where Ctrl-C comes (130), or a transient fault (3), such as a full disk.
 
     Yields ``interruptible``'s function.
     """
@@ -49,7 +49,7 @@ def ended_cleanly() -> Iterator[Callable[[], None]]:
         typer.echo(last_words, err=True)
         raise typer.Exit(INTERRUPTED) from None
     except OSError as error:
-        if (fault := passing_fault(error)) is None:
+        if (fault := transient_fault(error)) is None:
             raise
         where = f" ({fault.filename})" if fault.filename else ""
         typer.secho(f"stopped: {fault.strerror or fault}{where}; when that has passed: {goes_on}", fg="red", err=True)
@@ -58,27 +58,25 @@ def ended_cleanly() -> Iterator[Callable[[], None]]:
 
 def show_outcomes(data_set: DataSet, out: str) -> None:
     """Say what came of a build, and where it is."""
-    from rich.console import Console
-
     from pipeline.plausible import implausible_lines
     from pipeline.report import longest_table, notes_lines, outcome_table, plans_line, reasons_lines
 
-    console = Console(quiet=is_quiet())
+    printed = console(quiet=is_quiet())
     if data_set.unchanged:
-        console.print("nothing to do: the data set stands as its inputs are")
-    console.print(outcome_table(data_set.stats))
+        printed.print("nothing to do: the data set stands as its inputs are")
+    printed.print(outcome_table(data_set.stats))
     if len(data_set.entries) > 1 and not data_set.unchanged:
-        console.print(longest_table(data_set))
+        printed.print(longest_table(data_set))
     for note in notes_lines(data_set):
-        console.print(note, markup=False, highlight=False)
+        printed.print(note, highlight=False)
     if (line := plans_line(data_set.stats)) is not None:
-        console.print(line, highlight=False)
+        printed.print(line, highlight=False)
     for line in implausible_lines(data_set.root):
-        console.print(line, style="yellow", markup=False, highlight=False, soft_wrap=True)
+        printed.print(line, style="yellow", highlight=False, soft_wrap=True)
     for line in reasons_lines(data_set, out):
-        console.print(line, style="red", markup=False, highlight=False)
+        printed.print(line, style="red", highlight=False)
     if data_set.not_done:
-        console.print(
+        printed.print(
             f"not done yet: {data_set.not_done}; build again when what kept them from it has passed", style="yellow"
         )
     for what, path in {
@@ -86,29 +84,26 @@ def show_outcomes(data_set: DataSet, out: str) -> None:
         "pictures": f"{out}/.build/pictures",
         "report": f"{out}/.build/report.html",
     }.items():
-        console.print(f"{what:10}", style="bold", end="")
-        console.print(path, markup=False, highlight=False, soft_wrap=True)
+        printed.print(f"{what:10}", style="bold", end="")
+        printed.print(path, highlight=False, soft_wrap=True)
 
 
 def show_inspection(found: Inspection, source: str, out: Path) -> None:
     """Say which house and level was inspected, where its pictures are, and what came of it."""
-    from rich.console import Console
-    from rich.markup import escape
-
     from pipeline.plausible import ADVICE, implausible
     from pipeline.quality import main_grounds
 
-    console = Console(highlight=False, soft_wrap=True)
-    console.print(str(found.shown or source), markup=False)
+    printed = console()
+    printed.print(str(found.shown or source), highlight=False, soft_wrap=True)
     for name in found.pictures:
-        console.print(f"  {out / name}", style="dim", markup=False)
+        printed.print(f"  {out / name}", style="dim", highlight=False, soft_wrap=True)
     if found.rejection is not None:
-        console.print("[red]rejected[/]", escape(str(found.rejection)))
+        print_named(printed, "rejected", str(found.rejection), "red")
         return
-    verdict = ""
+    quality = ""
     if found.quality is not None:
         grounds = "; ".join(main_grounds(found.quality))
-        verdict = f"quality {found.quality.score:.2f}" + (f" ({grounds})" if grounds else "")
-    console.print("[green]plan[/]", verdict)
+        quality = f"quality {found.quality.score:.2f}" + (f" ({grounds})" if grounds else "")
+    print_named(printed, "plan", quality, "green")
     if found.plan is not None and (odd := implausible(found.plan.room_num, found.plan.area)):
-        console.print("[yellow]implausible[/]", f"{odd}; {ADVICE}")
+        print_named(printed, "implausible", f"{odd}; {ADVICE}", "yellow")

@@ -34,7 +34,7 @@ class LayoutConfig:
     area_m2: float = 2.0  # a scene that encloses less has no layout
     gap_m: float = 1.5  # the widest gap of full height that two wall ends close
     beam_m: float = 4.0  # a lintel that bridges more, from wall to crossing wall, is a beam in a room and no boundary
-    header_m: float = 1.5  # so does one that hangs from the ceiling by a hand's breadth only
+    header_m: float = 1.5  # nor is a wider one that hangs from the ceiling by a hand's breadth only a boundary
     characters: bool = True  # reject walls shaped as characters; overrides.toml says "keep" where they are a house
     walled: float = 0.25  # a space with less than this share of its edge walled is part of a room
 

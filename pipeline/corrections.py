@@ -22,7 +22,8 @@ from shapely import LineString
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import plan_from_source
 from houseexpo.plan import Frame
-from pipeline.overrides import NAME, Override, Point
+from houseexpo.plan.overrides import NAME
+from pipeline.overrides import Override, Point
 from pipeline.sources import OVERRIDABLE
 from pipeline.values import Input, Level, SourceOpening
 

@@ -27,14 +27,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from houseexpo.errors import ConfigError
+from houseexpo.plan.overrides import LISTS, MIN_DOOR_M, NAME, as_list
 from pipeline.config import PipelineConfig
 from pipeline.config_file import fill, load_toml
-
-NAME: Final = "overrides.toml"
-NARROWEST_DOOR_M: Final = 0.3
 
 Point = tuple[float, float]
 Segment = tuple[Point, Point]
@@ -95,7 +93,7 @@ def load_overrides(manifest: Path | None, file: Path | None = None) -> Mapping[s
 
 def _override(name: str, table: Any, path: Path) -> Override:
     if isinstance(table, Mapping):
-        table = {key: _several(value, _DEPTHS[key]) if key in _DEPTHS else value for key, value in table.items()}
+        table = {key: as_list(value, key) if key in LISTS else value for key, value in table.items()}
     override = fill(Override, table, path, name)
     place = f"{path}: {name}"
     if override.keep and override.drop:
@@ -108,18 +106,7 @@ def _override(name: str, table: Any, path: Path) -> Override:
     if not all(math.isfinite(number) for point in points for number in point):
         raise ConfigError(f"{place}: expected finite metres in door and no_room, found {points}")
     for segment in override.door:
-        if math.dist(*segment) < NARROWEST_DOOR_M:
+        if math.dist(*segment) < MIN_DOOR_M:
             ends = [list(end) for end in segment]
-            raise ConfigError(f"{place}: door: expected jambs {NARROWEST_DOOR_M} m apart or more, found {ends}")
+            raise ConfigError(f"{place}: door: expected jambs {MIN_DOOR_M} m apart or more, found {ends}")
     return override
-
-
-_DEPTHS: Final = {"door": 2, "no_room": 1}
-"""Lists within lists of one such value; a value as deep as that stands for a list of one."""
-
-
-def _several(value: Any, depth: int) -> Any:
-    inner = value
-    for _ in range(depth):
-        inner = inner[0] if isinstance(inner, list) and inner else None
-    return [value] if inner is not None and not isinstance(inner, list) else value

@@ -1,7 +1,7 @@
 """Plans that no house has: a unit or a scale was wrong, though nothing in the file contradicts it.
 
 R1  A room of more than ``MAX_ROOM_M2`` in the mean is a field; it comes of units that are too large.
-R2  A room of less than ``LEAST_ROOM_M2`` in the mean is a cupboard; it comes of units that are too small.
+R2  A room of less than ``MIN_ROOM_M2`` in the mean is a cupboard; it comes of units that are too small.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 MAX_ROOM_M2: Final = 500.0
-LEAST_ROOM_M2: Final = 2.5
+MIN_ROOM_M2: Final = 2.5
 ADVICE: Final = "check --units, --scale and --storey-height"
 
 _NAMED = 8
@@ -20,7 +20,7 @@ _NAMED = 8
 def implausible(rooms: int, area_m2: float) -> str:
     """Say what is odd about a plan of so many rooms and so much free space; nothing where it may be a house."""
     each = area_m2 / max(rooms, 1)
-    if LEAST_ROOM_M2 <= each <= MAX_ROOM_M2:
+    if MIN_ROOM_M2 <= each <= MAX_ROOM_M2:
         return ""
     what = "1 room" if rooms <= 1 else f"{rooms} rooms"
     return f"{what} of {each:,.{0 if each > 10 else 1}f} m2" + (" in the mean" if rooms > 1 else "")

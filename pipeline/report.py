@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from houseexpo.plan import told
 from houseexpo.plan.quality import SURE
@@ -22,11 +22,11 @@ def outcome_table(stats: Mapping[str, Any]) -> Table:
     table.add_column(style="bold")
     table.add_column(justify="right")
     table.add_row("inputs", str(outcomes["inputs"]), end_section=True)
-    table.add_row("[green]plans[/]", str(outcomes["plans"]))
+    table.add_row(Text("plans", "green"), str(outcomes["plans"]))
     if outcomes["doubtful"]:
         table.add_row(f"  doubtful: quality below {SURE:g}", str(outcomes["doubtful"]), style="yellow")
-    table.add_row("[yellow]duplicates[/]", str(outcomes["duplicates"]))
-    table.add_row("[red]rejected[/]", str(outcomes["rejected"]))
+    table.add_row(Text("duplicates", "yellow"), str(outcomes["duplicates"]))
+    table.add_row(Text("rejected", "red"), str(outcomes["rejected"]))
     for reason, count in outcomes["reasons"].items():
         table.add_row(f"  {reason}", str(count), style="dim")
     if outcomes["rules"]:
@@ -100,7 +100,7 @@ def longest_table(data_set: DataSet) -> Table:
     table.add_column(overflow="fold", style="dim")
     table.add_column(justify="right")
     for name, file, seconds in longest(data_set):
-        table.add_row(escape(name), escape(file) if file != name else "", f"{seconds:.2f} s")
+        table.add_row(Text(name), Text(file if file != name else ""), f"{seconds:.2f} s")
     return table
 
 

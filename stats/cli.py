@@ -32,11 +32,13 @@ def stats(
     ] = False,
     radius: Annotated[
         float | None,
-        typer.Option(min=0.01, max=5, help="Of the robot, for --list-bad.", metavar="METRES", show_default="0.2"),
+        typer.Option(
+            min=0.01, max=5, help="Radius of the robot, for --list-bad.", metavar="METRES", show_default="0.2"
+        ),
     ] = None,
-    compare: Annotated[Path | None, typer.Option(help="Another data set, side by side.", show_default=False)] = None,
+    compare: Annotated[Path | None, typer.Option(help="Another data set to compare with.", show_default=False)] = None,
     unusable: Annotated[
-        Path | None, typer.Option(help="A list of plans that someone found bad, judged.", show_default=False)
+        Path | None, typer.Option(help="Judge a list of plans that somebody found bad.", show_default=False)
     ] = None,
     geometry: Annotated[
         bool, typer.Option("--geometry", help="Find rooms and doors of plans that have none; some minutes, once.")

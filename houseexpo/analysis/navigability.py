@@ -7,13 +7,8 @@ from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING
 
-import numpy as np
-import numpy.typing as npt
-
 from houseexpo.analysis.standing import Piece, Standing, eroded, straightened
 from houseexpo.errors import PlanError
-from houseexpo.grids.frame import GridFrame
-from houseexpo.grids.raster import fill
 from houseexpo.plan import RADII_M, Navigability, PlanData, Reach
 
 if TYPE_CHECKING:
@@ -54,20 +49,6 @@ def navigability(space: PlanData | Polygon | MultiPolygon, radii: Sequence[float
 def standing_pieces(space: Polygon | MultiPolygon, radius_m: float) -> list[Polygon]:
     """Return the pieces in which the centre of a disc can stand, the biggest first; specks under 0.1 m2 left out."""
     return eroded(straightened(space), radius_m)
-
-
-def standing_components(
-    space: Polygon | MultiPolygon, radius_m: float, pixels_per_metre: float
-) -> tuple[npt.NDArray[np.int32], GridFrame]:
-    """Rasterise ``standing_pieces``: 0 where the disc cannot stand, 1 for cells of the biggest piece, 2 for the next.
-
-    Cells belong together as the exact geometry says, also where a neck is thinner than a cell.
-    """
-    frame = GridFrame.around(space.bounds, pixels_per_metre)
-    labels = np.zeros(frame.shape, dtype=np.int32)
-    for label, piece in enumerate(standing_pieces(space, radius_m), start=1):
-        fill(labels, piece, frame, label)
-    return labels, frame
 
 
 def _largest_share(pieces: Sequence[Piece]) -> float:

@@ -24,12 +24,13 @@ def run(
     out: Annotated[Path, typer.Option(help="The result, a JSON file.", show_default=False)],
     track: Annotated[str, typer.Option(help="budget, quality, avoidance, navigation or pointgoal.")] = "budget",
     dataset: Annotated[
-        Path | None, typer.Option(help="Folder, archive or JSON lines, with its list.", show_default="fetched")
+        Path | None,
+        typer.Option(help="Data set with its list: a folder, an archive or JSON lines.", show_default="fetched"),
     ] = None,
     split: Annotated[str, typer.Option(help="The list that plans are chosen from.")] = "test",
     plans: Annotated[int, typer.Option(min=1, help="How many plans; episodes, for avoidance.")] = 500,
-    seed: Annotated[int, typer.Option(min=0, help="The policy's; starts are the same for all.")] = 0,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes; all cores by default.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the policy; starts are the same for all.")] = 0,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
     decision_limit: Annotated[float, typer.Option(min=0.001, help="Seconds that an action may take.")] = 60.0,
 ) -> None:
     """Run a policy in fixed plans from fixed starts, and write what it came to.

@@ -45,11 +45,11 @@ def environment(
 
 def _plans(dataset: Path | None, plan: str | None, task: TaskName) -> Plans:
     """Return what was named; the paper's room for avoidance, else the fetched data set, where nothing was."""
-    from houseexpo.commands.given import data_set
+    from houseexpo.commands.given import data_set, is_plan_file
     from houseexpo.dataset.plan_files import load_plan
     from houseexpo.pseudoslam.tasks import ROOM
 
-    if dataset is not None and dataset.suffix == ".json" and dataset.is_file():
+    if dataset is not None and is_plan_file(dataset):
         return load_plan(dataset)
     if dataset is None and plan is None and task == "avoidance":
         return ROOM

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from houseexpo.commands.given import IDS_HELP
+from houseexpo.commands.given import IDS_HELP, is_plan_file
 from houseexpo.words import counted
 
 if TYPE_CHECKING:
@@ -33,11 +33,13 @@ def export(
         float | None, typer.Option(help="Side of a pixel or cell.", metavar="METRES", show_default=_OWN)
     ] = None,
     wall_thickness: Annotated[
-        float | None, typer.Option(help="Of outer walls.", metavar="METRES", show_default=_OWN)
+        float | None, typer.Option(help="Thickness of outer walls.", metavar="METRES", show_default=_OWN)
     ] = None,
-    wall_height: Annotated[float | None, typer.Option(help="Of walls.", metavar="METRES", show_default=_OWN)] = None,
+    wall_height: Annotated[
+        float | None, typer.Option(help="Height of walls.", metavar="METRES", show_default=_OWN)
+    ] = None,
     door_height: Annotated[
-        float | None, typer.Option(help="Of the gap under a lintel.", metavar="METRES", show_default=_OWN)
+        float | None, typer.Option(help="Height of the gap under a lintel.", metavar="METRES", show_default=_OWN)
     ] = None,
     holes: Annotated[
         Literal["slit", "drop"] | None,
@@ -89,7 +91,7 @@ def _plans(path: Path, wanted: Sequence[str] | None) -> tuple[int, Iterator[Floo
     from houseexpo.progress import watched
 
     data: Dataset | dict[str, FloorPlan]
-    if path.suffix == ".json" and path.is_file():
+    if is_plan_file(path):
         plan = load_plan(path)
         data = {plan.id: plan}
     else:

@@ -11,26 +11,26 @@ import typer
 def observe(
     out: Annotated[Path, typer.Option(help="Folder to write.", show_default=False)],
     dataset: Annotated[
-        Path | None, typer.Argument(help="Folder, archive or JSON lines.", show_default="fetched")
+        Path | None, typer.Argument(help="Data set: a folder, an archive or JSON lines.", show_default="fetched")
     ] = None,
     limit: Annotated[
         int | None, typer.Option(min=1, help="Pairs at most.", show_default="a visit to each plan")
     ] = None,
-    each: Annotated[int, typer.Option(min=1, help="Pairs of a visit to a plan.")] = 10,
+    each: Annotated[int, typer.Option(min=1, help="Pairs from one visit to a plan.")] = 10,
     every: Annotated[int, typer.Option(min=1, help="Steps of the robot from one pair to the next.")] = 8,
     size: Annotated[float, typer.Option(help="Side of the window, metres.")] = 16.0,
     pixels: Annotated[int, typer.Option(min=2, help="Side of the window, pixels.")] = 128,
-    rooms: Annotated[bool, typer.Option(help="Rooms and their labels, too.")] = True,
-    noise: Annotated[bool, typer.Option(help="A laser and odometry that err as usual ones do.")] = False,
+    rooms: Annotated[bool, typer.Option(help="Write rooms and their labels, too.")] = True,
+    noise: Annotated[bool, typer.Option(help="Let laser and odometry err as usual ones do.")] = False,
     config: Annotated[
         Path | None, typer.Option(help="YAML file of a SimulatorConfig.", show_default="the paper's")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of starts, ways and noise.")] = 0,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes; all cores by default.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of starts, ways and noise.")] = 0,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
 ) -> None:
-    """Write what robots know of houses beside the whole of them: npz shards, and manifest.json when all are there.
+    """Write pairs of maps, what a robot knows so far and the whole house: npz shards, and manifest.json at the end.
 
-    The same seed gives the same bytes, with however many workers. A run that was stopped goes on where it was.
+    The same seed gives the same bytes, with any number of workers. A run that was stopped goes on where it stopped.
     """
     from dataclasses import replace
 

@@ -21,7 +21,9 @@ def play(
         Path | None, typer.Argument(help="Data set, or one plan's JSON file.", show_default="fetched")
     ] = None,
     plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="at random")] = None,
-    task: Annotated[TaskName, typer.Option(help="What counts; avoidance has a room of its own.")] = "exploration",
+    task: Annotated[
+        TaskName, typer.Option(help="What the robot is to do; avoidance has a room of its own.")
+    ] = "exploration",
     window: Annotated[bool, typer.Option("--window", help="In a window (needs pygame), not in the terminal.")] = False,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the trajectory and the map.", show_default="nothing is kept")
@@ -29,27 +31,26 @@ def play(
     config: Annotated[
         Path | None, typer.Option(help="YAML file of a SimulatorConfig.", show_default="the task's, without an end")
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Of plan, start and noise.", show_default="at random")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of plan, start and noise.", show_default="at random")] = None,
 ) -> None:
     """Drive a robot through a house with the arrow keys, and see the map that it draws."""
-    from rich.console import Console
-
     from houseexpo.commands.environment import environment
+    from houseexpo.commands.printing import console
     from houseexpo.files import make_folder
     from houseexpo.pseudoslam.agents.driving import Drive, drive
 
     if out:
         make_folder(out)  # now: at the end there would be a drive to lose
     screen = _screen(window)  # first: without one there is nothing to wait for
-    console = Console(markup=False)
-    with console.status("making the house ready"):
+    printed = console()
+    with printed.status("making the house ready"):
         env, options = environment(dataset, plan, task, config, _NO_END)
         session = Drive(env, seed, options)
     with screen:
         drive(session, screen)
-    console.print(session.caption.split("\n")[0], highlight=False)
+    printed.print(session.caption.split("\n")[0], highlight=False)
     for file in session.save(out) if out else ():
-        console.print(file, highlight=False, soft_wrap=True)
+        printed.print(file, highlight=False, soft_wrap=True)
 
 
 def _screen(window: bool) -> Terminal | Window:

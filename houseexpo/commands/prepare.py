@@ -10,15 +10,15 @@ import typer
 
 def prepare(
     dataset: Annotated[
-        Path | None, typer.Argument(help="Folder, archive or JSON lines.", show_default="fetched")
+        Path | None, typer.Argument(help="Data set: a folder, an archive or JSON lines.", show_default="fetched")
     ] = None,
-    resolution: Annotated[float, typer.Option(min=1.0, help="Pixels a metre.")] = 25.0,
-    robot_radius: Annotated[float, typer.Option(help="Metres.")] = 0.2,
-    laser_range: Annotated[float, typer.Option(help="Metres.")] = 5.0,
+    resolution: Annotated[float, typer.Option(min=1.0, help="Pixels per metre of the grid.")] = 25.0,
+    robot_radius: Annotated[float, typer.Option(help="Radius of the robot, metres.")] = 0.2,
+    laser_range: Annotated[float, typer.Option(help="Range of the laser, metres.")] = 5.0,
     config: Annotated[
         Path | None, typer.Option(help="YAML file of a SimulatorConfig, instead of the options above.")
     ] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes; all cores by default.")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
 ) -> None:
     """Make and keep what PseudoSLAM needs of every plan, so that a new house costs a reset nothing extra.
 

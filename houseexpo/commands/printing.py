@@ -15,24 +15,25 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-def console(*, stderr: bool = False) -> Console:
-    """Return a console; where nobody reads standard output any more (``| head -1``), the command ends well.
+def console(*, stderr: bool = False, quiet: bool = False) -> Console:
+    """Return a console; once its reader has gone (``| head -1``) it prints nothing more, and the command goes on.
 
     What stands in square brackets is printed as it is: paths, ids and labels may hold some. Styles are given by name.
     """
     from rich.console import Console
 
-    class Patient(Console):
-        def on_broken_pipe(self) -> None:
-            drop_output()
-            raise SystemExit(0)
+    class PipedConsole(Console):
+        def on_broken_pipe(self) -> None:  # rich would end the command with 1
+            self.quiet = True
+            if not self.stderr:
+                drop_output()
 
-    return Patient(stderr=stderr, markup=False)
+    return PipedConsole(stderr=stderr, quiet=quiet, markup=False)
 
 
-def print_named(out: Console, name: str, said: str) -> None:
-    """Print a name in bold, and what is said of it in the same line."""
-    out.print(f"{name} ", style="bold", end="", highlight=False)
+def print_named(out: Console, name: str, said: str, style: str = "bold") -> None:
+    """Print a name, in bold or another style, and what is said of it in the same line."""
+    out.print(f"{name} ", style=style, end="", highlight=False)
     out.print(said, highlight=False, soft_wrap=True)
 
 
@@ -55,6 +56,6 @@ def typed_command() -> str:
 def print_refused(out: Console, what: str, problems: Sequence[str], most: int = 10) -> None:
     """Print the first problems, each after ``what`` it means, and how many more there are."""
     for problem in problems[:most]:
-        out.print(f"{what}: {problem}", markup=False, highlight=False, soft_wrap=True)
+        out.print(f"{what}: {problem}", highlight=False, soft_wrap=True)
     if len(problems) > most:
         out.print(f"and {len(problems) - most} more", highlight=False)

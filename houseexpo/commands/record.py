@@ -21,21 +21,25 @@ def record(
         Path | None, typer.Option(help="ROS 2 bag to write: .mcap (needs the extra 'bag').", show_default="none")
     ] = None,
     plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="at random")] = None,
-    task: Annotated[TaskName, typer.Option(help="What counts; avoidance has a room of its own.")] = "exploration",
+    task: Annotated[
+        TaskName, typer.Option(help="What the robot is to do; avoidance has a room of its own.")
+    ] = "exploration",
     policy: Annotated[
         str | None,
         typer.Option(
-            help="A name, as frontier; a file; or module:name. Several, by commas: side by side.",
+            help="A name such as frontier, a file, or module:name; several, by commas, go side by side.",
             show_default="frontier; wall, avoidance; a-star, navigation",
         ),
     ] = None,
-    steps: Annotated[int, typer.Option(min=1, help="At most; it is over where the episode is.")] = 200,
-    seed: Annotated[int, typer.Option(min=0, help="Of plan, start, noise and policy.")] = 0,
+    steps: Annotated[int, typer.Option(min=1, help="Steps at most; the episode may end sooner.")] = 200,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of plan, start, noise and policy.")] = 0,
     fps: Annotated[float, typer.Option(help="Pictures a second.")] = 15.0,
-    every: Annotated[int, typer.Option(min=1, help="A picture after so many steps.")] = 1,
+    every: Annotated[int, typer.Option(min=1, help="Steps from one picture to the next.")] = 1,
     shows: Annotated[
         Literal["map", "both", "truth", "beside"],
-        typer.Option(help="The map, over the pale truth, the truth, or truth and map side by side."),
+        typer.Option(
+            help="map: what the robot knows; both: that over a pale house; truth: the house; beside: house and map."
+        ),
     ] = "both",
     size: Annotated[tuple[int, int], typer.Option(help="Width and height at most, pixels.")] = (640, 480),
     config: Annotated[
@@ -43,37 +47,36 @@ def record(
     ] = None,
 ) -> None:
     """Write a movie of a policy at work, or a ROS bag of what its robot knows and reads."""
-    from rich.console import Console
-
     from houseexpo.commands.environment import environment
+    from houseexpo.commands.printing import console
     from houseexpo.errors import ConfigError
     from houseexpo.pseudoslam.agents.policies import policy_of
     from houseexpo.pseudoslam.io.races import Racer, record_race
     from houseexpo.pseudoslam.io.record import record as write
     from houseexpo.words import counted
 
-    console = Console(markup=False)
+    printed = console()
     names = (_POLICIES[task] if policy is None else policy).split(",")
     if len(names) > 1:
         if out is None or bag is not None or shows == "beside":
             raise ConfigError("--policy: several make a movie, --out FILE; no bag, and no --shows beside")
-        with console.status(f"recording {counted(steps, 'step')}"):
+        with printed.status(f"recording {counted(steps, 'step')}"):
             racers = [(name, *environment(dataset, plan, task, config, steps)) for name in names]
             runners = [Racer(name, env, policy_of(name, env, seed)) for name, env, _ in racers]
             record_race(
                 runners, out, steps, seed=seed, options=racers[0][2], fps=fps, every=every, shows=shows, most_px=size
             )
         for racer in runners:
-            console.print(f"{racer.name}: {racer.caption()}", highlight=False, soft_wrap=True)
+            printed.print(f"{racer.name}: {racer.caption()}", highlight=False, soft_wrap=True)
         return
-    with console.status(f"recording {counted(steps, 'step')}"):
+    with printed.status(f"recording {counted(steps, 'step')}"):
         env, options = environment(dataset, plan, task, config, steps, ranges=bag is not None)
         acts = policy_of(names[0], env, seed)
         done = write(
             env, acts, out, steps, seed=seed, options=options, fps=fps, every=every, shows=shows, most_px=size, bag=bag
         )
     written = " and ".join(str(file) for file in (out, bag) if file)
-    console.print(
+    printed.print(
         f"{written}: {counted(done.steps, 'step')} in plan {done.info['plan_id']}, {done.info['coverage']:.0%} seen, "
         f"{counted(done.info['collisions'], 'collision')}, reward {done.reward:.2f}",
         highlight=False,

@@ -13,13 +13,13 @@ def release(
     out: Annotated[Path, typer.Option(help="Folder: new, empty, or a former release.", show_default=False)],
     title: Annotated[str, typer.Option(help="Title of the data set.", show_default="says what there is")] = "",
     creator: Annotated[
-        list[str] | None, typer.Option(help="May be repeated.", show_default="HouseExpo contributors")
+        list[str] | None, typer.Option(help="Creator; may be repeated.", show_default="HouseExpo contributors")
     ] = None,
     release_version: Annotated[str, typer.Option(help="Version of the data set.")] = "1.0.0",
-    date: Annotated[str, typer.Option(help="Of publication, such as 2026-05-01.", show_default="none")] = "",
+    date: Annotated[str, typer.Option(help="Date of publication, such as 2026-05-01.", show_default="none")] = "",
     url: Annotated[str, typer.Option(help="Where the data set will be.", show_default="none")] = "",
-    doi: Annotated[str, typer.Option(help="Where one is reserved.", show_default="none")] = "",
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes; all cores by default.")] = None,
+    doi: Annotated[str, typer.Option(help="DOI, where one is reserved.", show_default="none")] = "",
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
 ) -> None:
     """Release a data set: Parquet tables, JSON archive, splits, Croissant, data card, licence, citation, checksums.
 

@@ -101,12 +101,12 @@ def _run(service: Service, listening: socket.socket) -> None:
     import uvicorn
 
     from houseexpo.service.app import make_app
-    from houseexpo.service.connections import Patient
+    from houseexpo.service.connections import LimitedProtocol
 
     limits = service.settings.limits
     config = uvicorn.Config(
         make_app(service),
-        http=Patient,
+        http=LimitedProtocol,
         log_level="warning",
         access_log=False,
         backlog=_QUEUE,

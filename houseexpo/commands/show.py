@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -36,7 +35,8 @@ def show(
     """Draw plans: rooms coloured by label, doors by kind, scale bar, legend. Several make a contact sheet."""
     from houseexpo.commands.given import named_plans
     from houseexpo.drawing import contact_sheet, draw_plan, svg, svg_sheet
-    from houseexpo.files import write_whole
+    from houseexpo.export.files import image
+    from houseexpo.files import make_folder, write_whole
     from houseexpo.progress import watched
 
     if out.suffix not in (".png", ".svg"):
@@ -46,17 +46,13 @@ def show(
     names = [plan.id for plan in found]
     shown = watched((plan.divided if find_rooms else plan for plan in found), "drawing", len(found))
     if out.suffix == ".svg":
-        pictures = [svg(plan, size=size) for plan in shown]
-        out.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(out, (pictures[0] if len(found) == 1 else svg_sheet(pictures, across, names)).encode())
-        return
-    from PIL import Image
-
-    images = [draw_plan(plan, size=size) for plan in shown]
-    out.parent.mkdir(parents=True, exist_ok=True)
-    stream = io.BytesIO()
-    Image.fromarray(images[0] if len(found) == 1 else contact_sheet(images, across, names)).save(stream, "PNG")
-    write_whole(out, stream.getvalue())
+        documents = [svg(plan, size=size) for plan in shown]
+        content = (documents[0] if len(found) == 1 else svg_sheet(documents, across, names)).encode()
+    else:
+        images = [draw_plan(plan, size=size) for plan in shown]
+        content = image(images[0] if len(found) == 1 else contact_sheet(images, across, names), "PNG")
+    make_folder(out.parent)
+    write_whole(out, content)
 
 
 def _chosen(found: Sequence[FloorPlan], limit: int | None, sample: int | None, seed: int) -> Sequence[FloorPlan]:

@@ -11,14 +11,14 @@ from houseexpo.errors import ConfigError
 
 
 def split(
-    dataset: Annotated[Path, typer.Argument(help="Folder, archive or JSON lines.", show_default=False)],
+    dataset: Annotated[Path, typer.Argument(help="Data set: a folder, an archive or JSON lines.", show_default=False)],
     train: Annotated[float | None, typer.Option(help="Share of the plans.", show_default="0.7, or the rest")] = None,
     val: Annotated[float | None, typer.Option(help="Share of the plans.", show_default="0.1, or the rest")] = None,
     test: Annotated[float | None, typer.Option(help="Share of the plans.", show_default="0.2, or the rest")] = None,
     paper: Annotated[bool, typer.Option("--paper", help="The paper's 70/30, without validation plans.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Decides which plan goes where.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for splits/; the data set's own by default.")] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes; all cores by default.")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
 ) -> None:
     """Divide a data set: all levels and copies of a house stay in one split, and each has the same kinds of houses."""
     from rich.table import Table

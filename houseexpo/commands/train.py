@@ -23,9 +23,9 @@ def train(
     dataset: Annotated[
         Path | None, typer.Option(help="Data set, instead of the file's.", show_default="fetched; avoidance: a room")
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Instead of the file's.", show_default="the file's")] = None,
-    steps: Annotated[int | None, typer.Option(help="Instead of the file's.", show_default="the file's")] = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="All cores by default.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of all that is random.", show_default="the file's")] = None,
+    steps: Annotated[int | None, typer.Option(help="Steps to learn from.", show_default="the file's")] = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="Threads.", show_default="one a core")] = None,
 ) -> None:
     """Learn by PPO on the robot's map, with a memory or without; test on plans that are not learned in.
 
@@ -34,6 +34,7 @@ def train(
     one core and without PyTorch; its folder holds weights.json.
     """
     from dataclasses import replace
+    from functools import partial
 
     if task == "chooser":
         if steps is not None or threads is not None:
@@ -58,11 +59,7 @@ def train(
 
     from houseexpo.pseudoslam.learning.training import POLICY, Run, train as run_train  # isort: skip  # PyTorch
 
-    printed = console()
-
-    def say(line: str) -> None:
-        printed.print(line, highlight=False, soft_wrap=True, markup=False)
-
+    say = partial(console().print, highlight=False, soft_wrap=True)
     places = places_of(opened, given.environment, given.evaluation.plans)
     run_train(Run(task, given, places, out), resume=resume, threads=threads, say=say)
     say(f"{out / POLICY}, and what it is in {out / Path(POLICY).with_suffix('.json')}")
@@ -71,6 +68,7 @@ def train(
 def _chooser(out: Path, config: Path | None, dataset: Path | None, seed: int | None, *, resume: bool) -> None:
     """Learn to choose frontiers."""
     from dataclasses import replace
+    from functools import partial
 
     from houseexpo.commands.given import data_set
     from houseexpo.commands.printing import console
@@ -79,10 +77,6 @@ def _chooser(out: Path, config: Path | None, dataset: Path | None, seed: int | N
 
     given = read_toml(ChoosingConfig, config) if config else ChoosingConfig()
     given = given if seed is None else replace(given, seed=seed)
-    opened, printed = data_set(dataset), console()
-
-    def say(line: str) -> None:
-        printed.print(line, highlight=False, soft_wrap=True, markup=False)
-
+    opened, say = data_set(dataset), partial(console().print, highlight=False, soft_wrap=True)
     train_chooser(opened, opened.split("train").ids, given, out, resume=resume, say=say)
     say(f"{out / WEIGHTS}")

@@ -10,10 +10,10 @@ import typer
 
 
 def validate(
-    dataset: Annotated[Path, typer.Argument(help="Folder, archive or JSON lines.", show_default=False)],
+    dataset: Annotated[Path, typer.Argument(help="Data set: a folder, an archive or JSON lines.", show_default=False)],
     json: Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")] = False,
-    list_: Annotated[bool, typer.Option("--list", help="One line a finding.")] = False,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes; all cores by default.")] = None,
+    list_: Annotated[bool, typer.Option("--list", help="Print a line for each finding.")] = False,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
 ) -> None:
     """Check every plan of a data set, and a folder against its manifest.
 
@@ -35,7 +35,7 @@ def validate(
     out = console()
     if list_:
         for finding in report.findings:
-            out.print(str(finding), markup=False, highlight=False, soft_wrap=True)
+            out.print(str(finding), highlight=False, soft_wrap=True)
     table = Table(title=f"{dataset.name}: {counted(report.plans, 'plan')}, {counted(len(report.findings), 'finding')}")
     table.add_column("rule")
     table.add_column("findings", justify="right")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import logging
-import os
-import shutil
 from collections.abc import Callable, Iterable
 from pathlib import Path, PurePosixPath
 from typing import Any, Final, Literal
@@ -52,19 +50,12 @@ def fetch(subset: Subset = "all", *, manifest: Manifest | None = None, progress:
     archive = download(published.archive, downloads, progress)
     lists = [download(source, downloads, progress) for source in published.lists]
     ids = None if subset == "all" else _ids(archive, int(subset), published.subsets.get("demo", ()))
-    partial = target.with_name(f".{subset}-{os.getpid()}")
-    shutil.rmtree(partial, ignore_errors=True)
 
     def wanted(name: str) -> bool:
         return _is_plan(name) and (ids is None or PurePosixPath(name).stem in ids)
 
-    try:
-        unpack(archive, partial, wanted=wanted)
-        for file in lists:
-            shutil.copyfile(file, partial / file.name)
-        partial.rename(target)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
+    if not target.is_dir():  # another process may have been quicker
+        unpack(archive, target, wanted=wanted, beside=lists)
     return target
 
 

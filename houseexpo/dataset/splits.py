@@ -12,7 +12,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -24,7 +24,7 @@ import numpy as np
 from houseexpo.analysis.similarity import THRESHOLD, candidates, compare, comparison_mask, fingerprint
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, DatasetError
-from houseexpo.files import as_json, write_whole
+from houseexpo.files import as_json, sha256_of, write_whole
 from houseexpo.floorplan import FloorPlan
 from houseexpo.progress import watched
 
@@ -209,6 +209,5 @@ def _into_manifest(folder: Path, files: Sequence[Path]) -> None:
         known = {name: digest for name, digest in said["files"].items() if not name.startswith("splits/")}
     except (msgspec.DecodeError, KeyError, AttributeError) as error:
         raise DatasetError(f"{file}: expected the manifest of a data set, found {error}") from None
-    digest: Callable[[Path], str] = lambda path: hashlib.sha256(path.read_bytes()).hexdigest()  # noqa: E731
-    known |= {path.relative_to(folder).as_posix(): digest(path) for path in files if path.exists()}
+    known |= {path.relative_to(folder).as_posix(): sha256_of(path) for path in files if path.exists()}
     write_whole(file, as_json({**said, "files": dict(sorted(known.items()))}))

@@ -5,14 +5,13 @@ from __future__ import annotations
 import gzip
 import shutil
 import tarfile
-import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Final
 
 from houseexpo.dataset.store.records import broken
 from houseexpo.errors import DatasetError
+from houseexpo.files import whole_folder
 
 MAX_FILES: Final = 100_000
 MAX_BYTES: Final = 4 * 2**30
@@ -24,10 +23,13 @@ def unpack(
     target: Path,
     *,
     wanted: Callable[[str], bool] = lambda name: True,  # noqa: ARG005 - a parameter's name
+    beside: Iterable[Path] = (),
     max_files: int = MAX_FILES,
     max_bytes: int = MAX_BYTES,
 ) -> int:
     """Unpack the files of a ``.tar.gz`` into the folder ``target``, which must not exist, and return how many.
+
+    Files ``beside`` the archive are copied into the folder too.
 
     1. An absolute name, ``..``, a drive letter, a link, a device, a name twice: refused, whatever is wanted.
     2. More than ``max_files`` members, ``max_bytes`` in all or 64 MiB in one: refused before they are written.
@@ -41,14 +43,17 @@ def unpack(
     """
     if target.exists():
         raise DatasetError(f"{target}: expected no such folder, found one; delete it or choose another")
-    with _appearing(target) as folder, broken(archive):
-        count = 0
-        for name, data in _members(archive, max_files, max_bytes):
-            if wanted(name):
-                file = folder / name
-                file.parent.mkdir(parents=True, exist_ok=True)
-                file.write_bytes(data)
-                count += 1
+    count = 0
+    with whole_folder(target) as folder:
+        with broken(archive):
+            for name, data in _members(archive, max_files, max_bytes):
+                if wanted(name):
+                    file = folder / name
+                    file.parent.mkdir(parents=True, exist_ok=True)
+                    file.write_bytes(data)
+                    count += 1
+        for file in beside:
+            shutil.copyfile(file, folder / file.name)
     return count
 
 
@@ -95,17 +100,3 @@ def _safe(archive: Path, member: tarfile.TarInfo) -> str:
     if not member.isreg():
         raise DatasetError(f"{archive}: expected files, found a link or device, {member.name!r}; not unpacked")
     return str(name)
-
-
-@contextmanager
-def _appearing(target: Path) -> Iterator[Path]:
-    """Yield a folder beside the target; it takes the target's name at the end, or vanishes."""
-    target.parent.mkdir(parents=True, exist_ok=True)
-    partial = Path(tempfile.mkdtemp(dir=target.parent, prefix=".unpacking-"))
-    try:
-        folder = partial / "unpacked"
-        folder.mkdir()
-        yield folder
-        folder.rename(target)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)

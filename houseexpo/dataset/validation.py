@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain, islice
@@ -15,10 +14,11 @@ import msgspec
 
 from houseexpo.dataset.store.records import Record, records
 from houseexpo.errors import DatasetError, PlanError
+from houseexpo.files import sha256_of
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.rules import parts, rings
 from houseexpo.plan.rules.rings import Broken
-from houseexpo.processes import in_processes
+from houseexpo.processes import in_chunks, in_processes
 from houseexpo.progress import watched
 
 Rule = Callable[[FloorPlan], Iterator[Broken]]
@@ -137,16 +137,11 @@ def check_records(chunk: list[Record]) -> tuple[list[tuple[str, str]], list[Find
 def _checked(path: Path, workers: int) -> Iterator[tuple[list[tuple[str, str]], list[Finding]]]:
     waiting = records(path)
     first = list(islice(waiting, _FEW))
-    chunks = _chunks(chain(first, waiting))
+    chunks = in_chunks(chain(first, waiting), _CHUNK)
     if workers <= 1 or len(first) < _FEW:
         yield from map(check_records, chunks)
         return
     yield from in_processes(check_records, chunks, workers)
-
-
-def _chunks(items: Iterable[Record]) -> Iterator[list[Record]]:
-    waiting = iter(items)
-    yield from iter(lambda: list(islice(waiting, _CHUNK)), [])
 
 
 def _read(record: Record) -> tuple[FloorPlan | None, list[Finding]]:
@@ -198,5 +193,5 @@ def _against_manifest(path: Path) -> Iterator[Finding]:
             yield Finding(name, "", "manifest", name, "expected a file of the folder, found a path out of it")
         elif not (path / name).is_file():
             yield Finding(name, "", "manifest", name, "expected this file, found none")
-        elif hashlib.sha256((path / name).read_bytes()).hexdigest() != digest:
+        elif sha256_of(path / name) != digest:
             yield Finding(name, "", "manifest", name, "expected the SHA-256 that the manifest gives, found another")

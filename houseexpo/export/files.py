@@ -25,6 +25,11 @@ def number(value: float) -> str:
     return f"{round(value, 4) + 0.0:.4f}".rstrip("0").rstrip(".")
 
 
+def numbers(*values: float) -> str:
+    """Write several, with blanks between."""
+    return " ".join(map(number, values))
+
+
 def as_json(value: Any) -> bytes:
     """Write JSON in UTF-8 with a line end."""
     return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode() + b"\n"

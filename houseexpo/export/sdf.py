@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import shapely
 
-from houseexpo.export.files import Files, number
+from houseexpo.export.files import Files, numbers
 from houseexpo.export.orientation import Orientation
 from houseexpo.export.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
 from houseexpo.export.trapezoids import trapezoids
@@ -95,15 +95,15 @@ def _stand(link: ET.Element, kind: str, piece: _Piece) -> None:
     square = {tuple(corner) for corner in piece.ring.tolist()} == {(x1, y1), (x2, y1), (x2, y2), (x1, y2)}
     part = _child(link, kind, name=f"{piece.name}_{kind}")
     if square:
-        _child(part, "pose", _numbers((x1 + x2) / 2, (y1 + y2) / 2, (piece.low + piece.high) / 2, 0, 0, 0))
-        size = _numbers(x2 - x1, y2 - y1, piece.high - piece.low)
+        _child(part, "pose", numbers((x1 + x2) / 2, (y1 + y2) / 2, (piece.low + piece.high) / 2, 0, 0, 0))
+        size = numbers(x2 - x1, y2 - y1, piece.high - piece.low)
         _child(_child(_child(part, "geometry"), "box"), "size", size)
     else:
-        _child(part, "pose", _numbers(0, 0, piece.low, 0, 0, 0))
+        _child(part, "pose", numbers(0, 0, piece.low, 0, 0, 0))
         polyline = _child(_child(part, "geometry"), "polyline")
         for x, y in piece.ring.tolist():
-            _child(polyline, "point", _numbers(x, y))
-        _child(polyline, "height", _numbers(piece.high - piece.low))
+            _child(polyline, "point", numbers(x, y))
+        _child(polyline, "height", numbers(piece.high - piece.low))
     if kind == "visual":
         _coloured(part, piece.colour)
 
@@ -112,13 +112,13 @@ def _ground(world: ET.Element, built: Solid) -> None:
     x1, y1, x2, y2 = built.bounds
     model = _child(world, "model", name="ground")
     _child(model, "static", "true")
-    _child(model, "pose", _numbers((x1 + x2) / 2, (y1 + y2) / 2, 0, 0, 0, 0))
+    _child(model, "pose", numbers((x1 + x2) / 2, (y1 + y2) / 2, 0, 0, 0, 0))
     link = _child(model, "link", name="ground")
     for kind in ("collision", "visual"):
         part = _child(link, kind, name=f"ground_{kind}")
         plane = _child(_child(part, "geometry"), "plane")
         _child(plane, "normal", "0 0 1")
-        _child(plane, "size", _numbers(x2 - x1 + 10, y2 - y1 + 10))
+        _child(plane, "size", numbers(x2 - x1 + 10, y2 - y1 + 10))
         if kind == "visual":
             _coloured(part, _GROUND)
 
@@ -141,7 +141,3 @@ def _child(parent: ET.Element, tag: str, text: str | None = None, **attributes: 
     child = ET.SubElement(parent, tag, attributes)
     child.text = text
     return child
-
-
-def _numbers(*values: float) -> str:
-    return " ".join(map(number, values))

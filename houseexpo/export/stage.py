@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from houseexpo.export.files import Files, number
+from houseexpo.export.files import Files, number, numbers
 from houseexpo.export.orientation import Orientation
 from houseexpo.export.solid import (
     ROBOT_RADIUS_M,
@@ -49,7 +49,7 @@ def stage(
     x1, y1, x2, y2 = built.bounds
     (x, y), _ = start_and_goal(built.free)
     side = ROBOT_RADIUS_M * math.sqrt(2)  # the square inside the disc
-    middle = _numbers((x1 + x2) / 2, (y1 + y2) / 2)
+    middle = numbers((x1 + x2) / 2, (y1 + y2) / 2)
     lines = [
         f"name {_quoted(plan.id)}",
         "resolution 0.02",
@@ -60,7 +60,7 @@ def stage(
         "(",
         '  name "walls"',
         '  color "gray30"',
-        f"  size [{_numbers(x2 - x1, y2 - y1, built.wall_height)}]",
+        f"  size [{numbers(x2 - x1, y2 - y1, built.wall_height)}]",
         f"  pose [{middle} 0 0]",
         "  gui_nose 0",
         "  gui_move 0",
@@ -68,19 +68,15 @@ def stage(
         *(_block(ring, built.wall_height) for wall in built.walls for ring in trapezoids(wall)),
         *(_block(ring, thing.height) for thing in built.furniture for ring in trapezoids(thing.shape)),
         ")",
-        f'robot ( name "robot" pose [{_numbers(x, y, 0, 0)}] )',
+        f'robot ( name "robot" pose [{numbers(x, y, 0, 0)}] )',
     ]
     return {f"{plan.id}.world": ("\n".join(lines) + "\n").encode()}
 
 
 def _block(ring: Ring, height: float) -> str:
-    points = " ".join(f"point[{i}] [{_numbers(x, y)}]" for i, (x, y) in enumerate(ring.tolist()))
-    return f"  block ( points {len(ring)} {points} z [{_numbers(0, height)}] )"
+    points = " ".join(f"point[{i}] [{numbers(x, y)}]" for i, (x, y) in enumerate(ring.tolist()))
+    return f"  block ( points {len(ring)} {points} z [{numbers(0, height)}] )"
 
 
 def _quoted(name: str) -> str:
     return '"' + name.replace('"', "'") + '"'  # the world file's strings know no escape
-
-
-def _numbers(*values: float) -> str:
-    return " ".join(map(number, values))

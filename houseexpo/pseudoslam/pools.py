@@ -1,4 +1,4 @@
-"""The arrays of ``kernels.step.Episode``, alone and in pools with one axis more in front.
+"""The arrays of ``kernels.episode.Episode``, alone and in pools with one axis more in front.
 
 Some lie in an episode itself, some in tuples of arrays that are its parts: no deeper.
 """

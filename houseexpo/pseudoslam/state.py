@@ -22,7 +22,7 @@ class State:
     Parameters
     ----------
     episode
-        All that changes, as arrays (``kernels.step.Episode``), and what is the episode's own: equal bytes there are
+        All that changes, as arrays (``kernels.episode.Episode``), and what is the episode's own: equal bytes there are
         equal episodes.
     observable_cells
         How many cells coverage counts.

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.checks import number
+from houseexpo.pseudoslam.config.checks import number, one_of
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.metrics import Bools, Floats, Metrics
 
@@ -92,7 +92,7 @@ class Exploration(Task):
     default = SimulatorConfig()
 
     def __post_init__(self) -> None:
-        _one_of(self.reward, get_args(ExplorationReward))
+        one_of(self.reward, "reward", get_args(ExplorationReward))
         number(self.cost_per_metre, "cost_per_metre", at_least=0.0)
         number(self.cost_per_turn, "cost_per_turn", at_least=0.0)
         if self.success_coverage is not None:
@@ -160,7 +160,7 @@ class ObstacleAvoidance(Task):
 
     def __post_init__(self) -> None:
         number(self.safe_m, "safe_m", above=0.0)
-        _one_of(self.reward, get_args(AvoidanceReward))
+        one_of(self.reward, "reward", get_args(AvoidanceReward))
 
     @property
     def clearance_m(self) -> float:  # type: ignore[override]  # a constant of other tasks
@@ -235,11 +235,6 @@ class Navigation(Task):
             "goal": after.constants.goal_m.copy(),
             "spl": np.where(success, share, 0.0),
         }
-
-
-def _one_of(name: str, known: tuple[str, ...]) -> None:
-    if name not in known:
-        raise ConfigError(f"reward: expected one of {', '.join(known)}; found {name!r}")
 
 
 ROOM = FloorPlan("room-5.2x3.5", np.array([(0.0, 0.0), (0.0, 3.5), (5.2, 3.5), (5.2, 0.0)]), 1, {})

@@ -9,7 +9,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
-ARCHIVE: Final = "json.tar.gz"
 _LEVEL: Final = 6
 
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 import pyarrow as pa
 
 from houseexpo.dataset.store.records import ARCHIVE
-from houseexpo.release.folder import sha256
+from houseexpo.files import sha256_of
 from houseexpo.release.tables import IMAGE, Column, Table
 from houseexpo.release.words import KEYWORDS, Facts, bibtex
 
@@ -117,7 +117,7 @@ def _file(folder: Path, name: str, kind: str, about: str) -> dict[str, Any]:
         "contentUrl": name,
         "contentSize": f"{file.stat().st_size} B",
         "encodingFormat": kind,
-        "sha256": sha256(file),
+        "sha256": sha256_of(file),
     }
 
 

@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -16,7 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import PARTIAL, write_whole
+from houseexpo.files import PARTIAL, sha256_of, write_whole
 
 SUMS: Final = "SHA256SUMS"
 CROISSANT: Final = "croissant.json"
@@ -67,14 +66,8 @@ def appearing(target: Path) -> Iterator[Path]:
 
 def write_sums(folder: Path) -> None:
     """Write ``SHA256SUMS`` (R3)."""
-    lines = [f"{sha256(folder / name)}  {name}\n" for name in _files(folder) if name != SUMS]
+    lines = [f"{sha256_of(folder / name)}  {name}\n" for name in _files(folder) if name != SUMS]
     write_whole(folder / SUMS, "".join(lines).encode())
-
-
-def sha256(file: Path) -> str:
-    """Return the SHA-256 of a file, in hex digits."""
-    with file.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def _files(folder: Path) -> list[str]:

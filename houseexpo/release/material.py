@@ -11,7 +11,6 @@
 from __future__ import annotations
 
 import fcntl
-import hashlib
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -24,6 +23,7 @@ import msgspec
 from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.dataset.store.records import records
 from houseexpo.errors import DatasetError
+from houseexpo.files import sha256_of
 from houseexpo.progress import watched
 from houseexpo.release.about import LINE, is_line
 from houseexpo.release.licences import OWN, Licence, licence_of
@@ -166,7 +166,7 @@ def _check_whole(path: Path, manifest: Manifest, plans: Dataset) -> None:
         if not _inside(path, name):
             raise DatasetError(f"{path}: manifest.json: expected names of files in the folder, found {name!r}")
         try:
-            found = hashlib.sha256((path / name).read_bytes()).hexdigest()
+            found = sha256_of(path / name)
         except OSError as error:
             raise DatasetError(f"{path}: {name}: cannot be read ({error.strerror}); build again") from None
         if found != expected:

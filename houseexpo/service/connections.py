@@ -16,7 +16,7 @@ IDLE_TIMEOUT_S: Final = 10.0
 MAX_PER_ADDRESS: Final = 128
 
 
-class Patient(H11Protocol):
+class LimitedProtocol(H11Protocol):
     """HTTP/1.1 as uvicorn speaks it, with a client that goes on asking."""
 
     _look: asyncio.TimerHandle

@@ -18,7 +18,7 @@ from houseexpo.service.collection import Opened
 _CANDIDATES: Final = 120
 _COMPARED: Final = 24
 _PIXELS_PER_METRE: Final = 10.0
-_LEAST_ALIKE: Final = 0.5
+_MAX_DIFFERENCE: Final = 0.5
 
 
 def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
@@ -43,7 +43,7 @@ def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
     mask = comparison_mask(plan, _PIXELS_PER_METRE)
     found: list[tuple[float, str, str]] = []
     for other in np.argsort(bounds, kind="stable")[:_COMPARED].tolist():
-        limit = sorted(each[0] for each in found)[most - 1] if len(found) >= most else _LEAST_ALIKE
+        limit = sorted(each[0] for each in found)[most - 1] if len(found) >= most else _MAX_DIFFERENCE
         if bounds[other] > limit:
             break
         match = compare(mask, comparison_mask(now.data[ids[other]], _PIXELS_PER_METRE), limit)

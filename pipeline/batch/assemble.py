@@ -15,7 +15,7 @@ import msgspec
 
 from houseexpo.analysis.similarity import Duplicate
 from houseexpo.dataset.index import index_table
-from houseexpo.files import as_json, sync_folder, write_whole
+from houseexpo.files import as_json, sha256_of, sync_folder, write_whole
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import FORMAT, encode
 from pipeline.batch import disk
@@ -37,7 +37,7 @@ _BESIDE = ("duplicates.jsonl", "index.parquet", "rejected.jsonl", "stats.json")
 class DataSet:
     """What a finished build came to: its statistics, the ids of its plans, and what a person should know of it.
 
-    ``not_done`` counts the inputs that a fault of the moment kept from being done; ``unchanged``: it stood so before;
+    ``not_done`` counts the inputs that a transient fault kept from being done; ``unchanged``: it stood so before;
     ``entries`` say what came of each input, ``ignored`` counts the files of its folders that are no houses, by suffix.
     """
 
@@ -64,7 +64,7 @@ class Parts:
 
     def state(self) -> str:
         """Return a hash of all that the data set depends on."""
-        outcomes = [(entry.plans, entry.refused, entry.versions, entry.passing) for entry in self.entries]
+        outcomes = [(entry.plans, entry.refused, entry.versions, entry.transient) for entry in self.entries]
         words = {name: asdict(override) for name, override in self.overrides.items()}
         lists = [(str(file.relative_to(self.folder.root)), file.read_bytes()) for file in list_files(self.folder.root)]
         sources = (_public(self.sources), self.config.rights())
@@ -109,7 +109,7 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
     os.sync()  # the plans, whose names the manifest is about to vouch for
     write_whole(folder.root / MANIFEST, as_json(_manifest(parts, files, stats)), durable=True)
     sync_folder(folder.root)
-    others = {name: folder.described(name, _sha256(folder.root / name)) for name in (*_BESIDE, MANIFEST)}
+    others = {name: folder.described(name, sha256_of(folder.root / name)) for name in (*_BESIDE, MANIFEST)}
     folder.finish(Finished(parts.state(), {**published.written, **others}))
     progress("putting together", 1, 1)
     not_done = stats["outcomes"]["not_done"]
@@ -161,7 +161,7 @@ def _override(name: str, kept: Kept, overrides: Mapping[str, Override]) -> Overr
 
 
 def _outcomes(parts: Parts, plans: int, dropped: list[Duplicate], refused: list[Refused]) -> dict[str, Any]:
-    not_done = sum(entry.passing for entry in parts.entries)
+    not_done = sum(entry.transient for entry in parts.entries)
     reasons = Counter(r.reason for r in refused)
     return {
         "inputs": len(parts.entries),
@@ -180,7 +180,7 @@ def _lines(values: Iterable[dict[str, Any]]) -> bytes:
 def _manifest(parts: Parts, own: Mapping[str, str], stats: Mapping[str, Any]) -> dict[str, Any]:
     root = parts.folder.root
     lists = sorted(path.relative_to(root).as_posix() for path in list_files(root))
-    files = {name: _sha256(root / name) for name in (*_BESIDE, *lists)}
+    files = {name: sha256_of(root / name) for name in (*_BESIDE, *lists)}
     others = {entry.input: entry.versions for entry in parts.entries if entry.plans and entry.versions != versions()}
     made_otherwise = {
         plan.id: entry.versions for entry in parts.entries if entry.input in others for plan in entry.plans
@@ -203,8 +203,3 @@ def _manifest(parts: Parts, own: Mapping[str, str], stats: Mapping[str, Any]) ->
 def _public(sources: Iterable[str]) -> list[str]:
     """Return the sources' own names: where they lie on this machine is nobody else's business."""
     return sorted(disk.printable(Path(source).name) if is_path(source) else source for source in sources)
-
-
-def _sha256(file: Path) -> str:
-    with file.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -73,7 +73,7 @@ Outcome: TypeAlias = Kept | Refused
 class Entry(msgspec.Struct, frozen=True):
     """One input that is done: what went in, and what came of it.
 
-    ``source`` lists it; ``gone`` says that its source no longer does. ``passing``: a fault of the moment kept it from
+    ``source`` lists it; ``gone`` says that its source no longer does. ``transient``: a transient fault kept it from
     being done, so that it is to be tried again. ``versions`` are those of the libraries that made it. ``file`` is what
     people know the input by, ``stages`` the seconds of each stage.
     """
@@ -86,7 +86,7 @@ class Entry(msgspec.Struct, frozen=True):
     plans: list[Kept] = []
     refused: list[Refused] = []
     versions: dict[str, str] = {}
-    passing: bool = False
+    transient: bool = msgspec.field(default=False, name="passing")  # as journals have it
     gone: bool = False
     file: str = ""
     stages: dict[str, float] = {}

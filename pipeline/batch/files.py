@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from glob import escape
 from pathlib import Path
 
+from houseexpo.files import sha256_of
 from pipeline.batch.disk import from_text, to_text
 from pipeline.batch.entry import Content
 from pipeline.rejection import Rejection
@@ -79,14 +80,9 @@ def _contents(names: Sequence[str], item: Input, began_ns: int) -> list[Content]
         file = folder / from_text(name)
         size, mtime_ns = _look(file)
         try:
-            digest = _digest(file) if part is None or file != own else hashlib.sha256(part(item)).hexdigest()
+            digest = sha256_of(file) if part is None or file != own else hashlib.sha256(part(item)).hexdigest()
         except (OSError, Rejection):
             found.append(Content(name, ABSENT, 0, ""))
         else:
             found.append(Content(name, size, mtime_ns if mtime_ns < began_ns else 0, digest))
     return found
-
-
-def _digest(file: Path) -> str:
-    with file.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -60,8 +60,8 @@ class _Started(msgspec.Struct):
     parameters_sha256: str
 
 
-class _Manifest(msgspec.Struct):
-    """Of a manifest, the files it names."""
+class Manifest(msgspec.Struct):
+    """Of ``manifest.json``, the files that it names, each with its SHA-256."""
 
     files: dict[str, str]
 
@@ -188,7 +188,7 @@ class Folder:
 
     def _ours(self) -> set[str] | None:
         """Return the plans and pictures that builds wrote; None where that cannot be told any more (R4)."""
-        finished, manifest = self.finished(), _read(self.root / MANIFEST, _Manifest)
+        finished, manifest = self.finished(), _read(self.root / MANIFEST, Manifest)
         records = [
             [*map(_short, finished.files)] if finished else None,
             _read(self.build / "announced.json", list[str]),

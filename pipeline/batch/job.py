@@ -18,8 +18,8 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
 from pipeline.batch.entry import Entry, Kept, Outcome, Refused, shown
 from pipeline.batch.files import folders_of, known_again, looked_at
-from pipeline.batch.passing import passing_fault
 from pipeline.batch.plans import Plans
+from pipeline.batch.transient import transient_fault
 from pipeline.config import PipelineConfig
 from pipeline.corrections import corrected_level
 from pipeline.geometry.overlay import quiet
@@ -90,11 +90,11 @@ class Job:
     recipe: str
     known: Entry | None = None
 
-    def refused(self, rejection: Rejection, *, passing: bool = False) -> Entry:
+    def refused(self, rejection: Rejection, *, transient: bool = False) -> Entry:
         """Return the entry of an input that gives no plan for a reason outside of it."""
         refused = Refused.of(self.item.id, rejection)
         file = shown(self.item, self.source)
-        return Entry(self.name, self.source, self.recipe, [], 0.0, [], [refused], passing=passing, file=file)
+        return Entry(self.name, self.source, self.recipe, [], 0.0, [], [refused], transient=transient, file=file)
 
 
 def work(settings: Settings, job: Job) -> Entry:
@@ -104,14 +104,14 @@ def work(settings: Settings, job: Job) -> Entry:
         for mirror in settings.mirrors:
             mirror.mount()
     except OSError as error:
-        return job.refused(not_yet(error.strerror or str(error)), passing=True)
+        return job.refused(not_yet(error.strerror or str(error)), transient=True)
     if job.known is not None and (files := known_again(job.item, job.known.files, began_ns)) is not None:
         return msgspec.structs.replace(job.known, files=files, source=job.source, gone=False)
     with recorded(*folders_of(job.item)) as names, measured() as seconds, quiet():
         try:
             outcomes = list(_outcomes(job.item, settings))
-        except OSError as error:  # a fault of the moment: it says nothing about the house
-            return job.refused(not_yet(error.strerror or str(error)), passing=True)
+        except OSError as error:  # a transient fault: it says nothing about the house
+            return job.refused(not_yet(error.strerror or str(error)), transient=True)
     return Entry(
         input=job.name,
         source=job.source,
@@ -127,7 +127,7 @@ def work(settings: Settings, job: Job) -> Entry:
 
 
 def not_yet(what: str) -> Rejection:
-    """Return what is said of an input that a fault of the moment kept from being done."""
+    """Return what is said of an input that a transient fault kept from being done."""
     return Rejection("executor", Reason.NOT_YET, what, "build again when it has passed")
 
 
@@ -139,14 +139,14 @@ def rng_of(level: Level, seed: int) -> np.random.Generator:
 def _outcomes(item: Input, settings: Settings) -> Iterator[Outcome]:
     """Yield an outcome for each level; what goes wrong outside of a level's stages is the whole input's.
 
-    Raises OSError for a fault of the moment.
+    Raises OSError for a transient fault.
     """
     count = 0
     try:
         for level in timed(reader(item.reader).read(item), lambda _: "source"):
             count += 1
             if isinstance(level, RejectedLevel):
-                _raise_passing(level.rejection)
+                _raise_transient(level.rejection)
                 yield Refused.of(level.id, level.rejection)
             else:
                 yield from _of_level(level, item, settings)
@@ -168,7 +168,7 @@ def _of_level(level: Level, item: Input, settings: Settings) -> list[Outcome]:
         found = settings.plan(corrected_level(level, override), override.applied(settings.config), rng)
         return [_outcome(each, level, settings) for each in found]
     except Rejection as rejection:
-        _raise_passing(rejection)
+        _raise_transient(rejection)
         return [Refused.of(level.id, rejection.pictured(top_view(level.walls)))]
     except Exception as error:  # noqa: BLE001 - the other levels of the house go on
         return [Refused.of(level.id, _as_rejection(error, item))]
@@ -208,7 +208,7 @@ def _dropped(override: Override) -> Rejection:
 
 
 def _as_rejection(error: Exception, item: Input) -> Rejection:
-    _raise_passing(error)
+    _raise_transient(error)
     if isinstance(error, Rejection):
         return error
     if isinstance(error, MemoryError):
@@ -222,6 +222,6 @@ def _as_rejection(error: Exception, item: Input) -> Rejection:
     return Rejection("internal", Reason.INTERNAL, detail, "this is a fault of the program: please report it")
 
 
-def _raise_passing(error: BaseException) -> None:
-    if (fault := passing_fault(error)) is not None:
+def _raise_transient(error: BaseException) -> None:
+    if (fault := transient_fault(error)) is not None:
         raise fault

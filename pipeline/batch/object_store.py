@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from houseexpo.errors import ConfigError
-from pipeline.batch.folder import MANIFEST, PARTS
+from pipeline.batch.folder import MANIFEST, PARTS, Manifest
 from pipeline.batch.remote import faults, opened
 
 T = TypeVar("T")
@@ -33,10 +33,6 @@ def _files(root: Path, kind: str) -> list[str]:
     """Return the file of that name, or the files of that folder."""
     found = [root / kind] if (root / kind).is_file() else sorted((root / kind).rglob("*"))
     return [file.relative_to(root).as_posix() for file in found if file.is_file()]
-
-
-class _Manifest(msgspec.Struct):
-    files: dict[str, str]
 
 
 def _is_kept(name: str) -> bool:
@@ -138,7 +134,7 @@ class ObjectStore:
         """Bring the store to what the folder holds; ``plans`` and ``beside`` are what it holds already."""
         system, path = opened(self.url)
         manifest = (root / MANIFEST).read_bytes()
-        files = msgspec.json.decode(manifest, type=_Manifest).files
+        files = msgspec.json.decode(manifest, type=Manifest).files
         before, there = self._manifest(), self._kept()
         new = [name for name in files if before.get(name) != files[name] or (_is_kept(name) and name not in there)]
         kept = {name: f"{_PLANS}/{files[name][:2]}/{files[name]}" for name in new if _is_kept(name)}
@@ -173,7 +169,7 @@ class ObjectStore:
         return {name for part in PARTS for name in self._found(f"{part}/")}
 
     def _manifest(self) -> dict[str, str]:
-        found = self._read(MANIFEST, _Manifest)
+        found = self._read(MANIFEST, Manifest)
         return {} if found is None else found.files
 
     def _read(self, name: str, kind: type[T]) -> T | None:

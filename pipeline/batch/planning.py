@@ -62,7 +62,7 @@ class Planning:
     """The inputs of a shard, and what is known of them.
 
     ``ended`` hears what came of each that was at work; ``listed`` are those that were come across, ``unfinished`` those
-    that a fault of the moment kept from being done.
+    that a transient fault kept from being done.
     """
 
     listing: Listing
@@ -144,7 +144,7 @@ class Planning:
 
     def _done(self, entry: Entry) -> None:
         self.ended(entry)
-        if entry.passing:
+        if entry.transient:
             self.unfinished[entry.input] = entry
         else:
             self.known.put(entry)
@@ -153,9 +153,9 @@ class Planning:
 def _failed(job: Job, failure: Failure) -> Entry:
     """Return what came of an input whose worker could not say it."""
     if failure.kind == "killed":
-        return job.refused(not_yet(f"{failure.detail}; most often memory ran out: use fewer workers"), passing=True)
+        return job.refused(not_yet(f"{failure.detail}; most often memory ran out: use fewer workers"), transient=True)
     if failure.kind == "untried":
-        return job.refused(not_yet(failure.detail), passing=True)
+        return job.refused(not_yet(failure.detail), transient=True)
     reason, advice = _REASONS[failure.kind]
     entry = job.refused(Rejection("executor", reason, failure.detail, advice))
     return msgspec.structs.replace(entry, files=files_of(job.item), versions=dict(versions()))

@@ -45,7 +45,7 @@ def opened(url: str) -> tuple[Any, str]:
 
 @contextmanager
 def faults(url: str) -> Iterator[None]:
-    """Have what goes wrong with the store be a fault of the moment (``passing``), whatever its library calls it."""
+    """Have what goes wrong with the store be a transient fault, whatever its library calls it."""
     try:
         yield
     except FileNotFoundError:

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
 
 from houseexpo.errors import ConfigError
+from houseexpo.files import sha256_of
 from pipeline.batch.disk import printable
-from pipeline.batch.folder import MANIFEST, PARTS, Folder
+from pipeline.batch.folder import MANIFEST, PARTS, Folder, Manifest
 from pipeline.batch.journal import Journal
 from pipeline.batch.plans import DamagedPlanError, Plans
 from pipeline.batch.store import FolderStore
-
-
-class _Manifest(msgspec.Struct):
-    files: dict[str, str]
 
 
 def verify(root: Path) -> Iterator[str]:
@@ -30,7 +26,7 @@ def verify(root: Path) -> Iterator[str]:
         Where there is no data set, or its build has not ended.
     """
     try:
-        files = msgspec.json.decode((root / MANIFEST).read_bytes(), type=_Manifest).files
+        files = msgspec.json.decode((root / MANIFEST).read_bytes(), type=Manifest).files
     except OSError:
         raise ConfigError(f"{root}: expected a data set, found no {MANIFEST}; build it first") from None
     except msgspec.DecodeError:
@@ -38,7 +34,7 @@ def verify(root: Path) -> Iterator[str]:
         return
     for name, sha256 in files.items():
         try:
-            found = hashlib.sha256((root / name).read_bytes()).hexdigest()
+            found = sha256_of(root / name)
         except OSError:
             yield f"{name}: missing"
             continue

@@ -18,7 +18,7 @@ from pipeline.geometry.doorways import rectangle
 from pipeline.geometry.leaves import CEILING_M, FOOT_M, TALL_M, TOUCH_M, Leaf
 
 WIDTH_M = (0.5, 1.0)
-LEAST_M = 1.2
+MIN_M = 1.2
 PLATE_M = 0.06
 HIGHER_M = 0.05
 HIGHEST_M = 2.4
@@ -36,7 +36,7 @@ def _plates(bodies: Bodies) -> Iterator[tuple[int, Box]]:
     low, high = bodies.low, bodies.high
     tall = high[:, 2] - low[:, 2]
     extent = np.hypot(*(high - low)[:, :2].T)
-    likely = (low[:, 2] <= FOOT_M) & (tall >= LEAST_M) & (tall < TALL_M)
+    likely = (low[:, 2] <= FOOT_M) & (tall >= MIN_M) & (tall < TALL_M)
     for k in np.flatnonzero(likely & (extent >= WIDTH_M[0]) & (extent <= WIDTH_M[1] + PLATE_M)):
         box = bodies.box(int(k))
         if WIDTH_M[0] <= box.width <= WIDTH_M[1] and box.thickness <= PLATE_M:

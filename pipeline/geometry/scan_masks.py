@@ -26,7 +26,7 @@ FOOT_M, HEAD_M = 0.2, 1.85
 TOP_BAND_M = 0.2
 RIM_M = 0.04
 """So much of the top is frayed."""
-LEAST_TOP_M = 2.0
+MIN_TOP_M = 2.0
 CEILING_BAND_M = 0.1
 """Where the ceiling was seen, all that reaches it is wall, and a lintel may be as low as this."""
 TALL_BAND_M, ABOVE_DOORS_M = 0.45, 2.2
@@ -72,7 +72,7 @@ def wall_masks(columns: Columns) -> WallMasks:
     if columns.ceiling_m is not None:
         lowest = top - CEILING_BAND_M
     else:
-        lowest = max(top - TOP_BAND_M, min(LEAST_TOP_M, top - RIM_M))
+        lowest = max(top - TOP_BAND_M, min(MIN_TOP_M, top - RIM_M))
     high = columns.share(lowest, top) >= FULL
     if lowest > ABOVE_DOORS_M:
         high |= columns.share(max(top - TALL_BAND_M, ABOVE_DOORS_M), top) >= FULL

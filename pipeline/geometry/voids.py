@@ -18,7 +18,7 @@ EDGE_M = 0.02
 NARROWEST_M = 0.6
 SHOWN = 0.5
 STANDING_M = 0.6
-LEAST_M2 = 0.7
+MIN_M2 = 0.7
 
 
 def without_voids(room: Polygon, floor: BaseGeometry, below: BaseGeometry, named: BaseGeometry) -> list[Polygon]:
@@ -32,4 +32,4 @@ def without_voids(room: Polygon, floor: BaseGeometry, below: BaseGeometry, named
     if not voids:
         return [room]
     left = polygons_of(subtract(room, mitred(united(voids), EDGE_M)))
-    return [part for part in left if part.area > LEAST_M2 and not opened(part, STANDING_M).is_empty]  # R3
+    return [part for part in left if part.area > MIN_M2 and not opened(part, STANDING_M).is_empty]  # R3

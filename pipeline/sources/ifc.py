@@ -9,11 +9,12 @@ import numpy as np
 from shapely.affinity import translate
 
 from houseexpo.errors import ConfigError
+from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.ifc_file import Part, load_building
 from pipeline.sources.ifc_levels import IfcLevel, storey_levels
-from pipeline.sources.naming import base_id, level_id, list_files, sha256
+from pipeline.sources.naming import base_id, level_id, list_files
 from pipeline.sources.placing import Shift, near_shift
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceOpening, SourceRoom
 
@@ -52,7 +53,7 @@ def read(item: Input) -> Iterator[Level]:
         detail = f"{path.name}: no wall of 1.8 m stands on any of its storeys ({names})"
         raise Rejection("source", Reason.NO_LEVEL, detail, "export the walls too, or the building as a mesh")
     shift = near_shift(np.concatenate([level.walls.vertices for level in found]))
-    digest = sha256(path)
+    digest = sha256_of(path)
     name = dict(item.options).get("file", path.name)
     for number, level in enumerate(found):
         provenance = {

@@ -35,16 +35,10 @@ class Storey:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """An element's triangles in project axes, metres, its words and its class.
-
-    ``storey`` is the step id of the storey that contains it, None where there is none.
-    """
+class Body:
+    """Triangles in project axes, metres."""
 
     mesh: Mesh
-    storey: int | None
-    words: tuple[str, ...] = ()
-    kind: str = ""
 
     @property
     def bottom(self) -> float:
@@ -58,28 +52,29 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
-class Hole:
+class Part(Body):
+    """The body of an element, its words and its class.
+
+    ``storey`` is the step id of the storey that contains it, None where there is none.
+    """
+
+    storey: int | None
+    words: tuple[str, ...] = ()
+    kind: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Hole(Body):
     """A way through a wall: the body of the opening, or of the door where it stands there without one.
 
     ``host``: the wall's triangles, None where the source names none. ``along``: direction of the door's width in plan,
     known for doors; ``width_m``: its width.
     """
 
-    mesh: Mesh
     host: Mesh | None
     has_door: bool
     along: tuple[float, float] | None = None
     width_m: float | None = None
-
-    @property
-    def bottom(self) -> float:
-        """Height of its lowest point."""
-        return float(self.mesh.vertices[:, 2].min())
-
-    @property
-    def top(self) -> float:
-        """Height of its highest point."""
-        return float(self.mesh.vertices[:, 2].max())
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,12 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.sources.ifc_directions import Axis, along_wall
 from pipeline.sources.ifc_file import Hole
-from pipeline.sources.ifc_shapes import block, shadow
+from pipeline.sources.ifc_shapes import are_one, block, shadow
 from pipeline.values import Mesh, SourceOpening
 
 Span = tuple[float, float]
@@ -34,7 +33,7 @@ HALF_STOREY_M = 1.5
 REACH_M = 0.6  # how far beyond a hole its wall may go on
 CAVITY_M = 0.08  # leaves farther apart are two walls
 SKIN_M = 0.002  # the rectangle reaches beyond the wall's faces, so that a cut leaves no film
-LEAST_DEPTH_M = 0.1
+MIN_DEPTH_M = 0.1
 JAMB_M = 0.12
 NICHE_M = 0.03  # what is left of a wall behind a niche
 SAME = 0.5  # intersection over union of two holes that are one
@@ -86,7 +85,7 @@ def closed_holes(
     unfilled = [hole for hole in holes if not hole.has_door and hole.bottom >= low + KNEE_M]
     for hole in (*windows, *unfilled):
         if hole.bottom < high and hole.top > low + KNEE_M:
-            found = _opening(hole, walls, LEAST_DEPTH_M, skin_m=0.0)
+            found = _opening(hole, walls, MIN_DEPTH_M, skin_m=0.0)
             if found is not None:
                 yield block(found.polygon, hole.bottom, hole.top)
 
@@ -113,14 +112,14 @@ def _opening(hole: Hole, walls: StandingWalls, least_m: float, skin_m: float = S
     if hole.host is None and hole.width_m and along[1] - along[0] > hole.width_m + SWUNG_M:
         middle = (along[0] + along[1]) / 2
         along = middle - hole.width_m / 2, middle + hole.width_m / 2
-    if along[1] - along[0] < (LEAST_DEPTH_M if hole.has_door else least_m):
+    if along[1] - along[0] < (MIN_DEPTH_M if hole.has_door else least_m):
         return None
     place = _Place(axis, along, across)
     host = standing if hole.host is None else shadow(hole.host)
     if not hole.has_door and _is_niche(place, host):
         return None
     depth = _over(place, standing) or _beside(place, host) or across
-    thin = max((LEAST_DEPTH_M - (depth[1] - depth[0])) / 2, skin_m)
+    thin = max((MIN_DEPTH_M - (depth[1] - depth[0])) / 2, skin_m)
     return SourceOpening(axis.box(along, (depth[0] - thin, depth[1] + thin)), hole.has_door)
 
 
@@ -171,15 +170,10 @@ def _merged(found: list[SourceOpening]) -> Iterator[SourceOpening]:
     """R4."""
     kept: list[SourceOpening] = []
     for each in found:
-        at = next((k for k, other in enumerate(kept) if _overlap(each.polygon, other.polygon)), None)
+        at = next((k for k, other in enumerate(kept) if are_one(each.polygon, other.polygon, SAME)), None)
         if at is None:
             kept.append(each)
         else:
             both = shapely.oriented_envelope(each.polygon.union(kept[at].polygon))
             kept[at] = SourceOpening(both, each.has_door or kept[at].has_door)
     yield from kept
-
-
-def _overlap(one: Polygon, other: Polygon) -> bool:
-    shared = one.intersection(other).area
-    return bool(shared > SAME * (one.area + other.area - shared))

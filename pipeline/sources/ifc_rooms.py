@@ -16,7 +16,7 @@ import shapely
 from shapely import Polygon
 
 from pipeline.sources.ifc_file import Part
-from pipeline.sources.ifc_shapes import floor_of
+from pipeline.sources.ifc_shapes import are_one, floor_of
 from pipeline.sources.room_names import is_outside_the_count, labels_for
 from pipeline.values import SourceRoom
 
@@ -49,17 +49,12 @@ def _without_doubles(found: list[_Found]) -> list[_Found]:
     """R3."""
     kept: list[_Found] = []
     for each in found:
-        at = next((k for k, other in enumerate(kept) if _are_same(each.shape, other.shape)), None)
+        at = next((k for k, other in enumerate(kept) if are_one(each.shape, other.shape, SAME)), None)
         if at is None:
             kept.append(each)
         else:
             kept[at] = replace(kept[at], words=tuple(dict.fromkeys((*kept[at].words, *each.words))))
     return kept
-
-
-def _are_same(one: Polygon, other: Polygon) -> bool:
-    shared = one.intersection(other).area
-    return bool(shared > SAME * (one.area + other.area - shared))
 
 
 def _without_groups(found: list[_Found]) -> list[_Found]:

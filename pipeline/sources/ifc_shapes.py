@@ -74,3 +74,9 @@ def _union(triangles: npt.NDArray[np.float64]) -> BaseGeometry:
 def _largest(shape: BaseGeometry) -> Polygon:
     pieces = [piece for piece in shapely.get_parts(shape) if isinstance(piece, Polygon)]
     return max(pieces, key=lambda piece: piece.area, default=Polygon())
+
+
+def are_one(one: Polygon, other: Polygon, iou: float) -> bool:
+    """Whether the intersection of two areas over their union is more than ``iou``."""
+    shared = one.intersection(other).area
+    return bool(shared > iou * (one.area + other.area - shared))

@@ -44,7 +44,7 @@ HOVER_M = 0.15
 HOVER_SHARE = 0.15  # of the usual wall length
 FURNITURE_SHARE = 0.4  # of the plan
 LOWEST_STOREY_M = 2.15  # from floor to floor, where one lies over the other
-LEAST_SHARE = 0.1  # of the house's plan; a smaller upper floor is the head of a stair, or a row of shelves
+MIN_SHARE = 0.1  # of the house's plan; a smaller upper floor is the head of a stair, or a row of shelves
 NAMED_SHARE = 0.5  # of a surface, beyond which its names are believed
 
 
@@ -125,7 +125,7 @@ def _storeys(floors: list[FloorSurface | None], foot: float, enclosed_m2: float)
             over = shared >= 0.5 * np.count_nonzero(floor.region)
             if over and floor.layer.top - height < LOWEST_STOREY_M and floor.area_m2 < 0.5 * size:
                 continue
-            if floor.area_m2 < LEAST_SHARE * enclosed_m2:
+            if floor.area_m2 < MIN_SHARE * enclosed_m2:
                 continue
         kept.append(floor)
     return kept

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from houseexpo.errors import ConfigError
+from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.interior import check_interior
@@ -21,7 +22,7 @@ from pipeline.sources.level_names import share_out
 from pipeline.sources.levels import FoundLevel, find_levels
 from pipeline.sources.mesh_load import SUFFIXES, convention, load_scene
 from pipeline.sources.named_scene import door_heights, sort_faces, structural
-from pipeline.sources.naming import base_id, level_id, list_files, sha256
+from pipeline.sources.naming import base_id, level_id, list_files
 from pipeline.sources.no_unit import outside_of
 from pipeline.sources.placing import Shift, near_shift
 from pipeline.sources.scene import Scene
@@ -87,7 +88,7 @@ def read(item: Input) -> Iterator[Level]:
     provenance = {
         "source": "mesh",
         "file": options.get("file", path.name),
-        "sha256": sha256(path),
+        "sha256": sha256_of(path),
         "units": found.units,
         "up": found.up,
         **({"scale": float(options["scale"])} if options.get("scale", "1") != "1" else {}),

@@ -29,8 +29,8 @@ Bools = npt.NDArray[np.bool_]
 
 TOUCH_M = 0.1
 HANDLE_M = 0.03
-LEAST_DOORS = 2
-LEAST_WALLS = 0.15  # of all upright area; names that leave less to stand are wrong
+MIN_DOORS = 2
+MIN_WALLS = 0.15  # of all upright area; names that leave less to stand are wrong
 TERRAIN_BEYOND = 1.15  # a ground this much longer than the rest is terrain
 
 
@@ -84,7 +84,7 @@ def door_heights(scene: Scene) -> dict[str, float]:
     found = {}
     for axis, number in (("y", 1), ("z", 2)):
         upright = [size[number] for size in sizes if 1.5 <= size[number] / max(*np.delete(size, number), 1e-12) <= 4.5]
-        if len(upright) >= LEAST_DOORS:
+        if len(upright) >= MIN_DOORS:
             found[axis] = float(np.median(upright))
     return found
 
@@ -111,7 +111,7 @@ def sort_faces(scene: Scene) -> NamedScene:
     walls = surfaces.walls()
     whole = Surfaces.of(scene.mesh)
     before = float(whole.area[whole.walls()].sum())
-    if float(surfaces.area[walls].sum()) < LEAST_WALLS * before:  # R5
+    if float(surfaces.area[walls].sum()) < MIN_WALLS * before:  # R5
         return NamedScene.plain(scene.mesh)
     return found
 

@@ -79,12 +79,6 @@ def as_text(name: str) -> str:
     return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
-def sha256(path: Path) -> str:
-    """SHA-256 of the file's bytes, in hex digits."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
 def check_file(path: Path) -> None:
     """Raise Rejection where there is no file, or nothing in it."""
     if not path.is_file():

@@ -14,9 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
+from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.naming import level_id, sha256, single_input
+from pipeline.sources.naming import level_id, single_input
 from pipeline.sources.points_file import blocks
 from pipeline.sources.points_storeys import Storey, find_storeys
 from pipeline.sources.points_voxels import Voxels, fill
@@ -50,7 +51,7 @@ def read(item: Input) -> Iterator[Level]:
     if not storeys:
         detail = f"{name}: expected two level layers 1.9 to 6 m apart, or walls over one, found none"
         raise Rejection("source", Reason.NO_LEVEL, detail, "check the up axis and the units, or give --up and --units")
-    provenance = {"source": "points", "file": name, "sha256": sha256(path), "up": voxels.up}
+    provenance = {"source": "points", "file": name, "sha256": sha256_of(path), "up": voxels.up}
     for number, storey in enumerate(storeys):
         yield _level(voxels, storey, level_id(item.id, number, len(storeys)), number, provenance)
 

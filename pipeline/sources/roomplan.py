@@ -19,6 +19,7 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
+from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.geometry.overlay import mitred, polygons_of
 from pipeline.geometry.regions import enclosed, opened
@@ -26,7 +27,7 @@ from pipeline.geometry.walls import close_cracks
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.around import deepened, one_each, walls_around
 from pipeline.sources.drawn import Hole, Wall, floor_of, openings, prism, standing
-from pipeline.sources.naming import check_file, level_id, sha256, single_input
+from pipeline.sources.naming import check_file, level_id, single_input
 from pipeline.sources.recognise import LONGEST_JSON
 from pipeline.sources.room_names import labels_for
 from pipeline.sources.roomplan_scan import THIN_M, Floor, Scan, Section, Thing, parse_scan
@@ -58,7 +59,7 @@ def read(item: Input) -> Iterator[Level]:
     scan = _scan(path)
     if not scan.walls:
         raise Rejection("source", Reason.EMPTY, f"{name}: expected walls, found none", "scan the room again")
-    provenance = {"source": "roomplan", "file": name, "sha256": sha256(path)}
+    provenance = {"source": "roomplan", "file": name, "sha256": sha256_of(path)}
     heights = _heights(scan)
     for number, height in enumerate(heights):
         above = heights[number + 1] if number + 1 < len(heights) else np.inf

@@ -17,11 +17,12 @@ import shapely
 from shapely import Polygon
 from shapely.affinity import scale
 
+from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.archives import read_member
 from pipeline.sources.drawn import Wall, beside, between, clean, floor_of, indoors, openings, prism, standing
-from pipeline.sources.naming import check_file, level_id, sha256, single_input
+from pipeline.sources.naming import check_file, level_id, single_input
 from pipeline.sources.room_names import labels_for
 from pipeline.sources.sweethome_home import DrawnRoom, Home, Piece, Storey, home_of
 from pipeline.sources.sweethome_shapes import bodies, footprint, hole_of, strips
@@ -44,7 +45,7 @@ def read(item: Input) -> Iterator[Level]:
         raise Rejection(
             "source", Reason.EMPTY, f"{name}: no wall stands in the home", "draw its walls, not its furniture"
         )
-    provenance = {"source": "sweethome", "file": name, "sha256": sha256(path)}
+    provenance = {"source": "sweethome", "file": name, "sha256": sha256_of(path)}
     for number, level in enumerate(levels):
         yield _level(home, level, level_id(item.id, number, len(levels)), number, provenance)
 

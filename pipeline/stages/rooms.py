@@ -19,8 +19,8 @@ from shapely import Polygon
 from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
 from pipeline.values import Level, NamedRoom, SourceRoom, Spaces
 
-LEAST_SHARE = 0.3
-LEAST_M2 = 0.5
+MIN_SHARE = 0.3
+MIN_M2 = 0.5
 
 
 def name_rooms(level: Level, spaces: Spaces) -> tuple[NamedRoom, ...]:
@@ -32,7 +32,7 @@ def name_rooms(level: Level, spaces: Spaces) -> tuple[NamedRoom, ...]:
     for source in drawn:  # R2
         shares = [overlap(room, source.polygon).area for room in rooms]
         best = int(np.argmax(shares))
-        if source.polygon is not None and shares[best] > LEAST_SHARE * source.polygon.area:
+        if source.polygon is not None and shares[best] > MIN_SHARE * source.polygon.area:
             named[best] = _with_name(named[best], source)
     for source, k in _by_box(boxed, rooms):  # R3
         named[k] = _with_name(named[k], source)
@@ -47,14 +47,14 @@ def _with_name(room: NamedRoom, source: SourceRoom) -> NamedRoom:
 def _divided(room: Polygon, drawn: list[SourceRoom]) -> list[Polygon]:
     """R1."""
     inside = [s.polygon for s in drawn if s.polygon is not None and s.polygon.intersects(room)]
-    inside = [p for p in inside if overlap(p, room).area > max(LEAST_M2, LEAST_SHARE * p.area)]
+    inside = [p for p in inside if overlap(p, room).area > max(MIN_M2, MIN_SHARE * p.area)]
     if len(inside) < 2:
         return [room]
     cores: list[Polygon] = []
     taken = united([])
     for polygon in sorted(inside, key=lambda p: (p.area, p.bounds)):
         core = subtract(overlap(polygon, room), taken)
-        if core.area > LEAST_M2:
+        if core.area > MIN_M2:
             cores.append(polygons_of(core)[0])
             taken = united([taken, cores[-1]])
     parts = [[core] for core in cores]
@@ -76,7 +76,7 @@ def _by_box(boxed: list[SourceRoom], rooms: list[Polygon]) -> list[tuple[SourceR
     area = np.prod(boxes[:, 2:] - boxes[:, :2], axis=1)
     other = np.prod(bounds[:, 2:] - bounds[:, :2], axis=1)
     fit = shared / np.maximum(area[:, None] + other[None, :] - shared, 1e-9)
-    pairs = [(int(i), int(k)) for i, k in zip(*linear_sum_assignment(-fit), strict=True) if fit[i, k] > LEAST_SHARE]
+    pairs = [(int(i), int(k)) for i, k in zip(*linear_sum_assignment(-fit), strict=True) if fit[i, k] > MIN_SHARE]
     done = {i for i, _ in pairs}
     for i in range(len(boxed)):
         inside = np.where(shared[i] > 0.5 * np.minimum(area[i], other), fit[i], 0.0)

@@ -1,4 +1,4 @@
-"""Data sets to be judged: small plans with a quality and a frame, and people at a desk in processes of their own."""
+"""Data sets to be judged: small plans with a quality and a frame, and people who decide in processes of their own."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ FRAME = Frame(((1.0, 0.0, 10.0), (0.0, 1.0, -2.0)), "z", 0.0, 0)
 CLERK = """
 import sys
 from pathlib import Path
-from houseexpo.service.review.desk import Desk
+from houseexpo.service.review.decisions import Decisions
 file, reviewer, count = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
-desk = Desk(file)
+decisions = Decisions(file)
 for i in range(count):
-    line = desk.decide(f"{reviewer}_{i}", "no_room", reviewer, [float(i), 1.0])
+    line = decisions.decide(f"{reviewer}_{i}", "no_room", reviewer, [float(i), 1.0])
     print(line.plan, flush=True)
 """
 

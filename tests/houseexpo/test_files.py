@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import os
+import zipfile
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import make_folder, write_whole
+from houseexpo.files import as_zip, make_folder, sha256_of, whole_folder, write_whole
 
 
 def test_what_is_no_file_is_left_alone(tmp_path: Path) -> None:
@@ -36,3 +39,40 @@ def test_a_folder_is_made_where_no_file_lies(tmp_path: Path) -> None:
         with pytest.raises(ConfigError, match=r"expected a folder or nothing, found the file .*/taken; name another"):
             make_folder(tmp_path / name)
     assert (tmp_path / "taken").read_text() == "mine"
+
+
+def test_a_folder_appears_whole_or_not_at_all(tmp_path: Path) -> None:
+    target = tmp_path / "above" / "made"
+    with suppress(KeyboardInterrupt), whole_folder(target) as folder:
+        (folder / "a").write_text("x")
+        raise KeyboardInterrupt
+    assert list((tmp_path / "above").iterdir()) == []
+    with whole_folder(target) as folder:
+        (folder / "a").write_text("x")
+        assert not target.exists()
+    assert [file.name for file in target.iterdir()] == ["a"]
+    assert list((tmp_path / "above").iterdir()) == [target]
+
+
+def test_the_folder_of_a_quicker_process_stays(tmp_path: Path) -> None:
+    with whole_folder(tmp_path / "made") as folder:
+        (folder / "mine").write_text("x")
+        (tmp_path / "made").mkdir()
+        (tmp_path / "made" / "theirs").write_text("x")
+    assert [file.name for file in (tmp_path / "made").iterdir()] == ["theirs"]
+    assert list(tmp_path.iterdir()) == [tmp_path / "made"]
+
+
+def test_a_hash_is_that_of_the_bytes(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"abc")
+    assert sha256_of(tmp_path / "a") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+
+
+def test_a_zip_archive_is_the_same_whenever_it_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    files = {"b.txt": b"b" * 1000, "a/c.txt": b"c"}
+    first = as_zip(files)
+    monkeypatch.setattr("time.localtime", lambda *_: (2030, 1, 1, 0, 0, 0, 0, 0, 0))
+    assert as_zip(dict(reversed(files.items()))) == first
+    assert len(first) < 500
+    with zipfile.ZipFile(io.BytesIO(first)) as archive:
+        assert {name: archive.read(name) for name in archive.namelist()} == files

@@ -116,5 +116,5 @@ def test_what_was_ignored_and_why_there_are_more_outcomes_than_inputs_is_said(
 
 def test_the_table_counts_the_doubtful(street: Path, tmp_path: Path) -> None:
     table = outcome_table(run_build([street], tmp_path / "out", plan=doubting).stats)
-    names, counts = (list(column.cells) for column in table.columns)
+    names, counts = ([str(cell) for cell in column.cells] for column in table.columns)
     assert dict(zip(names, counts, strict=True))["  doubtful: quality below 0.8"] == "2"

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext
-from itertools import islice
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import numpy as np
 import pyarrow as pa
@@ -19,6 +18,7 @@ from houseexpo.dataset.store.blocks import BlockWriter
 from houseexpo.dataset.store.records import Record, records
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.processes import in_chunks
 from houseexpo.progress import watched
 
 INDEX: Final = "index.arrow"
@@ -28,7 +28,6 @@ CACHED: Final = pa.schema([*SCHEMA, ("file", pa.string()), ("digest", pa.string(
 """The published columns, the plan's file or place in the archive, and the SHA-1 of its bytes."""
 
 _CHUNK: Final = 256
-T = TypeVar("T")
 
 
 def build(source: Path, target: Path) -> None:
@@ -61,7 +60,7 @@ def _measured(source: Path) -> Iterator[tuple[list[Record], list[FloorPlan], lis
     """Yield records, plans and areas by the chunk; a thread measures one chunk while the next is decoded."""
     waiting: tuple[list[Record], list[FloorPlan], Future[list[float]]] | None = None
     with ThreadPoolExecutor(1) as thread:
-        for chunk in _chunks(watched(records(source), f"reading {source.name}"), _CHUNK):
+        for chunk in in_chunks(watched(records(source), f"reading {source.name}"), _CHUNK):
             plans = [decoded(source, record) for record in chunk]
             before, waiting = waiting, (chunk, plans, thread.submit(areas, plans))
             if before is not None:
@@ -91,9 +90,3 @@ def areas(plans: Sequence[FloorPlan]) -> list[float]:
     shapes = shapely.polygons(shapely.linearrings(np.concatenate(rings), indices=numbers))
     plain = shapely.is_valid(shapes) & np.array([not plan.holes for plan in plans])
     return [float(area) if ok else plan.area for plan, area, ok in zip(plans, shapely.area(shapes), plain, strict=True)]
-
-
-def _chunks(items: Iterable[T], size: int) -> Iterator[list[T]]:
-    waiting = iter(items)
-    while chunk := list(islice(waiting, size)):
-        yield chunk

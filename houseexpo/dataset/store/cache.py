@@ -5,17 +5,16 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
-import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
 from houseexpo.dataset.store.folders import plan_files, plan_folder
 from houseexpo.dataset.store.records import broken
 from houseexpo.errors import ConfigError
-from houseexpo.files import PARTIAL, write_whole
+from houseexpo.files import PARTIAL, whole_folder, write_whole
 
 VARIABLE: Final = "HOUSEEXPO_CACHE"
 VERSION: Final = "2"
@@ -58,7 +57,7 @@ def stored(path: Path, build: Callable[[Path], None], is_whole: Callable[[Path],
         _sweep(stores)
         _sweep(key.parent)
         shutil.rmtree(store, ignore_errors=True)
-        with _whole(store) as partial:  # R3
+        with whole_folder(store) as partial:  # R3
             build(partial)
     write_whole(key, store.name.encode())
     return store
@@ -100,21 +99,6 @@ def _sweep(folder: Path) -> None:
     """Remove what was begun and then left alone for an hour: its process was killed."""
     for partial in folder.glob(f"{PARTIAL}*"):
         with suppress(OSError):
-            latest = max(entry.stat().st_mtime for entry in (partial, *partial.glob("*")))
+            latest = max(entry.stat().st_mtime for entry in (partial, *partial.rglob("*")))
             if time.time() - latest > _LEFT_S:
                 shutil.rmtree(partial) if partial.is_dir() else partial.unlink()
-
-
-@contextmanager
-def _whole(target: Path) -> Iterator[Path]:
-    """Yield a folder to fill; it takes the target's name at the end, or vanishes."""
-    partial = Path(tempfile.mkdtemp(dir=target.parent, prefix=PARTIAL))
-    try:
-        yield partial
-        try:
-            partial.rename(target)
-        except OSError:  # another process was quicker, and made the same
-            if not target.is_dir():
-                raise
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)

@@ -35,7 +35,7 @@ from houseexpo.pseudoslam.worlds.world import World
 
 _LATTICE_M: Final = 0.5
 _MAX_PLACES: Final = 600
-_LEAST_CELLS: Final = 4
+_MIN_CELLS: Final = 4
 _DECIDE_M: Final = 1.0
 _SEEN: Final = 0.99
 """Of what a place is for: then it has served."""
@@ -93,7 +93,7 @@ class Oracle:
         covered = self._unwanted | (known.ravel() != UNKNOWN)
         needless = covered.copy()
         chosen = np.zeros(len(self._places), np.int64)
-        chosen = chosen[: greedy_cover(self._starts, self._views, _LEAST_CELLS, covered, chosen)]
+        chosen = chosen[: greedy_cover(self._starts, self._views, _MIN_CELLS, covered, chosen)]
         if not len(chosen):
             return False
         find_ways(self._house, x, y, self._radius_px, -1, self._ways)

@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
+from houseexpo.pseudoslam.config.checks import one_of
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.envs.spec import Actions, Kind
 from houseexpo.pseudoslam.simulator import Simulator
@@ -70,10 +71,7 @@ class Interface:
 
     def __post_init__(self) -> None:
         for name, kinds in (("actions", Actions), ("observation", Kind)):
-            if getattr(self, name) not in get_args(kinds):
-                raise ConfigError(
-                    f"interface.{name}: expected one of {', '.join(get_args(kinds))}; found {getattr(self, name)!r}"
-                )
+            one_of(getattr(self, name), f"interface.{name}", get_args(kinds))
 
 
 @dataclass(frozen=True)

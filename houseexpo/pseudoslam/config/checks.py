@@ -35,3 +35,9 @@ def above_zero(config: object, where: str, *names: str, at_most: float = math.in
         value = getattr(config, name)
         if not (type(value) is float and 0.0 < value < math.inf and value <= at_most):  # the common case, quickly
             number(value, f"{where}.{name}", above=0.0, at_most=at_most)
+
+
+def one_of(value: object, key: str, known: tuple[str, ...]) -> None:
+    """Refuse what is none of the names known."""
+    if value not in known:
+        raise ConfigError(f"{key}: expected one of {', '.join(known)}; found {value!r}")

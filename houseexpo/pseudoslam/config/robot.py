@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.checks import above_zero, number, whole
+from houseexpo.pseudoslam.config.checks import above_zero, number, one_of, whole
 
 ScanRule = Literal["sector", "rays"]
 Origin = Literal["plan", "centre"]
@@ -56,8 +56,7 @@ class LaserConfig:
                 f"found {self.resolution_deg!r}"
             )
         number(self.resolution_deg, "laser.resolution_deg", at_least=self.fov_deg / MAX_BEAMS)
-        if self.rule not in get_args(ScanRule):
-            raise ConfigError(f"laser.rule: expected one of {', '.join(get_args(ScanRule))}; found {self.rule!r}")
+        one_of(self.rule, "laser.rule", get_args(ScanRule))
 
 
 @dataclass(frozen=True)
@@ -165,5 +164,4 @@ class StartConfig:
         for name in ("x_m", "y_m"):
             number(getattr(self, name), f"start.{name}")
         number(self.heading_deg, "start.heading_deg", at_least=-360.0, at_most=360.0)
-        if self.origin not in get_args(Origin):
-            raise ConfigError(f"start.origin: expected one of {', '.join(get_args(Origin))}; found {self.origin!r}")
+        one_of(self.origin, "start.origin", get_args(Origin))

@@ -83,8 +83,8 @@ class SimulatorConfig:
     def from_yaml(cls, path: str | os.PathLike[str]) -> SimulatorConfig:
         """Return the configuration in a YAML file: these keys, nested, or the published simulator's config.yaml.
 
-        What is made of the latter's keys is said by the logger ``houseexpo.pseudoslam``, at level INFO;
-        ``config_yaml.read`` returns it.
+        The logger ``houseexpo.pseudoslam`` says at level INFO how each key of the latter is read;
+        ``config.yaml_files.read`` returns these notes.
 
         Raises
         ------

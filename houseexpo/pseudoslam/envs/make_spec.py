@@ -1,4 +1,4 @@
-"""The face of an environment, made of its arguments."""
+"""The ``EnvSpec`` of an environment, made of its arguments."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gymnasium.vector import AutoresetMode
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.checks import whole
+from houseexpo.pseudoslam.config.checks import one_of, whole
 from houseexpo.pseudoslam.config.planning import PlanningConfig
 from houseexpo.pseudoslam.config.presets import PRESETS, with_preset
 from houseexpo.pseudoslam.envs.options import Layout
@@ -36,14 +36,13 @@ def make_env_spec(
     plan_order: Order = "random",
     max_episode_steps: int | None = None,
 ) -> EnvSpec:
-    """Return an environment's face; ConfigError where an argument is not one of those that there are."""
+    """Return what an environment takes and gives; ConfigError where an argument is not one of those that there are."""
     for name, value, kinds in (
         ("actions", actions, Actions),
         ("observation", observation, Kind),
         ("layout", layout, Layout),
     ):
-        if value not in get_args(kinds):
-            raise ConfigError(f"{name}: expected one of {', '.join(get_args(kinds))}; found {value!r}")
+        one_of(value, name, get_args(kinds))
     config = _configured(task, config, observation, max_episode_steps)
     planner = make_planner_spec(actions, observation, planning, config, task)
     choice = PlanChoice(WorldCache(dataset, config), plan_ids, plan_order)

@@ -8,6 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.config.checks import one_of
 from houseexpo.pseudoslam.worlds.cache import WorldCache
 from houseexpo.pseudoslam.worlds.world import World
 
@@ -30,8 +31,7 @@ class PlanChoice:
     """
 
     def __init__(self, worlds: WorldCache, plan_ids: Iterable[str] | None, order: Order) -> None:
-        if order not in get_args(Order):
-            raise ConfigError(f"plan_order: expected one of {', '.join(get_args(Order))}; found {order!r}")
+        one_of(order, "plan_order", get_args(Order))
         self._worlds, self._order = worlds, order
         self.take(plan_ids)
 

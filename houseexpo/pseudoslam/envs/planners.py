@@ -150,20 +150,20 @@ class PlannerSpec:
             plans.state[name] = value
         return plans
 
-    def observe(self, pool: Episode, measures: Metrics) -> Parts:
+    def observe(self, pool: Episode, metrics: Metrics) -> Parts:
         """Return what is observed of a pool of episodes beside the rest."""
         found: Parts = {}
-        cell_m = measures.cell_m
+        cell_m = metrics.cell_m
         if self.choices:
             table = pool.plans.frontiers
             valid = table["goal"] != NO_CHOICE
             more = table["way"] * (cell_m / STRAIGHT), table["cells"] * cell_m, valid
-            found["frontiers"] = _seen(table["middle"], valid, pool, measures, more)
+            found["frontiers"] = _seen(table["middle"], valid, pool, metrics, more)
         if self.has_graph:
             nodes, edges = pool.graph.nodes, pool.graph.edges
             valid = nodes["cell"] >= 0
             more = nodes["utility"] * cell_m, nodes["visited"], np.arange(nodes.shape[1])[None] == 0
-            found["nodes"] = _seen(nodes["cell"], valid, pool, measures, more)
+            found["nodes"] = _seen(nodes["cell"], valid, pool, metrics, more)
             found["node_mask"] = valid.view(np.int8)
             found["edges"] = np.maximum(edges, 0).astype(np.int64)
             found["edge_mask"] = (edges >= 0).view(np.int8)
@@ -201,12 +201,12 @@ def _seen(
     cells: npt.NDArray[Any],
     valid: npt.NDArray[np.bool_],
     pool: Episode,
-    measures: Metrics,
+    metrics: Metrics,
     more: tuple[npt.NDArray[Any], ...],
 ) -> npt.NDArray[np.float32]:
     """Return (N, K, 5) float32: metres ahead and to the left of cells (N, K), and more; 0 where they are not valid."""
-    cols, cell_m = pool.plans.state["cols"], measures.cell_m
-    x, y, heading = (part[:, None] for part in measures.pose_px[:, 3:].T)
+    cols, cell_m = pool.plans.state["cols"], metrics.cell_m
+    x, y, heading = (part[:, None] for part in metrics.pose_px[:, 3:].T)
     right, up = (cells % cols + 0.5 - x) * cell_m, (y - cells // cols - 0.5) * cell_m
     cos, sin = np.cos(heading), np.sin(heading)
     places = right * cos + up * sin, up * cos - right * sin

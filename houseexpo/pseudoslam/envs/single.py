@@ -130,7 +130,7 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
         self._state = self._env_spec.initial_state(world, self._params, self._scratch, self.np_random, pose_m=pose)
         look_round(self._state, self._params, self._scratch)
         self._constants.rows[0] = constants_of(self._state, world)
-        after = self._after = self._measures()
+        after = self._after = self._metrics()
         self._trail = []
         self._show()
         return self._observation(after), self._info(after, self.task.success(after))
@@ -142,7 +142,7 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
         before = self._after
         turn_rad, forward_px = moves[0].tolist()
         step_one(state, turn_rad, forward_px, self._params, self._scratch)
-        after = self._after = self._measures()
+        after = self._after = self._metrics()
         success = self.task.success(after)
         reward = float(self.task.rewards(before, after, ahead, success)[0])
         ends = bool(self.task.terminated(after, success)[0]), bool(after.truncated()[0])
@@ -192,7 +192,7 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
         if self.render_mode == "human":
             self.render()
 
-    def _measures(self) -> Metrics:
+    def _metrics(self) -> Metrics:
         return Metrics.of(self._constants, self.state.pool, self.config)
 
     def _observation(self, after: Metrics) -> Observation:

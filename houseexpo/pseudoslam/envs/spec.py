@@ -40,7 +40,7 @@ Observation: TypeAlias = npt.NDArray[Any] | dict[str, npt.NDArray[Any]]
 
 @dataclass(frozen=True)
 class EnvSpec:
-    """An environment's face: how a task is seen and acted on.
+    """What an environment takes and gives: how a task is seen and acted on.
 
     Parameters
     ----------
@@ -170,18 +170,18 @@ class EnvSpec:
         robot = self.config.robot
         return np.array([math.radians(robot.turn_deg), robot.step_m * self.config.pixels_per_metre])
 
-    def observe(self, episode: Episode, measures: Metrics, pictures: Pictures | None) -> Observation:
+    def observe(self, episode: Episode, metrics: Metrics, pictures: Pictures | None) -> Observation:
         """Return the observations of a pool of episodes, whose ``pictures`` are drawn; ``MAPS`` are views."""
         shown = pictures.shown if pictures else episode.shown[:, None]
         parts: dict[str, npt.NDArray[Any]] = {"map": self._laid_out(shown)}
         if self.complete:
             parts["global_map"] = self._laid_out(episode.overview[:, None])
-            parts["pose"] = measures.since_start().astype(np.float32)
-            parts["ranges"] = (episode.ranges * measures.cell_m).astype(np.float32)
+            parts["pose"] = metrics.since_start().astype(np.float32)
+            parts["ranges"] = (episode.ranges * metrics.cell_m).astype(np.float32)
         if self.config.goal and self.kind != "scales":
-            parts["goal"] = measures.goal_ahead().astype(np.float32)
+            parts["goal"] = metrics.goal_ahead().astype(np.float32)
         if self.planner:
-            parts |= self.planner.observe(episode, measures)
+            parts |= self.planner.observe(episode, metrics)
         return parts if len(parts) > 1 else parts["map"]
 
     def _laid_out(self, images: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
@@ -209,10 +209,10 @@ class EnvSpec:
             )
         return state
 
-    def report(self, episode: Episode, measures: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
+    def report(self, episode: Episode, metrics: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
         """Return what ``info`` says of a pool of episodes: arrays of the caller's own."""
-        found = self.task.report(measures, success)
-        return {**found, **self.planner.report(episode, measures.cell_m)} if self.planner else found
+        found = self.task.report(metrics, success)
+        return {**found, **self.planner.report(episode, metrics.cell_m)} if self.planner else found
 
     def masks(self, episode: Episode) -> npt.NDArray[np.bool_]:
         """Return (N, K) which of a planner's actions are allowed; ConfigError where all always are."""

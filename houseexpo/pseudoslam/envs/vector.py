@@ -137,7 +137,7 @@ class PseudoSlamVectorEnv(
             self._start_episode(i)
             motions[i] = 0.0
         self._advance(motions, self._all, fresh=self._copy)
-        before, after = self._after, self._measures()
+        before, after = self._after, self._metrics()
         self._after = after
         success = self.task.success(after)
         rewards = self.task.rewards(before, after, ahead, success)
@@ -208,7 +208,7 @@ class PseudoSlamVectorEnv(
         """Take the first looks of the episodes that have just begun, together; the views are new if all are shown."""
         wanted = np.where(which, STEP, others).astype(np.uint8)
         self._advance(np.zeros((self.num_envs, 2)), wanted, fresh=self._copy and others == REDRAW)
-        self._after = self._measures()
+        self._after = self._metrics()
         self._ended = self._ended & ~which
 
     def _advance(self, motions: Floats, wanted: npt.NDArray[np.uint8], *, fresh: bool) -> None:
@@ -218,7 +218,7 @@ class PseudoSlamVectorEnv(
             pool, sizes = self._batch.arrays, self._batch.sizes
             self._pictures.draw(pool, sizes, wanted, self._constants, self._batch.share, fresh=fresh)
 
-    def _measures(self) -> Metrics:
+    def _metrics(self) -> Metrics:
         return Metrics.of(self._constants, self._batch.arrays, self.config)
 
     def _observations(self, after: Metrics) -> Observation:

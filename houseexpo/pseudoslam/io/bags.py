@@ -17,18 +17,18 @@ import shutil
 import tempfile
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Final, TypeAlias
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, MissingDependencyError, installing
 from houseexpo.files import PARTIAL, make_folder
+from houseexpo.pseudoslam.io.poses import Pose, relative
 from houseexpo.pseudoslam.kernels.sensing.ranges import cast
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 
-Pose: TypeAlias = tuple[float, float, float]
 TOPICS: Final = {
     "/map": "nav_msgs/msg/OccupancyGrid",
     "/scan": "sensor_msgs/msg/LaserScan",
@@ -96,7 +96,7 @@ class BagWriter:
         believed = simulator.believed_pose(state)
         if self._start is None:
             self._start = believed
-        here = _seen_from(self._start, believed)
+        here = relative(self._start, believed)
         moved = [
             self._transform(seconds, "map", "odom", self._start),
             self._transform(seconds, "odom", "base_link", here),
@@ -179,10 +179,3 @@ def _ranges_m(simulator: Simulator, state: State) -> npt.NDArray[np.float32]:
     if simulator.config.noise.drop_out > 0:
         ranges[found == 0.0] = np.nan
     return ranges.astype(np.float32)
-
-
-def _seen_from(origin: Pose, pose: Pose) -> Pose:
-    """Return a pose in the frame of another."""
-    x, y, heading = (there - here for there, here in zip(pose, origin, strict=True))
-    cos, sin = math.cos(origin[2]), math.sin(origin[2])
-    return x * cos + y * sin, y * cos - x * sin, math.remainder(heading, 2.0 * math.pi)

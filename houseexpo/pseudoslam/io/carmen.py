@@ -23,10 +23,10 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
+from houseexpo.pseudoslam.io.poses import Pose, relative, wrapped
 from houseexpo.pseudoslam.kernels.sensing.ranges import cast
 from houseexpo.pseudoslam.worlds.world import World
 
-Pose = tuple[float, float, float]
 Floats = npt.NDArray[np.float64]
 
 
@@ -84,7 +84,7 @@ class Drift:
             if before is None:
                 x, y, heading = pose
             else:
-                ahead, aside, turn = _moved(before, pose)
+                ahead, aside, turn = relative(before, pose)
                 way, angle = math.hypot(ahead, aside), abs(turn)
                 errors = rng.normal(size=3)
                 ahead += errors[0] * self.metres_per_sqrt_metre * math.sqrt(way)
@@ -96,7 +96,7 @@ class Drift:
                 turn += errors[2] * math.radians(wrong)
                 x += ahead * math.cos(heading) - aside * math.sin(heading)
                 y += ahead * math.sin(heading) + aside * math.cos(heading)
-                heading = _wrapped(heading + turn)
+                heading = wrapped(heading + turn)
             before = pose
             yield x, y, heading
 
@@ -162,14 +162,3 @@ def laser_line(scanner: Scanner, reading: Reading, seconds: float) -> str:
         f"0 {pose} {pose} 0 0 0 0 0 {seconds:.3f} houseexpo {seconds:.3f}",
     )
     return " ".join(words)
-
-
-def _moved(before: Pose, after: Pose) -> Pose:
-    """Return how far ahead, how far to the left, and by what angle a robot moved, from where it was."""
-    x, y, turn = (b - a for a, b in zip(before, after, strict=True))
-    cos, sin = math.cos(before[2]), math.sin(before[2])
-    return x * cos + y * sin, y * cos - x * sin, _wrapped(turn)
-
-
-def _wrapped(angle: float) -> float:
-    return math.remainder(angle, 2 * math.pi)

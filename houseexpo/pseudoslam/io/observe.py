@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, HouseExpoError
-from houseexpo.files import make_folder, write_whole
+from houseexpo.files import as_json, make_folder, write_whole
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.processes import in_processes
 from houseexpo.progress import watched
@@ -102,7 +102,7 @@ def observe(
     work = partial(_write_shard, out, config, seed)
     found |= dict(watched(_run(work, jobs, shards - known, workers), "observing", shards - known))
     entries = [found[shard] for shard in range(shards)]
-    write_whole(out / MANIFEST, _json({**recipe, "pairs": sum(each["pairs"] for each in entries), "shards": entries}))
+    write_whole(out / MANIFEST, as_json({**recipe, "pairs": sum(each["pairs"] for each in entries), "shards": entries}))
     refused = tuple(line for entry in entries for line in entry["refused"])
     size = sum(file.stat().st_size for file in out.iterdir())
     return Observed(known, shards - known, sum(entry["pairs"] for entry in entries), refused, size)
@@ -131,13 +131,13 @@ def _claim(out: Path, recipe: dict[str, Any]) -> None:
     if not file.exists():
         if any(out.glob("pairs-*.npz")):
             raise ConfigError(f"{out}: expected an empty folder or one with {RECIPE}, found pairs; name another")
-        write_whole(file, _json(recipe))
+        write_whole(file, as_json(recipe))
         return
     try:
         there = json.loads(file.read_bytes())
     except ValueError as error:
         raise ConfigError(f"{file}: expected JSON, found: {error}; name another folder") from None
-    wanted = json.loads(_json(recipe))
+    wanted = json.loads(as_json(recipe))
     for key, value in wanted.items():
         if not isinstance(there, dict) or there.get(key) != value:
             raise ConfigError(
@@ -237,7 +237,3 @@ def _npz(arrays: dict[str, npt.NDArray[Any]], comment: dict[str, Any]) -> bytes:
             archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue(), zipfile.ZIP_DEFLATED, _LEVEL)
         archive.comment = json.dumps(comment).encode()
     return stream.getvalue()
-
-
-def _json(value: Any) -> bytes:
-    return json.dumps(value, indent=2, ensure_ascii=False).encode() + b"\n"

@@ -13,6 +13,7 @@ import gymnasium
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.policies import Policy, known_env
+from houseexpo.pseudoslam.config.checks import one_of
 from houseexpo.pseudoslam.io.bags import BagWriter
 from houseexpo.pseudoslam.io.films import write_movie
 from houseexpo.pseudoslam.render.canvas import Image
@@ -74,8 +75,7 @@ def record(
     MissingDependencyError
         Where what writes the file is not installed.
     """
-    if shows not in get_args(Panels):
-        raise ConfigError(f"shows: expected one of {', '.join(get_args(Panels))}; found {shows!r}")
+    one_of(shows, "shows", get_args(Panels))
     if steps < 1 or every < 1:
         raise ConfigError(f"record: expected steps and every to be at least 1, found {steps} and {every}")
     if path is None and bag is None:

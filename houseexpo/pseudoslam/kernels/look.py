@@ -58,7 +58,7 @@ def _count(episode: Episode, scratch: Scratch, n_hit: int, new: int, covered: in
 
 @njit(inline="always")
 def look(episode: Episode, params: StepParams, scratch: Scratch) -> None:
-    """Look as the rules say, with errors where there are some."""
+    """Look as the parameters say, with errors where there are some."""
     if params.errors.any:
         _look_with_errors(episode, params, scratch)
     elif params.sensor.by_rays:

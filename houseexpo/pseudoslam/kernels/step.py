@@ -18,6 +18,7 @@ from houseexpo.pseudoslam.kernels.mapping.crop import crop
 from houseexpo.pseudoslam.kernels.mapping.merge import shrink
 from houseexpo.pseudoslam.kernels.motion.bodies import Disc, way_past_people
 from houseexpo.pseudoslam.kernels.motion.disc import clearance, free_way
+from houseexpo.pseudoslam.kernels.motion.heading import wrapped
 from houseexpo.pseudoslam.kernels.people.advance import advance
 from houseexpo.pseudoslam.kernels.planning.distance_field import field_at
 from houseexpo.pseudoslam.kernels.sensing.noise import (
@@ -124,7 +125,7 @@ def _go(
     turns = math.ceil(abs(turn) / robot.between_rad - 1e-9)
     start_x, start_y, start_heading = pose.x, pose.y, pose.heading
     seen_x, seen_y, seen_heading = pose.seen_x, pose.seen_y, pose.seen_heading  # where it believes to start
-    heading = _wrapped(start_heading + turn)
+    heading = wrapped(start_heading + turn)
     sign = 1.0 if forward >= 0.0 else -1.0
     right, down = sign * math.cos(heading), -sign * math.sin(heading)
     way = distance
@@ -139,11 +140,11 @@ def _go(
         seen_turn, seen_way = believed(errors, key, episode.counts.steps, turn, sign * way)
     for i in range(1, max(turns + goes, 1) + 1):
         turned, gone = min(i / turns, 1.0) if turns > 0 else 1.0, max(i - turns, 0) / max(goes, 1)
-        pose.heading = heading if i >= turns else _wrapped(start_heading + turn * turned)
+        pose.heading = heading if i >= turns else wrapped(start_heading + turn * turned)
         if i > turns and goes > 0:
             pose.x, pose.y = start_x + way * gone * right, start_y + way * gone * down
         if full and errors.odometry:
-            seen = pose.seen_heading = _wrapped(seen_heading + seen_turn * turned)
+            seen = pose.seen_heading = wrapped(seen_heading + seen_turn * turned)
             pose.seen_x = seen_x + seen_way * gone * math.cos(seen)
             pose.seen_y = seen_y - seen_way * gone * math.sin(seen)
         else:
@@ -173,13 +174,3 @@ def move_people(episode: Episode, params: StepParams) -> None:
             episode.occupied, episode.bodies, episode.tracks, episode.flow, params.walk,
             key_of(episode.counts.key, PEOPLE), robot, params.seconds,
         )  # fmt: skip
-
-
-@njit(inline="always")
-def _wrapped(heading: float) -> float:
-    """Return the same direction in [-pi, pi]; one that lies there already keeps its bits."""
-    while heading > math.pi:
-        heading -= 2.0 * math.pi
-    while heading < -math.pi:
-        heading += 2.0 * math.pi
-    return heading

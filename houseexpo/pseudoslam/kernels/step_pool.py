@@ -7,12 +7,18 @@ of one. Threads share a pool: each calls the kernel with environments of its own
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypeAlias
+
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams, episode_of
 from houseexpo.pseudoslam.kernels.look import look, look_along_rays, look_at_sector
 from houseexpo.pseudoslam.kernels.step import Look, Move, move_people, show, stand_still, step
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Scratch
+
+Act: TypeAlias = Callable[[Episode, Floats, StepParams, Scratch, Move, Look, bool], None]
+"""Takes an action in one environment: a step, or what a planner does."""
 
 SKIP, STEP, REDRAW = range(3)
 """What is ``wanted`` of an environment: nothing, a step, or to be shown again what it knows."""
@@ -40,7 +46,7 @@ def steps_by_sector(
     first, end
         Environments ``first`` to ``end``, excluded.
     """
-    _steps(pool, sizes, motions, wanted, params, scratch, first, end, stand_still, look_at_sector, False)
+    act_in_each(pool, sizes, motions, wanted, params, scratch, first, end, _step, stand_still, look_at_sector, False)
 
 
 @njit(cache=True, nogil=True)
@@ -49,7 +55,7 @@ def steps_by_rays(
     first: int, end: int,
 ) -> None:  # fmt: skip
     """Look along rays."""
-    _steps(pool, sizes, motions, wanted, params, scratch, first, end, stand_still, look_along_rays, False)
+    act_in_each(pool, sizes, motions, wanted, params, scratch, first, end, _step, stand_still, look_along_rays, False)
 
 
 @njit(cache=True, nogil=True)
@@ -58,7 +64,7 @@ def steps_in_full(
     first: int, end: int,
 ) -> None:  # fmt: skip
     """Look as the parameters say, with errors where they say so, and ranges and an overview where there is room."""
-    _steps(pool, sizes, motions, wanted, params, scratch, first, end, stand_still, look, True)
+    act_in_each(pool, sizes, motions, wanted, params, scratch, first, end, _step, stand_still, look, True)
 
 
 @njit(cache=True, nogil=True)
@@ -67,18 +73,34 @@ def steps_with_people(
     first: int, end: int,
 ) -> None:  # fmt: skip
     """Do as ``steps_in_full`` does, after people and what is on a trajectory have moved."""
-    _steps(pool, sizes, motions, wanted, params, scratch, first, end, move_people, look, True)
+    act_in_each(pool, sizes, motions, wanted, params, scratch, first, end, _step, move_people, look, True)
 
 
 @njit(inline="always")
-def _steps(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
-    first: int, end: int, move: Move, look: Look, full: bool,
+def act_in_each(
+    pool: Episode, sizes: Counts, actions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int, act: Act, move: Move, look: Look, full: bool,
 ) -> None:  # fmt: skip
+    """Act in environments ``first`` to ``end`` that want it, and draw the views of those and of who is shown again.
+
+    Parameters
+    ----------
+    act
+        Takes one environment's action, ``actions[i]``.
+    move, look, full
+        As ``step`` takes them.
+    """
     for i in range(first, end):
         if wanted[i] == SKIP:
             continue
         episode = episode_of(pool, sizes, i)
         if wanted[i] == STEP:
-            step(episode, motions[i, 0], motions[i, 1], params, scratch, move, look, full)
+            act(episode, actions[i], params, scratch, move, look, full)
         show(episode)
+
+
+@njit(inline="always")
+def _step(
+    episode: Episode, motion: Floats, params: StepParams, scratch: Scratch, move: Move, look: Look, full: bool
+) -> None:
+    step(episode, motion[0], motion[1], params, scratch, move, look, full)

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.episode import Episode, StepParams, episode_of
+from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.look import look, look_along_rays, look_at_sector
 from houseexpo.pseudoslam.kernels.planning.errand import look_back, set_out, survey
 from houseexpo.pseudoslam.kernels.planning.plan import GOING, NOTHING
 from houseexpo.pseudoslam.kernels.planning.travel import next_motion
-from houseexpo.pseudoslam.kernels.step import Look, Move, move_people, show, stand_still, step
-from houseexpo.pseudoslam.kernels.step_pool import SKIP, STEP
+from houseexpo.pseudoslam.kernels.step import Look, Move, move_people, stand_still, step
+from houseexpo.pseudoslam.kernels.step_pool import act_in_each
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Scratch
 
 
@@ -32,7 +32,7 @@ def travels_by_sector(
     choices
         (N, 2) the actions, as ``set_out`` takes them.
     """
-    _travels(pool, sizes, choices, wanted, params, scratch, first, end, stand_still, look_at_sector, False)
+    act_in_each(pool, sizes, choices, wanted, params, scratch, first, end, _travel, stand_still, look_at_sector, False)
 
 
 @njit(cache=True, nogil=True)
@@ -41,7 +41,7 @@ def travels_by_rays(
     first: int, end: int,
 ) -> None:  # fmt: skip
     """Look along rays."""
-    _travels(pool, sizes, choices, wanted, params, scratch, first, end, stand_still, look_along_rays, False)
+    act_in_each(pool, sizes, choices, wanted, params, scratch, first, end, _travel, stand_still, look_along_rays, False)
 
 
 @njit(cache=True, nogil=True)
@@ -50,7 +50,7 @@ def travels_in_full(
     first: int, end: int,
 ) -> None:  # fmt: skip
     """Look as the parameters say."""
-    _travels(pool, sizes, choices, wanted, params, scratch, first, end, stand_still, look, True)
+    act_in_each(pool, sizes, choices, wanted, params, scratch, first, end, _travel, stand_still, look, True)
 
 
 @njit(cache=True, nogil=True)
@@ -59,47 +59,41 @@ def travels_with_people(
     first: int, end: int,
 ) -> None:  # fmt: skip
     """Do as ``travels_in_full`` does, while people and what is on a trajectory move."""
-    _travels(pool, sizes, choices, wanted, params, scratch, first, end, move_people, look, True)
+    act_in_each(pool, sizes, choices, wanted, params, scratch, first, end, _travel, move_people, look, True)
 
 
 @njit(inline="always")
-def _travels(
-    pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
-    first: int, end: int, move: Move, look: Look, full: bool,
-) -> None:  # fmt: skip
-    for i in range(first, end):
-        if wanted[i] == SKIP:
-            continue
-        episode = episode_of(pool, sizes, i)
-        if wanted[i] == STEP:
-            plan, graph, rules, found = episode.plans, episode.graph, params.plan, scratch.ways
-            state, pose, readings = plan.state[0], episode.pose, episode.readings
-            before_px = readings.path_length
-            begins = episode.counts.steps < 0
-            if begins:
-                state.lost = 0
-                if len(graph.state) > 0:
-                    graph.state[0].visits = 0
-            else:
-                set_out(episode.known, pose, plan, graph, choices[i], rules, found)
-            turn, forward = 0.0, 0.0
-            if not begins and state.outcome == NOTHING:
-                turn = rules.travel.turn_rad
-            while True:
-                if not begins and state.outcome == GOING:
-                    turn, forward, state.at, state.outcome = next_motion(
-                        episode.known, pose.seen_x, pose.seen_y, pose.seen_heading, found, state.path, state.at,
-                        state.target, rules.travel,
-                    )  # fmt: skip
-                    if state.outcome != GOING and state.steps > 0:
-                        break
-                step(episode, turn, forward, params, scratch, move, look, full)
-                if begins:
-                    state.outcome, state.steps, state.target = NOTHING, 0, -1
-                    break
-                look_back(episode.known, pose, episode.counts, plan, rules.travel)
-                if state.outcome != GOING:
-                    break
-            state.gone_px = readings.path_length - before_px
-            survey(episode.known, pose, plan, graph, rules, scratch)
-        show(episode)
+def _travel(
+    episode: Episode, choice: Floats, params: StepParams, scratch: Scratch, move: Move, look: Look, full: bool
+) -> None:
+    """Take steps until the action ends; an episode that has not begun begins, with a look round that is no step."""
+    plan, graph, rules, found = episode.plans, episode.graph, params.plan, scratch.ways
+    state, pose, readings = plan.state[0], episode.pose, episode.readings
+    before_px = readings.path_length
+    begins = episode.counts.steps < 0
+    if begins:
+        state.lost = 0
+        if len(graph.state) > 0:
+            graph.state[0].visits = 0
+    else:
+        set_out(episode.known, pose, plan, graph, choice, rules, found)
+    turn, forward = 0.0, 0.0
+    if not begins and state.outcome == NOTHING:
+        turn = rules.travel.turn_rad
+    while True:
+        if not begins and state.outcome == GOING:
+            turn, forward, state.at, state.outcome = next_motion(
+                episode.known, pose.seen_x, pose.seen_y, pose.seen_heading, found, state.path, state.at,
+                state.target, rules.travel,
+            )  # fmt: skip
+            if state.outcome != GOING and state.steps > 0:
+                break
+        step(episode, turn, forward, params, scratch, move, look, full)
+        if begins:
+            state.outcome, state.steps, state.target = NOTHING, 0, -1
+            break
+        look_back(episode.known, pose, episode.counts, plan, rules.travel)
+        if state.outcome != GOING:
+            break
+    state.gone_px = readings.path_length - before_px
+    survey(episode.known, pose, plan, graph, rules, scratch)

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar, get_args
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.checks import above_zero, number, whole
+from houseexpo.pseudoslam.config.checks import above_zero, number, one_of, whole
 from houseexpo.pseudoslam.config.mapping import config_from, mapping_from
 
 Config = TypeVar("Config")
@@ -111,8 +111,8 @@ class EnvironmentConfig:
     task: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        _one_of(self.actions, "environment.actions", get_args(Moves))
-        _one_of(self.observation, "environment.observation", get_args(Sight))
+        one_of(self.actions, "environment.actions", get_args(Moves))
+        one_of(self.observation, "environment.observation", get_args(Sight))
         for name in ("dataset", "preset"):
             if getattr(self, name) is not None:
                 _words(getattr(self, name), f"environment.{name}")
@@ -181,7 +181,7 @@ class TrainConfig:
         for name in ("steps", "envs", "memory", "checkpoint_every"):
             whole(getattr(self, name), name, at_least=1)
         whole(self.seed, "seed", at_least=0, at_most=MAX_SEED)
-        _one_of(self.policy, "policy", get_args(Network))
+        one_of(self.policy, "policy", get_args(Network))
 
     @property
     def steps_per_update(self) -> int:
@@ -213,11 +213,6 @@ def read_toml(kind: type[Config], file: Path) -> Config:
         raise ConfigError(f"{file}: expected TOML, found {error}") from None
     except ConfigError as error:
         raise ConfigError(f"{file}: {error}") from None
-
-
-def _one_of(value: object, key: str, known: tuple[str, ...]) -> None:
-    if value not in known:
-        raise ConfigError(f"{key}: expected one of {', '.join(known)}; found {value!r}")
 
 
 def _words(value: object, key: str) -> None:

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.config.checks import one_of
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.motion.bodies import STATIC
 from houseexpo.pseudoslam.render.canvas import Canvas, Colour, Image, Points, scale_for, scaled
@@ -75,8 +75,7 @@ def picture(
     ConfigError
         Where there is no room for a picture, or ``shows`` is none of those.
     """
-    if shows not in get_args(Shows):
-        raise ConfigError(f"shows: expected one of {', '.join(get_args(Shows))}; found {shows!r}")
+    one_of(shows, "shows", get_args(Shows))
     scale, colours = scaled(_colours(simulator, state, shows), _PRIORITY, most_px)
     canvas = Canvas(_COLOURS[colours], scale)
     true, seen_from = state.pose_px, state.pose_px if shows == "truth" else state.believed_px

@@ -70,7 +70,7 @@ def moved(points: Points, true: Points, believed: Points) -> Points:
 
 
 def bodies_of(simulator: Simulator, state: State, ends: Points) -> list[Body]:
-    """Return people and what goes on tracks; ``ends`` are ``_sight``'s."""
+    """Return people and what goes on tracks; ``ends`` are ``beam_ends``'."""
     episode, radius = state.episode, simulator.params.walk.radius_px
     met = _met(state, ends)
     places = np.stack([episode.bodies.people["x"], episode.bodies.people["y"]], axis=1)

@@ -84,7 +84,7 @@ class World:
 
     @cached_property
     def nearest(self) -> Offsets:
-        """(cells, 2): where the nearest standing cell is, or nearly, from each countable one, see ``find_standing``."""
+        """(cells, 2): where the nearest standing cell is, or nearly, from observable cells, see ``find_standing``."""
         nearest = np.empty((self.occupied.size, 2), np.int16)
         asked, visible = np.empty(self.occupied.size, np.int32), np.empty_like(self.occupied)
         traversable, observable = (
@@ -130,7 +130,7 @@ def make_world(plan: FloorPlan, pixels_per_metre: float, robot_radius_m: float, 
 
 
 def world_of(occupied: Cells, frame: GridFrame, robot_radius_m: float, range_m: float, plan_id: str) -> World:
-    """Return the world of a raster whose border is solid; ConfigError where the robot fits nowhere."""
+    """Return the world of a raster whose border is occupied; ConfigError where the robot fits nowhere."""
     ppm = frame.pixels_per_metre
     traversable = traversable_cells(occupied, robot_radius_m * ppm)
     if not traversable.any():

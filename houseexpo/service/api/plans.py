@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
 from typing import Final
+from urllib.parse import quote
 
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
@@ -14,6 +13,7 @@ from starlette.routing import BaseRoute, Route
 
 from houseexpo.drawing import svg
 from houseexpo.export import FORMATS
+from houseexpo.files import as_zip
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.caching import hashed
 from houseexpo.service.service import Service
@@ -28,7 +28,6 @@ _TYPES: Final = {
     "zip": "application/zip",
     "graphml": "application/xml",
 }
-_TIME: Final = (1980, 1, 1, 0, 0, 0)  # of what lies in an archive: equal plans give equal bytes
 _ALONE: Final = "default-src 'none'; style-src 'unsafe-inline'; sandbox"
 """What a picture may do that is opened as a page of its own."""
 
@@ -68,7 +67,7 @@ def routes(service: Service) -> list[BaseRoute]:
             raise HTTPException(404, f"no format {form[:40]!r}; there are: {', '.join(FORMATS)}")
         name, data = await computed(request, lambda: exported(now.plan(plan), form))
         kind = _TYPES.get(name.rpartition(".")[2], "application/octet-stream")
-        attached = {"content-disposition": f"attachment; filename*=utf-8''{_quoted(name)}"}
+        attached = {"content-disposition": f"attachment; filename*=utf-8''{quote(name, safe='')}"}
         return hashed(request, data, kind, {**attached, "content-security-policy": _ALONE})
 
     return [
@@ -86,14 +85,4 @@ def exported(plan: FloorPlan, form: str) -> tuple[str, bytes]:
     if len(files) == 1:
         name, data = next(iter(files.items()))
         return name.rpartition("/")[2], data
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w") as archive:
-        for name, data in sorted(files.items()):
-            archive.writestr(zipfile.ZipInfo(name, _TIME), data, zipfile.ZIP_DEFLATED)  # a ZipInfo has its own method
-    return f"{plan.id}-{form}.zip", stream.getvalue()
-
-
-def _quoted(name: str) -> str:
-    from urllib.parse import quote
-
-    return quote(name, safe="")
+    return f"{plan.id}-{form}.zip", as_zip(files)

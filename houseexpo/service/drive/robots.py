@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
 from functools import cache
 from typing import Any, Final
 
 import numpy as np
 
 from houseexpo.errors import ConfigError, PolicyError
+from houseexpo.files import as_zip
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.driving import Drive
 from houseexpo.pseudoslam.agents.loading import NAMES, NamedPolicy, load_policy
@@ -21,7 +20,6 @@ from houseexpo.service.drive.messages import YOU, Start
 
 BEAMS: Final = 181
 _ALL_SEEN: Final = 0.99
-_DATE: Final = (1980, 1, 1, 0, 0, 0)
 
 
 class Robot:
@@ -35,11 +33,11 @@ class Robot:
 
     def __init__(self, plan: FloorPlan, start: Start) -> None:
         self._policy = None if start.driver == YOU else _explorer(start.driver)
-        face: dict[str, Any] = {"actions": "continuous"}
+        spaces: dict[str, Any] = {"actions": "continuous"}
         if self._policy is not None:
             interface = self._policy.interface
-            face = {"actions": interface.actions, "observation": interface.observation}
-        self._env = ExplorationEnv([plan], start.config, success_coverage=_ALL_SEEN, **face)
+            spaces = {"actions": interface.actions, "observation": interface.observation}
+        self._env = ExplorationEnv([plan], start.config, success_coverage=_ALL_SEEN, **spaces)
         self._drive = Drive(self._env, start.seed)
         self._people = start.people > 0
         self._done = False
@@ -104,11 +102,7 @@ class Robot:
 
     def saved(self) -> bytes:
         """Return a zip archive of the files that ``houseexpo play --out`` writes."""
-        stream = io.BytesIO()
-        with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
-            for name, data in sorted(self._drive.files().items()):
-                archive.writestr(zipfile.ZipInfo(name, _DATE), data, zipfile.ZIP_DEFLATED)
-        return stream.getvalue()
+        return as_zip(self._drive.files())
 
 
 @cache

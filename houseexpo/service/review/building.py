@@ -27,7 +27,8 @@ from houseexpo.dataset import open_dataset
 from houseexpo.dataset.build_record import recorded_build
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.service.collection import Collection
-from houseexpo.service.review.desk import Desk
+from houseexpo.service.records import read_records
+from houseexpo.service.review.decisions import Decisions
 
 Phase = Literal["idle", "building", "built", "failed", "stopped"]
 _LINES: Final = 60
@@ -47,8 +48,8 @@ class Outcome(msgspec.Struct, frozen=True):
 class Building:
     """Builds one data set again; threads may share it."""
 
-    def __init__(self, collection: Collection, desk: Desk) -> None:
-        self.root, self._collection, self._desk = collection.path, collection, desk
+    def __init__(self, collection: Collection, decisions: Decisions) -> None:
+        self.root, self._collection, self._decisions = collection.path, collection, decisions
         self.phase: Phase = "idle"
         self.outcomes: list[Outcome] = []
         self.before: dict[str, bytes] = {}
@@ -68,7 +69,7 @@ class Building:
         return {
             "phase": self.phase,
             "refusal": self.refusal(),
-            "waiting": len(self._desk.since_build()),
+            "waiting": len(self._decisions.since_build()),
             "lines": list(self._lines),
             "outcomes": msgspec.to_builtins(self.outcomes),
         }
@@ -80,8 +81,8 @@ class Building:
         with self._lock:
             if self.phase == "building":
                 raise ConfigError(f"{self.root.name} is being built already; wait until that has ended")
-            upto = self._desk.last()  # before the build reads the file: what comes later waits for the next one
-            touched, dataset = self._desk.since_build(), self._collection.dataset
+            upto = self._decisions.last()  # before the build reads the file: what comes later waits for the next one
+            touched, dataset = self._decisions.since_build(), self._collection.dataset
             before = {name: dataset.raw(name) for name in touched[:_MAX_SHOWN] if name in dataset}  # R2
             try:
                 self._process = self._begun()
@@ -103,7 +104,7 @@ class Building:
     def _begun(self) -> subprocess.Popen[str]:
         record = recorded_build(self.root)
         arguments = record.arguments if record else ()
-        overrides = ["--overrides", str(self._desk.file)] if self._desk.file.exists() else []
+        overrides = ["--overrides", str(self._decisions.file)] if self._decisions.file.exists() else []
         command = [sys.executable, "-m", "houseexpo", "build", *arguments, *overrides, "--out", str(self.root)]
         return subprocess.Popen(  # noqa: S603  # what was recorded when it was built, by this user
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
@@ -135,7 +136,7 @@ class Building:
             if _look(self.root) == manifest or self._collection.dataset is not dataset:
                 break
             time.sleep(0.1)
-        self._desk.built(reviewer, upto)
+        self._decisions.built(reviewer, upto)
         self.outcomes, self.phase = found, "built"  # together: a page that asks meanwhile shows it as being built
 
 
@@ -170,16 +171,6 @@ def outcomes(root: Path, before: Mapping[str, bytes], touched: Sequence[str]) ->
 
 def _reasons(root: Path) -> dict[str, str]:
     """Return why ids are no plans, by id."""
-    found = {}
-    for line in _lines(root / "rejected.jsonl"):
-        found[str(line.get("id"))] = f"{line.get('reason')}: {line.get('detail')}"
-    for line in _lines(root / "duplicates.jsonl"):
-        found[str(line.get("id"))] = f"a duplicate of {line.get('kept_id')}"
-    return found
-
-
-def _lines(file: Path) -> list[dict[str, Any]]:
-    try:
-        return [msgspec.json.decode(line, type=dict[str, Any]) for line in file.read_bytes().splitlines()]
-    except (OSError, msgspec.DecodeError):
-        return []
+    found = read_records(root)
+    reasons = {each.id: f"{each.reason}: {each.detail}" for each in found.refused}
+    return reasons | {each.id: f"a duplicate of {each.kept_id}" for each in found.repeated}

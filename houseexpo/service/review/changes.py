@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from houseexpo.errors import ConfigError
+from houseexpo.plan.overrides import LISTS, as_list
 from houseexpo.service.review.log import Action, Line
 
-LISTS: Final = {"door": 2, "no_room": 1}
-"""Keys that hold several things, and how deep one of them is a list of lists: one alone may stand without a list."""
 _FARTHEST_M: Final = 1e9
 
 
@@ -18,11 +17,8 @@ class DecidedOtherwiseError(ConfigError):
 
 
 def several(value: Any, key: str) -> list[Any]:
-    """Return what a key of ``LISTS`` holds as a list, also where one thing stands without it."""
-    inner = value
-    for _ in range(LISTS[key]):
-        inner = inner[0] if isinstance(inner, list) and inner else None
-    return [value] if inner is not None and not isinstance(inner, list) else list(value or [])
+    """Return what a key of ``LISTS`` holds as a list; an empty one where it holds nothing."""
+    return list(as_list(value, key) or [])
 
 
 def check_points(table: Mapping[str, Any], place: str) -> None:

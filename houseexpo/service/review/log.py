@@ -55,7 +55,7 @@ class Line(msgspec.Struct, frozen=True, omit_defaults=True):
 
 @dataclass
 class Log:
-    """The file, and the lines read of it so far; whoever adds holds the desk's lock."""
+    """The file, and the lines read of it so far; whoever adds holds the lock of ``Decisions``."""
 
     path: Path
     lines: list[Line] = field(default_factory=list)

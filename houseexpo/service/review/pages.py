@@ -17,27 +17,27 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.service.answers import Json
 from houseexpo.service.collection import Collection
-from houseexpo.service.review.asks import Decision, Undo, plain, read, value_of
 from houseexpo.service.review.building import Building
 from houseexpo.service.review.changes import DecidedOtherwiseError
-from houseexpo.service.review.desk import Desk
-from houseexpo.service.review.place import overrides_file
+from houseexpo.service.review.decisions import Decisions
+from houseexpo.service.review.overrides_file import overrides_file
+from houseexpo.service.review.page_values import SIZE_PX, history, marks, plan_values
 from houseexpo.service.review.queue import Move, Queue
-from houseexpo.service.review.shown import SIZE_PX, history, marks, plan_values
+from houseexpo.service.review.request_bodies import Decision, Undo, plain, read, value_of
 from houseexpo.service.service import Service
 from houseexpo.service.settings import is_loopback
 
 _MOVES: Final = get_args(Move)
 
 
-class Table:
-    """All that the review of one data set needs."""
+class Review:
+    """The review of one data set: the plans in order, the decisions, the build."""
 
     def __init__(self, collection: Collection) -> None:
         self._collection = collection
         self._queue = Queue(collection.dataset)
-        self.desk = Desk(overrides_file(collection.path))
-        self.building = Building(collection, self.desk)
+        self.decisions = Decisions(overrides_file(collection.path))
+        self.building = Building(collection, self.decisions)
 
     @property
     def queue(self) -> Queue:
@@ -49,15 +49,15 @@ class Table:
 
     def state(self, name: str | None) -> dict[str, Any]:
         """Return what is shown of a plan, None: that none is left; and how far all is judged."""
-        judged = self.desk.judged()
+        judged = self.decisions.judged()
         queue = self.queue
         common = {"progress": queue.progress(judged), "build": self.building.status()}
         if name is None:
             return {"plan": None, **common}
-        plan, table = queue.dataset[name], self.desk.table(name)
+        plan, table = queue.dataset[name], self.decisions.table(name)
         return {
             **plan_values(plan),
-            **history(self.desk.latest().get(name), judged.get(name)),
+            **history(self.decisions.latest().get(name), judged.get(name)),
             "place": queue.places[name] + 1,
             "table": table,
             "marks": marks(plan, table),
@@ -69,74 +69,74 @@ def routes(service: Service) -> list[BaseRoute]:
     """Return the routes of ``/DATA/review``; none where the service is not asked to review."""
     if not service.settings.review:
         return []
-    tables: dict[str, Table] = {}
+    reviews: dict[str, Review] = {}
     opening = Lock()
 
-    def table(request: Request) -> Table:
+    def review(request: Request) -> Review:
         collection = service.collection(request)
         with opening:  # one each: a second one would not know of the first one's build
-            if collection.name not in tables:
-                tables[collection.name] = Table(collection)
-            return tables[collection.name]
+            if collection.name not in reviews:
+                reviews[collection.name] = Review(collection)
+            return reviews[collection.name]
 
     def page(request: Request) -> Response:
         shown = service.collection(request)
-        file = table(request).desk.file.name
+        file = review(request).decisions.file.name
         reviewer = _user() if is_loopback(service.settings.host) else ""  # others' browsers are not this machine's user
         return service.page(request, "review/review.html", here="review", shown=shown, reviewer=reviewer, file=file)
 
     def state(request: Request) -> Response:
-        found, asked = table(request), request.query_params
+        found, asked = review(request), request.query_params
         how = asked.get("move", "here")
         if how not in _MOVES:
             raise ConfigError(f"move: expected one of {', '.join(_MOVES)}; found {how!r}")
-        name = found.queue.move(asked.get("plan"), how, plain(asked.get("reviewer", "")), found.desk.judged())  # type: ignore[arg-type]  # one of _MOVES
+        name = found.queue.move(asked.get("plan"), how, plain(asked.get("reviewer", "")), found.decisions.judged())  # type: ignore[arg-type]  # one of _MOVES
         return Json(found.state(name), headers={"cache-control": "no-store"})
 
     def picture(request: Request) -> Response:
-        found, name = table(request), request.path_params["plan"]
+        found, name = review(request), request.path_params["plan"]
         if request.query_params.get("when") != "before":
             return _drawn(found.queue.dataset[name])
         if name not in found.building.before:
             raise HTTPException(404, f"{name}: there was no such plan before the last build")
         return _drawn(decode(found.building.before[name]))
 
-    def decided(found: Table, body: bytes) -> dict[str, Any]:
+    def decided(found: Review, body: bytes) -> dict[str, Any]:
         asked = read(body, Decision)
         if found.building.phase == "building" and asked.action in {"door", "no_room"}:
             raise HTTPException(409, "the data set is being built; draw when that has ended")
         plan = found.queue.dataset[asked.plan]
         try:
-            line = found.desk.decide(
+            line = found.decisions.decide(
                 asked.plan, asked.action, _reviewer(asked.reviewer), value_of(asked, plan), asked.seen
             )
         except DecidedOtherwiseError as error:
             raise HTTPException(409, str(error)) from None
         return {**found.state(asked.plan), "noted": line.number}
 
-    def undone(found: Table, body: bytes) -> dict[str, Any]:
+    def undone(found: Review, body: bytes) -> dict[str, Any]:
         try:
-            line = found.desk.undo(_reviewer(read(body, Undo).reviewer))
+            line = found.decisions.undo(_reviewer(read(body, Undo).reviewer))
         except DecidedOtherwiseError as error:
             raise HTTPException(409, str(error)) from None
         there = line.plan if line.plan in found.queue.dataset else None
         return {**found.state(there), "undone": line.plan}
 
-    def started(found: Table, body: bytes) -> dict[str, Any]:
+    def started(found: Review, body: bytes) -> dict[str, Any]:
         found.building.start(_reviewer(read(body, Undo).reviewer))
         return found.building.status()
 
-    def stopped(found: Table, body: bytes) -> dict[str, Any]:  # noqa: ARG001  # each is called alike
+    def stopped(found: Review, body: bytes) -> dict[str, Any]:  # noqa: ARG001  # each is called alike
         found.building.stop()
         return found.building.status()
 
     def status(request: Request) -> Response:
-        return Json(table(request).building.status(), headers={"cache-control": "no-store"})
+        return Json(review(request).building.status(), headers={"cache-control": "no-store"})
 
     def posted(work: Any) -> Any:
         async def answer(request: Request) -> Response:
             body = await request.body()
-            found = await run_in_threadpool(table, request)
+            found = await run_in_threadpool(review, request)
             return Json(await run_in_threadpool(work, found, body))
 
         return answer

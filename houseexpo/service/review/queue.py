@@ -9,7 +9,7 @@ from typing import Final, Literal
 
 from houseexpo.dataset import Dataset
 from houseexpo.plan.quality import SURE
-from houseexpo.service.review.desk import Judged
+from houseexpo.service.review.decisions import Judged
 
 Move = Literal["here", "next", "previous", "open"]
 LOOKED_AT_S: Final = 90.0

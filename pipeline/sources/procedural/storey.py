@@ -17,7 +17,7 @@ from pipeline.sources.procedural.values import Cell, Storey, Wall
 from pipeline.sources.procedural.walls import build_walls
 
 _OBLIQUE_SHARE, _DIVIDER_SHARE, _CARVED_SHARE, _MERGED_SHARE = 0.2, 0.22, 0.45, 0.15
-_LEAST_ROOMS = {"no_door": 3, "garage_apart": 6, "closed_cell": 2}
+_MIN_ROOMS = {"no_door": 3, "garage_apart": 6, "closed_cell": 2}
 _TRIES = 40
 
 
@@ -33,7 +33,7 @@ def make_storey(difficulty: str | None, rng: np.random.Generator) -> Storey:
 
 def _attempt(difficulty: str | None, rng: np.random.Generator) -> Storey | None:
     drawn: list[Cell] | None
-    drawn, features = _cells(draw_number(rng, _LEAST_ROOMS.get(difficulty or "", 1)), rng)
+    drawn, features = _cells(draw_number(rng, _MIN_ROOMS.get(difficulty or "", 1)), rng)
     if difficulty == "closed_cell":
         drawn = difficulties.add_shafts(drawn, rng)
     elif difficulty == "garage_apart":

@@ -1,11 +1,10 @@
 from __future__ import annotations
 
-import numpy as np
 import pytest
 import shapely
 
 from houseexpo.analysis.graph import OUTSIDE, rooms_graph
-from houseexpo.analysis.navigability import navigability, standing_components, standing_pieces
+from houseexpo.analysis.navigability import navigability, standing_pieces
 from houseexpo.analysis.standing import SPECK_M2
 from houseexpo.floorplan import decode
 from houseexpo.plan import Door
@@ -95,13 +94,7 @@ def test_agrees_with_the_exact_erosion(published_lines):
     assert judged > 160
 
 
-def test_standing_components_are_the_pieces(two_rooms):
-    labels, frame = standing_components(dumbbell(0.5), 0.3, 20)
-    assert labels.dtype == np.int32
-    assert set(np.unique(labels)) == {0, 1, 2}
-    for point, label in (((2, 2), 1), ((6.5, 2), 2), ((4.5, 2), 0), ((0.1, 0.1), 0)):
-        row, col = frame.cells_from_points(point)
-        assert labels[row, col] == label
+def test_a_disc_stands_in_what_is_left_of_the_free_space(two_rooms):
     pieces = standing_pieces(two_rooms.free_space, 0.2)
     assert len(pieces) == 1
     assert pieces[0].area == pytest.approx(two_rooms.free_space.buffer(-0.2).area, rel=0.005)

@@ -15,7 +15,7 @@ from houseexpo.commands import serve as command
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.service.collection import Collection
 from houseexpo.service.collection import opened as collections
-from houseexpo.service.connections import Patient
+from houseexpo.service.connections import LimitedProtocol
 from houseexpo.service.service import Service
 from tests.builders.services import built, published, some_plans
 
@@ -120,4 +120,4 @@ def test_connections_that_are_held_for_nothing_are_closed(folder: Path, monkeypa
     found: list[uvicorn.Config] = []
     monkeypatch.setattr("uvicorn.Server.run", lambda server, **_: found.append(server.config))
     said(folder, "--port", 0)
-    assert found[0].http is Patient
+    assert found[0].http is LimitedProtocol

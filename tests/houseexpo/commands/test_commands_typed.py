@@ -56,6 +56,12 @@ def test_show_takes_a_data_set_as_info_does(data, tmp_path):
     assert plans_in("--ids", f"{hexed(1)},{hexed(3)}") == 2
 
 
+def test_a_folder_to_show_in_that_is_a_file_is_named(data, tmp_path):
+    (tmp_path / "taken").write_text("mine")
+    said = call("show", data, "--out", tmp_path / "taken" / "sheet.svg", "--size", "100", code=2)
+    assert "expected a folder or nothing, found the file" in said
+
+
 def test_a_sample_is_the_seeds(data, tmp_path):
     sheets = []
     for seed in (1, 1, 2):

@@ -64,6 +64,19 @@ def test_fetching_once(server):
     assert len(server.requests) == before
 
 
+def test_what_another_process_has_fetched_meanwhile_stays(server):
+    manifest = published(server)
+    theirs = folder_of("all", manifest) / "theirs.json"
+
+    def quicker(*_told: object) -> None:
+        theirs.parent.mkdir(exist_ok=True)
+        theirs.write_text("{}")
+
+    folder = fetch(manifest=manifest, progress=quicker)
+    assert list(folder.iterdir()) == [theirs]
+    assert list(folder.parent.iterdir()) == [folder]
+
+
 def test_subsets_lie_in_each_other(server):
     ten, hundred = (set(open_dataset(fetch(n, manifest=published(server))).ids) for n in ("10", "100"))
     assert ten == {hexed(i) for i in range(100, 110)}

@@ -40,7 +40,9 @@ async def app(scope: dict[str, Any], receive: Any, send: Any) -> None:
 @pytest.fixture
 def port(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
     monkeypatch.setattr(connections, "IDLE_TIMEOUT_S", IDLE_TIMEOUT_S)
-    config = uvicorn.Config(app, http=connections.Patient, log_level="error", lifespan="off", ws="websockets-sansio")
+    config = uvicorn.Config(
+        app, http=connections.LimitedProtocol, log_level="error", lifespan="off", ws="websockets-sansio"
+    )
     server = uvicorn.Server(config)
     with socket.create_server(("127.0.0.1", 0)) as listening:
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]}, daemon=True)

@@ -19,8 +19,8 @@ def merge_cells(known: Grid, observable: Grid, cells: Cells, n_cells: int, value
 
     Parameters
     ----------
-    known, countable
-        (rows, cols); ``observable`` is 1 where a cell counts for coverage, else 0.
+    known, observable
+        (rows, cols); the latter is 1 where a cell counts for coverage, else 0.
     cells
         Flat indices, the first ``n_cells`` of them; a cell may occur many times.
     """

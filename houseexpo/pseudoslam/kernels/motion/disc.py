@@ -16,7 +16,7 @@ REST = 1e-6
 
 @njit(cache=True, nogil=True)
 def disc_is_free(occupied: Grid, x: float, y: float, radius: float) -> bool:
-    """Whether a disc meets no solid cell and stays on the grid, pixels."""
+    """Whether a disc meets no occupied cell and stays on the grid, pixels."""
     rows, cols = occupied.shape
     if x < radius or y < radius or x > cols - radius or y > rows - radius:
         return False
@@ -36,7 +36,7 @@ def free_way(occupied: Grid, x: float, y: float, right: float, down: float, dist
     """Return how far of ``distance`` a disc goes in the direction (``right``, ``down``, a unit vector) until contact.
 
     Less than ``distance`` only where something is in the way; 0.0 where the disc touches it already. The grid's border
-    must be solid.
+    must be occupied.
     """
     rows, cols = occupied.shape
     end_x, end_y = x + distance * right, y + distance * down
@@ -86,7 +86,7 @@ def _into_box(x: float, y: float, right: float, down: float, half_x: float, half
 
 @njit(cache=True, nogil=True)
 def clearance(occupied: Grid, x: float, y: float, radius: float, limit: float) -> float:
-    """Return the distance from a disc's rim to the nearest solid cell's square, at most ``limit - radius``; pixels."""
+    """Return the distance from a disc's rim to the nearest occupied cell, ``limit - radius`` at most; pixels."""
     rows, cols = occupied.shape
     nearest = limit * limit
     for row in range(max(int(y - limit), 0), min(int(y + limit) + 1, rows)):

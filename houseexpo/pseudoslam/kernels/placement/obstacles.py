@@ -15,17 +15,17 @@ _OPEN, _MARKED, _REACHED = 1, 2, 3  # cells of ``traversable``; marks are wiped 
 def set_down(
     occupied: Grid, traversable: Grid, spans: Cells, count: int, gap: Cells, robot: Cells, least: int, scratch: Cells
 ) -> int:
-    """Make an obstacle's cells solid and take away where the robot can no longer stand, or change nothing.
+    """Make an obstacle's cells occupied and take away where the robot can no longer stand, or change nothing.
 
     Parameters
     ----------
-    solid, stand
-        (rows, cols); ``traversable`` is one 4-connected piece, 1 where the robot can stand, nowhere on the border.
+    occupied, traversable
+        (rows, cols); the latter is one 4-connected piece, 1 where the robot can stand, nowhere on the border.
     spans, count
         The obstacle's, all on the grid, as ``shape_spans`` lists them.
     gap, robot
         Discs of cells, as half their width so many rows from the middle, -1 for none: round the obstacle no cell of
-        ``gap`` may be solid; with its middle in ``robot``, the robot would touch it.
+        ``gap`` may be occupied; with its middle in ``robot``, the robot would touch it.
     least
         Cells of a piece that is a place to be; what is cut off and smaller is given up.
     scratch
@@ -50,7 +50,7 @@ def set_down(
 
 @njit(inline="always")
 def _is_clear(occupied: Grid, spans: Cells, count: int, gap: Cells) -> bool:
-    """Whether no cell of the obstacle, nor of the gap round it, is solid."""
+    """Whether no cell of the obstacle, nor of the gap round it, is occupied."""
     rows, cols = occupied.shape
     reach = len(gap) - 1
     for i in range(count):

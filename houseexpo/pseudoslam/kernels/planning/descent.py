@@ -15,7 +15,7 @@ from houseexpo.pseudoslam.kernels.types import NO_WAY, Grid, KnownWays
 
 NO_TURN = np.iinfo(np.int32).max
 """No step shortens the way."""
-_LEAST = 0.5 * STRAIGHT
+_MIN_GAIN = 0.5 * STRAIGHT
 """A step shortens the way by more than this."""
 _BESIDE = 3  # cells: the robot need not be in the middle of a standing cell
 
@@ -62,7 +62,7 @@ def best_turns(
         right, down = math.cos(heading + k * turn), -math.sin(heading + k * turn)
         way = free_way(closed, x - left, y - top, right, down, step_px, radius_px)
         gain = here - way_at(found, known.shape[0], x + way * right, y + way * down, _BESIDE)
-        if gain > _LEAST:  # not where both are infinite
+        if gain > _MIN_GAIN:  # not where both are infinite
             gains[k + half] = gain
             is_full[k + half] = way == step_px
             some_full |= way == step_px

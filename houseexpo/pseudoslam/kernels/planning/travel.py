@@ -17,12 +17,13 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, UNKNOWN
 from houseexpo.pseudoslam.kernels.motion.bodies import cell_meets_disc
 from houseexpo.pseudoslam.kernels.motion.disc import REST, TOUCH, contact
+from houseexpo.pseudoslam.kernels.motion.heading import wrapped
 from houseexpo.pseudoslam.kernels.planning.plan import ARRIVED, BLOCKED, GOING, TravelRules
 from houseexpo.pseudoslam.kernels.types import NO_WAY, Cells, Grid, KnownWays
 
 _THERE_PX = 0.5  # from the end of a way
 _ALIGNED = 1e-9  # radians
-_LEAST_PX = 0.5  # a way forward that is worth a step
+_MIN_PX = 0.5  # a way forward that is worth a step
 _NEAR_PX = 1.5  # from the robot, which need not stand in the middle of a cell
 
 
@@ -49,7 +50,7 @@ def next_motion(
     if math.hypot(end_x - x, end_y - y) <= _THERE_PX:
         if target < 0:
             return 0.0, 0.0, at, ARRIVED
-        off = _wrapped(_direction(x, y, target % cols + 0.5, target // cols + 0.5, heading) - heading)  # R4
+        off = wrapped(_direction(x, y, target % cols + 0.5, target // cols + 0.5, heading) - heading)  # R4
         turn = min(max(off, -rules.turn_rad), rules.turn_rad)
         return turn, 0.0, at, (ARRIVED if abs(off) <= _ALIGNED else GOING)
     furthest = _aim(path, n, at, x, y, found, cols, rules.aim_cells)
@@ -62,9 +63,9 @@ def next_motion(
         towards = _direction(x, y, to_x, to_y, heading)
         wanted = min(distance, rules.step_px)
         way = way_by_map(known, x, y, math.cos(towards), -math.sin(towards), wanted, rules.radius_px)
-        if way < min(wanted, _LEAST_PX):
+        if way < min(wanted, _MIN_PX):
             continue
-        off = _wrapped(towards - heading)
+        off = wrapped(towards - heading)
         if abs(off) > rules.turn_rad:  # R2
             return math.copysign(rules.turn_rad, off), 0.0, at, GOING
         return off, way, at, GOING
@@ -166,13 +167,3 @@ def _direction(x: float, y: float, to_x: float, to_y: float, heading: float) -> 
     if to_x == x and to_y == y:
         return heading
     return math.atan2(y - to_y, to_x - x)
-
-
-@njit(cache=True, nogil=True)
-def _wrapped(angle: float) -> float:
-    """Return the same direction in [-pi, pi]."""
-    while angle > math.pi:
-        angle -= 2.0 * math.pi
-    while angle < -math.pi:
-        angle += 2.0 * math.pi
-    return angle

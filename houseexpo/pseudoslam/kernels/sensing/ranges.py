@@ -63,7 +63,7 @@ def distance(occupied: Grid, x: float, y: float, right: float, down: float, rang
             gone = to_y
             to_y += high
             row += step_y
-        else:  # a corner is closed where both squares beside it are solid
+        else:  # a corner is closed where both squares beside it are occupied
             gone = min(to_x, to_y)
             if _is_solid(occupied, row, col + step_x) and _is_solid(occupied, row + step_y, col):
                 return min(gone, range_px)

@@ -1,7 +1,7 @@
 """The scan of the published simulator: unit steps along each ray of a fan, to the first obstacle.
 
 Sample k of a ray is the cell whose centre is nearest to the point k pixels along it, k = 0 to the range rounded; the
-first that is solid ends the ray and is seen, too.
+first that is occupied ends the ray and is seen, too.
 
 Where nothing moves and the map has no errors, samples in what the map knows to be free need no look: in each quadrant
 round the robot a rectangle of free cells is found first, and its rays begin where they leave it. Houses have

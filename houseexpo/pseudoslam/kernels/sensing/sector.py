@@ -54,7 +54,7 @@ def sector_scan(
     Parameters
     ----------
     occupied
-        (rows, cols), not 0 where an obstacle is; its border should be solid, for nothing ends the sight there.
+        (rows, cols), not 0 where an obstacle is; its border should be occupied, for nothing ends the sight there.
     half_fov
         Half the angle of the fan, radians, at most pi.
     runs

@@ -26,7 +26,7 @@ def find_standing(
 
     Parameters
     ----------
-    stand, wanted
+    traversable, wanted
         (rows, cols), 1 where the robot can stand, and in the cells that are asked for: none of them on the border.
     before
         (rows * cols, 2), what ``away`` came to before some of the standing cells were lost; (0, 2) where that is not

@@ -15,19 +15,19 @@ from houseexpo.dataset.build_record import BuildRecord, record_build
 from houseexpo.errors import ConfigError
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.building import Building
-from houseexpo.service.review.desk import Desk
+from houseexpo.service.review.decisions import Decisions
 from tests.builders.services import built, some_plans
 
 Begun = Callable[[str], Building]
 
 
 @pytest.fixture
-def desk(tmp_path: Path) -> Desk:
-    return Desk(tmp_path / "overrides.toml")
+def decisions(tmp_path: Path) -> Decisions:
+    return Decisions(tmp_path / "overrides.toml")
 
 
 @pytest.fixture
-def begun(tmp_path: Path, desk: Desk, monkeypatch: pytest.MonkeyPatch) -> Begun:
+def begun(tmp_path: Path, decisions: Decisions, monkeypatch: pytest.MonkeyPatch) -> Begun:
     """Begin to build with a shell script in the place of Python."""
     folder = built(tmp_path / "homes", some_plans())
     (folder / ".build").mkdir()
@@ -38,7 +38,7 @@ def begun(tmp_path: Path, desk: Desk, monkeypatch: pytest.MonkeyPatch) -> Begun:
         python.write_text(f"#!/bin/sh\n{script}\n")
         python.chmod(0o755)
         monkeypatch.setattr(sys, "executable", str(python))
-        found = Building(Collection("homes", folder), desk)
+        found = Building(Collection("homes", folder), decisions)
         found.start("ann")
         return found
 
@@ -53,24 +53,26 @@ def ended(building: Building) -> str:
     raise TimeoutError(building.status())
 
 
-def test_what_is_decided_while_it_is_built_waits_for_the_next_build(tmp_path: Path, desk: Desk, begun: Begun) -> None:
-    desk.decide("a1", "keep", "ann")
+def test_what_is_decided_while_it_is_built_waits_for_the_next_build(
+    tmp_path: Path, decisions: Decisions, begun: Begun
+) -> None:
+    decisions.decide("a1", "keep", "ann")
     # R3
     building = begun(f"while [ ! -e {tmp_path / 'go'} ]; do sleep 0.05; done")
-    desk.decide("b2", "drop", "ben")
+    decisions.decide("b2", "drop", "ben")
     (tmp_path / "go").touch()
     assert ended(building) == "built"
     assert [outcome.plan for outcome in building.outcomes] == ["a1"]
-    assert desk.since_build() == ["b2"]
-    assert Desk(desk.file).since_build() == ["b2"]
+    assert decisions.since_build() == ["b2"]
+    assert Decisions(decisions.file).since_build() == ["b2"]
 
 
-def test_a_first_decision_while_it_is_built_waits_too(tmp_path: Path, desk: Desk, begun: Begun) -> None:
+def test_a_first_decision_while_it_is_built_waits_too(tmp_path: Path, decisions: Decisions, begun: Begun) -> None:
     building = begun(f"while [ ! -e {tmp_path / 'go'} ]; do sleep 0.05; done")
-    desk.decide("b2", "drop", "ben")
+    decisions.decide("b2", "drop", "ben")
     (tmp_path / "go").touch()
     assert ended(building) == "built"
-    assert desk.since_build() == ["b2"]
+    assert decisions.since_build() == ["b2"]
 
 
 def test_a_build_that_cannot_be_started_leaves_the_next_one_free(

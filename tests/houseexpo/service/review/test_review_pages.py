@@ -16,11 +16,9 @@ from starlette.testclient import TestClient
 
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
-from houseexpo.service.review.asks import NARROWEST_DOOR_M
-from houseexpo.service.review.pages import Table
+from houseexpo.service.review.pages import Review
 from houseexpo.service.service import Service
 from houseexpo.service.settings import Settings
-from pipeline.overrides import NARROWEST_DOOR_M as OF_BUILD
 from pipeline.overrides import load_overrides
 from tests.builders.reviewing import judged_later, no_plans
 
@@ -206,15 +204,15 @@ def test_a_data_set_without_plans_has_an_empty_queue(tmp_path: Path, move: str) 
         assert client.get("/houses/review").status_code == 200
 
 
-def test_requests_at_once_find_one_table(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_requests_at_once_find_one_review(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
     made = []
 
-    def slow(collection: Collection) -> Table:
+    def slow(collection: Collection) -> Review:
         made.append(collection)
         time.sleep(0.2)
-        return Table(collection)
+        return Review(collection)
 
-    monkeypatch.setattr("houseexpo.service.review.pages.Table", slow)
+    monkeypatch.setattr("houseexpo.service.review.pages.Review", slow)
     with ThreadPoolExecutor(4) as threads:
         list(threads.map(lambda _: state(client), range(4)))
     assert len(made) == 1
@@ -229,7 +227,3 @@ def test_the_page_shows_its_keys(client: TestClient) -> None:
     page = client.get("/houses/review").text
     for key in ("K", "X", "D", "R", "N", "U", "B", "Space"):
         assert f"<kbd>{key}</kbd>" in page
-
-
-def test_doors_are_as_wide_as_a_build_asks() -> None:
-    assert NARROWEST_DOOR_M == OF_BUILD

@@ -74,7 +74,7 @@ def test_two_servers_one_of_them_killed_lose_nothing_that_was_answered(tmp_path:
         os.kill(servers[0].process.pid, signal.SIGKILL)
         for thread in work:
             thread.join(120)
-        servers[1].decide(PLANS[0], "ann", seen=len(PLANS))  # the next one at the desk puts in order what was left
+        servers[1].decide(PLANS[0], "ann", seen=len(PLANS))  # the next decision puts in order what was left
     finally:
         for server in servers:
             server.process.kill()

@@ -7,8 +7,8 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 
 
-class Kept:
-    """Bytes by key, up to a number of bytes; threads may share it."""
+class ByteCache:
+    """A least-recently-used cache of bytes, up to so many of them in all; threads may share it."""
 
     def __init__(self, most_bytes: int) -> None:
         self._most, self._size = most_bytes, 0

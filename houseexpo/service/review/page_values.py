@@ -9,7 +9,7 @@ from houseexpo.drawing.scene import scene
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame, plan_from_source
 from houseexpo.service.review.changes import several
-from houseexpo.service.review.desk import Judged
+from houseexpo.service.review.decisions import Judged
 from houseexpo.service.review.log import Line
 
 SIZE_PX: Final = 900
@@ -36,7 +36,7 @@ def plan_values(plan: FloorPlan) -> dict[str, Any]:
 
 
 def marks(plan: FloorPlan, table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the doors and points of no rooms of a plan's table, as ``Desk.table`` returns it, in the plan's metres."""
+    """Return the doors and points of no rooms of a plan's table (``Decisions.table``), in the plan's metres."""
     if plan.frame is None:
         return {"doors": [], "no_rooms": []}
     doors = [plan_from_source(plan.frame, door).tolist() for door in several(table.get("door"), "door")]

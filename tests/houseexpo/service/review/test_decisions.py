@@ -13,7 +13,7 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.service.review.changes import DecidedOtherwiseError
-from houseexpo.service.review.desk import Desk
+from houseexpo.service.review.decisions import Decisions
 from houseexpo.service.review.log import Line
 from tests.builders.reviewing import clerk
 
@@ -34,11 +34,11 @@ def lines(file: Path) -> list[Line]:
 
 
 def test_decisions_stand_in_the_file_and_in_the_log(file: Path) -> None:
-    desk = Desk(file)
-    desk.decide("villa", "door", "ann", DOOR)
-    desk.decide("villa", "door", "ann", [[3.0, 2.0], [4.0, 2.0]], seen=1)
-    desk.decide("villa", "no_room", "ann", [5.0, 5.0], seen=2)
-    desk.decide("hall", "drop", "ben", "a hall")
+    decisions = Decisions(file)
+    decisions.decide("villa", "door", "ann", DOOR)
+    decisions.decide("villa", "door", "ann", [[3.0, 2.0], [4.0, 2.0]], seen=1)
+    decisions.decide("villa", "no_room", "ann", [5.0, 5.0], seen=2)
+    decisions.decide("hall", "drop", "ben", "a hall")
     assert tables(file) == {
         "villa": {"door": [DOOR, [[3.0, 2.0], [4.0, 2.0]]], "no_room": [5.0, 5.0]},
         "hall": {"drop": True, "why": "a hall"},
@@ -49,61 +49,61 @@ def test_decisions_stand_in_the_file_and_in_the_log(file: Path) -> None:
         (3, "ann", "villa", "no_room"),
         (4, "ben", "hall", "drop"),
     ]
-    assert desk.judged()["villa"].actions == ("door", "door", "no_room")
+    assert decisions.judged()["villa"].actions == ("door", "door", "no_room")
 
 
 def test_keep_and_drop_take_each_others_place_and_a_note_may_go(file: Path) -> None:
-    desk = Desk(file)
-    desk.decide("villa", "drop", "ann")
-    desk.decide("villa", "note", "ann", "odd", seen=1)
-    desk.decide("villa", "keep", "ann", seen=2)
+    decisions = Decisions(file)
+    decisions.decide("villa", "drop", "ann")
+    decisions.decide("villa", "note", "ann", "odd", seen=1)
+    decisions.decide("villa", "keep", "ann", seen=2)
     assert tables(file) == {"villa": {"keep": True, "why": "odd"}}
-    desk.decide("villa", "note", "ann", "", seen=3)
+    decisions.decide("villa", "note", "ann", "", seen=3)
     assert tables(file) == {"villa": {"keep": True}}
 
 
 def test_undo_takes_back_ones_own_latest_and_is_a_line_of_its_own(file: Path) -> None:
     file.write_text("# by hand\n[hut]\nkeep = true  # seen\n")
-    before, desk = file.read_text(), Desk(file)
-    desk.decide("hut", "drop", "ann")
-    desk.decide("villa", "door", "ann", DOOR)
-    desk.decide("villa", "door", "ben", [[3.0, 2.0], [4.0, 2.0]], seen=2)
-    assert desk.undo("ann").plan == "villa"
+    before, decisions = file.read_text(), Decisions(file)
+    decisions.decide("hut", "drop", "ann")
+    decisions.decide("villa", "door", "ann", DOOR)
+    decisions.decide("villa", "door", "ben", [[3.0, 2.0], [4.0, 2.0]], seen=2)
+    assert decisions.undo("ann").plan == "villa"
     assert tables(file)["villa"] == {"door": [[3.0, 2.0], [4.0, 2.0]]}  # Ben's stays
-    assert desk.undo("ann").plan == "hut"
-    desk.undo("ben")
+    assert decisions.undo("ann").plan == "hut"
+    decisions.undo("ben")
     assert tables(file) == tomllib.loads(before)
     assert "# by hand" in file.read_text()
     assert "# seen" in file.read_text()
     assert [line.undoes for line in lines(file)] == [0, 0, 0, 2, 1, 3]
-    assert desk.judged() == {}
+    assert decisions.judged() == {}
     with pytest.raises(ConfigError, match="nothing of ann is left"):
-        desk.undo("ann")
+        decisions.undo("ann")
 
 
 @pytest.mark.parametrize("name", ["ben", "ann"])
 def test_what_was_decided_unseen_is_not_overruled_under_whatever_name(file: Path, name: str) -> None:
-    desk = Desk(file)
-    desk.decide("villa", "keep", "ann")
+    decisions = Decisions(file)
+    decisions.decide("villa", "keep", "ann")
     with pytest.raises(DecidedOtherwiseError, match="ann chose keep meanwhile"):
-        desk.decide("villa", "drop", name)
+        decisions.decide("villa", "drop", name)
     assert tables(file) == {"villa": {"keep": True}}
 
 
 def test_what_somebody_else_decided_is_overruled_once_it_is_seen(file: Path) -> None:
-    desk = Desk(file)
-    desk.decide("villa", "keep", "ann")
-    desk.decide("villa", "drop", "ben", seen=1)
+    decisions = Decisions(file)
+    decisions.decide("villa", "keep", "ann")
+    decisions.decide("villa", "drop", "ben", seen=1)
     assert tables(file) == {"villa": {"drop": True}}
     with pytest.raises(DecidedOtherwiseError, match="somebody changed"):
-        desk.undo("ann")
+        decisions.undo("ann")
 
 
 def test_a_file_changed_by_hand_meanwhile_is_taken_as_it_is(file: Path) -> None:
-    desk = Desk(file)
-    desk.decide("villa", "keep", "ann")
+    decisions = Decisions(file)
+    decisions.decide("villa", "keep", "ann")
     file.write_text('# mine\n[villa]\nwhy = "by hand"\n')
-    desk.decide("hall", "drop", "ann")
+    decisions.decide("hall", "drop", "ann")
     assert tables(file) == {"villa": {"why": "by hand"}, "hall": {"drop": True}}
 
 
@@ -111,7 +111,7 @@ def test_a_file_changed_by_hand_meanwhile_is_taken_as_it_is(file: Path) -> None:
 def test_killed_in_the_middle_it_is_done_or_not_in_both_places(
     file: Path, monkeypatch: pytest.MonkeyPatch, step: str
 ) -> None:
-    Desk(file).decide("villa", "keep", "ann")
+    Decisions(file).decide("villa", "keep", "ann")
 
     def killed(*_: object) -> None:
         raise SystemExit
@@ -120,8 +120,8 @@ def test_killed_in_the_middle_it_is_done_or_not_in_both_places(
     with monkeypatch.context() as patch:
         patch.setattr(where[step], killed)
         with pytest.raises(SystemExit):
-            Desk(file).decide("hall", "drop", "ann")
-    Desk(file).decide("barn", "keep", "ben")
+            Decisions(file).decide("hall", "drop", "ann")
+    Decisions(file).decide("barn", "keep", "ben")
     noted = "hall" in {line.plan for line in lines(file)}
     assert noted == (step == "after the line")
     assert ("hall" in tables(file)) == noted
@@ -129,18 +129,18 @@ def test_killed_in_the_middle_it_is_done_or_not_in_both_places(
 
 
 def test_a_line_that_was_cut_off_is_passed_over(file: Path) -> None:
-    Desk(file).decide("villa", "keep", "ann")
+    Decisions(file).decide("villa", "keep", "ann")
     with file.with_suffix(".log.jsonl").open("ab") as stream:
         stream.write(b'{"number":2,"time":"20')
-    desk = Desk(file)
-    assert desk.decide("hall", "drop", "ann").number == 2
-    assert [line.plan for line in desk.log.lines] == ["villa", "hall"]
-    assert set(Desk(file).judged()) == {"villa", "hall"}
+    decisions = Decisions(file)
+    assert decisions.decide("hall", "drop", "ann").number == 2
+    assert [line.plan for line in decisions.log.lines] == ["villa", "hall"]
+    assert set(Decisions(file).judged()) == {"villa", "hall"}
 
 
 def test_without_room_on_the_disk_nothing_changes(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    desk = Desk(file)
-    desk.decide("villa", "keep", "ann")
+    decisions = Decisions(file)
+    decisions.decide("villa", "keep", "ann")
     before = file.read_bytes(), file.with_suffix(".log.jsonl").read_bytes()
 
     def full_after(synced: int) -> Callable[[int], None]:
@@ -156,21 +156,21 @@ def test_without_room_on_the_disk_nothing_changes(file: Path, monkeypatch: pytes
         with monkeypatch.context() as patch:
             patch.setattr("os.fsync", full_after(synced))
             with pytest.raises(ConfigError, match="No space left"):
-                desk.decide("hall", "drop", "ann")
+                decisions.decide("hall", "drop", "ann")
         assert (file.read_bytes(), file.with_suffix(".log.jsonl").read_bytes()) == before
         assert not list(file.parent.glob(".partial-*"))
-    assert desk.decide("hall", "drop", "ann").number == 2
+    assert decisions.decide("hall", "drop", "ann").number == 2
 
 
 def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="cannot be written"):
-        Desk(tmp_path / "gone" / "overrides.toml").decide("villa", "keep", "ann")
+        Decisions(tmp_path / "gone" / "overrides.toml").decide("villa", "keep", "ann")
 
 
 def test_a_file_that_is_no_toml_is_said_and_left_alone(file: Path) -> None:
     file.write_text("[villa\n")
     with pytest.raises(ConfigError, match="mend it first"):
-        Desk(file).decide("villa", "keep", "ann")
+        Decisions(file).decide("villa", "keep", "ann")
     assert file.read_text() == "[villa\n"
 
 
@@ -187,13 +187,16 @@ def test_a_file_that_is_no_toml_is_said_and_left_alone(file: Path) -> None:
     ],
 )
 def test_what_a_person_wrote_wrong_of_a_plan_is_said(file: Path, text: str, found: str) -> None:
-    desk = Desk(file)
-    line = desk.decide("villa", "door", "ann", DOOR)
+    decisions = Decisions(file)
+    line = decisions.decide("villa", "door", "ann", DOOR)
     file.write_text(text)
-    for work in (lambda: desk.decide("villa", "door", "ann", DOOR, seen=line.number), lambda: desk.undo("ann")):
+    for work in (
+        lambda: decisions.decide("villa", "door", "ann", DOOR, seen=line.number),
+        lambda: decisions.undo("ann"),
+    ):
         with pytest.raises(ConfigError, match=rf"overrides\.toml: {found}"):
             work()
-    assert desk.decide("hall", "keep", "ann").plan == "hall"  # the others are not kept from it
+    assert decisions.decide("hall", "keep", "ann").plan == "hall"  # the others are not kept from it
     assert text in file.read_text()
 
 
@@ -213,22 +216,22 @@ def test_kill_9_loses_nothing_that_was_answered(file: Path) -> None:
         os.kill(process.pid, signal.SIGKILL)
         answered += process.stdout.read().split()
         process.wait()
-        Desk(file).decide(f"next{count}", "keep", "ben")
+        Decisions(file).decide(f"next{count}", "keep", "ben")
         assert set(answered) <= set(tables(file))
         assert {line.plan for line in lines(file)} == set(tables(file))
 
 
 def test_since_a_build_is_what_was_decided_after_it(file: Path) -> None:
-    desk = Desk(file)
-    desk.decide("villa", "keep", "ann")
-    desk.built("ann", desk.last())
-    assert desk.since_build() == []
-    desk.undo("ann")
-    assert desk.since_build() == ["villa"]
+    decisions = Decisions(file)
+    decisions.decide("villa", "keep", "ann")
+    decisions.built("ann", decisions.last())
+    assert decisions.since_build() == []
+    decisions.undo("ann")
+    assert decisions.since_build() == ["villa"]
 
 
 def test_a_build_in_a_log_of_before_holds_all_that_stands_before_it(file: Path) -> None:
-    desk = Desk(file)
-    desk.decide("villa", "keep", "ann")
-    desk.log.add(Line(2, "2026-05-01T00:00:00+00:00", "ann", "", "build"))
-    assert desk.since_build() == []
+    decisions = Decisions(file)
+    decisions.decide("villa", "keep", "ann")
+    decisions.log.add(Line(2, "2026-05-01T00:00:00+00:00", "ann", "", "build"))
+    assert decisions.since_build() == []

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Final
 
 from houseexpo.dataset.build_record import recorded_build
-
-NAME: Final = "overrides.toml"
+from houseexpo.plan.overrides import NAME
 
 
 def overrides_file(dataset: Path) -> Path:

@@ -1,4 +1,4 @@
-"""What a browser asks for, checked: nothing else reaches the desk."""
+"""What a browser sends when somebody decides, checked."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ from msgspec import Meta
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_from_plan
+from houseexpo.plan.overrides import MIN_DOOR_M
 
-NARROWEST_DOOR_M: Final = 0.3
-"""As ``houseexpo build`` has it."""
 _BESIDE_M: Final = 2.0
 _DIGITS: Final = 3
 _CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f]+")
@@ -57,7 +56,7 @@ def plain(text: str) -> str:
 
 
 def value_of(asked: Decision, plan: FloorPlan) -> Any:
-    """Return what a decision says beside its action, as the desk takes it.
+    """Return what a decision says beside its action, as ``Decisions`` takes it.
 
     Raises
     ------
@@ -70,9 +69,9 @@ def value_of(asked: Decision, plan: FloorPlan) -> Any:
     if len(asked.points) != wanted:
         raise ConfigError(f"{asked.action}: expected {wanted} points, found {len(asked.points)}")
     _check_inside(asked.points, plan)
-    if asked.action == "door" and math.dist(*asked.points) < NARROWEST_DOOR_M:
+    if asked.action == "door" and math.dist(*asked.points) < MIN_DOOR_M:
         found = f"{math.dist(*asked.points):.2f} m"
-        raise ConfigError(f"door: expected jambs {NARROWEST_DOOR_M} m apart or more, found {found}; set them anew")
+        raise ConfigError(f"door: expected jambs {MIN_DOOR_M} m apart or more, found {found}; set them anew")
     if plan.frame is None:
         raise ConfigError(f"{plan.id}: it does not say where it stands in its source; only keep and drop are possible")
     points = [_rounded(point) for point in source_from_plan(plan.frame, asked.points).tolist()]

@@ -1,4 +1,4 @@
-"""Faults of the moment: what kept a house from being done says nothing about the house."""
+"""Transient faults, such as a full disk: what kept a house from being done says nothing about the house."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ _ERRORS = frozenset(
 _NO_SCRATCH = "No usable temporary directory"  # how Python says that none of them can be written
 
 
-def passing_fault(error: BaseException) -> OSError | None:
-    """Return the fault of the moment that an error comes from, None where it comes from none."""
+def transient_fault(error: BaseException) -> OSError | None:
+    """Return the transient fault that an error comes from, None where it comes from none."""
     for cause in _causes(error):
         if isinstance(cause, OSError) and (cause.errno in _ERRORS or _NO_SCRATCH in str(cause)):
             return cause

@@ -3,8 +3,8 @@
 R1  One at a time: a lock that the system takes away when its owner ends, among threads and processes alike.
 R2  The new ``overrides.toml`` is written under another name, then the line in the log, then the file gets its name. An
     answer comes after that. Where there is no room on the disk, nothing changes.
-R3  Killed between the line and the name, the next one at the desk finds the file as it was before the line, and does
-    what the line says. A file that a person changed meanwhile is neither, and is taken as it is.
+R3  Where the process was killed between the line and the name, the next one finds the file as it was before the line,
+    and does what the line says. A file that a person changed meanwhile is neither, and is taken as it is.
 R4  A decision on a plan on which somebody decided meanwhile, unseen, is refused, with what that was. The name does not
     count: two people may go by one, and one person may have two pages open.
 R5  An undo takes back the reviewer's latest decision; what others decided since stays, or the undo is refused.
@@ -40,7 +40,7 @@ class Judged:
     actions: tuple[Action, ...]
 
 
-class Desk:
+class Decisions:
     """The decisions on one data set; ``file`` is its ``overrides.toml``, which need not be there yet."""
 
     def __init__(self, file: Path) -> None:

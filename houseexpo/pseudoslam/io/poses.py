@@ -1,0 +1,26 @@
+"""Poses of a robot: x, y in metres, and the heading in radians, counter-clockwise from x."""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+Pose: TypeAlias = tuple[float, float, float]
+
+
+def relative(origin: Pose, pose: Pose) -> Pose:
+    """Return a pose in the frame of another: metres ahead and to the left, and the angle between the headings.
+
+    Examples
+    --------
+    >>> relative((1.0, 1.0, 0.0), (3.0, 2.0, 0.5))
+    (2.0, 1.0, 0.5)
+    """
+    x, y, turn = (there - here for there, here in zip(pose, origin, strict=True))
+    cos, sin = math.cos(origin[2]), math.sin(origin[2])
+    return x * cos + y * sin, y * cos - x * sin, wrapped(turn)
+
+
+def wrapped(angle: float) -> float:
+    """Return the same angle in [-pi, pi], radians."""
+    return math.remainder(angle, 2.0 * math.pi)

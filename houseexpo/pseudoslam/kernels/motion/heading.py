@@ -1,0 +1,17 @@
+"""Headings: radians, counter-clockwise from x."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+
+@njit(inline="always")
+def wrapped(heading: float) -> float:
+    """Return the same direction in [-pi, pi]; one that lies there already keeps its bits."""
+    while heading > math.pi:
+        heading -= 2.0 * math.pi
+    while heading < -math.pi:
+        heading += 2.0 * math.pi
+    return heading

@@ -1,0 +1,55 @@
+"""Docstrings describe what is there: each parameter that one lists is a parameter, or an attribute of the class."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+FILES = sorted(file for package in ("houseexpo", "pipeline", "stats") for file in (ROOT / package).rglob("*.py"))
+SECTION = re.compile(r"^(?:Parameters|Attributes)\n-+\n(.*?)(?=^\w[^\n]*\n-{3,}|\Z)", re.DOTALL | re.MULTILINE)
+
+
+def described(node: ast.AST) -> Iterator[str]:
+    """Yield the names that a docstring lists."""
+    found = SECTION.search(ast.get_docstring(node) or "")  # type: ignore[arg-type]  # a class or a function
+    for line in found[1].splitlines() if found else ():
+        names = line.partition(" : ")[0]
+        if re.fullmatch(r"[\w*]+(, [\w*]+)*", names):
+            yield from (name.strip("* ") for name in names.split(","))
+
+
+def known(node: ast.AST) -> set[str]:
+    """Return the parameters of a function; of a class its fields, its methods, and what they set and take."""
+    names = {part.arg for part in ast.walk(node) if isinstance(part, ast.arg)}
+    if isinstance(node, ast.ClassDef):
+        names |= {part.target.id for part in node.body if isinstance(part, ast.AnnAssign)}  # type: ignore[union-attr]
+        names |= {part.name for part in node.body if isinstance(part, ast.FunctionDef)}
+        names |= {part.attr for part in ast.walk(node) if isinstance(part, ast.Attribute)}
+    return names
+
+
+def test_wrong_names_are_found() -> None:
+    tree = ast.parse(
+        'def f(a, *b):\n    """Do.\n\n    Parameters\n    ----------\n    a, b\n        Two.\n    c : int\n    """'
+    )
+    assert list(described(tree.body[0])) == ["a", "b", "c"]
+    assert set(described(tree.body[0])) - known(tree.body[0]) == {"c"}
+
+
+@pytest.mark.parametrize("package", ["houseexpo", "pipeline", "stats"])
+def test_every_parameter_that_a_docstring_lists_is_there(package: str) -> None:
+    wrong = [
+        f"{file.relative_to(ROOT)}:{node.lineno}: {name}"
+        for file in FILES
+        if file.is_relative_to(ROOT / package)
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.FunctionDef | ast.ClassDef)
+        for name in described(node)
+        if name not in known(node)
+    ]
+    assert wrong == []
