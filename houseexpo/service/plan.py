@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 from urllib.parse import quote
 
@@ -86,12 +86,18 @@ def _measures(now: Opened, name: str) -> Iterator[tuple[str, str]]:
 
 def _told(plan: FloorPlan) -> Iterator[tuple[str, str]]:
     for key, value in (plan.provenance or {}).items():
-        yield key.replace("_", " "), _plain(value)
+        if words := _plain(value):
+            yield key.replace("_", " "), words
     if plan.repair is not None:
         yield "repair", str(plan.repair)
 
 
 def _plain(value: Any) -> str:
+    """Return a value of JSON as a person reads it; "" where it says nothing."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{str(name).replace('_', ' ')}: {_plain(each)}" for name, each in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(map(_plain, value))
     return value if isinstance(value, str) else msgspec.json.encode(value).decode()
 
 
