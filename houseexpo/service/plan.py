@@ -48,7 +48,7 @@ def routes(service: Service) -> list[BaseRoute]:
             splits=[each for each, ids in now.data.splits.items() if name in ids],
             repeats=now.records.repeats_of(name),
             formats=FORMATS,
-            python=_python(request, shown.name, name),
+            python=_python(service.opening(request, shown.name), name),
         )
 
     return [Route("/{data}/plan/{plan}", plan)]
@@ -101,11 +101,10 @@ def _plain(value: Any) -> str:
     return value if isinstance(value, str) else msgspec.json.encode(value).decode()
 
 
-def _python(request: Request, data: str, name: str) -> str:
-    base = str(request.base_url).rstrip("/")
+def _python(opening: str, name: str) -> str:
     return (
         "import houseexpo\n\n"
-        f'plans = houseexpo.open_dataset("{base}/{data}")\n'
+        f"{opening}\n"
         f"plan = plans[{name!r}]\n"
         "plan.area, plan.rooms, plan.doors\n"
         "plan.grid(25), plan.graph()"

@@ -102,34 +102,45 @@ export class Drawing {
     this.look([x - (x - this.view[0]) * by, y - (y - this.view[1]) * by, wide, this.view[3] * by]);
   }
 
+  move(across, down) { // pixels of the screen
+    const metres = 1 / this.svg.getScreenCTM().a, [x, y, wide, high] = this.view;
+    this.look([x - across * metres, y - down * metres, wide, high]);
+  }
+
   at(event) { // metres of the plan, y down as the SVG has it
     const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(this.svg.getScreenCTM().inverse());
     return [point.x, point.y];
   }
 
   listen() {
-    let from = null, moved = false;
+    const held = new Map(); // where each finger is, or the mouse while its button is down
+    let moved = false;
     new ResizeObserver(() => this.letter()).observe(this.svg);
     this.svg.addEventListener("wheel", (event) => { event.preventDefault(); this.zoom(event.deltaY > 0 ? 1.15 : 1 / 1.15, this.at(event)); }, { passive: false });
-    this.svg.addEventListener("pointerdown", (event) => { from = [event.clientX, event.clientY, ...this.view]; moved = false; this.svg.setPointerCapture(event.pointerId); });
+    this.svg.addEventListener("pointerdown", (event) => {
+      moved = held.size > 0;
+      held.set(event.pointerId, event);
+      this.svg.setPointerCapture(event.pointerId);
+    });
     this.svg.addEventListener("pointermove", (event) => {
-      const [x, y] = this.at(event);
+      const [x, y] = this.at(event), before = held.get(event.pointerId);
       this.onhover?.([x, -y]);
-      if (!from) return;
-      const across = event.clientX - from[0], down = event.clientY - from[1];
-      if (Math.hypot(across, down) > 4) moved = true;
-      const metres = 1 / this.svg.getScreenCTM().a;
-      if (moved) this.look([from[2] - across * metres, from[3] - down * metres, from[4], from[5]]);
+      if (!before || (!moved && apart(event, before) <= 4)) return;
+      moved = true;
+      held.set(event.pointerId, event);
+      const other = [...held.values()].find((each) => each.pointerId !== event.pointerId);
+      if (other) this.zoom(apart(before, other) / Math.max(apart(event, other), 1), this.at(other));
+      else this.move(event.clientX - before.clientX, event.clientY - before.clientY);
     });
     this.svg.addEventListener("pointerup", (event) => {
-      const click = from && !moved;
-      from = null;
+      const click = held.delete(event.pointerId) && !moved;
       if (click) { const [x, y] = this.at(event); this.onclick?.([x, -y]); }
     });
-    this.svg.addEventListener("pointercancel", () => { from = null; });
+    this.svg.addEventListener("pointercancel", (event) => { held.delete(event.pointerId); });
   }
 }
 
+const apart = (one, other) => Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY);
 const size = ([a, b, c, d]) => (c - a) * (d - b);
 const rule = (x1, y1, x2, y2, five) => element("line", { x1, y1, x2, y2, class: five ? "five" : "", ...line });
 const word = (cls, x, y, text, more = {}) => element("text", { class: cls, x, y, ...more }, text);

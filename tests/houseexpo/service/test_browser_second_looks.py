@@ -118,6 +118,34 @@ def test_words_wait_until_their_room_is_large_enough(chromium: Any, address: str
         assert len(boxes(page, ".in-room")) == 4
 
 
+def test_two_fingers_zoom_about_the_one_that_rests(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/homes/plan/a1", **PHONE) as page:
+        page.wait_for_selector("#drawing svg")
+        place = page.locator("#drawing svg").bounding_box()
+        x, y = place["x"] + place["width"] / 2, place["y"] + place["height"] / 2
+        fingers = page.context.new_cdp_session(page)
+
+        def touch(kind: str, *xs: float) -> None:
+            points = [{"x": each, "y": y, "id": number} for number, each in enumerate(xs)]
+            fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+        def scale() -> float:
+            return float(page.evaluate("document.querySelector('#drawing svg').getScreenCTM().a"))
+
+        before = scale()
+        touch("touchStart", x)
+        touch("touchStart", x, x + 40)
+        for step in (60, 80):
+            touch("touchMove", x, x + step)
+        touch("touchEnd")
+        assert scale() == pytest.approx(2 * before, rel=0.05)
+        assert page.input_value("#from") == ""  # no finger meant a place
+        page.touchscreen.tap(x, y)
+        said(page, "#way", "Click where the way ends.")
+        middle = [float(each) for each in page.input_value("#from").split(",")]
+        assert middle == pytest.approx([3.65, 1.6], abs=0.1)  # the plan's own: the finger that rested was there
+
+
 def test_bars_are_named_by_what_they_hold(chromium: Any, address: str) -> None:
     with visit(chromium, address, "/homes/statistics?against=published") as page:
         page.wait_for_selector(".figure table")

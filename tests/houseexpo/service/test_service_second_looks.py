@@ -56,6 +56,14 @@ def test_provenance_is_told_in_words() -> None:
     assert dict(_told(plan)) == {"heights": "ground: 0.01, door: 0.2", "cuts at": "1, 2", "file": "a.glb"}
 
 
+@pytest.mark.parametrize("path", ["/homes/plan/a1", "/api"])
+def test_lines_to_copy_say_where_the_token_goes(folder: Path, path: str) -> None:
+    client = TestClient(make_app(service_of(folder, token="secret")), base_url=BASE)  # noqa: S106  # a test's
+    text = client.get(path, headers={"authorization": "Bearer secret"}).text
+    assert "/homes?token=TOKEN" in text
+    assert "secret" not in text
+
+
 def test_there_is_no_other_subset() -> None:
     from houseexpo.dataset.fetch import fetch
 
