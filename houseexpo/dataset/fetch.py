@@ -48,16 +48,17 @@ def fetch(subset: Subset | int = "all", *, manifest: Manifest | None = None, pro
     >>> plans = houseexpo.open_dataset(houseexpo.fetch("10"))  # doctest: +SKIP
     """
     published = load_manifest() if manifest is None else manifest
-    if (subset := str(subset)) not in _SUBSETS:
-        raise ConfigError(f"fetch: subset: expected one of {', '.join(_SUBSETS)}; found {subset[:40]!r}")
-    target = folder_of(subset, published)
+    size = str(subset)
+    if size not in _SUBSETS:
+        raise ConfigError(f"fetch: subset: expected one of {', '.join(_SUBSETS)}; found {size[:40]!r}")
+    target = folder_of(size, published)
     if target.is_dir():
         return target
     downloads = cache_folder("downloads")
     archive = download(published.archive, downloads, progress)
     lists = [download(source, downloads, progress) for source in published.lists]
-    ids = None if subset == "all" else _ids(archive, int(subset), published.subsets.get("demo", ()))
-    partial = target.with_name(f".{subset}-{os.getpid()}")
+    ids = None if size == "all" else _ids(archive, int(size), published.subsets.get("demo", ()))
+    partial = target.with_name(f".{size}-{os.getpid()}")
     shutil.rmtree(partial, ignore_errors=True)
 
     def wanted(name: str) -> bool:
