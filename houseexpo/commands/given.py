@@ -34,8 +34,10 @@ def is_plan_file(name: str | Path) -> bool:
 
 
 def is_data_set(name: str | Path) -> bool:
-    """Whether this is there, and is no plan's file: a folder, an archive or JSON lines."""
-    return Path(name).exists() and not is_plan_file(name)
+    """Whether this is there, and is no plan's file: a folder, an archive or JSON lines; or a service's address."""
+    from houseexpo.dataset.store import address_in
+
+    return bool(address_in(name)) or (Path(name).exists() and not is_plan_file(name))
 
 
 def plan_ids(words: Sequence[str] | None) -> list[str]:

@@ -6,24 +6,25 @@ import hashlib
 import logging
 from collections.abc import Callable, Iterable
 from pathlib import Path, PurePosixPath
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, get_args
 
 from houseexpo.dataset.manifest import Manifest, Source, load_manifest
 from houseexpo.dataset.store.cache import cache_folder
 from houseexpo.dataset.unpack import member_names, unpack
-from houseexpo.errors import DatasetError
+from houseexpo.errors import ConfigError, DatasetError
 
 Subset = Literal["10", "100", "1000", "all"]
 Progress = Callable[[str, int, int], None]
 """Told what is downloaded, how many bytes are there, and how many there will be (0 where the server does not say)."""
 
+_SUBSETS: Final = get_args(Subset)
 _RETRIES: Final = 3
 _CHUNK: Final = 1 << 16
 _TIMEOUT_S: Final = 30.0
 _MAX_BYTES: Final = 2 * 2**30
 
 
-def fetch(subset: Subset = "all", *, manifest: Manifest | None = None, progress: Progress | None = None) -> Path:
+def fetch(subset: Subset | int = "all", *, manifest: Manifest | None = None, progress: Progress | None = None) -> Path:
     """Download the published data set into the user's cache folder, once, and return the folder to open.
 
     1. A download that breaks off is kept and goes on where it stopped, in this call (three times) and in the next.
@@ -34,6 +35,8 @@ def fetch(subset: Subset = "all", *, manifest: Manifest | None = None, progress:
 
     Raises
     ------
+    ConfigError
+        There is no such subset.
     DatasetError
         The server cannot be reached, or sends something else; the text says what to do.
 
@@ -43,13 +46,16 @@ def fetch(subset: Subset = "all", *, manifest: Manifest | None = None, progress:
     >>> plans = houseexpo.open_dataset(houseexpo.fetch("10"))  # doctest: +SKIP
     """
     published = load_manifest() if manifest is None else manifest
-    target = folder_of(subset, published)
+    size = str(subset)
+    if size not in _SUBSETS:
+        raise ConfigError(f"fetch: subset: expected one of {', '.join(_SUBSETS)}; found {size[:40]!r}")
+    target = folder_of(size, published)
     if target.is_dir():
         return target
     downloads = cache_folder("downloads")
     archive = download(published.archive, downloads, progress)
     lists = [download(source, downloads, progress) for source in published.lists]
-    ids = None if subset == "all" else _ids(archive, int(subset), published.subsets.get("demo", ()))
+    ids = None if size == "all" else _ids(archive, int(size), published.subsets.get("demo", ()))
 
     def wanted(name: str) -> bool:
         return _is_plan(name) and (ids is None or PurePosixPath(name).stem in ids)
@@ -59,7 +65,7 @@ def fetch(subset: Subset = "all", *, manifest: Manifest | None = None, progress:
     return target
 
 
-def folder_of(subset: Subset, manifest: Manifest | None = None) -> Path:
+def folder_of(subset: str, manifest: Manifest | None = None) -> Path:
     """Return where ``fetch`` puts a subset, fetched or not."""
     published = load_manifest() if manifest is None else manifest
     return cache_folder("data", f"{published.name.lower()}-{published.archive.git_blob[:12]}") / subset

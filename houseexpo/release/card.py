@@ -16,7 +16,7 @@ _SIZES: Final = ((1_000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"),
 _SIGNS: Final = re.compile(r"[\\`*\[\]<>|]|(?<!\w)_|_(?!\w)|(?<!/)~")
 """What Markdown reads as its own; a backslash before it makes it a letter. Bare addresses stay what they are."""
 _ROWS: Final = (
-    ("rooms", "rooms in a plan", ""),
+    ("rooms", "rooms in a plan, as its source counts them", ""),
     ("area_m2", "free area", "m²"),
     ("long_side_m", "longer side", "m"),
     ("short_side_m", "shorter side", "m"),

@@ -63,13 +63,13 @@ class Facts:
     @property
     def description(self) -> str:
         """A paragraph."""
-        rooms, area = self.stats["rooms"], self.stats["area_m2"]
+        rooms, area = sum(self.rows["rooms"].values()), self.stats["area_m2"]
         made = self.material.manifest.is_made
         furniture = " Some are furnished." if self.furnished else ""
         return (
             f"{counted(self.plans, 'floor plan')} of houses for robots that learn to explore and to navigate, with "
-            f"{counted(int(rooms['sum']), 'room')}: outlines with holes, rooms with labels, doors, all as polygons in "
-            f"metres. A plan has {rooms['mean']:.1f} rooms and {area['mean']:.0f} m2 on average.{furniture} "
+            f"{counted(rooms, 'room')}: outlines with holes, rooms with labels, doors, all as polygons in "
+            f"metres. A plan has {rooms / self.plans:.1f} rooms and {area['mean']:.0f} m2 on average.{furniture} "
             + ("The houses were made by a program; nobody lives in them." if made else f"{self.credit}")
         ).strip()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 from urllib.parse import quote
 
@@ -48,7 +48,7 @@ def routes(service: Service) -> list[BaseRoute]:
             splits=[each for each, ids in now.data.splits.items() if name in ids],
             repeats=now.records.repeats_of(name),
             formats=FORMATS,
-            python=_python(request, shown.name, name),
+            python=_python(service.opening(request, shown.name), name),
         )
 
     return [Route("/{data}/plan/{plan}", plan)]
@@ -86,20 +86,25 @@ def _measures(now: Opened, name: str) -> Iterator[tuple[str, str]]:
 
 def _told(plan: FloorPlan) -> Iterator[tuple[str, str]]:
     for key, value in (plan.provenance or {}).items():
-        yield key.replace("_", " "), _plain(value)
+        if words := _plain(value):
+            yield key.replace("_", " "), words
     if plan.repair is not None:
         yield "repair", str(plan.repair)
 
 
 def _plain(value: Any) -> str:
+    """Return a value of JSON as a person reads it; "" where it says nothing."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{str(name).replace('_', ' ')}: {_plain(each)}" for name, each in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(map(_plain, value))
     return value if isinstance(value, str) else msgspec.json.encode(value).decode()
 
 
-def _python(request: Request, data: str, name: str) -> str:
-    base = str(request.base_url).rstrip("/")
+def _python(opening: str, name: str) -> str:
     return (
         "import houseexpo\n\n"
-        f'plans = houseexpo.open_dataset("{base}/{data}")\n'
+        f"{opening}\n"
         f"plan = plans[{name!r}]\n"
         "plan.area, plan.rooms, plan.doors\n"
         "plan.grid(25), plan.graph()"

@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 from typing import Final
 from urllib.parse import urlencode
 
+from starlette.datastructures import ImmutableMultiDict
+
 from houseexpo.dataset.store.columns import known_label
 from houseexpo.errors import ConfigError
 from houseexpo.service.measures import MEASURES, RADII, USUAL_RADIUS
@@ -22,6 +24,9 @@ GROUPS: Final = ("source", "split")
 SORTS: Final = ("id", *NAMES)
 _OTHERS: Final = frozenset({"offset", "limit", "token", "against"})
 """Parameters that say something else than which plans."""
+
+_JOINED: Final = {"labels": ",", "without": ",", **dict.fromkeys(GROUPS, ","), "text": " "}
+"""What stands between the values of a parameter that may be given several times."""
 
 _LONGEST: Final = 200
 _ALL: Final = (-math.inf, math.inf)
@@ -64,12 +69,14 @@ class Query:
 def parsed(given: Mapping[str, str]) -> Query:
     """Read a query from the parameters of an address.
 
+    A list may come in several parameters: ``labels=Kitchen&labels=Garage`` is ``labels=Kitchen,Garage``.
+
     Raises
     ------
     ConfigError
-        A parameter is unknown, or its value cannot be read; the text names it.
+        A parameter is unknown or given twice, or its value cannot be read; the text names it.
     """
-    found = {name: value for name, value in given.items() if name not in _OTHERS and value != ""}
+    found = {name: value for name, value in _each_once(given).items() if name not in _OTHERS and value != ""}
     unknown = sorted(set(found) - {*NAMES, *GROUPS, "labels", "without", "text", "radius", "sort"})
     if unknown:
         known = ", ".join([*NAMES, *GROUPS, "labels", "without", "text", "radius", "sort"])
@@ -96,6 +103,16 @@ def number(given: Mapping[str, str], name: str, usual: int, most: int, least: in
     if not re.fullmatch("[0-9]{1,9}", word) or not least <= int(word) <= most:
         raise ConfigError(f"query: {name}: expected a whole number, {least} to {most}, found {word[:40]!r}")
     return int(word)
+
+
+def _each_once(given: Mapping[str, str]) -> dict[str, str]:
+    if not isinstance(given, ImmutableMultiDict):
+        return dict(given)
+    found = {name: given.getlist(name) for name in given}
+    twice = [name for name, values in found.items() if len(values) > 1 and name not in _JOINED]
+    if twice:
+        raise ConfigError(f"query: {twice[0][:40]}: expected once, found {len(found[twice[0]])} of it")
+    return {name: _JOINED.get(name, "").join(values) for name, values in found.items()}
 
 
 def _radius(word: str) -> str:

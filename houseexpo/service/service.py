@@ -51,6 +51,14 @@ class Service:
         found.look()
         return found
 
+    def opening(self, request: Request, name: str) -> str:
+        """Return the line of Python that opens a data set here; the token itself stays with those who have it."""
+        address = f"{request.base_url}{name}"
+        if not self.settings.token:
+            return f'plans = houseexpo.open_dataset("{address}")'
+        told = "# TOKEN: the one in the address that houseexpo serve printed"
+        return f'plans = houseexpo.open_dataset("{address}?token=TOKEN")  {told}'
+
     def page(self, request: Request, template: str, status: int = 200, **values: Any) -> HTMLResponse:
         """Return a page: a template that extends ``base.html``, with the values that it needs.
 

@@ -33,7 +33,7 @@ def drawn(plan: FloorPlan) -> dict[str, Any]:
         "id": plan.id,
         "bounds": [x1, y1, x2, y2],
         "space": _rings(plan.free_space),
-        "walls": [ring for wall in walls_around(straightened(plan.free_space), _WALL_M) for ring in _rings(wall)],
+        "walls": [ring for wall in walls_around(straightened(plan.floor), _WALL_M) for ring in _rings(wall)],
         "boxes": [
             {"label": label, "colour": colour(label), "box": list(box)}
             for label, found in plan.room_category.items()

@@ -91,6 +91,7 @@ def _described(measure: Measure, values: Numbers, mask: Any, beside: Numbers | N
     found = {
         "title": measure.title,
         "unit": measure.unit,
+        "whole": measure.counts,
         "first": bins.first,
         "step": bins.step,
         "counts": here.counts(mask),

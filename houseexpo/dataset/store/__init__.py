@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,12 +11,19 @@ if TYPE_CHECKING:
     from houseexpo.dataset.store.catalogue import Catalogue
 
 
+def address_in(place: str | os.PathLike[str]) -> str:
+    """Return the address that this is, "" where it is a path; a ``Path`` of an address has lost one of its slashes."""
+    found = re.match("(https?):/+(.*)", os.fspath(place))
+    return f"{found[1]}://{found[2]}" if found else ""
+
+
 def opened(place: str | os.PathLike[str]) -> Catalogue:
     """Open what lies at a path, or what a service offers at an address."""
-    if isinstance(place, str) and place.startswith(("http://", "https://")):
+    address = address_in(place)
+    if address:
         from houseexpo.dataset.store.remote import open_remote
 
-        return open_remote(place)
+        return open_remote(address)
     from houseexpo.dataset.store.catalogue import open_catalogue
 
     return open_catalogue(Path(place))

@@ -133,7 +133,13 @@ class _Server:
             )
         self.name = checks.plan_id(unquote(names[0]))
         self.plain = f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}/{names[0]}"
-        self._token = dict(parse_qsl(parts.query)).get("token", "")
+        query = dict(parse_qsl(parts.query))
+        self._token = query.pop("token", "")
+        if query:
+            raise DatasetError(
+                f"{self.plain}: expected the address of a data set, found a filter behind it ({next(iter(query))}); "
+                "open it without, and choose plans with select"
+            )
         self._kind = http.client.HTTPSConnection if parts.scheme == "https" else http.client.HTTPConnection
         self._own = threading.local()
 

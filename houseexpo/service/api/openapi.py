@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Final, NamedTuple
 
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import RedirectResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo import __version__
@@ -80,7 +80,10 @@ def routes(service: Service) -> list[BaseRoute]:
             request, "api.html", here="api", shown=next(iter(service.collections.values())), calls=CALLS
         )
 
-    return [Route("/api", page), Route("/api/openapi.json", document)]
+    def plainly(_: Request) -> Response:
+        return RedirectResponse("/api")
+
+    return [Route("/api", page), Route("/api/", plainly), Route("/api/openapi.json", document)]
 
 
 def described() -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Any, Final
 from houseexpo.drawing.scene import scene
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame, plan_from_source
+from houseexpo.plan.told import GROUNDS
 from houseexpo.service.review.changes import several
 from houseexpo.service.review.decisions import Judged
 from houseexpo.service.review.log import Line
@@ -26,7 +27,7 @@ def plan_values(plan: FloorPlan) -> dict[str, Any]:
         "plan": plan.id,
         "quality": quality.score if quality else None,
         "doubtful": bool(quality and quality.is_doubtful),
-        "grounds": [[name.replace("_", " "), value] for name, value in grounds if value > _TELLING],
+        "grounds": [[GROUNDS.get(name, name.replace("_", " ")), value] for name, value in grounds if value > _TELLING],
         "area": round(plan.area, 1),
         "rooms": plan.room_num,
         "doors": len(plan.doors),

@@ -66,9 +66,9 @@ class Review:
 
 
 def routes(service: Service) -> list[BaseRoute]:
-    """Return the routes of ``/DATA/review``; none where the service is not asked to review."""
+    """Return the routes of ``/DATA/review``; a word of what to do where the service is not asked to review."""
     if not service.settings.review:
-        return []
+        return [Route("/{data}/review", _not_asked)]
     reviews: dict[str, Review] = {}
     opening = Lock()
 
@@ -151,6 +151,10 @@ def routes(service: Service) -> list[BaseRoute]:
         Route("/{data}/review/stop", posted(stopped), methods=["POST"]),
         Route("/{data}/review/build", status),
     ]
+
+
+def _not_asked(_: Request) -> Response:
+    raise HTTPException(404, "plans are judged here where the service was started with --review")
 
 
 def _drawn(plan: FloorPlan) -> Response:

@@ -1,7 +1,10 @@
 // Asking the service; what fails is said on the page.
 
 export async function ask(path, options) {
-  const answer = await fetch(path, options);
+  const answer = await fetch(path, options).catch((error) => {
+    if (error.name === "AbortError") throw error;
+    throw new Error("the server does not answer; does it still run?");
+  });
   if (answer.ok) return answer.json();
   let text = `${answer.status}`;
   try { text = (await answer.json()).error; } catch { /* no JSON: the status says it */ }
@@ -51,8 +54,10 @@ export function element(name, attributes = {}, ...children) {
 const SVG = new Set(["svg", "g", "path", "rect", "text", "circle", "line", "image", "polyline", "pattern", "clipPath"]);
 
 export const count = (number) => number.toLocaleString("en");
+export const counted = (number, word) => `${count(number)} ${word}${number === 1 ? "" : "s"}`;
 
 export function rounded(value, unit = "") {
   const digits = Math.abs(value) >= 100 || Number.isInteger(value) ? 0 : Math.abs(value) >= 10 ? 1 : 2;
-  return `${value.toFixed(digits)}${unit ? ` ${unit}` : ""}`;
+  const number = value.toLocaleString("en", { minimumFractionDigits: digits, maximumFractionDigits: digits });
+  return `${number}${unit ? ` ${unit}` : ""}`;
 }

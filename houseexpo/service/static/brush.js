@@ -10,7 +10,7 @@ export class Brush {
     this.range = [null, null];
     const typed = (side, words) => element("input", {
       type: "number", step: "any", "aria-label": `${measure.title}, ${words}`, placeholder: words,
-      on: { change: (event) => this.set(side === 0 ? [read(event), this.range[1]] : [this.range[0], read(event)]) },
+      on: { change: (event) => this.type(side, read(event)) },
     });
     this.inputs = [typed(0, "from"), typed(1, "to")];
     this.radius = radii && element("select", { "aria-label": "Radius of the robot" },
@@ -51,6 +51,11 @@ export class Brush {
   }
 
   preview(one, other) { [one, other] = [one, other].sort((a, b) => a - b); this.draw(this.of(one, other)); }
+
+  type(side, end) { // the end that is typed counts: where the other one contradicts it, that one is open
+    const range = this.range.with(side, end), [low, high] = range;
+    this.set(low !== null && high !== null && low > high ? [null, null].with(side, end) : range);
+  }
 
   set(range) { this.range = range; this.changed(this.measure.name, range, this.radius?.value); }
 

@@ -3,12 +3,14 @@ import { element } from "./api.js";
 
 export const path = (rings) => rings.map((ring) => `M${ring.map(([x, y]) => `${x},${-y}`).join(" ")}Z`).join("");
 const line = { "vector-effect": "non-scaling-stroke" };
+const FONT_PX = 11, LEAST_PX = 8; // words in a room that is too small for the lesser size wait until it is nearer
 const area = (cls, rings, more = {}) => element("path", { class: cls, d: path(rings), "fill-rule": "evenodd", ...line, ...more });
 
 export class Drawing {
   constructor(place, shape) {
     const [x1, y1, x2, y2] = shape.bounds, margin = 0.06 * Math.max(x2 - x1, y2 - y1) + 0.2;
     this.home = [x1 - margin, -y2 - margin, x2 - x1 + 2 * margin, y2 - y1 + 2 * margin];
+    this.margin = margin;
     this.svg = element("svg", { role: "img", "aria-label": `Floor plan ${shape.id}`, preserveAspectRatio: "xMidYMid meet" });
     this.layers = {};
     for (const name of ["walls", "space", "boxes", "rooms", "objects", "clearance", "reach", "doors", "outline", "grid", "frame", "labels", "way"]) {
@@ -16,9 +18,10 @@ export class Drawing {
       this.svg.append(this.layers[name]);
     }
     this.shape = shape;
+    this.view = this.home;
     this.fill();
-    this.look(this.home);
     place.replaceChildren(this.svg);
+    this.look(this.home);
     this.listen();
   }
 
@@ -36,9 +39,10 @@ export class Drawing {
     this.rooms(shape);
     for (let x = Math.ceil(x1); x <= x2; x++) layers.grid.append(rule(x, -y1, x, -y2, x % 5 === 0));
     for (let y = Math.ceil(y1); y <= y2; y++) layers.grid.append(rule(x1, -y, x2, -y, y % 5 === 0));
+    const half = this.margin / 2, middle = -(y1 + y2) / 2;
     layers.frame.append(element("rect", { class: "size", x: x1, y: -y2, width: x2 - x1, height: y2 - y1, ...line }),
-      word("measure", (x1 + x2) / 2, -y1 + 0.025 * this.home[3], `${(x2 - x1).toFixed(2)} m`),
-      word("measure", x1, -(y1 + y2) / 2, `${(y2 - y1).toFixed(2)} m`));
+      word("measure", (x1 + x2) / 2, -y1 + half, `${(x2 - x1).toFixed(2)} m`),
+      word("measure", x1 - half, middle, `${(y2 - y1).toFixed(2)} m`, { transform: `rotate(-90 ${x1 - half} ${middle})` }));
   }
 
   rooms({ rooms, doors }) {
@@ -47,11 +51,15 @@ export class Drawing {
       titled(area("room", room.rings, { fill: room.colour }), `${room.label}, ${room.area.toFixed(1)} m²`)));
     layers.doors.replaceChildren(...doors.map((door) =>
       titled(area("door", door.rings, { fill: door.colour }), `${door.kind}, ${door.width.toFixed(2)} m`)));
-    const labels = rooms.length
-      ? rooms.map((room) => [room.at, [room.label, `${room.area.toFixed(1)} m²`]])
-      : this.shape.boxes.map(({ label, box: [a, b, c, d] }) => [[(a + c) / 2, (b + d) / 2], [label.replaceAll("_", " ")]]);
-    layers.labels.replaceChildren(...labels.flatMap(([[x, y], words]) =>
-      words.map((each, i) => word("in-room", x, -y + (i - (words.length - 1) / 2) * 0.019 * this.home[3], each))));
+    const words = rooms.length
+      ? rooms.map((room) => [room.at, [room.label, `${room.area.toFixed(1)} m²`], spare(room.at, room.rings)])
+      : this.shape.boxes.map(({ label, box: [a, b, c, d] }) => [[(a + c) / 2, (b + d) / 2], [label.replaceAll("_", " ")], [c - a, d - b]]);
+    this.words = words.map(([[x, y], lines, [wide, high]]) => ({
+      node: element("g", {}, ...lines.map((each, i) => word("in-room", x, -y, each, { dy: `${1.1 * (i - (lines.length - 1) / 2)}em` }))),
+      most: Math.min(0.95 * wide / Math.max(...lines.map(ems)), high / (1.1 * lines.length)),
+    }));
+    layers.labels.replaceChildren(...this.words.map(({ node }) => node));
+    this.letter();
   }
 
   show(name, on) { this.layers[name].style.display = on ? "" : "none"; if (name === "doors" || name === "rooms") this.layers.outline.style.display = ""; }
@@ -76,13 +84,27 @@ export class Drawing {
   look(view) {
     this.view = view;
     this.svg.setAttribute("viewBox", view.map((each) => each.toFixed(4)).join(" "));
-    const font = view[3] * 0.018;
-    for (const layer of [this.layers.labels, this.layers.frame]) layer.style.fontSize = `${font}px`;
+    this.letter();
+  }
+
+  letter() { // words keep their size on the screen, but for rooms that are too small for them
+    const { clientWidth: wide, clientHeight: high } = this.svg, [, , across, up] = this.view;
+    const metres = Math.max(across / (wide || 1), up / (high || 1)); // of a pixel
+    this.layers.frame.style.fontSize = `${FONT_PX * metres}px`;
+    for (const { node, most } of this.words) {
+      node.style.display = most < LEAST_PX * metres ? "none" : "";
+      node.style.fontSize = `${Math.min(FONT_PX * metres, most)}px`;
+    }
   }
 
   zoom(factor, [x, y] = [this.view[0] + this.view[2] / 2, this.view[1] + this.view[3] / 2]) {
     const wide = Math.min(Math.max(this.view[2] * factor, 0.5), this.home[2] * 4), by = wide / this.view[2];
     this.look([x - (x - this.view[0]) * by, y - (y - this.view[1]) * by, wide, this.view[3] * by]);
+  }
+
+  move(across, down) { // pixels of the screen
+    const metres = 1 / this.svg.getScreenCTM().a, [x, y, wide, high] = this.view;
+    this.look([x - across * metres, y - down * metres, wide, high]);
   }
 
   at(event) { // metres of the plan, y down as the SVG has it
@@ -91,28 +113,51 @@ export class Drawing {
   }
 
   listen() {
-    let from = null, moved = false;
+    const held = new Map(); // where each finger is, or the mouse while its button is down
+    let moved = false;
+    new ResizeObserver(() => this.letter()).observe(this.svg);
     this.svg.addEventListener("wheel", (event) => { event.preventDefault(); this.zoom(event.deltaY > 0 ? 1.15 : 1 / 1.15, this.at(event)); }, { passive: false });
-    this.svg.addEventListener("pointerdown", (event) => { from = [event.clientX, event.clientY, ...this.view]; moved = false; this.svg.setPointerCapture(event.pointerId); });
+    this.svg.addEventListener("pointerdown", (event) => {
+      moved = held.size > 0;
+      held.set(event.pointerId, event);
+      this.svg.setPointerCapture(event.pointerId);
+    });
     this.svg.addEventListener("pointermove", (event) => {
-      const [x, y] = this.at(event);
+      const [x, y] = this.at(event), before = held.get(event.pointerId);
       this.onhover?.([x, -y]);
-      if (!from) return;
-      const across = event.clientX - from[0], down = event.clientY - from[1];
-      if (Math.hypot(across, down) > 4) moved = true;
-      const metres = 1 / this.svg.getScreenCTM().a;
-      if (moved) this.look([from[2] - across * metres, from[3] - down * metres, from[4], from[5]]);
+      if (!before || (!moved && apart(event, before) <= 4)) return;
+      moved = true;
+      held.set(event.pointerId, event);
+      const other = [...held.values()].find((each) => each.pointerId !== event.pointerId);
+      if (other) this.zoom(apart(before, other) / Math.max(apart(event, other), 1), this.at(other));
+      else this.move(event.clientX - before.clientX, event.clientY - before.clientY);
     });
     this.svg.addEventListener("pointerup", (event) => {
-      const click = from && !moved;
-      from = null;
+      const click = held.delete(event.pointerId) && !moved;
       if (click) { const [x, y] = this.at(event); this.onclick?.([x, -y]); }
     });
-    this.svg.addEventListener("pointercancel", () => { from = null; });
+    this.svg.addEventListener("pointercancel", (event) => { held.delete(event.pointerId); });
   }
 }
 
+const apart = (one, other) => Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY);
 const size = ([a, b, c, d]) => (c - a) * (d - b);
 const rule = (x1, y1, x2, y2, five) => element("line", { x1, y1, x2, y2, class: five ? "five" : "", ...line });
-const word = (cls, x, y, text) => element("text", { class: cls, x, y }, text);
+const word = (cls, x, y, text, more = {}) => element("text", { class: cls, x, y, ...more }, text);
 const titled = (node, text) => { node.append(Object.assign(document.createElementNS("http://www.w3.org/2000/svg", "title"), { textContent: text })); return node; };
+
+const pen = document.createElement("canvas").getContext("2d");
+pen.font = `100px ${getComputedStyle(document.body).fontFamily}`;
+const ems = (text) => pen.measureText(text).width / 100;
+
+// How wide and how high what stands in the middle of a place may be: twice the way to the nearest wall, across and up.
+function spare(place, rings) {
+  return [0, 1].map((axis) => {
+    const ways = rings.flatMap((ring) => ring.map((from, i) => {
+      const to = ring[(i + 1) % ring.length], before = place[1 - axis] - from[1 - axis], whole = to[1 - axis] - from[1 - axis];
+      const crosses = (from[1 - axis] > place[1 - axis]) !== (to[1 - axis] > place[1 - axis]);
+      return crosses ? Math.abs(from[axis] + (before / whole) * (to[axis] - from[axis]) - place[axis]) : Infinity;
+    }));
+    return 2 * Math.min(...ways);
+  });
+}

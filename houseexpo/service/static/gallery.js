@@ -23,7 +23,7 @@ function range(key) {
 
 function go(push = true) {
   const query = state.toString().replaceAll("%2C", ",");
-  if (push) history.pushState(null, "", query ? `?${query}` : location.pathname);
+  history[push ? "pushState" : "replaceState"](null, "", query ? `?${query}` : location.pathname);
   show();
 }
 
@@ -39,7 +39,9 @@ async function show() {
     draw(facets, total, radius);
     grid.show(query, facets.found);
   } catch (error) {
-    if (turn === asked) say(`The filter was refused: ${error.message}`);
+    if (turn !== asked) return;
+    say(`This view cannot be shown: ${error.message}`);
+    document.getElementById("clear").hidden = false;
   }
 }
 
@@ -108,19 +110,26 @@ async function start() {
   await show();
 }
 
-let typing = 0;
+let typing = 0, typed = false; // a word is one step back, not each of its letters
 text.addEventListener("input", () => {
   clearTimeout(typing);
-  typing = setTimeout(() => { put("text", text.value.trim()); go(); }, 200);
+  typing = setTimeout(() => { put("text", text.value.trim()); go(!typed); typed = true; }, 200);
 });
+text.addEventListener("change", () => { typed = false; });
 document.getElementById("form").addEventListener("submit", (event) => event.preventDefault());
 const sorted = (key, down) => { put("sort", key === "id" && !down ? "" : (down ? "-" : "") + key); go(); };
 sort.addEventListener("change", () => sorted(sort.value, descending.getAttribute("aria-pressed") === "true"));
 descending.addEventListener("click", () => sorted(sort.value, descending.getAttribute("aria-pressed") !== "true"));
 document.getElementById("clear").addEventListener("click", () => {
-  state = new URLSearchParams([...state].filter(([key]) => ["sort", "radius"].includes(key)));
+  const refused = document.getElementById("message")?.hidden === false; // the sort may be what is wrong
+  state = new URLSearchParams([...state].filter(([key]) => !refused && ["sort", "radius"].includes(key)));
   go();
 });
 addEventListener("popstate", () => { state = new URLSearchParams(location.search); show(); });
 if (matchMedia("(max-width: 820px)").matches) document.getElementById("filters").open = false;
-start().catch((error) => say(error.message));
+
+// Who comes back from a plan finds the place that it was chosen at.
+const left = `left ${location.pathname}${location.search}`, [{ type }] = performance.getEntriesByType("navigation");
+addEventListener("pagehide", () => sessionStorage.setItem(`left ${location.pathname}${location.search}`, scrollY));
+start().then(() => { if (["back_forward", "reload"].includes(type)) scrollTo(0, sessionStorage.getItem(left) ?? 0); })
+  .catch((error) => say(error.message));

@@ -1,5 +1,5 @@
 // Thousands of plans in a page that holds only those in sight: tiles are placed where the scroll is.
-import { ask, count, element, rounded, say } from "./api.js";
+import { ask, count, counted, element, rounded, say } from "./api.js";
 
 const PAGE = 100, CAPTION = 40, LEAST = 168;
 
@@ -63,7 +63,7 @@ export class Grid {
 
   fill(tile, line, number) {
     const id = encodeURIComponent(line.id);
-    const facts = [`${line.rooms} rooms`, rounded(line.area, "m²")];
+    const facts = [counted(line.rooms, "room"), rounded(line.area >= 10 ? Math.round(line.area) : line.area, "m²")];
     if (line.quality !== undefined) facts.push(`q ${line.quality.toFixed(2)}`);
     const sort = new URLSearchParams(this.query).get("sort")?.replace("-", "");
     if (sort && !["id", "rooms", "area", "quality"].includes(sort) && line[sort] !== undefined) facts.push(`${sort.replace("_", " ")} ${rounded(line[sort])}`);
@@ -106,4 +106,4 @@ export class Grid {
   }
 }
 
-export const plansFound = (found, total) => (found === total ? `${count(total)} plans` : `${count(found)} of ${count(total)} plans`);
+export const plansFound = (found, total) => (found === total ? counted(total, "plan") : `${count(found)} of ${counted(total, "plan")}`);

@@ -7,22 +7,31 @@ const WIDE = 320, TALL = 110;
 function figure(measure) {
   if (!measure.known && !measure.other?.known) return null;
   const { counts, first, step, other } = measure, sum = total(counts), there = other ? total(other.counts) : 1;
-  const shares = counts.map((each) => each / sum), beside = other?.counts.map((each) => each / there);
+  const shares = counts.map((each) => each / sum), beside = other?.known ? other.counts.map((each) => each / there) : undefined;
   const most = Math.max(...shares, ...(beside ?? []), 1e-9), wide = WIDE / counts.length, up = (share) => TALL - (share / most) * TALL;
   const svg = element("svg", { viewBox: `0 0 ${WIDE} ${TALL + 18}`, role: "img", "aria-label": `${measure.title}: mean ${rounded(measure.mean ?? 0, measure.unit)}` },
     ...shares.map((share, i) => titled(element("rect", { class: "one", x: i * wide + 0.5, width: Math.max(wide - 1, 0.5), y: up(share), height: TALL - up(share) }),
       `${rounded(first + i * step)}: ${count(counts[i])} plans, ${(100 * share).toFixed(1)}%`)),
     element("line", { class: "base", x1: 0, x2: WIDE, y1: TALL, y2: TALL }));
   if (beside) svg.append(element("polyline", { class: "other", points: beside.map((share, i) => `${i * wide},${up(share)} ${(i + 1) * wide},${up(share)}`).join(" ") }));
-  for (const [i, anchor] of [[0, "start"], [counts.length / 2, "middle"], [counts.length, "end"]]) {
-    svg.append(element("text", { x: i * wide, y: TALL + 14, "text-anchor": anchor }, rounded(first + i * step) + (i === counts.length ? "+" : "")));
-  }
+  svg.append(...axis(measure).map(([place, anchor, words]) => element("text", { x: place * wide, y: TALL + 14, "text-anchor": anchor }, words)));
   const rows = [["mean", "mean"], ["median", "median"], ["5% to 95%", "p05", "p95"], ["least to most", "min", "max"]];
   const cell = (of, keys) => element("td", { class: "number" }, of?.known ? keys.map((key) => rounded(of[key])).join(" to ") : "");
-  const table = element("table", {}, element("tbody", {}, ...rows.map(([words, ...keys]) =>
+  const head = other ? [element("thead", {}, element("tr", {}, element("td"), ...["these plans", against].map((words) => element("th", { scope: "col" }, words))))] : [];
+  const table = element("table", {}, ...head, element("tbody", {}, ...rows.map(([words, ...keys]) =>
     element("tr", {}, element("th", { scope: "row" }, words), cell(measure, keys), ...(other ? [cell(other, keys)] : [])))));
   const distance = measure.distance === undefined ? [] : [element("p", { class: "muted" }, `Means differ by ${measure.distance} deviations.`)];
   return element("section", { class: "card figure" }, element("h2", {}, measure.title + (measure.unit ? `, ${measure.unit}` : "")), svg, table, ...distance);
+}
+
+// What stands below the bars: place (in bars), anchor, words. Bars of single numbers are named, of others their ends.
+function axis({ counts, first, step, whole, min, max, other }) {
+  const last = counts.length - 1, least = Math.min(min ?? Infinity, other?.min ?? Infinity), most = Math.max(max ?? -Infinity, other?.max ?? -Infinity);
+  const more = (value) => `${rounded(value)}${most > value + 1e-6 ? "+" : ""}`; // the last bar takes all that is greater
+  if (last === 0) return [[0.5, "middle", rounded(least)]];
+  if (whole && step === 1) return [[0.5, "middle", rounded(first)], [last + 0.5, "middle", more(first + last)]];
+  const end = first + (last + 1) * step;
+  return [[0, "start", rounded(first)], [(last + 1) / 2, "middle", rounded((first + end) / 2)], [last + 1, "end", more(end)]];
 }
 
 function labels(found) {

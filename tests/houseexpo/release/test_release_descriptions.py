@@ -65,7 +65,9 @@ def test_the_card_has_a_header_and_pictures_that_are_there(made: Path, released:
         with Image.open(io.BytesIO((released / name).read_bytes())) as picture:
             assert picture.format == "PNG"
             assert picture.size[0] > 800
-    assert f"{len(open_dataset(made))} floor plans of houses" in body
+    plans = open_dataset(made)
+    assert f"{len(plans)} floor plans of houses" in body
+    assert f"with {sum(len(plan.rooms) for plan in plans)} rooms" in body  # as many as the tables have rows
     assert not re.search(r"\{%|\{\{ |\bNone\b|\n\n\n", body)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from houseexpo import open_dataset
+from houseexpo.commands.given import named_plans
 from houseexpo.errors import DatasetError, UnknownPlanError
 from houseexpo.service.service import Service
 from tests.builders.server import serving
@@ -105,3 +106,15 @@ def test_another_kind_of_server_is_refused(tmp_path: Path, monkeypatch: pytest.M
             open_dataset(f"{served.address}/demo")
         with pytest.raises(DatasetError, match="status 404"):
             open_dataset(f"{served.address}/other")
+
+
+def test_a_filter_behind_the_address_is_not_passed_over(address: str) -> None:
+    with pytest.raises(DatasetError, match=r"found a filter behind it \(rooms\)"):
+        open_dataset(f"{address}/homes/?rooms=8")
+
+
+def test_an_address_may_come_as_a_path_and_in_commands(address: str) -> None:
+    place = Path(f"{address}/homes")
+    assert "://" not in str(place)
+    assert open_dataset(place).ids == open_dataset(f"{address}/homes").ids
+    assert len(named_plans([f"{address}/homes"], None, None)) == 4

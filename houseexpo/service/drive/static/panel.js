@@ -41,12 +41,15 @@ export class Panel {
     this.element.querySelector(".pad").hidden = !this.byHand;
     const socket = new WebSocket(new URL(this.address, location.href.replace(/^http/, "ws")));
     socket.binaryType = "arraybuffer";
-    socket.addEventListener("open", () => this.#send({ do: "start", plan: this.plan, driver: this.driver.value, ...options }));
+    let opened = false; // a server that has no room for another socket does not open it, and cannot say why
+    socket.addEventListener("open", () => { opened = true; this.#send({ do: "start", plan: this.plan, driver: this.driver.value, ...options }); });
     socket.addEventListener("message", (event) => { if (socket === this.socket) this.#hear(event.data); });
     socket.addEventListener("close", (event) => {
       if (socket !== this.socket) return;
       this.element.dataset.state = "closed";
-      if (!this.failed) this.#say(event.reason || "The robot is gone. Set it down anew.", true);
+      const why = opened ? "The robot is gone. Set it down anew."
+        : "No robot could be set down: too many drive here already, or the server is gone. Close other pages that drive, and set it down anew.";
+      if (!this.failed) this.#say(event.reason || why, true);
     });
     Object.assign(this, { socket, failed: false });
   }

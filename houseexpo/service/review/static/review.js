@@ -28,7 +28,9 @@ async function ask(path, body) {
   const options = body === undefined ? {} : {
     method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body),
   };
-  const answer = await fetch(`${base}/${path}`, options);
+  const answer = await fetch(`${base}/${path}`, options).catch(() => {
+    throw new Error("The server does not answer: what was decided last may not be noted. Look again when it runs.");
+  });
   const found = await answer.json();
   if (!answer.ok) throw new Error(found.error ?? `the server answered ${answer.status}`);
   return found;
@@ -110,7 +112,12 @@ function decide(action, { points = [], text = "" } = {}) {
   const leaves = action === "keep" || action === "drop";
   leaving = leaves;
   return inTurn(async () => {
-    show(await ask("decide", { plan, action, reviewer: reviewer(), seen: seen.get(plan), points, text }));
+    try {
+      show(await ask("decide", { plan, action, reviewer: reviewer(), seen: seen.get(plan), points, text }));
+    } catch (error) { // somebody may have judged it meanwhile: who is told to look again sees what there is now
+      show(await ask(`state?${new URLSearchParams({ move: "here", plan, reviewer: reviewer() })}`));
+      throw error;
+    }
     const words = { keep: "Kept", drop: "Dropped", door: "A door is drawn in", no_room: "Marked no room in", note: "Noted on" };
     say(`${words[action]} ${plan}. It is on the disk.`, "good");
     if (leaves) go("open", plan);

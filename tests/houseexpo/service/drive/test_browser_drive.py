@@ -12,6 +12,8 @@ import pytest
 pytest.importorskip("starlette")
 
 from houseexpo import save_plan
+from houseexpo.service.settings import Limits
+from tests.builders.browsing import browser
 from tests.builders.driving import two_rooms
 from tests.builders.services import running, service_of
 from tests.builders.visiting import look, visited
@@ -113,3 +115,13 @@ def test_people_and_obstacles_are_set_down_by_the_form(address: str) -> None:
         page.click("button[type=submit]")
         wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame > 30")  # people walk by themselves
         look(page, "drive-people")
+
+
+def test_a_server_without_room_says_what_to_do(tmp_path: Path) -> None:
+    save_plan(two_rooms(), tmp_path / "two_rooms.json")
+    full = service_of(tmp_path, limits=Limits(sockets_per_client=0))
+    with running(full) as there, browser() as opened:
+        page = opened.new_page()  # the console has a line about the socket that is refused
+        page.goto(f"{there}/{tmp_path.name}/drive")
+        page.wait_for_selector(".said.bad")
+        assert "too many drive here already" in page.inner_text(".said")

@@ -121,6 +121,7 @@ def _decide_after_ben(address: str) -> None:
         assert page.request.post("/houses/review/decide", data=asked).ok
         page.keyboard.press("k")
         says(page, "ben chose drop meanwhile")
+        assert page.inner_text("#judged") == "ben: dropped"  # what there is now to look at
 
 
 def test_without_plans_it_says_that_there_is_nothing_to_judge(tmp_path: Path) -> None:

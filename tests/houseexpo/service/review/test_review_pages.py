@@ -74,7 +74,7 @@ def test_the_least_sure_comes_first_and_what_has_no_quality_last(client: TestCli
 def test_what_is_shown_says_why_a_plan_is_doubtful(client: TestClient) -> None:
     found = state(client)
     assert (found["quality"], found["doubtful"], found["place"]) == (0.4, True, 1)
-    assert found["grounds"] == [["cut share", 0.5]]
+    assert found["grounds"] == [["doors that are cuts, not evidence", 0.5]]
     assert found["progress"] == {"plans": 4, "judged": 0, "doubtful": 2, "doubtful_judged": 0}
     picture = client.get("/houses/review/pictures/doubtful.svg")
     assert picture.headers["content-type"] == "image/svg+xml"
