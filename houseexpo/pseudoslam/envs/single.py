@@ -90,6 +90,7 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
         self._env_spec = make_env_spec(task, dataset, config, actions, observation, planning=planning, **more)
         self._choice = self._env_spec.choice
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
+        self.actions, self.observation = actions, observation
         self.action_space, self.observation_space = self._env_spec.action_space(), self._env_spec.observation_space()
         self._params, self._scratch = self._env_spec.params(), self._env_spec.scratch()
         self._pictures = self._env_spec.pictures(1)
