@@ -124,13 +124,14 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
         pose = pose_of(given.get("pose"))
         if seed is not None:
             self._choice.start_over()
+        self._simulator = self._state = None  # where a start fails, the old episode does not go on in the new house
         world = self._choice.draw(self.np_random, given.get("plan_id"))
         if self._env_spec.planner:
             self._scratch = with_room(self._scratch, world.occupied.size)
-        self._simulator = Simulator(world, self.config, self._params, self._scratch)
-        self._state = self._env_spec.initial_state(world, self._params, self._scratch, self.np_random, pose_m=pose)
-        look_round(self._state, self._params, self._scratch)
-        self._constants.rows[0] = constants_of(self._state, world)
+        state = self._env_spec.initial_state(world, self._params, self._scratch, self.np_random, pose_m=pose)
+        look_round(state, self._params, self._scratch)
+        self._simulator, self._state = Simulator(world, self.config, self._params, self._scratch), state
+        self._constants.rows[0] = constants_of(state, world)
         after = self._after = self._measures()
         self._trail = []
         self._show()
