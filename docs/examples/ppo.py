@@ -173,6 +173,8 @@ if __name__ == "__main__":
     given = parser.parse_args()
     houses = {"dataset": given.dataset} if given.dataset else {}
     done = train(Args(given.env_id, houses, given.seed, given.device, given.total_steps))
+    if not done.returns:
+        parser.exit(message="no episode ended: give it more --total-steps\n")
     quarter = max(len(done.returns) // 4, 1)
     print(f"{len(done.returns)} episodes, mean return {np.mean(done.returns[:quarter]):.2f} at first", end=", ")  # noqa: T201
     print(f"{np.mean(done.returns[-quarter:]):.2f} at last")  # noqa: T201

@@ -87,7 +87,7 @@ def _print(files: list[Path]) -> None:
         for metrics in compared.tables():
             table = Table(title=f"{compared.track.id}: {facts(compared)}")
             for number, head in enumerate(heads(metrics)):
-                table.add_column(head, justify="right" if number else "left")
+                table.add_column(head, justify="right" if number else "left", overflow="fold")  # no name gets lost
             for entry in compared.entries:
                 table.add_row(*row(compared, entry, metrics))
             console().print(table)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from houseexpo.errors import ConfigError
 
 if TYPE_CHECKING:
+    from houseexpo.pseudoslam.agents.protocol import Interface
     from houseexpo.pseudoslam.config import SimulatorConfig
     from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
     from houseexpo.pseudoslam.worlds.cache import Plans
@@ -23,12 +24,19 @@ def environment(
     config: Path | None,
     max_steps: int,
     *,
+    interface: Interface | None = None,
     ranges: bool = False,
 ) -> tuple[PseudoSlamEnv, dict[str, Any]]:
     """Return an environment and the options of its resets; ``max_steps`` holds where no configuration is given.
 
-    ``ranges``: with a dictionary as observation, in which the laser's ranges are.
+    Parameters
+    ----------
+    interface
+        How who drives wants to see and to act; None: single steps, on the map.
+    ranges
+        Show a dictionary with the laser's ranges where the map is wanted: it holds that, too.
     """
+    from houseexpo.pseudoslam.agents.protocol import Interface
     from houseexpo.pseudoslam.config import SimulatorConfig
     from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, ObstacleAvoidanceEnv
     from houseexpo.pseudoslam.tasks import Exploration, Navigation, ObstacleAvoidance
@@ -39,7 +47,11 @@ def environment(
         "navigation": (NavigationEnv, Navigation.default),
     }[task]
     given: SimulatorConfig = SimulatorConfig.from_yaml(config) if config else replace(default, max_steps=max_steps)
-    env = make(_plans(dataset, plan, task), given, observation="dict" if ranges else "map")
+    wanted = interface or Interface()
+    if wanted.view is not None:
+        given = replace(given, observation=wanted.view)
+    observation = "dict" if ranges and wanted.observation == "map" else wanted.observation
+    env = make(_plans(dataset, plan, task), given, actions=wanted.actions, observation=observation)
     return env, {"plan_id": plan} if plan else {}
 
 

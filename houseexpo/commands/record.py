@@ -50,7 +50,7 @@ def record(
     from houseexpo.commands.environment import environment
     from houseexpo.commands.printing import console
     from houseexpo.errors import ConfigError
-    from houseexpo.pseudoslam.agents.policies import policy_of
+    from houseexpo.pseudoslam.agents.policies import interface_for, policy_of
     from houseexpo.pseudoslam.io.races import Racer, record_race
     from houseexpo.pseudoslam.io.record import record as write
     from houseexpo.words import counted
@@ -61,7 +61,11 @@ def record(
         if out is None or bag is not None or shows == "beside":
             raise ConfigError("--policy: several make a movie, --out FILE; no bag, and no --shows beside")
         with printed.status(f"recording {counted(steps, 'step')}"):
-            racers = [(name, *environment(dataset, plan, task, config, steps)) for name in names]
+            interfaces = [interface_for(name, task) for name in names]
+            racers = [
+                (name, *environment(dataset, plan, task, config, steps, interface=interface))
+                for name, interface in zip(names, interfaces, strict=True)
+            ]
             runners = [Racer(name, env, policy_of(name, env, seed)) for name, env, _ in racers]
             record_race(
                 runners, out, steps, seed=seed, options=racers[0][2], fps=fps, every=every, shows=shows, most_px=size
@@ -70,7 +74,8 @@ def record(
             printed.print(f"{racer.name}: {racer.caption()}", highlight=False, soft_wrap=True)
         return
     with printed.status(f"recording {counted(steps, 'step')}"):
-        env, options = environment(dataset, plan, task, config, steps, ranges=bag is not None)
+        interface = interface_for(names[0], task)
+        env, options = environment(dataset, plan, task, config, steps, interface=interface, ranges=bag is not None)
         acts = policy_of(names[0], env, seed)
         done = write(
             env, acts, out, steps, seed=seed, options=options, fps=fps, every=every, shows=shows, most_px=size, bag=bag

@@ -58,8 +58,8 @@ def test_a_house_stays_whole(seed: int, radius_m: float, told: list[Obstacle], n
     random = RandomObstacles((number, number), (0.05, 1.0), gap_m=gap_m)
     try:
         placed = place(
-            occupied, traversable, frame, radius_px=radius_m * PPM, config=ObstaclesConfig(tuple(told), random),
-            rng=np.random.default_rng(seed),
+            occupied, traversable, frame, plan_id="house", radius_px=radius_m * PPM,
+            config=ObstaclesConfig(tuple(told), random), rng=np.random.default_rng(seed),
         )  # fmt: skip
     except ConfigError as error:
         event("refused")

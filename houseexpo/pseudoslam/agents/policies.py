@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, Final, TypeAlias
 
 import gymnasium
 import numpy as np
 
-from houseexpo.errors import ConfigError
+from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.pseudoslam.agents.forward import LEFT
 from houseexpo.pseudoslam.agents.loading import NamedPolicy, load_policy
+from houseexpo.pseudoslam.agents.protocol import Interface, knowledge_of, robot_of
 from houseexpo.pseudoslam.agents.protocol import Policy as EpisodePolicy
-from houseexpo.pseudoslam.agents.protocol import knowledge_of, robot_of
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.state import State
 
@@ -21,49 +22,90 @@ Policy: TypeAlias = Callable[[Any], Any]
 
 _EARLIER: Final = {"bounce": "forward"}
 """Names that policies had before."""
+_WAITING: Final = {"discrete": LEFT, "continuous": np.array([0.0, 1.0]), "waypoint": np.zeros(2)}
+"""What who is done for good does: turns on the spot, or stays. Where there is nowhere to go, 0 means a turn, too."""
+_DICT_ONLY: Final = ("global_map", "pose", "ranges")
+"""What the observation "dict" holds beside what "map" does."""
+
+
+def interface_for(name: str, task: str) -> Interface:
+    """Return how a policy wants to see and to act; ConfigError where there is none, or it is made for other tasks."""
+    if name == "random":
+        return Interface()
+    wanted = load_policy(_EARLIER.get(name, name)).interface
+    if wanted.tasks and task not in wanted.tasks:
+        raise ConfigError(f"policy {name!r}: made for {', '.join(wanted.tasks)}; the task is {task}")
+    return wanted
 
 
 def policy_of(name: str, env: gymnasium.Env[Any, Any], seed: int | None = None) -> Policy:
     """Return a policy for an environment, by its name or file (``loading.load_policy``).
 
-    It is made anew with each episode, and where it is done. "random" takes any environment's actions.
+    It is made anew with each episode, and where it is done. "random" takes any environment's actions. A policy that
+    wants to be shown "map" may be in an environment that shows more. Calls raise PolicyError where the policy does.
 
     Raises
     ------
     ConfigError
-        Where there is no such policy, or it does not know the environment's actions.
+        Where there is no such policy, or the environment has other actions than it knows, or shows something else.
     """
     if name == "random":
         env.action_space.seed(seed)
         return lambda _: env.action_space.sample()
-    policy = load_policy(_EARLIER.get(name, name))
-    wanted = gymnasium.spaces.Discrete if policy.interface.actions == "discrete" else gymnasium.spaces.Box
-    if not isinstance(env.action_space, wanted):
-        actions = policy.interface.actions
-        raise ConfigError(f"policy {name!r}: expected an environment with {actions} actions, found {env.action_space}")
-    return _Everlasting(env, policy, int(np.random.default_rng(seed).integers(2**31)))
+    policy, inner = load_policy(_EARLIER.get(name, name)), known_env(env)
+    wanted = policy.interface
+    if inner.actions != wanted.actions:
+        raise ConfigError(
+            f"policy {name!r}: expected an environment with {wanted.actions} actions, found {inner.actions} ones"
+        )
+    if wanted.observation not in {"map", inner.observation}:
+        raise ConfigError(
+            f"policy {name!r}: expected an environment that shows {wanted.observation!r}, found {inner.observation!r}"
+        )
+    return _Everlasting(inner, policy, int(np.random.default_rng(seed).integers(2**31)))
 
 
 class _Everlasting:
     """Makes a policy with each episode, and again where it is done."""
 
-    def __init__(self, env: gymnasium.Env[Any, Any], policy: NamedPolicy, seed: int) -> None:
-        self._env, self._policy, self._seed = known_env(env), policy, seed
+    def __init__(self, env: PseudoSlamEnv, policy: NamedPolicy, seed: int) -> None:
+        self._env, self._policy, self._seed = env, policy, seed
+        self._shows_more = policy.interface.observation == "map" and env.observation == "dict"
         self._state: State | None = None
         self._now: EpisodePolicy
 
     def __call__(self, observation: Any) -> Any:
+        shown = _map_of(observation) if self._shows_more else observation
+        try:
+            return self._asked(shown)
+        except Exception as error:
+            plan, step = self._env.simulator.world.plan_id, int(self._env.state.counts.steps)
+            said = f"it raised {type(error).__name__}: {error}"
+            raise PolicyError(f"policy {self._policy.name!r}: plan {plan!r}, step {step}: {said}") from error
+
+    def _asked(self, shown: Any) -> Any:
         if self._state is not self._env.state:
             self._state = self._env.state
             self._begin()
-        action = self._now(observation, knowledge_of(self._env.simulator, self._env.state))
+        action = self._now(shown, knowledge_of(self._env.simulator, self._env.state))
         if action is None:
             self._begin()
-            action = self._now(observation, knowledge_of(self._env.simulator, self._env.state))
-        return LEFT if action is None else action
+            action = self._now(shown, knowledge_of(self._env.simulator, self._env.state))
+        return _WAITING.get(self._env.actions, 0) if action is None else action
 
     def _begin(self) -> None:
-        self._now = self._policy.factory(robot_of(self._env, self._policy.interface), self._seed)
+        robot = robot_of(self._env, self._policy.interface)
+        if self._shows_more:
+            robot = replace(robot, observation_space=_map_of(robot.observation_space))
+        self._now = self._policy.factory(robot, self._seed)
+
+
+def _map_of(shown: Any) -> Any:
+    """Return what "map" shows, or its space, of what "dict" does."""
+    parts = {key: shown[key] for key in shown if key not in _DICT_ONLY}
+    if len(parts) == 1:
+        return parts["map"]
+    return gymnasium.spaces.Dict(parts) if isinstance(shown, gymnasium.spaces.Dict) else parts
 
 
 def known_env(env: gymnasium.Env[Any, Any]) -> PseudoSlamEnv:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from houseexpo.errors import ConfigError
 
 
@@ -12,7 +14,7 @@ def number(
 ) -> None:
     """Refuse what is no finite number, too small or too large."""
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise ConfigError(f"{key}: expected a finite number, found {value!r}")
+        raise ConfigError(f"{key}: expected a finite number, {found(value)}")
     if value <= above:
         raise ConfigError(f"{key}: expected more than {above:g}, found {value!r}")
     if value < at_least:
@@ -24,9 +26,15 @@ def number(
 def whole(value: object, key: str, *, at_least: int, at_most: float = math.inf) -> None:
     """Refuse what is no whole number, too small or too large."""
     if isinstance(value, bool) or not isinstance(value, int) or value < at_least:
-        raise ConfigError(f"{key}: expected a whole number of at least {at_least}, found {value!r}")
+        raise ConfigError(f"{key}: expected a whole number of at least {at_least}, {found(value)}")
     if value > at_most:
         raise ConfigError(f"{key}: expected a whole number of at most {at_most}, found {value!r}")
+
+
+def found(value: object) -> str:
+    """Return what was found, and of numpy's numbers, which look right, what to do: files hold plain ones."""
+    strange = isinstance(value, np.number) and not isinstance(value, float)
+    return f"found {value!r}" + ("; make it a plain number by .item()" if strange else "")
 
 
 def above_zero(config: object, where: str, *names: str, at_most: float = math.inf) -> None:

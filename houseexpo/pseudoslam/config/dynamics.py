@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TypeAlias, get_args
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.checks import above_zero, number
+from houseexpo.pseudoslam.config.checks import above_zero, found, number
 from houseexpo.pseudoslam.config.shapes import Shape
 from houseexpo.pseudoslam.kernels.people.walking import PEOPLE_MOST
 
@@ -47,7 +47,7 @@ class PeopleConfig:
 
     def __post_init__(self) -> None:
         if isinstance(self.number, bool) or not isinstance(self.number, int) or not 0 <= self.number <= PEOPLE_MOST:
-            raise ConfigError(f"people.number: expected a whole number from 0 to {PEOPLE_MOST}, found {self.number!r}")
+            raise ConfigError(f"people.number: expected a whole number from 0 to {PEOPLE_MOST}, {found(self.number)}")
         above_zero(self, "people", "radius_m", at_most=10.0)
         above_zero(self, "people", "speed_m_s")
         number(self.relaxation_s, "people.relaxation_s", at_least=0.1)

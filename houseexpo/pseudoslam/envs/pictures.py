@@ -50,8 +50,8 @@ class Pictures:
             near_px,
             view.far_size_m * ppm / side,
             view.global_size_m * ppm / side,
-            config.robot.radius_m * ppm,
-            config.goal.radius_m * ppm if config.goal else 0.0,
+            float(config.robot.radius_m * ppm),  # whole numbers would have the kernel compiled once more
+            float(config.goal.radius_m * ppm) if config.goal else 0.0,
         )
         self._pixels_per_metre = float(ppm)
         self._goals = np.full((number, 2), np.nan)

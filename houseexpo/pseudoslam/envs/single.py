@@ -90,6 +90,7 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
         self._env_spec = make_env_spec(task, dataset, config, actions, observation, planning=planning, **more)
         self._choice = self._env_spec.choice
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
+        self.actions, self.observation = actions, observation
         self.action_space, self.observation_space = self._env_spec.action_space(), self._env_spec.observation_space()
         self._params, self._scratch = self._env_spec.params(), self._env_spec.scratch()
         self._pictures = self._env_spec.pictures(1)
@@ -123,13 +124,14 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
         pose = pose_of(given.get("pose"))
         if seed is not None:
             self._choice.start_over()
+        self._simulator = self._state = None  # where a start fails, the old episode does not go on in the new house
         world = self._choice.draw(self.np_random, given.get("plan_id"))
         if self._env_spec.planner:
             self._scratch = with_room(self._scratch, world.occupied.size)
-        self._simulator = Simulator(world, self.config, self._params, self._scratch)
-        self._state = self._env_spec.initial_state(world, self._params, self._scratch, self.np_random, pose_m=pose)
-        look_round(self._state, self._params, self._scratch)
-        self._constants.rows[0] = constants_of(self._state, world)
+        state = self._env_spec.initial_state(world, self._params, self._scratch, self.np_random, pose_m=pose)
+        look_round(state, self._params, self._scratch)
+        self._simulator, self._state = Simulator(world, self.config, self._params, self._scratch), state
+        self._constants.rows[0] = constants_of(state, world)
         after = self._after = self._metrics()
         self._trail = []
         self._show()

@@ -48,11 +48,11 @@ class Racer:
         self.observation, self.info = self.env.reset(seed=seed, options=options)
         self.trail = [known_env(self.env).state.poses_px.copy()]
 
-    def step(self) -> None:
-        """Go on, unless the episode is over."""
-        if not self.ended:
+    def go(self, steps: int) -> None:
+        """Go on until so many steps are taken, or some more where an action is many, or all is over."""
+        while not self.ended and self.steps < steps:
             self.observation, _, terminated, truncated, self.info = self.env.step(self.policy(self.observation))
-            self.steps, self.ended = self.steps + 1, terminated or truncated
+            self.steps, self.ended = int(known_env(self.env).state.counts.steps), terminated or truncated
             self.trail.append(known_env(self.env).state.poses_px.copy())
 
     def caption(self) -> str:
@@ -101,7 +101,7 @@ def record_race(
         yield _drawn(racers, shows, most_px)
         for step in range(1, steps + 1):
             for racer in racers:
-                racer.step()
+                racer.go(step)
             last = step == steps or all(racer.ended for racer in racers)
             if last or step % every == 0:
                 yield _drawn(racers, shows, most_px)

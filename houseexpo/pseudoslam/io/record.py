@@ -24,8 +24,9 @@ Panels = Literal["map", "both", "truth", "beside"]
 
 @dataclass
 class Recorded:
-    """What came of it: steps taken, the sum of rewards, the last ``info``, and whether the episode ended."""
+    """What came of it: actions and steps taken, the sum of rewards, the last ``info``, whether the episode ended."""
 
+    actions: int = 0
     steps: int = 0
     reward: float = 0.0
     ended: bool = False
@@ -46,7 +47,7 @@ def record(
     most_px: tuple[int, int] = (640, 480),
     bag: str | os.PathLike[str] | None = None,
 ) -> Recorded:
-    """Write a movie of one episode, a picture of the start and one after each step, or a bag, or both.
+    """Write a movie of one episode, a picture of the start and one after each action, or a bag, or both.
 
     Parameters
     ----------
@@ -61,7 +62,7 @@ def record(
     seed, options
         Of ``reset``.
     every
-        A picture after so many steps.
+        A picture after so many actions.
     shows
         As in ``render.picture``, or "beside": the truth and the map side by side.
     bag
@@ -90,19 +91,20 @@ def record(
             trail.append(inner.state.poses_px.copy())
             if writer:
                 writer.write(inner.simulator, inner.state)
-            last = done.ended or done.steps == steps
+            last = done.ended or done.steps >= steps
             yield last
             if last:
                 return
             observation, reward, terminated, truncated, done.info = env.step(policy(observation))
-            done.steps, done.reward, done.ended = done.steps + 1, done.reward + float(reward), terminated or truncated
+            done.actions, done.steps = done.actions + 1, int(inner.state.counts.steps)
+            done.reward, done.ended = done.reward + float(reward), terminated or truncated
 
     with BagWriter(bag) if bag is not None else nullcontext() as writer:
         moments = episode(writer)
         if path is None:
             deque(moments, maxlen=0)
         else:
-            pictures = (_drawn(env, trail, shows, most_px) for last in moments if last or done.steps % every == 0)
+            pictures = (_drawn(env, trail, shows, most_px) for last in moments if last or done.actions % every == 0)
             write_movie(pictures, path, fps)
     return done
 

@@ -44,6 +44,7 @@ def place(
     traversable: Grid,
     frame: GridFrame,
     *,
+    plan_id: str,
     radius_px: float,
     config: ObstaclesConfig,
     rng: np.random.Generator,
@@ -65,6 +66,8 @@ def place(
         (rows, cols), 1 in walls and outside; the border is.
     traversable
         1 where the middle of a robot of ``radius_px`` can be, one piece, as ``traversable_cells`` finds it.
+    plan_id
+        What errors call the house.
     rng
         Drawn from only for random obstacles.
     free_before
@@ -82,15 +85,15 @@ def place(
     most = 0
     for _ in range(_ROUNDS):
         house = _House(occupied, traversable, frame, radius_px, into)
-        _set_down_told(house, config.placed)
+        _set_down_told(house, config.placed, plan_id)
         drawn = _set_down_drawn(house, before, config.random, wanted, rng) if config.random else []
         if len(drawn) == wanted:
             return Placement(house.occupied, house.traversable, (*config.placed, *drawn))
         most = max(most, len(drawn))
     raise ConfigError(
         f"obstacles.random.number: at most {most} of {wanted} obstacles found a place in "
-        f"{np.count_nonzero(occupied == 0) * frame.cell_m**2:.1f} m2 of free space without closing off a part of it "
-        "for the robot; ask for fewer, for smaller ones (size_m) or a smaller gap (gap_m)"
+        f"{np.count_nonzero(occupied == 0) * frame.cell_m**2:.1f} m2 of free space of plan {plan_id!r} without "
+        "closing off a part of it for the robot; ask for fewer, for smaller ones (size_m) or a smaller gap (gap_m)"
     )
 
 
@@ -121,13 +124,13 @@ class _House:
         )
 
 
-def _set_down_told(house: _House, placed: tuple[Obstacle, ...]) -> None:
+def _set_down_told(house: _House, placed: tuple[Obstacle, ...], plan_id: str) -> None:
     """Set the obstacles down whose places are told; ConfigError at the first that cannot be there."""
     for i, obstacle in enumerate(placed):
         verdict = house.set_down(obstacle)
         if verdict != FITS:
             where = f"obstacles.placed[{i}]: the {type(obstacle.shape).__name__.lower()} at "
-            where += f"({obstacle.x_m:g}, {obstacle.y_m:g}) m"
+            where += f"({obstacle.x_m:g}, {obstacle.y_m:g}) m in plan {plan_id!r}"
             if verdict != OVERLAPS:
                 raise ConfigError(
                     f"{where} leaves the robot no way to a part of the house; move it, or make it smaller"

@@ -113,12 +113,15 @@ def _furnished(world: World, config: SimulatorConfig, rng: np.random.Generator) 
     radius_px = config.robot.radius_m * config.pixels_per_metre
     if not len(world.tracks.times_s):
         return place(
-            world.occupied, world.traversable, world.frame,
+            world.occupied, world.traversable, world.frame, plan_id=world.plan_id,
             radius_px=radius_px, config=config.obstacles, rng=rng, free_before=world.free_before,
         )  # fmt: skip
     kept = swept_cells(world.tracks, world.occupied.shape) & (world.occupied == 0)
     occupied = world.occupied | kept.view(np.uint8)
-    placed = place(occupied, world.traversable, world.frame, radius_px=radius_px, config=config.obstacles, rng=rng)
+    placed = place(
+        occupied, world.traversable, world.frame, plan_id=world.plan_id,
+        radius_px=radius_px, config=config.obstacles, rng=rng,
+    )  # fmt: skip
     placed.occupied[kept] = 0
     return placed
 

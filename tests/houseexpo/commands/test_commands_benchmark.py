@@ -10,6 +10,8 @@ from typer.testing import CliRunner, Result
 
 from houseexpo.commands.app import make_app
 
+RESULTS = Path(__file__).parents[3] / "docs" / "leaderboard"
+
 
 def called(*words: object) -> Result:
     return CliRunner().invoke(make_app(), ["benchmark", *map(str, words)])
@@ -36,6 +38,19 @@ def test_a_policy_is_run_and_compared(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert "avoidance-v1: 2 episodes" in done.output
     assert "<h2>avoidance-v1</h2>" in (tmp_path / "page.html").read_text()
+
+
+def test_the_table_tells_long_names_apart(tmp_path: Path) -> None:
+    """Policies of files are called by their paths, of which a narrow terminal has no room for more than a part."""
+    recorded = json.loads(next(RESULTS.glob("avoidance-*forward*.json")).read_bytes())
+    names = [f"experiments/of-this-year/{name}.py:policy" for name in ("careful", "daring")]
+    for number, name in enumerate(names):
+        recorded["policy"]["name"] = name
+        (tmp_path / f"{number}.json").write_text(json.dumps(recorded))
+    done = called("compare", tmp_path)
+    assert done.exit_code == 0, done.output
+    first = "".join(line.split("│")[1].strip() for line in done.output.splitlines() if "│" in line)
+    assert all(name in first for name in names), done.output
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
@@ -13,6 +14,7 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
+from houseexpo.pseudoslam.config.dynamics import PeopleConfig
 
 
 def test_the_defaults_are_the_papers() -> None:
@@ -26,6 +28,9 @@ def test_the_defaults_are_the_papers() -> None:
     ("make", "text"),
     [
         (lambda: RobotConfig(radius_m=0), "robot.radius_m: expected more than 0, found 0"),
+        (lambda: RobotConfig(radius_m=np.float32(0.5)), "found np.float32(0.5); make it a plain number by .item()"),
+        (lambda: SimulatorConfig(max_steps=np.int64(9)), "found np.int64(9); make it a plain number by .item()"),
+        (lambda: PeopleConfig(number=np.int64(3)), "found np.int64(3); make it a plain number by .item()"),
         (lambda: RobotConfig(step_m=math.nan), "robot.step_m: expected a finite number, found nan"),
         (lambda: RobotConfig(turn_deg="10"), "robot.turn_deg: expected a finite number, found '10'"),
         (lambda: LaserConfig(fov_deg=361), "laser.fov_deg: expected at most 360, found 361"),

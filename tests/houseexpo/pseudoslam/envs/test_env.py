@@ -165,3 +165,16 @@ def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(ConfigError, match="dataset: expected at least one plan"):
         gymnasium.make(ID, dataset=[])
     assert houseexpo.pseudoslam.SimulatorConfig is SimulatorConfig
+
+
+def test_after_a_start_that_fails_there_is_no_episode_until_another_starts() -> None:
+    """The old one would go on under the new house's name."""
+    env = make(render_mode="rgb_array")
+    env.reset(seed=0, options={"plan_id": "large"})
+    with pytest.raises(ConfigError, match=r"does not fit at \(4, 4\) m in plan 'small'"):
+        env.reset(options={"plan_id": "small", "pose": (4.0, 4.0, 0.0)})
+    for call in (env.unwrapped.render, lambda: env.unwrapped.step(0), lambda: env.unwrapped.simulator):
+        with pytest.raises(gymnasium.error.ResetNeeded, match=r"call reset\(\)"):
+            call()
+    _, info = env.reset(options={"plan_id": "small"})
+    assert (info["plan_id"], env.step(0)[4]["plan_id"]) == ("small", "small")

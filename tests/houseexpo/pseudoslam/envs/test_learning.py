@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -120,6 +121,14 @@ def test_one_file_of_ppo_in_the_form_of_cleanrl_learns(learn: None) -> None:
     assert all(np.isfinite(first.losses))
     assert len(first.losses) == 4
     assert first.change > 0
+
+
+def test_the_file_of_ppo_says_where_it_learned_too_little_to_tell(learn: None) -> None:
+    words = [sys.executable, str(EXAMPLES / "ppo.py"), "PseudoSLAM/ObstacleAvoidance-v0", "--total-steps", "1"]
+    done = subprocess.run(words, check=False, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "")
+    assert "no episode ended: give it more --total-steps" in done.stderr
+    assert "Warning" not in done.stderr
 
 
 def imported(file: Path) -> ModuleType:

@@ -15,9 +15,17 @@ from gymnasium.utils.env_checker import check_env
 
 import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config import GoalConfig, NoiseConfig, ObservationConfig, SimulatorConfig, StartConfig
+from houseexpo.pseudoslam.config import (
+    GoalConfig,
+    NoiseConfig,
+    ObservationConfig,
+    RobotConfig,
+    SimulatorConfig,
+    StartConfig,
+)
 from houseexpo.pseudoslam.config.presets import PRESETS
 from houseexpo.pseudoslam.envs import spec
+from houseexpo.pseudoslam.envs.pictures import Pictures
 from houseexpo.pseudoslam.kernels.mapping.coarse import draw_coarse
 from tests.builders.vectors import HUTS, assert_same_step, native, singles
 
@@ -196,3 +204,12 @@ def test_the_plain_view_is_not_drawn_where_nobody_looks() -> None:
     env = one()
     env.reset(seed=0)
     assert env.unwrapped.state.view.shape == (spec._NO_VIEW_PX, spec._NO_VIEW_PX)
+
+
+def test_whole_numbers_have_no_kernel_compiled_once_more() -> None:
+    view = ObservationConfig(4, global_size_m=24, far_size_m=12)
+    whole = SimulatorConfig(
+        pixels_per_metre=20, robot=RobotConfig(radius_m=1), observation=view, goal=GoalConfig(radius_m=1)
+    )
+    scales = Pictures(1, whole, several=True)._scales
+    assert {type(value) for value in scales} == {float}

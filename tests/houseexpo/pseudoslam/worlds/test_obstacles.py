@@ -41,7 +41,7 @@ def two_rooms(door_m: float) -> House:
 
 def put(found: House, *obstacles: Obstacle, random: RandomObstacles | None = None, seed: int = 0) -> Placement:
     config = ObstaclesConfig(obstacles, random)
-    return place(*found, radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(seed))
+    return place(*found, plan_id="house", radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(seed))
 
 
 def check(found: House, placement: Placement) -> None:
@@ -56,7 +56,7 @@ def check(found: House, placement: Placement) -> None:
 def test_none_by_default() -> None:
     found = house()
     rng = np.random.default_rng(0)
-    placement = place(*found, radius_px=RADIUS_PX, config=ObstaclesConfig(), rng=rng)
+    placement = place(*found, plan_id="house", radius_px=RADIUS_PX, config=ObstaclesConfig(), rng=rng)
     np.testing.assert_array_equal(placement.occupied, found[0])
     assert placement.obstacles == ()
     assert placement.occupied is not found[0]
@@ -76,10 +76,22 @@ def test_obstacles_stand_where_they_are_told_to() -> None:
 @pytest.mark.parametrize(
     ("obstacle", "message"),
     [
-        (Obstacle(Circle(0.3), 0.2, 2.0), "[1]: the circle at (0.2, 2) m overlaps a wall, or lies outside"),
-        (Obstacle(Circle(0.3), 9.0, 2.0), "[1]: the circle at (9, 2) m overlaps a wall, or lies outside"),
-        (Obstacle(Ellipse(0.3, 0.1), 2.3, 2.0), "[1]: the ellipse at (2.3, 2) m overlaps obstacles.placed[0]"),
-        (Obstacle(Rectangle(0.2, 1.7), 2.0, 0.85), "[1]: the rectangle at (2, 0.85) m leaves the robot no way"),
+        (
+            Obstacle(Circle(0.3), 0.2, 2.0),
+            "[1]: the circle at (0.2, 2) m in plan 'house' overlaps a wall, or lies outside",
+        ),
+        (
+            Obstacle(Circle(0.3), 9.0, 2.0),
+            "[1]: the circle at (9, 2) m in plan 'house' overlaps a wall, or lies outside",
+        ),
+        (
+            Obstacle(Ellipse(0.3, 0.1), 2.3, 2.0),
+            "[1]: the ellipse at (2.3, 2) m in plan 'house' overlaps obstacles.placed[0]",
+        ),
+        (
+            Obstacle(Rectangle(0.2, 1.7), 2.0, 0.85),
+            "[1]: the rectangle at (2, 0.85) m in plan 'house' leaves the robot no way",
+        ),
     ],
 )
 def test_a_place_that_cannot_be_is_named(obstacle: Obstacle, message: str) -> None:
@@ -137,7 +149,7 @@ def test_random_obstacles_in_real_houses(shape: str, published_lines: list[bytes
         free, frame = free_mask(decode(line), PPM, y_up=True)
         occupied = (~free).view(np.uint8)
         found = occupied, traversable_cells(occupied, RADIUS_PX), frame
-        placement = place(*found, radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(3))
+        placement = place(*found, plan_id="house", radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(3))
         check(found, placement)
         assert [type(obstacle.shape).__name__.lower() for obstacle in placement.obstacles] == [shape] * 20
         for obstacle in placement.obstacles:
@@ -163,7 +175,7 @@ def test_a_seed_gives_the_same_obstacles_and_another_one_others() -> None:
 def test_numbers_and_shapes_are_drawn_evenly() -> None:
     found, rng = house(), np.random.default_rng(0)
     config = ObstaclesConfig(random=RandomObstacles((1, 3), (0.1, 0.3)))
-    drawn = [place(*found, radius_px=RADIUS_PX, config=config, rng=rng).obstacles for _ in range(300)]
+    drawn = [place(*found, plan_id="house", radius_px=RADIUS_PX, config=config, rng=rng).obstacles for _ in range(300)]
     numbers = Counter(map(len, drawn))
     assert set(numbers) == {1, 2, 3}
     assert min(numbers.values()) > 70
@@ -203,7 +215,7 @@ def test_arrays_are_used_again() -> None:
     found = house()
     first = put(found, random=RandomObstacles((4, 4)))
     config = ObstaclesConfig(random=RandomObstacles((4, 4)))
-    again = place(*found, radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(7), into=first)
+    again = place(*found, plan_id="house", radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(7), into=first)
     assert again.occupied is first.occupied
     np.testing.assert_array_equal(again.occupied, put(found, random=RandomObstacles((4, 4)), seed=7).occupied)
     check(found, again)
