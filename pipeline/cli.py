@@ -13,7 +13,7 @@ import typer
 from pipeline.batch.disk import printable
 from pipeline.cli_build import Work, build_all, build_one_shard, verify_all
 from pipeline.cli_cluster import assemble_all
-from pipeline.cli_parts import NOT_DONE, ended_cleanly, settings_of, show_inspection
+from pipeline.cli_parts import NOT_DONE, ended_cleanly, settings_of, show_inspection, show_unheard
 
 REJECTED = 1
 """An exit code: the house that is inspected gives no plan."""
@@ -169,5 +169,6 @@ def inspect(
         words = load_overrides(config, overrides)
         found = inspect_house(settings_of(config, given), words, level, out, id_)
     show_inspection(found, source, out)
+    show_unheard(found, tuple(words))
     if found.rejection is not None:
         raise typer.Exit(REJECTED)

@@ -107,3 +107,18 @@ def show_inspection(found: Inspection, source: str, out: Path) -> None:
     print_named(printed, "plan", quality, "green")
     if found.plan is not None and (odd := implausible(found.plan.room_num, found.plan.area)):
         print_named(printed, "implausible", f"{odd}; {ADVICE}", "yellow")
+
+
+def show_unheard(found: Inspection, corrected: tuple[str, ...]) -> None:
+    """Say so where corrections by hand, by these ids, are of other houses than the one that was inspected."""
+    from houseexpo.dataset.store.catalogue import nearest
+    from pipeline.corrections import concerns
+
+    if found.shown is None or not corrected or any(concerns(name, found.shown.house) for name in corrected):
+        return
+    typer.secho(
+        f"no correction by hand is of this house: {nearest(found.shown.house, corrected)}; of a folder, inspect takes "
+        "the ids of its build: name the folder, and the house by --id",
+        fg="yellow",
+        err=True,
+    )

@@ -5,6 +5,8 @@ R1  An id in ``overrides.toml`` is an input's, or that of a building (``_B2``) o
 R2  ``scale`` and ``drop_nodes`` concern a whole file: they stand under the input's own id, and its reader must take
     them.
 R3  A door and a point that a person gives are taken from the source's plan axes into the level's.
+R4  Doors and points under the id of a building are of its level. What stands under an id that no level has is refused,
+    once the levels are known.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from __future__ import annotations
 import difflib
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -30,6 +32,8 @@ from pipeline.values import Input, Level, SourceOpening
 DOOR_DEPTH_M: Final = 0.4
 """How deep a door is taken to be that a person gives as a line: through most walls, and into no room behind."""
 
+_BUILDING: Final = re.compile(r"_B\d+(?=_|$)")
+_DIGITS: Final = re.compile(r"_[0-9a-f]{8}$")
 _OF_AN_INPUT: Final = re.compile(r"(_B\d+)?(_L\d+)?(_[0-9a-f]{8})?")
 
 
@@ -69,6 +73,31 @@ def corrected_input(item: Input, overrides: Mapping[str, Override]) -> Input:
     if unknown := sorted(set(options) - set(OVERRIDABLE.get(item.reader, ()))):
         raise ConfigError(f"{NAME}: {item.id}: its reader, {item.reader}, takes no {unknown[0]}; take it out")
     return replace(item, options=tuple(sorted({**dict(item.options), **options}.items())))
+
+
+def word_on(level_id: str, overrides: Mapping[str, Override]) -> Override:
+    """Return a person's word on a level, with the doors and points under the ids of its buildings (R4)."""
+    own = overrides.get(level_id, Override())
+    parts = [overrides[name] for name in sorted(overrides) if name != level_id and level_of(name) == level_id]
+    doors = (each for part in parts for each in part.door)
+    points = (each for part in parts for each in part.no_room)
+    return replace(own, door=(*own.door, *doors), no_room=(*own.no_room, *points))
+
+
+def level_of(name: str) -> str:
+    """Return the id of the level of which this is the id, or that of a building."""
+    return _BUILDING.sub("", name)
+
+
+def without_level(item: Input, overrides: Mapping[str, Override], levels: Collection[str]) -> list[str]:
+    """Return the ids of an input under which a person says something of a level, and that none of its levels has."""
+    found = []
+    for name in sorted(overrides):
+        of_level = replace(overrides[name], scale=None, drop_nodes=(), why="") != Override()
+        known = {level_of(name), _DIGITS.sub("", level_of(name))} & set(levels)
+        if concerns(name, item.id) and of_level and not known:
+            found.append(name)
+    return found
 
 
 def corrected_level(level: Level, override: Override) -> Level:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,7 @@ from pipeline.algorithm import Snapshot, stages
 from pipeline.batch.job import rng_of
 from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig
-from pipeline.corrections import concerns, corrected_input, corrected_level
+from pipeline.corrections import concerns, corrected_input, corrected_level, level_of, word_on
 from pipeline.geometry.overlay import quiet
 from pipeline.overrides import Override
 from pipeline.pictures import of_building, sheet_of, stage_pictures
@@ -30,7 +29,6 @@ SHEET = "stages.png"
 REJECTED = "rejected.png"
 
 _STEPS = 10  # of one building without furniture
-_BUILDING = re.compile(r"_B\d+(?=_L\d+|$)")
 
 
 @dataclass(frozen=True)
@@ -103,7 +101,7 @@ def inspect_house(
     shown = Shown(level.id, number, len(levels), item.id, place, len(inputs))
     if isinstance(level, RejectedLevel):
         return Inspection(shown, _picture_of(level.rejection, out), level.rejection)
-    override = overrides.get(level.id, Override())
+    override = word_on(level.id, overrides)
     level = corrected_level(level, override)
     snapshots: list[Snapshot] = []
     rejection_: Rejection | None = None
@@ -139,7 +137,7 @@ def _place(inputs: Sequence[Input], name: str | None) -> int:
 
 def _number(item: Input, levels: Sequence[Level | RejectedLevel], number: int, name: str | None) -> int:
     """Return which level is meant: by its id, else by its number."""
-    wanted = {name, _BUILDING.sub("", name or "")} - {item.id}
+    wanted = {name, level_of(name or "")} - {item.id}
     number = next((place for place, level in enumerate(levels) if level.id in wanted), number)
     if number >= len(levels):
         raise ConfigError(f"{item.id}: level {number} asked for, found {len(levels)}: 0 to {len(levels) - 1}")

@@ -22,6 +22,7 @@ class Reason(StrEnum):
     INTERNAL = "internal"
     NOT_YET = "not_yet"
     DROPPED_BY_HAND = "dropped_by_hand"
+    NO_SUCH_LEVEL = "no_such_level"
     DOUBTFUL = "doubtful"
     # layout rules
     NO_LAYOUT = "no_layout"

@@ -21,7 +21,7 @@ from pipeline.batch.files import folders_of, known_again, looked_at
 from pipeline.batch.plans import Plans
 from pipeline.batch.transient import transient_fault
 from pipeline.config import PipelineConfig
-from pipeline.corrections import corrected_level
+from pipeline.corrections import corrected_level, without_level, word_on
 from pipeline.geometry.overlay import quiet
 from pipeline.overrides import Override
 from pipeline.quality import check_quality
@@ -141,10 +141,10 @@ def _outcomes(item: Input, settings: Settings) -> Iterator[Outcome]:
 
     Raises OSError for a transient fault.
     """
-    count = 0
+    levels: list[str] = []
     try:
         for level in timed(reader(item.reader).read(item), lambda _: "source"):
-            count += 1
+            levels.append(level.id)
             if isinstance(level, RejectedLevel):
                 _raise_transient(level.rejection)
                 yield Refused.of(level.id, level.rejection)
@@ -153,14 +153,17 @@ def _outcomes(item: Input, settings: Settings) -> Iterator[Outcome]:
     except Exception as error:  # noqa: BLE001 - one input's fault must not stop the batch
         yield Refused.of(item.id, _as_rejection(error, item))
     else:
-        if not count:
+        if not levels:
             nothing = Rejection("source", Reason.NO_LEVEL, "expected a level, found none", "look at it in a viewer")
             yield Refused.of(item.id, nothing)
+        for name in without_level(item, settings.overrides, levels) if levels else ():
+            detail = f"expected the id of a level, found none of this id among {', '.join(levels)}"
+            yield Refused.of(name, Rejection("overrides", Reason.NO_SUCH_LEVEL, detail, "mend overrides.toml"))
 
 
 def _of_level(level: Level, item: Input, settings: Settings) -> list[Outcome]:
     """What came of a level: an outcome for each of its buildings."""
-    override = settings.overrides.get(level.id, Override())
+    override = word_on(level.id, settings.overrides)
     if override.drop:
         return [Refused.of(level.id, _dropped(override))]
     rng = rng_of(level, settings.seed)

@@ -5,7 +5,7 @@ R2  A part called floor is evidence for floors where it is flat; its faces stay 
     called wall, ceiling, roof or nothing.
 R3  Furniture, and what is left out, are dropped from the walls unless one piece of them is as large as the house.
 R4  Ground that ends with the house is its floor.
-R5  Where dropping leaves nothing that stands, the names are wrong and nothing is dropped.
+R5  Where dropping leaves hardly anything that stands, the names are wrong and nothing is dropped.
 """
 
 from __future__ import annotations
@@ -31,6 +31,8 @@ TOUCH_M = 0.1
 HANDLE_M = 0.03
 MIN_DOORS = 2
 MIN_WALLS = 0.15  # of all upright area; names that leave less to stand are wrong
+MIN_FACES = 0.1  # or of all faces, while nobody knows which way is up
+HOUSE_M2 = 40.0  # of upright area are a house, however many trees were dropped
 TERRAIN_BEYOND = 1.15  # a ground this much longer than the rest is terrain
 
 
@@ -67,7 +69,18 @@ def structural(scene: Scene) -> Mesh:
     dropped = {Role.DOOR, Role.FURNITURE, Role.LEFT_OUT, Role.TERRAIN, Role.SPACE, Role.OPENING}
     keep = [not ((named := role_of_part(part)) and named.role in dropped) for part in scene.parts]
     chosen = np.array(keep, np.bool_)[scene.owner]
-    return taken(scene.mesh, chosen) if 0.1 * len(chosen) <= chosen.sum() < len(chosen) else scene.mesh
+    if chosen.all() or not chosen.any():
+        return scene.mesh
+    return taken(scene.mesh, chosen) if _is_building(scene.mesh, chosen) else scene.mesh
+
+
+def _is_building(mesh: Mesh, chosen: Bools) -> bool:
+    """R5, in a mesh whose axis and unit are not known: terrain and trees have many more faces than walls."""
+    if chosen.sum() >= MIN_FACES * len(chosen):
+        return True
+    surfaces = Surfaces.of(mesh)
+    upright = [surfaces.walls(axis) for axis in (1, 2)]
+    return any(0 < MIN_WALLS * surfaces.area[each].sum() <= surfaces.area[each & chosen].sum() for each in upright)
 
 
 def door_heights(scene: Scene) -> dict[str, float]:
@@ -111,7 +124,7 @@ def sort_faces(scene: Scene) -> NamedScene:
     walls = surfaces.walls()
     whole = Surfaces.of(scene.mesh)
     before = float(whole.area[whole.walls()].sum())
-    if float(surfaces.area[walls].sum()) < MIN_WALLS * before:  # R5
+    if float(surfaces.area[walls].sum()) < min(MIN_WALLS * before, HOUSE_M2):  # R5
         return NamedScene.plain(scene.mesh)
     return found
 

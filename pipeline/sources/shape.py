@@ -63,7 +63,7 @@ def measured(surfaces: Surfaces, axis: int) -> Shape | None:
     square = (flat_area + wall_area) / all_area
     flatness = math.log(max(math.sqrt(widths[0] * widths[1]), 1e-12) / height)
     tall = [np.subtract(*_span(surfaces, walls, i, PLINTH)[::-1]) for i in range(3) if i != axis]
-    storey, heads, lower = _storey(surfaces, walls, flats, axis, float(np.prod(tall)))
+    storey, heads, lower = _storey(surfaces, walls, _over(surfaces, flats, spans, axis), axis, float(np.prod(tall)))
     bare = flat_area < 0.06 * all_area and square > SQUARE
     return Shape((widths[0], widths[1]), storey, flatness, bare, square, heads, lower)
 
@@ -74,22 +74,33 @@ def _span(surfaces: Surfaces, faces: Bools, axis: int, beyond: float = 0.005) ->
     return weighted_quantile(low, area, beyond), weighted_quantile(high, area, 1 - beyond)
 
 
+def _over(surfaces: Surfaces, flats: Bools, spans: list[tuple[float, float]], axis: int) -> Floats:
+    """Area (m,) of each level face, no more of it than may lie where the walls span the plan: terrain goes on."""
+    sides = [
+        np.minimum(surfaces.high[:, i], high) - np.maximum(surfaces.low[:, i], low)
+        for i, (low, high) in enumerate(spans)
+        if i != axis
+    ]
+    return np.where(flats, np.minimum(surfaces.area, np.prod(np.maximum(sides, 0.0), axis=0)), 0.0)
+
+
 def _storey(
-    surfaces: Surfaces, walls: Bools, flats: Bools, axis: int, footprint: float
+    surfaces: Surfaces, walls: Bools, level: Floats, axis: int, footprint: float
 ) -> tuple[float, tuple[float, ...], tuple[float, ...]]:
     """Return the greatest height between two level surfaces that cover the plan, or the ends of the walls.
 
     The halves of a split level have storeys of their own.
 
     And in it, above its foot, the heights at which openings end and there is more wall than below: those in its upper
-    half, and those in its lower half. ``footprint`` is the area that the walls span.
+    half, and those in its lower half. ``level`` is each face's level area (m,), ``footprint`` what the walls span.
     """
     low, high = surfaces.low[walls, axis].min(), surfaces.high[walls, axis].max()
     profile = WallProfile.of(surfaces, walls, axis, float(high - low) / BINS)
     standing = np.flatnonzero(profile.length >= 0.2 * profile.length.max())
     foot, top = profile.edges[standing[0]], profile.edges[standing[-1] + 1]
     up = surfaces.normal[:, axis] > 0
-    looks = [_area_over_height(surfaces, flats & looking, axis, profile.edges) for looking in (up, ~up)]
+    flats, middle = level > 0, (surfaces.low[:, axis] + surfaces.high[:, axis]) / 2
+    looks = [_area_over_height(middle[chosen], level[chosen], profile.edges) for chosen in (flats & up, flats & ~up)]
     covered = np.maximum(*looks)  # not their sum: walls made in courses have faces of both kinds between these
     layers = profile.edges[:-1][covered > 0.35 * footprint]
     stops = np.concatenate([[foot], layers[(layers > foot) & (layers < top)], [top]])
@@ -102,10 +113,8 @@ def _storey(
     growth, usual = _growth(profile), float(np.median(profile.length))
     heights = (profile.edges[:-1] - foot) / storey
     grown = _heads(heights, growth, UPPER, HEAD * usual)
-    level = np.histogram(
-        (surfaces.low[flats, axis] + surfaces.high[flats, axis]) / 2, profile.edges, weights=surfaces.area[flats]
-    )[0]
-    undersides = _heads(heights, level, UPPER, LEVEL * footprint)
+    level_at = np.histogram(middle[flats], profile.edges, weights=level[flats])[0]
+    undersides = _heads(heights, level_at, UPPER, LEVEL * footprint)
     strongest = max((float(growth[heights == head].max()) for head in grown), default=0.0)
     lower = _heads(heights, growth, LOWER, max(AS_STRONG * strongest, HEAD * usual))
     upper = sorted({head * storey for head in (*grown, *undersides)})
@@ -130,8 +139,7 @@ def _heads(heights: Floats, evidence: Floats, part: tuple[float, float], least: 
     return tuple(found)
 
 
-def _area_over_height(surfaces: Surfaces, faces: Bools, axis: int, edges: Floats) -> Floats:
-    """Area of the chosen faces in each step of height and its two neighbours; 0 where the step itself has none."""
-    heights = (surfaces.low[faces, axis] + surfaces.high[faces, axis]) / 2
-    areas = np.histogram(heights, edges, weights=surfaces.area[faces])[0]
+def _area_over_height(heights: Floats, area: Floats, edges: Floats) -> Floats:
+    """Area of level faces in each step of height and its two neighbours; 0 where the step itself has none."""
+    areas = np.histogram(heights, edges, weights=area)[0]
     return np.where(areas > 0, np.convolve(areas, np.ones(3), mode="same"), 0.0)

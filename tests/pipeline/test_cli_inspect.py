@@ -57,6 +57,16 @@ def test_what_the_reader_rejects_is_shown_from_above(tmp_path: Path) -> None:
     assert "rejected source" in " ".join(said.split())
 
 
+def test_corrections_of_other_houses_only_are_said_to_be_so(tmp_path: Path) -> None:
+    file, words = one_room(tmp_path / "street" / "villa.ply"), tmp_path / "overrides.toml"
+    words.write_text("[villa]\nno_room = [1.0, 1.0]\n")
+    said = inspect(file, tmp_path / "out", "--overrides", str(words))[1]
+    assert "no correction by hand is of this house" in said
+    assert "'villa'" in said
+    said = inspect(file.parent, tmp_path / "out", "--id", "villa", "--overrides", str(words))[1]
+    assert "no correction by hand" not in said
+
+
 @pytest.mark.slow
 def test_it_says_which_house_and_which_level_it_shows(tmp_path: Path) -> None:
     one_room(tmp_path / "street" / "villa.ply")

@@ -11,11 +11,13 @@ import trimesh
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
-from pipeline.corrections import check_ids, corrected_input, corrected_level
+from pipeline.corrections import check_ids, corrected_input, corrected_level, word_on
 from pipeline.overrides import Override
 from pipeline.sources import find, reader
 from pipeline.values import Input, Level, Mesh
-from tests.builders.batch import one_room, run_build
+from tests.builders.batch import lines, one_room, run_build
+from tests.builders.mesh_files import write
+from tests.builders.meshes import two_levels
 
 VILLA, SCENE = Input("villa", "mesh_file", "villa.ply"), Input("0a1b", "suncg", "root", "0a1b")
 NOTHING = Mesh(np.empty((0, 3)), np.empty((0, 3), np.int64))
@@ -100,3 +102,27 @@ def test_nodes_are_dropped_with_all_that_is_in_them_and_no_others(tmp_path: Path
     assert faces("Gizmo*") == faces() - 24
     assert faces("gizmo*") == faces()
     assert faces("Quux_mesh") == faces() - 12
+
+
+def test_doors_and_points_under_the_id_of_a_building_are_of_its_level() -> None:
+    door, point = ((1.0, 2.0), (1.0, 3.0)), (5.0, 5.0)
+    words = {"villa_B2_L1": Override(door=(door,), drop=True), "villa_L1": Override(no_room=(point,))}
+    assert word_on("villa_L1", words) == Override(door=(door,), no_room=(point,))
+    assert word_on("villa_L0", words) == Override()
+    assert word_on("villa", {"villa_B2": Override(door=(door,))}).door == (door,)
+
+
+def test_a_word_on_a_level_that_the_house_has_not_is_refused(tmp_path: Path) -> None:
+    folder = tmp_path / "street"
+    folder.mkdir()
+    write(two_levels(), folder / "villa.ply")
+    words = {
+        "villa": Override(drop=True),
+        "villa_L0": Override(no_room=((0.0, 0.0),)),
+        "villa_B1_L1": Override(keep=True),
+        "villa_L7": Override(keep=True),
+    }
+    run_build([folder], tmp_path / "out", overrides=words)
+    refused = [line for line in lines(tmp_path / "out" / "rejected.jsonl") if line["reason"] == "no_such_level"]
+    assert [line["id"] for line in refused] == ["villa", "villa_L7"]
+    assert "villa_L0, villa_L1" in refused[0]["detail"]

@@ -53,6 +53,26 @@ def test_door_heads_tell_the_unit_and_the_scale_where_none_is_declared(tmp_path,
     assert np.ptp(level.walls.vertices[:, 0]) == pytest.approx(8.0, rel=0.02)
 
 
+def hills(size: float = 100.0, count: int = 60) -> Mesh:
+    """Terrain of triangles a few metres wide round (4, 3), level under the house and hilly around it."""
+    x, y = np.meshgrid(np.linspace(-size, size, count) + 4.0, np.linspace(-size, size, count) + 3.0)
+    away = np.maximum(np.hypot(x - 4.0, y - 3.0) - 12.0, 0.0)
+    z = -0.3 + 0.03 * away * np.sin(x / 9.0) + 0.05 * away * np.cos(y / 13.0)
+    at = np.arange(count * count).reshape(count, count)
+    a, b, c, d = (corner.ravel() for corner in (at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1]))
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return Mesh(np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1), faces)
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".obj", ".ply"])
+def test_terrain_around_a_house_says_nothing_of_its_unit(tmp_path, suffix):
+    floor = as_trimesh(joined([box((0.0, 0.0, 8.0, 6.0), -0.2, 0.0)]))
+    house = joined([as_trimesh(with_doors()), floor, as_trimesh(hills())])
+    (level,) = read(write(house, tmp_path / f"house{suffix}"))
+    assert level.ceiling_m == pytest.approx(2.7, rel=0.05)
+    assert level.guesses == ()
+
+
 def test_a_unit_that_cannot_be_decided_shows_the_sizes(tmp_path):
     path = write(scaled(walls_alone(), 1 / 3), tmp_path / "model.glb")
     with pytest.raises(Rejection, match=r"bad_units.*in: 0\.06773 m.*--scale") as caught:

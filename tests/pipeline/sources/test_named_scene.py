@@ -131,6 +131,14 @@ def test_ground_beyond_the_house_is_left_out_and_a_ground_plate_is_its_floor(tmp
     assert only_level(write(tmp_path / "wide.glb", wide)).walls.vertices[:, 0].min() == pytest.approx(0.0, abs=1e-6)
 
 
+def test_trees_are_left_out_however_many_leaves_they_have(tmp_path):
+    rng = np.random.default_rng(0)
+    leaves = rng.uniform((-30, 15, 5), (30, 40, 9), (9000, 3)).repeat(3, axis=0) + rng.normal(0.0, 0.8, (27000, 3))
+    tree = trimesh.Trimesh(leaves, np.arange(27000).reshape(-1, 3), process=False)
+    level = only_level(write(tmp_path / "house.glb", {"Wall": WALLS, "Floor": slab(-0.2, 0.0), "Tree": [tree]}))
+    assert level.walls.vertices[:, 1].max() == pytest.approx(6.0)
+
+
 def test_the_cube_that_an_editor_begins_with_is_dropped(tmp_path):
     nodes = {f"Wall_{i}": [wall] for i, wall in enumerate(WALLS)}
     cube = {"Cube": [box((-1, -1, 1, 1), -1, 1)]}
