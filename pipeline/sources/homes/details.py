@@ -184,7 +184,14 @@ def _pilaster(
     if lengths[side] < width + 0.3:
         return spaces, 0
     far = lengths[side] - width
-    at = (far if rng.random() < 0.5 else 0.0) if in_corner else float(rng.uniform(0.15, far - 0.15))
+    if in_corner:
+        end = int(rng.integers(2))
+        before, after = steps[side - 1 + end], steps[(side + end) % len(steps)]
+        if before[0] * after[1] - before[1] * after[0] <= 0:
+            return spaces, 0  # the end of a wall, not the corner of a room
+        at = end * far
+    else:
+        at = float(rng.uniform(0.15, far - 0.15))
     start = ring[side] + along * at - across * 0.01
     corners = [start, start + along * width, start + along * width + across * deep, start + across * deep]
     pillar = shapely.Polygon(corners)
