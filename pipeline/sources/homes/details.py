@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from pipeline.sources.homes.values import Door
@@ -24,6 +25,7 @@ _CORNER_WIDE_M, _WIDE_M, _DEEP_M = (0.15, 2.5), (0.15, 0.9), (0.1, 0.6)
 _NIB_M = (0.25, 3.0)
 _FLANK_M, _BAY_M, _NOSE_M = 1.2, 4.0, 1.5
 _CHAMFER_M = (0.06, 0.25)
+_LEFT_M = 0.3
 _SHARPEST_RAD = np.radians(160.0)
 
 
@@ -181,17 +183,9 @@ def _pilaster(
         width, deep = around.wall_m, _drawn(_NIB_M, rng)
     else:
         width, deep = _drawn(_CORNER_WIDE_M if in_corner else _WIDE_M, rng), float(rng.uniform(*_DEEP_M))
-    if lengths[side] < width + 0.3:
+    at = _place(steps, side, width, in_corner, rng)
+    if at is None:
         return spaces, 0
-    far = lengths[side] - width
-    if in_corner:
-        end = int(rng.integers(2))
-        before, after = steps[side - 1 + end], steps[(side + end) % len(steps)]
-        if before[0] * after[1] - before[1] * after[0] <= 0:
-            return spaces, 0  # the end of a wall, not the corner of a room
-        at = end * far
-    else:
-        at = float(rng.uniform(0.15, far - 0.15))
     start = ring[side] + along * at - across * 0.01
     corners = [start, start + along * width, start + along * width + across * deep, start + across * deep]
     pillar = shapely.Polygon(corners)
@@ -207,3 +201,17 @@ def _pilaster(
         more = _corners([rest]) - _corners([spaces[k]])
         return [*spaces[:k], rest, *spaces[k + 1 :]], more
     return spaces, 0
+
+
+def _place(
+    steps: npt.NDArray[np.float64], side: int, width_m: float, in_corner: bool, rng: np.random.Generator
+) -> float | None:
+    """Draw where along a side something as wide stands; None where it has no room, or at the end of a wall."""
+    far = float(np.hypot(*steps[side])) - width_m
+    if far < _LEFT_M:
+        return None
+    if not in_corner:
+        return float(rng.uniform(_LEFT_M / 2, far - _LEFT_M / 2))
+    end = int(rng.integers(2))
+    before, after = steps[side - 1 + end], steps[(side + end) % len(steps)]
+    return end * far if before[0] * after[1] > before[1] * after[0] else None
