@@ -24,7 +24,7 @@ from pipeline.sources.homes.wishes import NUMBERS, STRATA, TABLE, stratum_of
 from tests.benchmarks.home_measures import Seen, seen
 
 SEED = 17
-USUAL_WALL_M = 0.1
+USUAL_WALL_M, USUAL_DOOR_M = 0.1, 0.75
 """Of a house without doors."""
 SHARES = [0.001, 0.005, 0.01, *np.linspace(0.02, 0.98, 33).round(4).tolist(), 0.99, 0.995, 0.999]
 FEW, NARROWEST_M = 20, 0.5
@@ -64,7 +64,16 @@ def numbers_of(house: Seen) -> list[float]:
         first["corners"] - 8 * spaces + 4,
         first["oblique_share"],
         float(np.median(house.numbers["wall_m"] or [USUAL_WALL_M])),
+        *doors_of([width for width in house.numbers["door_width_m"] if width >= NARROWEST_M] or [USUAL_DOOR_M]),
+        float(np.std(house.numbers["room_area_m2"]) / np.mean(house.numbers["room_area_m2"])),
+        float(np.min(house.numbers["room_area_m2"]) / np.mean(house.numbers["room_area_m2"])),
     ]
+
+
+def doors_of(widths: list[float]) -> tuple[float, float, float]:
+    """Return the narrowest width, how much wider the widest is, and where the mean is between them, 0 to 1."""
+    least, range_m = min(widths), max(widths) - min(widths)
+    return least, range_m, (float(np.mean(widths)) - least) / range_m if range_m else 0.5
 
 
 def table_of(houses: list[Seen]) -> dict[str, object]:

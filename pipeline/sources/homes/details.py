@@ -1,7 +1,7 @@
 """What makes rectangles a home: cut corners, bay windows, slanted walls, pillars at walls. Doors stay free.
 
 R1  An outer corner may be cut off; a long outer wall may have a bay, or stand aslant.
-R2  Walls have pilasters and shafts at corners.
+R2  Walls have pilasters, shafts stand at corners, and some walls end in a room.
 R3  Nothing comes near a door, nor shuts a way of 0.9 m.
 """
 
@@ -10,12 +10,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from pipeline.sources.homes.values import Door
 
-_CLEAR_M = 0.25
-_WAY_M = 0.9
+_CLEAR_M, _BESIDE_M = 0.45, 0.05
+_WAYS_M = (0.9, 0.5)
+"""A pillar leaves the space in one piece for both: the wide way could end where a door opens into a narrow place."""
+_STRAIGHT_M = 0.03
+_LEAST_OF_PILASTER, _CORNERS_OF_NIB = 2, 4
+_IN_CORNER, _NIBS, _REFUSED = 0.5, 0.42, (0.95, 0.75)
+_CORNER_WIDE_M, _WIDE_M, _DEEP_M = (0.15, 2.5), (0.15, 0.9), (0.1, 0.6)
+_NIB_M = (0.25, 3.0)
+_FLANK_M, _BAY_M, _NOSE_M = 1.2, 4.0, 1.5
+_CHAMFER_M = (0.06, 0.25)
+_LEFT_M = 0.3
+_SHARPEST_RAD = np.radians(160.0)
 
 
 @dataclass(frozen=True)
@@ -24,6 +35,15 @@ class Details:
 
     corners: int
     oblique: float
+    wall_m: float
+
+
+@dataclass(frozen=True)
+class _Around:
+    """What pillars must keep off, the openings in the walls, and the thickness of walls."""
+
+    keep: shapely.Geometry | None
+    opened: shapely.Geometry
     wall_m: float
 
 
@@ -42,10 +62,51 @@ def detailed(
             break
         spaces, length = changed
         short -= length
-    have = sum(shapely.get_num_coordinates(space) - 1 - 4 for space in spaces)
-    for _ in range(max(asked.corners - have, 0) // 4):
-        spaces = _pilaster(spaces, keep, rng)
+    missing = asked.corners - _corners(spaces)
+    if missing > 0 and missing % 2:
+        spaces = _chamfer(spaces, keep, rng)
+        missing = asked.corners - _corners(spaces)
+    around = _Around(keep, shapely.union_all([shapely.box(*door.rect) for door in doors]), asked.wall_m)
+    for _ in range(max(missing, 0)):
+        if missing < _LEAST_OF_PILASTER:
+            break
+        spaces, more = _pilaster(spaces, around, missing, rng)
+        missing -= more
     return spaces
+
+
+def _corners(spaces: list[shapely.Polygon]) -> int:
+    """Count the corners beyond four a space, without points on straight walls."""
+    return int(shapely.get_num_coordinates(shapely.simplify(spaces, _STRAIGHT_M)).sum()) - 5 * len(spaces)
+
+
+def _bulges(space: shapely.Polygon, opened: shapely.Geometry) -> tuple[int, int]:
+    """Count recesses and noses of a space with its doors: short walls whose flanks reach out, or in, by up to 1.2 m."""
+    whole = shapely.union(space, shapely.intersection(opened, shapely.buffer(space, _BESIDE_M)))
+    (part, *_) = shapely.get_parts(whole)
+    ring = shapely.get_coordinates(shapely.simplify(shapely.orient_polygons(part), _STRAIGHT_M).exterior)[:-1]
+    step = np.roll(ring, -1, axis=0) - ring
+    length = np.hypot(*step.T)
+    before = np.roll(step, 1, axis=0)
+    left = before[:, 0] * step[:, 1] > before[:, 1] * step[:, 0]  # turns left at an edge's start
+    flanks = (np.roll(length, 1) <= _FLANK_M) & (np.roll(length, -1) <= _FLANK_M)
+    recess = left & np.roll(left, -1) & ~np.roll(left, 1) & ~np.roll(left, -2)
+    nose = ~left & ~np.roll(left, -1) & np.roll(left, 1) & np.roll(left, -2)
+    return int((recess & flanks & (length <= _BAY_M)).sum()), int((nose & flanks & (length <= _NOSE_M)).sum())
+
+
+def _spiked(space: shapely.Polygon) -> bool:
+    """Whether a ring turns back on itself, so that a wall would have no thickness there."""
+    ring = shapely.get_coordinates(space.exterior)[:-1]
+    step = np.roll(ring, -1, axis=0) - ring
+    before = np.roll(step, 1, axis=0)
+    turn = np.arctan2(before[:, 0] * step[:, 1] - before[:, 1] * step[:, 0], (before * step).sum(axis=1))
+    return bool(np.abs(turn).max() > _SHARPEST_RAD)
+
+
+def _drawn(bounds: tuple[float, float], rng: np.random.Generator) -> float:
+    """Draw a length; halves are as likely as doubles."""
+    return float(np.exp(rng.uniform(*np.log(bounds))))
 
 
 def _cut(
@@ -75,15 +136,39 @@ def _cut(
         if any(near.intersects(other) for j, other in enumerate(spaces) if j != k):
             continue
         rest = shapely.difference(spaces[k], piece)
-        if isinstance(rest, shapely.Polygon) and rest.area > 0.6 * spaces[k].area:
+        if isinstance(rest, shapely.Polygon) and rest.area > 0.6 * spaces[k].area and not _spiked(rest):
             return [*spaces[:k], rest, *spaces[k + 1 :]], float(np.hypot(*(tips[1] - tips[0])))
     return None
 
 
-def _pilaster(
+def _chamfer(
     spaces: list[shapely.Polygon], keep: shapely.Geometry | None, rng: np.random.Generator
 ) -> list[shapely.Polygon]:
-    """R2: stand a pillar against a wall or into a corner of a space."""
+    """R1: take the edge off one corner: a pipe or a slanted stone stands there."""
+    k = int(rng.integers(len(spaces)))
+    ring = shapely.get_coordinates(shapely.simplify(shapely.orient_polygons(spaces[k]), 0.0).exterior)[:-1]
+    i = int(rng.integers(len(ring)))
+    arms = ring[i - 1] - ring[i], ring[(i + 1) % len(ring)] - ring[i]
+    lengths = [float(np.hypot(*arm)) for arm in arms]
+    leg = float(rng.uniform(*_CHAMFER_M))
+    piece = shapely.Polygon(
+        [ring[i], *(ring[i] + arm / length * leg for arm, length in zip(arms, lengths, strict=True))]
+    )
+    if min(lengths) < 2 * leg or (keep is not None and keep.intersects(piece)):
+        return spaces
+    rest = shapely.difference(spaces[k], piece)
+    if not isinstance(rest, shapely.Polygon) or _spiked(rest):
+        return spaces
+    return [*spaces[:k], rest, *spaces[k + 1 :]]
+
+
+def _pilaster(
+    spaces: list[shapely.Polygon], around: _Around, missing: int, rng: np.random.Generator
+) -> tuple[list[shapely.Polygon], int]:
+    """R2: stand a pillar or a wall's end into a space; also return how many corners it adds.
+
+    Few of those stand that would make a nose, or a recess with another one or with what is beside a door.
+    """
     areas = np.sqrt([space.area for space in spaces])
     k = int(rng.choice(len(spaces), p=areas / areas.sum()))
     ring = shapely.get_coordinates(shapely.orient_polygons(spaces[k]).exterior)
@@ -92,23 +177,41 @@ def _pilaster(
     side = int(rng.choice(len(lengths), p=lengths / lengths.sum()))
     along = steps[side] / lengths[side]
     across = np.array([-along[1], along[0]])  # into the space
-    width, deep = float(rng.uniform(0.15, 0.9)), float(rng.uniform(0.1, 0.6))
-    if lengths[side] < width + 0.3:
-        return spaces
-    draw = rng.random()
-    at = (
-        0.0
-        if draw < 0.3
-        else lengths[side] - width
-        if draw < 0.6
-        else float(rng.uniform(0.15, lengths[side] - width - 0.15))
-    )
+    kind = float(rng.random()) if missing >= _CORNERS_OF_NIB else 0.0
+    in_corner = kind < _IN_CORNER
+    if kind > 1.0 - _NIBS:  # a wall that ends in the room
+        width, deep = around.wall_m, _drawn(_NIB_M, rng)
+    else:
+        width, deep = _drawn(_CORNER_WIDE_M if in_corner else _WIDE_M, rng), float(rng.uniform(*_DEEP_M))
+    at = _place(steps, side, width, in_corner, rng)
+    if at is None:
+        return spaces, 0
     start = ring[side] + along * at - across * 0.01
     corners = [start, start + along * width, start + along * width + across * deep, start + across * deep]
     pillar = shapely.Polygon(corners)
-    if keep is not None and keep.intersects(pillar):
-        return spaces
+    if around.keep is not None and around.keep.intersects(pillar):
+        return spaces, 0
     rest = shapely.difference(spaces[k], pillar)
-    if isinstance(rest, shapely.Polygon) and isinstance(shapely.buffer(rest, -_WAY_M / 2), shapely.Polygon):
-        return [*spaces[:k], rest, *spaces[k + 1 :]]
-    return spaces
+    if not isinstance(rest, shapely.Polygon) or rest.interiors or _spiked(rest):
+        return spaces, 0
+    if all(isinstance(shapely.buffer(rest, -way_m / 2), shapely.Polygon) for way_m in _WAYS_M):
+        more_bulges = np.subtract(_bulges(rest, around.opened), _bulges(spaces[k], around.opened)) > 0
+        if (more_bulges & (rng.random(2) < _REFUSED)).any():
+            return spaces, 0
+        more = _corners([rest]) - _corners([spaces[k]])
+        return [*spaces[:k], rest, *spaces[k + 1 :]], more
+    return spaces, 0
+
+
+def _place(
+    steps: npt.NDArray[np.float64], side: int, width_m: float, in_corner: bool, rng: np.random.Generator
+) -> float | None:
+    """Draw where along a side something as wide stands; None where it has no room, or at the end of a wall."""
+    far = float(np.hypot(*steps[side])) - width_m
+    if far < _LEFT_M:
+        return None
+    if not in_corner:
+        return float(rng.uniform(_LEFT_M / 2, far - _LEFT_M / 2))
+    end = int(rng.integers(2))
+    before, after = steps[side - 1 + end], steps[(side + end) % len(steps)]
+    return end * far if before[0] * after[1] > before[1] * after[0] else None

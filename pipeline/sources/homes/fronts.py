@@ -28,8 +28,9 @@ def front_doors(
         others = [space for j, space in enumerate(spaces) if j != k]
         places = [
             rect
-            for rect in _places(spaces[k], wall_m, rng)
+            for rect, before in _places(spaces[k], wall_m, rng)
             if all(shapely.box(*rect).distance(other) > wall_m + _BEFORE_M for other in others)
+            and not spaces[k].intersects(shapely.box(*before))  # a wall that ends in the room is no outer one
         ]
         if places:
             found.append(Door(places[int(rng.integers(len(places)))], (k, None)))
@@ -38,8 +39,11 @@ def front_doors(
     return tuple(found)
 
 
-def _places(space: shapely.Polygon, wall_m: float, rng: np.random.Generator) -> list[Rect]:
-    """One place on each axis-parallel wall that is long enough, from just inside the room through the wall."""
+def _places(space: shapely.Polygon, wall_m: float, rng: np.random.Generator) -> list[tuple[Rect, Rect]]:
+    """One place on each axis-parallel wall that is long enough, from just inside the room through the wall.
+
+    The second rectangle is what lies before the door, from the middle of the wall on.
+    """
     ring = shapely.get_coordinates(shapely.orient_polygons(space).exterior)
     found = []
     for (x1, y1), (x2, y2) in zip(ring[:-1].tolist(), ring[1:].tolist(), strict=True):
@@ -51,5 +55,11 @@ def _places(space: shapely.Polygon, wall_m: float, rng: np.random.Generator) -> 
         a = x1 + dx * at, y1 + dy * at
         b = a[0] + dx * _WIDTH_M + dy * (wall_m + 1e-3), a[1] + dy * _WIDTH_M - dx * (wall_m + 1e-3)
         a = a[0] - dy * 1e-3, a[1] + dx * 1e-3
-        found.append((min(a[0], b[0]), min(a[1], b[1]), max(a[0], b[0]), max(a[1], b[1])))
+        c = x1 + dx * at + dy * wall_m / 2, y1 + dy * at - dx * wall_m / 2
+        d = c[0] + dx * _WIDTH_M + dy * _BEFORE_M, c[1] + dy * _WIDTH_M - dx * _BEFORE_M
+        found.append((_rect(a, b), _rect(c, d)))
     return found
+
+
+def _rect(a: tuple[float, float], b: tuple[float, float]) -> Rect:
+    return min(a[0], b[0]), min(a[1], b[1]), max(a[0], b[0]), max(a[1], b[1])

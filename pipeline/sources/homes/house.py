@@ -10,8 +10,8 @@ import shapely
 
 from pipeline.sources.homes.details import Details, detailed
 from pipeline.sources.homes.fronts import front_doors
-from pipeline.sources.homes.joints import doors
-from pipeline.sources.homes.shaping import Shaped, shaped
+from pipeline.sources.homes.joints import Doorways, doors
+from pipeline.sources.homes.shaping import WIDE_M, Shaped, one_space, shaped
 from pipeline.sources.homes.slicing import Asked, lay_out
 from pipeline.sources.homes.values import Door, Home, NamedBox, Wish
 from pipeline.sources.homes.wishes import draw_wish
@@ -21,6 +21,9 @@ _TRIES: Final = 24
 _SPREAD: Final = 7
 """Beside the seed and the index, so that other kinds of made houses draw other numbers."""
 _BORDER_M: Final = 0.75
+_ROBOT_M: Final = 0.22
+_PLAIN: Final = 0.95
+"""A house of one room that fills so much of its box is a rectangle."""
 
 
 def home_id(index: int, seed: int) -> str:
@@ -41,15 +44,22 @@ def make_home(index: int, seed: int) -> Home:
 def _made(name: str, wish: Wish, rng: np.random.Generator) -> Home | None:
     """Lay out, bend rooms, then join them by doors; None where the wish cannot be met."""
     width, height = (wish.long_m, wish.short_m) if rng.random() < 0.5 else (wish.short_m, wish.long_m)
-    with_walls = tuple(area + 2 * wish.wall_m * area**0.5 for area in wish.areas_m2)
+    extent = wish.area_m2 / (width * height)
+    alone = wish.spaces == 1 and extent < _PLAIN  # a room that is no rectangle consists of some
+    areas = wish.areas_m2 if not alone else tuple(wish.area_m2 * rng.dirichlet(np.full(int(rng.integers(2, 4)), 2.0)))
+    with_walls = tuple(area + 2 * wish.wall_m * area**0.5 for area in areas)
     asked = Asked(width + wish.wall_m, height + wish.wall_m, with_walls)
-    rects = lay_out(asked, _BORDER_M + wish.wall_m, _TRIES, rng)
-    return None if rects is None else _walled(name, wish, shaped(rects, wish.corners, wish.wall_m, rng), rng)
+    rects = lay_out(asked, (WIDE_M if alone else _BORDER_M) + wish.wall_m, _TRIES, rng)
+    if rects is None:
+        return None
+    found = one_space(rects, wish.wall_m) if alone else shaped(rects, wish.corners, wish.wall_m, rng)
+    return _walled(name, wish, found, rng)
 
 
 def _walled(name: str, wish: Wish, found: Shaped, rng: np.random.Generator) -> Home | None:
     labels = [each[0] if each else None for each in wish.names]
-    joints = doors(found.rects, found.space_of, labels, wish.wall_m, rng)
+    asked = Doorways(wish.doors, -wish.corners, wish.wall_m)
+    joints = doors(found.rects, found.space_of, labels, asked, rng)
     if joints is None:
         return None
     half = wish.wall_m / 2
@@ -62,8 +72,16 @@ def _walled(name: str, wish: Wish, found: Shaped, rng: np.random.Generator) -> H
     ]
     ways = tuple(Door(each.gap, (found.space_of[each.pair[0]], found.space_of[each.pair[1]])) for each in joints)
     spaces = detailed(spaces, ways, Details(wish.corners, wish.oblique, wish.wall_m), rng)
+    if not _passable(spaces, ways):
+        return None
     fronts = front_doors(spaces, wish.names, wish.wall_m, rng)
     return Home(name, tuple(spaces), ways, fronts, _boxes(wish, spaces, rng), wish.rooms, wish.wall_m)
+
+
+def _passable(spaces: list[shapely.Polygon], ways: tuple[Door, ...]) -> bool:
+    """Whether a robot gets everywhere, in each space and through all doors."""
+    free = shapely.union_all([*spaces, *(shapely.box(*way.rect) for way in ways)], grid_size=1e-4)
+    return all(isinstance(each, shapely.Polygon) for each in shapely.buffer([*spaces, free], -_ROBOT_M))
 
 
 def _boxes(wish: Wish, spaces: list[shapely.Polygon], rng: np.random.Generator) -> tuple[NamedBox, ...]:

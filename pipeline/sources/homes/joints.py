@@ -11,17 +11,19 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pipeline.sources.homes.slicing import borders
-from pipeline.sources.homes.values import Rect
-from pipeline.sources.homes.wishes import door_width, hub_of
+from pipeline.sources.homes.slicing import NEAR_M, borders
+from pipeline.sources.homes.values import DoorWish, Rect
+from pipeline.sources.homes.widths import door_widths
+from pipeline.sources.homes.wishes import LEAST_DOOR_M, hub_of
 
 CORNER_M = 0.06
-"""A door's jamb stands so far from a wall's face at least."""
-LEAST_DOOR_M, LEAST_WIDTH_M = 0.72, 0.5
+"""A door's jamb stands so far from a wall's face, or is flush with it."""
+BORDER_M = 0.72
+"""The least clear width that a border must have to take a door."""
 _AT_CORNER, _IN_MIDDLE = 0.1, 0.25
-_AGAIN, _AGAIN_SHARES, _DRAWS = (0.95, 0.6, 0.2), (0.28, 0.27, 0.45), 8
-_LONG_M, _WIDER = 2.2, 0.05
-"""A border so long takes any door; some more of these are wide ones, for the many borders that take none."""
+_NARROW = 2.0
+"""How much it counts that a wall has no room for the narrowest door that is asked for, half as much for the widest."""
+_OF_FLUSH, _OF_FLUSH_ON_BOTH = 2, 4
 _Way: TypeAlias = tuple[tuple[int, int], tuple[float, float, float, bool]]
 HUB, RICHER = 1.3, 1.6
 """How much the label of a room, and a door that it has, speak for another door."""
@@ -36,70 +38,93 @@ class Joint:
     gap: Rect
 
 
+@dataclass(frozen=True)
+class Doorways:
+    """What is asked of the doors; ``fewer`` corners than four a door where a jamb is flush with a room's side."""
+
+    widths: DoorWish
+    fewer: int
+    wall_m: float
+
+
 def doors(
-    rects: list[Rect], space_of: list[int], labels: list[str | None], wall_m: float, rng: np.random.Generator
+    rects: list[Rect], space_of: list[int], labels: list[str | None], asked: Doorways, rng: np.random.Generator
 ) -> list[Joint] | None:
     """Join all spaces by a tree of doors, through the walls that people would choose; None where some stay apart.
 
     The tree grows from a hub: of all walls between what is joined and what is not, the one is taken whose rooms are
     likeliest to have many doors; a room that has some gets more.
     """
-    ways: dict[tuple[int, int], list[_Way]] = {}
+    ways: dict[tuple[int, int], _Way] = {}
     for pair, at in borders(rects).items():
-        one, other = space_of[pair[0]], space_of[pair[1]]
-        clear = at[2] - at[1] - wall_m - 2 * CORNER_M
-        if one != other and clear >= LEAST_DOOR_M:
-            ways.setdefault((min(one, other), max(one, other)), []).append((pair, at))
+        one, other = sorted((space_of[pair[0]], space_of[pair[1]]))
+        if one != other and _clear(at, asked.wall_m) >= BORDER_M:
+            known = ways.get((one, other))
+            if known is None or at[2] - at[1] > known[1][2] - known[1][1]:  # into the longest border of two spaces
+                ways[one, other] = pair, at
     count = max(space_of) + 1
     reach = np.zeros(count)
     for one, other in ways:
         reach[[one, other]] += 1.0
     pull = np.array([HUB * hub_of(label) for label in labels]) + 0.5 * reach + rng.gumbel(size=count)
     inside, degree = {int(np.argmax(pull))}, np.zeros(count)
-    found: list[Joint] = []
-    widths = _Widths(float(rng.choice(_AGAIN, p=_AGAIN_SHARES)), [])
+    found: list[_Way] = []
     while len(inside) < count:
         edges = [(one, other) for one, other in ways if (one in inside) != (other in inside)]
         if not edges:
             return None
         costs = [
-            _cost(labels[a], labels[b], rng) - pull[a] - pull[b] - RICHER * (degree[a] + degree[b]) for a, b in edges
+            _cost(labels[a], labels[b], rng)
+            + _NARROW * _lacking(_clear(ways[a, b][1], asked.wall_m), asked.widths)
+            - pull[a]
+            - pull[b]
+            - RICHER * (degree[a] + degree[b])
+            for a, b in edges
         ]
         one, other = edges[int(np.argmin(costs))]
         degree[[one, other]] += 1.0
         inside |= {one, other}
-        found.append(_door(ways[one, other], widths, wall_m, rng))
+        found.append(ways[one, other])
+    return _placed(found, rects, asked, rng)
+
+
+def _lacking(clear_m: float, widths: DoorWish) -> float:
+    """Return how unfit a border is for the doors that are asked for."""
+    return float(clear_m < widths.least_m) + 0.5 * float(clear_m < widths.least_m + widths.range_m)
+
+
+def _clear(at: tuple[float, float, float, bool], wall_m: float) -> float:
+    """Return how wide a door may be in a border."""
+    return at[2] - at[1] - wall_m - 2 * CORNER_M
+
+
+def _placed(ways: list[_Way], rects: list[Rect], asked: Doorways, rng: np.random.Generator) -> list[Joint]:
+    """Deal the widths to the borders, the widest door first, and place each; some jambs are flush with a side wall."""
+    widths: dict[int, float] = {}
+    for width in door_widths(len(ways), asked.widths, rng)[::-1]:
+        left = [k for k in range(len(ways)) if k not in widths]
+        fit = [k for k in left if _clear(ways[k][1], asked.wall_m) >= width]
+        k = fit[int(rng.integers(len(fit)))] if fit else max(left, key=lambda k: _clear(ways[k][1], asked.wall_m))
+        widths[k] = max(min(width, _clear(ways[k][1], asked.wall_m)), LEAST_DOOR_M)
+    found, fewer = [], asked.fewer
+    for k in range(len(ways)):
+        pair, (line, start, end, upright) = ways[k]
+        low, high = start + asked.wall_m / 2, end - asked.wall_m / 2
+        if fewer >= _OF_FLUSH:
+            first = bool(rng.random() < 0.5)
+            at = low if first else high - widths[k]
+            fewer -= _OF_FLUSH_ON_BOTH if _aligned(rects, pair, upright, first) else _OF_FLUSH
+        else:
+            low, high = low + CORNER_M, high - CORNER_M
+            at = low + (high - low - widths[k]) * _place(rng)
+        found.append(Joint(pair, across(line, at, at + widths[k], asked.wall_m, upright=upright)))
     return found
 
 
-@dataclass
-class _Widths:
-    """Widths of one house's doors: most houses have doors of many widths, some of one."""
-
-    again: float
-    before: list[float]
-
-    def draw(self, rng: np.random.Generator) -> float:
-        """Draw a width: that of a door before, but for a centimetre, or any."""
-        if self.before and rng.random() < self.again:
-            return self.before[int(rng.integers(len(self.before)))] + float(rng.integers(-1, 2)) / 100
-        return door_width(rng)
-
-
-def _door(ways: list[_Way], widths: _Widths, wall_m: float, rng: np.random.Generator) -> Joint:
-    """Put a door into the longest border of two spaces; doors of one house are often equally wide."""
-    pair, (line, start, end, upright) = max(ways, key=lambda way: way[1][2] - way[1][1])
-    low, high = start + wall_m / 2 + CORNER_M, end - wall_m / 2 - CORNER_M
-    for _ in range(_DRAWS):
-        width = widths.draw(rng)
-        if width <= high - low:
-            break
-    if high - low > _LONG_M and rng.random() < _WIDER:
-        width = min(door_width(rng, least_m=1.5), high - low)
-    width = max(min(width, high - low), LEAST_WIDTH_M)
-    widths.before.append(width)
-    at = low + (high - low - width) * _place(rng)
-    return Joint(pair, across(line, at, at + width, wall_m, upright=upright))
+def _aligned(rects: list[Rect], pair: tuple[int, int], upright: bool, first: bool) -> bool:
+    """Whether both rectangles of a border end where it starts (``first``) or ends."""
+    side = (1 if upright else 0) + (0 if first else 2)
+    return abs(rects[pair[0]][side] - rects[pair[1]][side]) < NEAR_M
 
 
 def _place(rng: np.random.Generator) -> float:

@@ -14,7 +14,7 @@ from pipeline.sources.homes.slicing import NEAR_M, borders
 from pipeline.sources.homes.values import Rect
 
 _CORNERS_OF_L, _CORNERS_OF_STUB = 2, 4
-_SHARE_OF_L, _SPENT = 0.6, 0.95
+_SHARE_OF_L, _SPENT = 0.6, (0.7, 1.0)
 _WAY_M, _LEAST_M = 1.2, 0.9
 WIDE_M = 2.4
 """A gap wider than this is no door."""
@@ -32,7 +32,7 @@ class Shaped:
 def shaped(rects: list[Rect], corners: int, wall_m: float, rng: np.random.Generator) -> Shaped:
     """Give rooms about so many corners beyond four each."""
     found = Shaped(list(rects), list(range(len(rects))), [])
-    left = corners * float(rng.uniform(0.5, 1.0)) * _SPENT
+    left = corners * float(rng.uniform(*_SPENT))
     for _ in range(corners):
         if left < _CORNERS_OF_L:
             break
@@ -42,6 +42,20 @@ def shaped(rects: list[Rect], corners: int, wall_m: float, rng: np.random.Genera
             left -= _CORNERS_OF_STUB * _stub(found, wall_m, rng)
         left -= 0.2
     return found
+
+
+def one_space(rects: list[Rect], wall_m: float) -> Shaped:
+    """Join all rectangles to one space, each by a whole border, the longest ones; other walls between them stay."""
+    ways = sorted(borders(rects).items(), key=lambda way: way[1][1] - way[1][2])
+    group = list(range(len(rects)))
+    gaps = []
+    for pair, (line, low, high, upright) in ways:
+        one, other = group[pair[0]], group[pair[1]]
+        if one != other:
+            group = [one if g == other else g for g in group]
+            gap = across(line, low + wall_m / 2, high - wall_m / 2, wall_m, upright=upright)
+            gaps.append(Joint(pair, gap))
+    return Shaped(rects, [0] * len(rects), gaps)
 
 
 def _bend(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:

@@ -15,13 +15,25 @@ Rect: TypeAlias = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
+class DoorWish:
+    """Clear widths of the doors of one home, metres: the narrowest, and how much wider the widest is.
+
+    ``share`` is where their mean is between the two, 0 to 1.
+    """
+
+    least_m: float
+    range_m: float
+    share: float
+
+
+@dataclass(frozen=True)
 class Wish:
     """What is asked of one home, drawn from the published statistics.
 
     ``spaces`` are what walls and doors part; ``rooms`` are counted by name and may share a space, ``labels`` name
-    them. ``nameless`` spaces carry no label. ``corners`` are those beyond four a space and four a door; ``oblique`` is
-    the share of the walls' length that is not axis-parallel. ``areas`` are those of the spaces, ``names`` their labels,
-    the first one being what the space is.
+    them. ``nameless`` spaces carry no label. ``corners`` are those beyond four a space and four a door, fewer
+    where walls run on past a door; ``oblique`` is the share of the walls' length that is not axis-parallel. ``areas``
+    are those of the spaces, ``names`` their labels, the first one being what the space is.
     """
 
     spaces: int
@@ -32,6 +44,7 @@ class Wish:
     corners: int
     oblique: float
     wall_m: float
+    doors: DoorWish
     names: tuple[tuple[str, ...], ...]
     areas_m2: tuple[float, ...]
 

@@ -17,18 +17,23 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr
 
-from pipeline.sources.homes.values import Wish
+from pipeline.sources.homes.values import DoorWish, Wish
 
 TABLE: Final = Path(__file__).with_name("published.json")
-NUMBERS: Final = (*("rooms", "boxes", "nameless", "area_m2", "aspect", "extent", "corners", "oblique", "wall_m"),)
+NUMBERS: Final = (
+    *("rooms", "boxes", "nameless", "area_m2", "aspect", "extent", "corners", "oblique", "wall_m"),
+    *("door_least_m", "door_range_m", "door_share", "unevenness", "least_room"),
+)
 STRATA: Final = (1, 2, 3, 4, 5, 6, 7, 9, 12)
 """The least number of spaces of each stratum."""
 NAMELESS: Final = "Unlabelled"
 _DRAWS: Final = 12
-_CALM: Final = 0.9
-"""Layouts add some spread to the areas of rooms; so much of the published one is drawn."""
-_LARGEST, _LEAST_GIVE, _HALVINGS = 1.5, 20.0, 50
+_CALM_TO_WILD: Final = (0.4, 1.1)
+_AREA_DRAWS, _OF_LEAST = 24, 0.25
+_LARGEST, _LEAST_GIVE, _HALVINGS = 1.5, 20.0, 40
 _WALLS_M: Final = (0.05, 0.4)
+LEAST_DOOR_M: Final = 0.5
+"""No door is narrower: a robot of 0.2 m passes each with some room to spare."""
 
 
 def stratum_of(spaces: int) -> int:
@@ -62,6 +67,7 @@ def draw_wish(rng: np.random.Generator) -> Wish:
         nameless = spaces
     nameless = max(nameless, spaces - boxes)
     long = float(np.sqrt(drawn["area_m2"] / (drawn["aspect"] * drawn["extent"])))
+    least = max(drawn["door_least_m"], LEAST_DOOR_M)
     names = _dealt(draw_labels(boxes, rng), spaces, nameless, rng)
     return Wish(
         spaces=spaces,
@@ -69,11 +75,12 @@ def draw_wish(rng: np.random.Generator) -> Wish:
         area_m2=drawn["area_m2"],
         long_m=long,
         short_m=long * drawn["aspect"],
-        corners=max(round(drawn["corners"]), 0),
+        corners=round(drawn["corners"]),
         oblique=drawn["oblique"],
         wall_m=round(float(np.clip(drawn["wall_m"], *_WALLS_M)), 2),
+        doors=DoorWish(least, max(drawn["door_range_m"], 0.0), float(np.clip(drawn["door_share"], 0.0, 1.0))),
         names=names,
-        areas_m2=_areas(names, drawn["area_m2"], rng),
+        areas_m2=_areas(names, drawn["area_m2"], (drawn["unevenness"], drawn["least_room"]), rng),
     )
 
 
@@ -91,13 +98,6 @@ def draw_labels(boxes: int, rng: np.random.Generator) -> list[str]:
     while len(labels) < boxes:
         labels.append(words[int(rng.choice(len(words), p=means / means.sum()))])
     return labels[:boxes]
-
-
-def door_width(rng: np.random.Generator, least_m: float = 0.0) -> float:
-    """Draw the clear width of a door, metres; of doors of ``least_m`` and more."""
-    widths = {float(width): share for width, share in table()["door_widths_m"].items() if float(width) >= least_m}
-    sums = np.cumsum(list(widths.values()))
-    return list(widths)[int(np.searchsorted(sums, rng.random() * sums[-1]))]
 
 
 def hub_of(label: str | None) -> float:
@@ -124,19 +124,29 @@ def _dealt(labels: list[str], spaces: int, nameless: int, rng: np.random.Generat
     return tuple(tuple(each) for each in names)
 
 
-def _areas(names: tuple[tuple[str, ...], ...], total_m2: float, rng: np.random.Generator) -> tuple[float, ...]:
-    """Draw the areas of the spaces, by label; large ones that vary much give and take what the whole asks."""
+def _areas(
+    names: tuple[tuple[str, ...], ...], total_m2: float, asked: tuple[float, float], rng: np.random.Generator
+) -> tuple[float, ...]:
+    """Draw the areas of the spaces, by label; large ones that vary much give and take what the whole asks.
+
+    Of several draws, calm and wild ones, the one is taken that is nearest to what is ``asked``: the deviation of the
+    areas and the least of them, both over their mean.
+    """
     known = table()["room_areas"]
     rows = np.array([known.get(each[0] if each else NAMELESS, (0.0, 1.0, 0.6)) for each in names])
-    spread = _CALM * rows[:, 2]
-    logs = rows[:, 0] + rows[:, 1] * np.log(total_m2 / len(names)) + spread * rng.standard_normal(len(names))
-    give = spread**2 * np.exp(np.clip(logs - logs.mean(), -_LARGEST, _LARGEST))
-    low, high = -_LEAST_GIVE, _LEAST_GIVE
+    spread = rows[:, 2] * rng.uniform(*_CALM_TO_WILD, (_AREA_DRAWS, 1))
+    logs = rows[:, 0] + rows[:, 1] * np.log(total_m2 / len(names)) + spread * rng.standard_normal(spread.shape)
+    give = spread**2 * np.exp(np.clip(logs - logs.mean(axis=1, keepdims=True), -_LARGEST, _LARGEST))
+    low, high = np.full((_AREA_DRAWS, 1), -_LEAST_GIVE), np.full((_AREA_DRAWS, 1), _LEAST_GIVE)
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
-        low, high = (low, middle) if np.exp(logs + middle * give).sum() > total_m2 else (middle, high)
+        over = np.exp(logs + middle * give).sum(axis=1, keepdims=True) > total_m2
+        low, high = np.where(over, low, middle), np.where(over, middle, high)
     areas = np.exp(logs + low * give)
-    return tuple((areas / areas.sum() * total_m2).tolist())
+    areas /= areas.mean(axis=1, keepdims=True)
+    off = np.abs(areas.std(axis=1) - asked[0]) + np.abs(np.log(areas.min(axis=1) / asked[1])) * _OF_LEAST
+    found = areas[int(np.argmin(off))]
+    return tuple((found / found.sum() * total_m2).tolist())
 
 
 def _root(correlations: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

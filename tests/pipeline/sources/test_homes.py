@@ -15,12 +15,15 @@ from houseexpo.plan.categories import LABELS
 from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.sources import find, made_count, reader
+from pipeline.sources.homes.details import Details, detailed
+from pipeline.sources.homes.fronts import front_doors
 from pipeline.sources.homes.house import home_id, make_home
-from pipeline.sources.homes.joints import doors
+from pipeline.sources.homes.joints import Doorways, doors
 from pipeline.sources.homes.level import digest, level_of
-from pipeline.sources.homes.shaping import shaped
+from pipeline.sources.homes.shaping import one_space, shaped
 from pipeline.sources.homes.slicing import Asked, borders, joined, lay_out
-from pipeline.sources.homes.values import Home
+from pipeline.sources.homes.values import Door, DoorWish, Home
+from pipeline.sources.homes.widths import door_widths
 from pipeline.sources.homes.wishes import NUMBERS, STRATA, TABLE, draw_labels, draw_wish, stratum_of
 
 SEED, COUNT = 11, 40
@@ -147,13 +150,65 @@ def test_no_wall_reaches_into_a_small_room() -> None:
     assert shaped([(0.0, 0.0, 3.0, 2.9)], 8, 0.1, np.random.default_rng(0)).gaps == []
 
 
+DOORWAYS = Doorways(DoorWish(0.8, 0.0, 0.5), 0, 0.1)
+
+
 def test_rooms_that_share_too_little_wall_are_not_joined() -> None:
     rng = np.random.default_rng(0)
-    assert doors([(0.0, 0.0, 4.0, 4.0), (4.0, 3.5, 8.0, 8.0)], [0, 1], [None, None], 0.1, rng) is None
-    found = doors([(0.0, 0.0, 4.0, 4.0), (4.0, 2.0, 8.0, 8.0)], [0, 1], [None, None], 0.1, rng)
+    assert doors([(0.0, 0.0, 4.0, 4.0), (4.0, 3.5, 8.0, 8.0)], [0, 1], [None, None], DOORWAYS, rng) is None
+    found = doors([(0.0, 0.0, 4.0, 4.0), (4.0, 2.0, 8.0, 8.0)], [0, 1], [None, None], DOORWAYS, rng)
     assert found is not None
     (door,) = found
     assert 2.05 <= door.gap[1] < door.gap[3] <= 3.95
+    assert door.gap[3] - door.gap[1] == pytest.approx(0.8)
+
+
+def test_a_side_wall_runs_on_past_a_door_where_fewer_corners_are_asked_for() -> None:
+    rects = [(0.0, 0.0, 4.0, 4.0), (4.0, 0.0, 8.0, 4.0)]
+    asked = Doorways(DOORWAYS.widths, 4, 0.1)
+    found = doors(rects, [0, 1], [None, None], asked, np.random.default_rng(0))
+    assert found is not None
+    (_, low, _, high) = found[0].gap
+    assert min(low - 0.05, 3.95 - high) == pytest.approx(0.0)
+
+
+def test_widths_of_doors_are_those_that_are_asked_for() -> None:
+    rng = np.random.default_rng(2)
+    assert door_widths(0, DOORWAYS.widths, rng) == []
+    assert door_widths(1, DoorWish(0.75, 0.5, 0.5), rng) == [0.75]
+    assert door_widths(4, DoorWish(0.75, 0.02, 0.5), rng)[::3] == pytest.approx([0.75, 0.77])
+    means = [np.mean(door_widths(9, DoorWish(0.75, 1.1, share), rng)) for share in (0.1, 0.3, 0.6)]
+    assert means == sorted(means)
+    assert means == pytest.approx([0.86, 1.08, 1.41], abs=0.1)
+
+
+def test_a_house_of_one_room_is_joined_by_whole_borders() -> None:
+    found = one_space([(0.0, 0.0, 4.0, 8.0), (4.0, 0.0, 9.0, 4.0)], 0.1)
+    assert found.space_of == [0, 0]
+    assert [gap.gap[1::2] for gap in found.gaps] == [pytest.approx((0.05, 3.95))]
+
+
+def test_details_give_the_corners_that_are_asked_for() -> None:
+    room = shapely.box(0.0, 0.0, 9.0, 7.0)
+    for corners in (0, 4, 7, 12):
+        ((space,),) = (detailed([room], (), Details(corners, 0.0, 0.1), np.random.default_rng(5)),)
+        assert shapely.get_num_coordinates(shapely.simplify(space, 0.03)) - 1 == pytest.approx(4 + corners, abs=1)
+
+
+def test_what_stands_in_a_room_leaves_the_way_to_its_door() -> None:
+    room, door = shapely.box(0.0, 0.0, 2.4, 2.0), Door((1.0, -0.1, 1.75, 0.0), (0, 1))
+    for seed in range(12):
+        ((space,),) = (detailed([room], (door,), Details(12, 0.0, 0.1), np.random.default_rng(seed)),)
+        place = shapely.buffer(space, -0.22)
+        assert isinstance(place, shapely.Polygon)
+        assert place.distance(shapely.box(*door.rect)) == pytest.approx(0.22, abs=0.01)
+
+
+def test_front_doors_lead_outside_and_not_through_a_wall_that_ends_in_the_room() -> None:
+    room = shapely.box(0.0, 0.0, 9.0, 7.0).difference(shapely.box(4.0, -1.0, 4.1, 5.0))
+    for seed in range(12):
+        for front in front_doors([room], (("Hall",),), 0.1, np.random.default_rng(seed)):
+            assert not shapely.box(*front.rect).within(shapely.box(0.1, 0.1, 8.9, 6.9))
 
 
 def test_a_wish_is_drawn_from_the_published_statistics() -> None:
