@@ -46,11 +46,21 @@ def check_ids(overrides: Mapping[str, Override], inputs: Iterable[Input]) -> Non
         It names the nearest id that there is.
     """
     ids = [item.id for item in inputs]
+    known = set(ids)
     for name in overrides:
-        if not any(concerns(name, known) for known in ids):
+        if known.isdisjoint(_inputs_of(name)):
             near = difflib.get_close_matches(name, ids, n=1, cutoff=0.0)
             hint = f"did you mean {near[0]!r}?" if near else "the build has no inputs"
             raise ConfigError(f"{NAME}: {name}: expected an id of this build, found no such input; {hint}")
+
+
+def by_input(overrides: Mapping[str, Override]) -> Mapping[str, Mapping[str, Override]]:
+    """Return the overrides of each input, by its id: thousands of houses do not look through thousands of overrides."""
+    found: dict[str, dict[str, Override]] = {}
+    for name in sorted(overrides):
+        for known in _inputs_of(name):
+            found.setdefault(known, {})[name] = overrides[name]
+    return found
 
 
 def corrected_input(item: Input, overrides: Mapping[str, Override]) -> Input:
@@ -89,13 +99,13 @@ def level_of(name: str) -> str:
     return _BUILDING.sub("", name)
 
 
-def without_level(item: Input, overrides: Mapping[str, Override], levels: Collection[str]) -> list[str]:
-    """Return the ids of an input under which a person says something of a level, and that none of its levels has."""
+def without_level(overrides: Mapping[str, Override], levels: Collection[str]) -> list[str]:
+    """Return the ids among an input's under which a person says something of a level, and that none of them has."""
     found = []
     for name in sorted(overrides):
         of_level = replace(overrides[name], scale=None, drop_nodes=(), why="") != Override()
         known = {level_of(name), _DIGITS.sub("", level_of(name))} & set(levels)
-        if concerns(name, item.id) and of_level and not known:
+        if of_level and not known:
             found.append(name)
     return found
 
@@ -116,6 +126,12 @@ def corrected_level(level: Level, override: Override) -> Level:
 def concerns(name: str, known: str) -> bool:
     """Whether a name is that of this input, or of a level or building of it (R1)."""
     return name.startswith(known) and _OF_AN_INPUT.fullmatch(name, len(known)) is not None
+
+
+def _inputs_of(name: str) -> list[str]:
+    """Return the ids of all inputs that a name concerns, whether there are such inputs or not."""
+    starts = [name[: mark.start()] for mark in re.finditer("_", name)]
+    return [known for known in (*starts, name) if concerns(name, known)]
 
 
 def _patterns(override: Override) -> str:

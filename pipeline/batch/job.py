@@ -6,7 +6,7 @@ import hashlib
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -67,7 +67,6 @@ class Settings:
 
     config: PipelineConfig
     seed: int
-    overrides: Mapping[str, Override]
     stamp: Mapping[str, str]
     versions: Mapping[str, str]
     plan: Plan
@@ -79,7 +78,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Job:
-    """One input, its name in the journal, its source and recipe.
+    """One input, its name in the journal, its source, its recipe, and the overrides that are its own, by their ids.
 
     ``known`` is the entry that is still right if the files hold what they held.
     """
@@ -88,6 +87,7 @@ class Job:
     item: Input
     source: str
     recipe: str
+    overrides: Mapping[str, Override] = field(default_factory=dict)
     known: Entry | None = None
 
     def refused(self, rejection: Rejection, *, transient: bool = False) -> Entry:
@@ -109,7 +109,7 @@ def work(settings: Settings, job: Job) -> Entry:
         return msgspec.structs.replace(job.known, files=files, source=job.source, gone=False)
     with recorded(*folders_of(job.item)) as names, measured() as seconds, quiet():
         try:
-            outcomes = list(_outcomes(job.item, settings))
+            outcomes = list(_outcomes(job, settings))
         except OSError as error:  # a transient fault: it says nothing about the house
             return job.refused(not_yet(error.strerror or str(error)), transient=True)
     return Entry(
@@ -136,12 +136,12 @@ def rng_of(level: Level, seed: int) -> np.random.Generator:
     return np.random.default_rng([seed, *hashlib.sha256(level.id.encode()).digest()])
 
 
-def _outcomes(item: Input, settings: Settings) -> Iterator[Outcome]:
+def _outcomes(job: Job, settings: Settings) -> Iterator[Outcome]:
     """Yield an outcome for each level; what goes wrong outside of a level's stages is the whole input's.
 
     Raises OSError for a transient fault.
     """
-    levels: list[str] = []
+    item, levels = job.item, list[str]()
     try:
         for level in timed(reader(item.reader).read(item), lambda _: "source"):
             levels.append(level.id)
@@ -149,40 +149,40 @@ def _outcomes(item: Input, settings: Settings) -> Iterator[Outcome]:
                 _raise_transient(level.rejection)
                 yield Refused.of(level.id, level.rejection)
             else:
-                yield from _of_level(level, item, settings)
+                yield from _of_level(level, job, settings)
     except Exception as error:  # noqa: BLE001 - one input's fault must not stop the batch
         yield Refused.of(item.id, _as_rejection(error, item))
     else:
         if not levels:
             nothing = Rejection("source", Reason.NO_LEVEL, "expected a level, found none", "look at it in a viewer")
             yield Refused.of(item.id, nothing)
-        for name in without_level(item, settings.overrides, levels) if levels else ():
+        for name in without_level(job.overrides, levels) if levels else ():
             detail = f"expected the id of a level, found none of this id among {', '.join(levels)}"
             yield Refused.of(name, Rejection("overrides", Reason.NO_SUCH_LEVEL, detail, "mend overrides.toml"))
 
 
-def _of_level(level: Level, item: Input, settings: Settings) -> list[Outcome]:
+def _of_level(level: Level, job: Job, settings: Settings) -> list[Outcome]:
     """What came of a level: an outcome for each of its buildings."""
-    override = word_on(level.id, settings.overrides)
+    override = word_on(level.id, job.overrides)
     if override.drop:
         return [Refused.of(level.id, _dropped(override))]
     rng = rng_of(level, settings.seed)
     try:
         found = settings.plan(corrected_level(level, override), override.applied(settings.config), rng)
-        return [_outcome(each, level, settings) for each in found]
+        return [_outcome(each, level, job, settings) for each in found]
     except Rejection as rejection:
         _raise_transient(rejection)
         return [Refused.of(level.id, rejection.pictured(top_view(level.walls)))]
     except Exception as error:  # noqa: BLE001 - the other levels of the house go on
-        return [Refused.of(level.id, _as_rejection(error, item))]
+        return [Refused.of(level.id, _as_rejection(error, job.item))]
 
 
-def _outcome(found: Planned, level: Level, settings: Settings) -> Outcome:
+def _outcome(found: Planned, level: Level, job: Job, settings: Settings) -> Outcome:
     """What came of a building."""
     found, picture = (found.plan, found.stages) if isinstance(found, Drawn) else (found, b"")
     if isinstance(found, RejectedLevel):
         return Refused.of(found.id, found.rejection.pictured(top_view(level.walls)))
-    override = settings.overrides.get(found.id, Override())
+    override = job.overrides.get(found.id, Override())
     try:
         if override.drop:
             raise _dropped(override)

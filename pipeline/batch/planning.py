@@ -22,7 +22,7 @@ from pipeline.batch.listing import Listing
 from pipeline.batch.plans import Plans
 from pipeline.batch.recipe import recipe, versions
 from pipeline.batch.shards import Shard
-from pipeline.corrections import corrected_input
+from pipeline.corrections import by_input, corrected_input
 from pipeline.executors.outcome import Executor, Failure, Limits
 from pipeline.overrides import Override
 from pipeline.rejection import Reason, Rejection
@@ -104,6 +104,7 @@ class Planning:
     def jobs(self) -> Iterator[Job]:
         """Yield what is to be done; what is done and looks as it did is noted as listed."""
         pictured = self.listing.config.build.keep_stages
+        overrides = by_input(self.overrides)
         for source, listed in self.listing:
             if not self.shard.holds(listed.id):
                 continue
@@ -111,17 +112,18 @@ class Planning:
             if name in self.listed:
                 continue
             self.listed.add(name)
-            item = corrected_input(listed, self.overrides)
-            how = recipe(self.listing.public(item), self.listing.config, self.overrides)
+            own = overrides.get(listed.id, {})
+            item = corrected_input(listed, own)
+            how = recipe(self.listing.public(item), self.listing.config, own)
             entry = self.known.get(name)
             if (
                 entry is None
                 or entry.recipe != how
                 or not all(self.plans.stands(kept, pictured=pictured) for kept in entry.plans)
             ):
-                yield Job(name, item, source, how)
+                yield Job(name, item, source, how, own)
             elif self.rehash or not look_same(item, entry.files):
-                yield Job(name, item, source, how, entry)
+                yield Job(name, item, source, how, own, entry)
             elif entry.gone or entry.source != source:
                 self.known.put(msgspec.structs.replace(entry, source=source, gone=False))
 
@@ -132,7 +134,6 @@ class Planning:
         return Settings(
             config.planning,
             config.build.seed,
-            self.overrides,
             stamp,
             versions(),
             plan or usual,

@@ -42,9 +42,9 @@ _OURS = {package.__name__: Path(package.__path__[0]) for package in (houseexpo, 
 def recipe(item: Input, config: BuildConfig, overrides: Mapping[str, Override]) -> str:
     """Return a hash of all that an input's outcomes depend on but the files that its reader reads.
 
-    Where an input lies is no part of it: the same files elsewhere give the same plans.
+    ``overrides`` are those of the input. Where it lies is no part of it: the same files elsewhere give the same plans.
     """
-    own = {name: asdict(override) for name, override in overrides.items() if name.startswith(item.id)}
+    own = {name: asdict(override) for name, override in overrides.items()}
     parts = (item.id, item.reader, to_text(item.key), item.options, _parameters(config), own, code_digest(), versions())
     return hashlib.sha256(msgspec.json.encode(parts, order="deterministic")).hexdigest()
 

@@ -13,7 +13,7 @@ from pipeline.sources.surfaces import Bools, Floats, Surfaces, WallProfile, weig
 STOREY_M = (1.9, 6.6)
 HIGHEST_M = 60.0  # of a building whose storeys nothing divides
 WIDTH_M = (1.5, 200.0)
-LONGEST_AT_LEAST_M = 2.0
+LONGEST_AT_MIN_M = 2.0
 SQUARE = 0.85  # roofs, stairs and furniture may be the rest
 BINS = 400
 HEAD = 0.03  # of the walls' usual length: what a door or two of a house add over their heads
@@ -47,7 +47,7 @@ class Shape:
     def fits_width(self, metres: float) -> bool:
         """Tell whether the walls stand as far apart as a house's."""
         narrow, wide = sorted(width * metres for width in self.widths)
-        return WIDTH_M[0] <= narrow and LONGEST_AT_LEAST_M <= wide <= WIDTH_M[1]
+        return WIDTH_M[0] <= narrow and LONGEST_AT_MIN_M <= wide <= WIDTH_M[1]
 
 
 def measured(surfaces: Surfaces, axis: int) -> Shape | None:

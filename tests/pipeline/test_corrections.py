@@ -11,7 +11,7 @@ import trimesh
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
-from pipeline.corrections import check_ids, corrected_input, corrected_level, word_on
+from pipeline.corrections import by_input, check_ids, concerns, corrected_input, corrected_level, word_on
 from pipeline.overrides import Override
 from pipeline.sources import find, reader
 from pipeline.values import Input, Level, Mesh
@@ -30,6 +30,16 @@ def level(frame: Frame) -> Level:
 @pytest.mark.parametrize("name", ["villa", "villa_L1", "villa_B2", "villa_B2_L1", "villa_L1_0123abcd", "0a1b_L3"])
 def test_an_override_is_of_an_input_or_of_a_level_or_building_of_one(name: str) -> None:
     check_ids({name: Override(keep=True)}, [VILLA, SCENE])
+
+
+def test_the_overrides_of_an_input_are_those_that_concern_it() -> None:
+    ends = ("", "_B2", "_L1", "_0123abcd", "_B2_L1", "_L1_B2", "_L1_0123abcd", "_L", "_2", "x")
+    names = [base + end for base in ("villa", "vil", "villa_L1", "0a1b") for end in ends]
+    overrides = {name: Override(why=name) for name in names}
+    found = by_input(overrides)
+    for known in names:
+        assert found.get(known, {}) == {name: overrides[name] for name in names if concerns(name, known)}
+    assert set(found["villa"]) == {"villa" + end for end in ("", "_B2", "_L1", "_0123abcd", "_B2_L1", "_L1_0123abcd")}
 
 
 @pytest.mark.parametrize("name", ["vila", "villa_L", "villa_L1x", "villa_2", "illa", "villa_L1_B2"])

@@ -19,7 +19,7 @@ _CLEAR_M, _BESIDE_M = 0.45, 0.05
 _WAYS_M = (0.9, 0.5)
 """A pillar leaves the space in one piece for both: the wide way could end where a door opens into a narrow place."""
 _STRAIGHT_M = 0.03
-_LEAST_OF_PILASTER, _CORNERS_OF_NIB = 2, 4
+_MIN_OF_PILASTER, _CORNERS_OF_NIB = 2, 4
 _IN_CORNER, _NIBS, _REFUSED = 0.5, 0.42, (0.95, 0.75)
 _CORNER_WIDE_M, _WIDE_M, _DEEP_M = (0.15, 2.5), (0.15, 0.9), (0.1, 0.6)
 _NIB_M = (0.25, 3.0)
@@ -68,7 +68,7 @@ def detailed(
         missing = asked.corners - _corners(spaces)
     around = _Around(keep, shapely.union_all([shapely.box(*door.rect) for door in doors]), asked.wall_m)
     for _ in range(max(missing, 0)):
-        if missing < _LEAST_OF_PILASTER:
+        if missing < _MIN_OF_PILASTER:
             break
         spaces, more = _pilaster(spaces, around, missing, rng)
         missing -= more

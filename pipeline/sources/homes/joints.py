@@ -14,7 +14,7 @@ import numpy as np
 from pipeline.sources.homes.slicing import NEAR_M, borders
 from pipeline.sources.homes.values import DoorWish, Rect
 from pipeline.sources.homes.widths import door_widths
-from pipeline.sources.homes.wishes import LEAST_DOOR_M, hub_of
+from pipeline.sources.homes.wishes import MIN_DOOR_M, hub_of
 
 CORNER_M = 0.06
 """A door's jamb stands so far from a wall's face, or is flush with it."""
@@ -105,7 +105,7 @@ def _placed(ways: list[_Way], rects: list[Rect], asked: Doorways, rng: np.random
         left = [k for k in range(len(ways)) if k not in widths]
         fit = [k for k in left if _clear(ways[k][1], asked.wall_m) >= width]
         k = fit[int(rng.integers(len(fit)))] if fit else max(left, key=lambda k: _clear(ways[k][1], asked.wall_m))
-        widths[k] = max(min(width, _clear(ways[k][1], asked.wall_m)), LEAST_DOOR_M)
+        widths[k] = max(min(width, _clear(ways[k][1], asked.wall_m)), MIN_DOOR_M)
     found, fewer = [], asked.fewer
     for k in range(len(ways)):
         pair, (line, start, end, upright) = ways[k]

@@ -21,7 +21,7 @@ from pipeline.sources.procedural.prism import prism
 from pipeline.sources.procedural.values import DOOR_HEAD_M, SILL_M, WALL_TOP_M
 from pipeline.values import MADE, Level, SourceRoom
 
-_LEAST_M2: Final = 1e-4
+_MIN_M2: Final = 1e-4
 
 
 def level_of(home: Home) -> Level:
@@ -72,4 +72,4 @@ def _walls(home: Home) -> Mesh:
 
 
 def _pieces(shape: shapely.Geometry) -> list[shapely.Polygon]:
-    return [each for each in polygons_of(shape) if each.area > _LEAST_M2]
+    return [each for each in polygons_of(shape) if each.area > _MIN_M2]

@@ -15,7 +15,7 @@ from pipeline.sources.homes.values import Rect
 
 _CORNERS_OF_L, _CORNERS_OF_STUB = 2, 4
 _SHARE_OF_L, _SPENT = 0.6, (0.7, 1.0)
-_WAY_M, _LEAST_M = 1.2, 0.9
+_WAY_M, _MIN_M = 1.2, 0.9
 WIDE_M = 2.4
 """A gap wider than this is no door."""
 
@@ -72,7 +72,7 @@ def _bend(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
         x1, y1, x2, y2 = min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
         width = float(np.sqrt(_area(a)) * rng.uniform(0.75, 1.35))
         height = _area(a) / width
-        if min(width, height) < _LEAST_M or x2 - x1 - width < _WAY_M or y2 - y1 - height < _WAY_M:
+        if min(width, height) < _MIN_M or x2 - x1 - width < _WAY_M or y2 - y1 - height < _WAY_M:
             continue
         left, low = rng.random() < 0.5, rng.random() < 0.5
         cut_x, cut_y = (x1 + width if left else x2 - width), (y1 + height if low else y2 - height)

@@ -15,7 +15,7 @@ import shapely
 from pipeline.sources.homes.values import Rect
 
 NEAR_M = 1e-6
-LEAST_SIDE_M = 0.9
+MIN_SIDE_M = 0.9
 _HUB = 0.4
 """How much it counts that no room has a border with all others."""
 _GOOD = 0.04
@@ -143,7 +143,7 @@ def _pull(rects: list[Rect], pulls: np.ndarray, asked: Asked, rng: np.random.Gen
         side = outer[int(rng.integers(len(outer)))]
         across = rect[3] - rect[1] if side % 2 == 0 else rect[2] - rect[0]
         deep = rect[2] - rect[0] if side % 2 == 0 else rect[3] - rect[1]
-        step = min(pulls[k] / across, deep - max(LEAST_SIDE_M, 0.25 * deep))
+        step = min(pulls[k] / across, deep - max(MIN_SIDE_M, 0.25 * deep))
         if step > 0.05:
             moved = list(rect)
             moved[side] += step if side < 2 else -step

@@ -29,10 +29,10 @@ STRATA: Final = (1, 2, 3, 4, 5, 6, 7, 9, 12)
 NAMELESS: Final = "Unlabelled"
 _DRAWS: Final = 12
 _CALM_TO_WILD: Final = (0.4, 1.1)
-_AREA_DRAWS, _OF_LEAST = 24, 0.25
-_LARGEST, _LEAST_GIVE, _HALVINGS = 1.5, 20.0, 40
+_AREA_DRAWS, _OF_MIN = 24, 0.25
+_LARGEST, _MIN_GIVE, _HALVINGS = 1.5, 20.0, 40
 _WALLS_M: Final = (0.05, 0.4)
-LEAST_DOOR_M: Final = 0.5
+MIN_DOOR_M: Final = 0.5
 """No door is narrower: a robot of 0.2 m passes each with some room to spare."""
 
 
@@ -67,7 +67,7 @@ def draw_wish(rng: np.random.Generator) -> Wish:
         nameless = spaces
     nameless = max(nameless, spaces - boxes)
     long = float(np.sqrt(drawn["area_m2"] / (drawn["aspect"] * drawn["extent"])))
-    least = max(drawn["door_least_m"], LEAST_DOOR_M)
+    least = max(drawn["door_least_m"], MIN_DOOR_M)
     names = _dealt(draw_labels(boxes, rng), spaces, nameless, rng)
     return Wish(
         spaces=spaces,
@@ -137,14 +137,14 @@ def _areas(
     spread = rows[:, 2] * rng.uniform(*_CALM_TO_WILD, (_AREA_DRAWS, 1))
     logs = rows[:, 0] + rows[:, 1] * np.log(total_m2 / len(names)) + spread * rng.standard_normal(spread.shape)
     give = spread**2 * np.exp(np.clip(logs - logs.mean(axis=1, keepdims=True), -_LARGEST, _LARGEST))
-    low, high = np.full((_AREA_DRAWS, 1), -_LEAST_GIVE), np.full((_AREA_DRAWS, 1), _LEAST_GIVE)
+    low, high = np.full((_AREA_DRAWS, 1), -_MIN_GIVE), np.full((_AREA_DRAWS, 1), _MIN_GIVE)
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
         over = np.exp(logs + middle * give).sum(axis=1, keepdims=True) > total_m2
         low, high = np.where(over, low, middle), np.where(over, middle, high)
     areas = np.exp(logs + low * give)
     areas /= areas.mean(axis=1, keepdims=True)
-    off = np.abs(areas.std(axis=1) - asked[0]) + np.abs(np.log(areas.min(axis=1) / asked[1])) * _OF_LEAST
+    off = np.abs(areas.std(axis=1) - asked[0]) + np.abs(np.log(areas.min(axis=1) / asked[1])) * _OF_MIN
     found = areas[int(np.argmin(off))]
     return tuple((found / found.sum() * total_m2).tolist())
 
