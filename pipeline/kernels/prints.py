@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-Sums = npt.NDArray[np.int64]
+Sums = npt.NDArray[np.int32]
 Prints = npt.NDArray[np.int32]
 Areas = npt.NDArray[np.int32]
 
@@ -19,7 +19,7 @@ GROUPS = 8  # of bins, which are compared first: those of a print are one line o
 
 
 @njit(cache=True, nogil=True)
-def pooled(sums: Sums) -> Sums:
+def pooled(sums: Sums) -> npt.NDArray[np.int64]:
     """Return sums in falling order, added up in 64 bins of 8; the last takes the rest."""
     ordered = np.sort(sums)[::-1]
     bins = np.zeros(BINS, np.int64)

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-Cells = npt.NDArray[np.uint8]
-Sums = npt.NDArray[np.int64]
+from pipeline.kernels.profiles import Cells, Profiles, Sums, common, offsets, profiles_of
+
 Words = npt.NDArray[np.uint64]
 
 
@@ -23,13 +23,9 @@ class Shape(NamedTuple):
 
     words: Words
     """(rows, cols // 64 + 1): ``packed``."""
-    row_sums: Sums
-    """(rows,)."""
-    col_sums: Sums
-    """(cols,)."""
+    profiles: Profiles
 
 
-SYMMETRIES = 8
 _TIE = 1e-7  # as houseexpo.grids.raster has it
 
 
@@ -55,26 +51,6 @@ def filled(start: npt.NDArray[np.float64], end: npt.NDArray[np.float64], rows: i
 
 
 @njit(cache=True, nogil=True)
-def row_sums(mask: Cells) -> Sums:
-    """Return how many cells of each row are set."""
-    sums = np.zeros(mask.shape[0], np.int64)
-    for row in range(mask.shape[0]):
-        for col in range(mask.shape[1]):
-            sums[row] += mask[row, col]
-    return sums
-
-
-@njit(cache=True, nogil=True)
-def col_sums(mask: Cells) -> Sums:
-    """Return how many cells of each column are set."""
-    sums = np.zeros(mask.shape[1], np.int64)
-    for row in range(mask.shape[0]):
-        for col in range(mask.shape[1]):
-            sums[col] += mask[row, col]
-    return sums
-
-
-@njit(cache=True, nogil=True)
 def turned(mask: Cells, symmetry: int) -> Cells:
     """Return the mask under the symmetry of that number, in the order of ``analysis.similarity.SYMMETRIES``."""
     swap, flip_rows, flip_cols = symmetry & 4, symmetry & 2, symmetry & 1
@@ -85,33 +61,6 @@ def turned(mask: Cells, symmetry: int) -> Cells:
             r, c = rows - 1 - row if flip_rows else row, cols - 1 - col if flip_cols else col
             result[row, col] = mask[c, r] if swap else mask[r, c]
     return result
-
-
-@njit(cache=True, nogil=True)
-def offsets(size: int, size_: int, shift: int) -> Sums:
-    """Return where a profile of ``size_`` may lie on one of ``size``: near one end or the other, each once."""
-    slack = size - size_
-    found = np.empty(4 * shift + 2, np.int64)
-    count = 0
-    for end in (0, slack):
-        for by in range(-shift, shift + 1):
-            at = end + by
-            if end == slack and slack != 0 and abs(at) <= shift:
-                continue  # that is near the other end too
-            if end == slack and slack == 0 and count > 2 * shift:
-                continue
-            found[count] = at
-            count += 1
-    return found[:count]
-
-
-@njit(cache=True, nogil=True)
-def _common(sums: Sums, sums_: Sums, at: int) -> int:
-    """Return the most cells that two masks can share whose sums are these, the second laid at ``at``."""
-    shared = 0
-    for i in range(max(at, 0), min(at + len(sums_), len(sums))):
-        shared += min(sums[i], sums_[i - at])
-    return shared
 
 
 @njit(cache=True, nogil=True)
@@ -166,7 +115,7 @@ def unpacked(words: Words, cols: int) -> Cells:
 
 def shape_of(mask: Cells) -> Shape:
     """Return a mask as ``least_difference`` takes it."""
-    return Shape(packed(mask), row_sums(mask), col_sums(mask))
+    return Shape(packed(mask), profiles_of(mask))
 
 
 @njit(cache=True, nogil=True)
@@ -185,7 +134,7 @@ def _shared(one: Words, other: Words, down: int, sums: Sums, sums_: Sums, most: 
 @njit(cache=True, nogil=True)
 def least_difference(one: Shape, other: Shape, limit: float, shift: int, symmetries: int) -> tuple[int, int]:
     """Return the least |A xor B| in cells within the limit, and the symmetry's number; (-1, -1) where there is none."""
-    rows, cols, rows_, cols_ = one.row_sums, one.col_sums, other.row_sums, other.col_sums
+    (rows, cols), (rows_, cols_) = one.profiles, other.profiles
     areas = rows.sum() + rows_.sum()
     best, found = math.floor(limit * max(rows.sum(), rows_.sum())) + 1, -1
     cells = np.empty((0, 0), np.uint8)  # the other's, once they are needed
@@ -196,8 +145,8 @@ def least_difference(one: Shape, other: Shape, limit: float, shift: int, symmetr
         if symmetry & 1:
             right_sums = right_sums[::-1].copy()
         downs, rights = offsets(len(rows), len(down_sums), shift), offsets(len(cols), len(right_sums), shift)
-        tops = np.array([_common(rows, down_sums, at) for at in downs])
-        sides = np.array([_common(cols, right_sums, at) for at in rights])
+        tops = np.array([common(rows, down_sums, at) for at in downs])
+        sides = np.array([common(cols, right_sums, at) for at in rights])
         if areas - 2 * min(tops.max(), sides.max()) >= best:
             continue
         if symmetry == 0:

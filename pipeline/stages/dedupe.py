@@ -18,18 +18,20 @@ Nearly all pairs are ruled out unseen, and none wrongly. Let D = |A xor B| for A
    differ by more than the limit, rows with rows and columns with columns, and also rows with columns, is ruled out.
    Prints whose bins are added up further, to a line of the cache, are compared first.
 3. Position: the cells that two rows share are at most the lesser of their sums; so
-   D >= |A| + |B| - 2 sum min(a_i, b_i), by rows and by columns. Most positions end here; the others are counted row by
-   row, each row's bound giving way to its count, until the sum cannot come below the best position found.
+   D >= |A| + |B| - 2 sum min(a_i, b_i), by rows and by columns. Most pairs end here, by their profiles alone. Plans of
+   the others are read again; most of their positions end here too, and those left are counted row by row, each row's
+   bound giving way to its count, until the sum cannot come below the best position found.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from itertools import islice
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -40,13 +42,19 @@ from houseexpo.grids.raster import Mask, edges_in_pixels, rings_of
 from pipeline.config import DedupeConfig
 from pipeline.kernels import shapes
 from pipeline.kernels.prints import BINS, grouped, near_prints, pooled
+from pipeline.kernels.profiles import Cells, Profiles, may_be_near, profiles_of
 
 Load = Callable[[int], FloorPlan | Mask]
 """Gives the plan, or the mask, of a number."""
 
 _NAMES = tuple(SYMMETRIES)
-_BLOCK, _PARTS = 256, 16
+_BLOCK, _PART, _AHEAD = 256, 64, 64
 _SHAPES = 16_384  # as many are kept in memory, 15 kB each in the median; others are made again when they are needed
+
+
+Numbers = tuple[int, int]
+Limits = tuple[float, int, int]
+"""The threshold, the shift in cells, and how many symmetries are tried."""
 
 
 class Pair(NamedTuple):
@@ -80,21 +88,28 @@ def compared(load: Load, count: int, config: DedupeConfig, known: Shapes | None 
     """
     known = known or Shapes()
     mask_of = partial(_mask, load, config.pixels_per_metre)
-    shape_of = lru_cache(maxsize=_SHAPES)(lambda number: shapes.shape_of(mask_of(number)))
-    limits = (config.threshold, config.shift_px, shapes.SYMMETRIES if config.symmetries else 1)
+    limits = (config.threshold, config.shift_px, len(_NAMES) if config.symmetries else 1)
     fresh = np.array([i not in known.prints for i in range(count)], bool)
     prints = np.zeros((count, 1 + 2 * BINS), np.int32)
+    profiles: dict[int, Profiles] = {}
     for i in range(count):
-        prints[i] = print_of(mask_of(i)) if fresh[i] else known.prints[i]
+        if fresh[i]:
+            profiles[i] = profiles_of(mask_of(i))
+            prints[i] = print_of(profiles[i])
+        else:
+            prints[i] = known.prints[i]
+    shape_of = lru_cache(maxsize=_SHAPES)(lambda number: shapes.shape_of(mask_of(number)))
+
+    def profiles_at(number: int) -> Profiles:
+        if number not in profiles:
+            profiles[number] = profiles_of(mask_of(number))
+        return profiles[number]
+
     with ThreadPoolExecutor(threads) as pool:
-        jobs = (
-            (first, second, shape_of(first), shape_of(second))
-            for first, second in _candidates(prints, fresh, config.threshold, pool)
-        )
-        # plans are read in this thread: threads that take turns at Python wait for each other more than they gain
-        found = [pair for batch in _batches(jobs) for pair in pool.map(partial(_pairs, limits), batch)]
-    pairs = tuple(sorted([*known.pairs, *(pair for some in found for pair in some)]))
-    return Shapes(dict(enumerate(prints)), pairs)
+        candidates = _candidates(prints, fresh, config.threshold, pool)
+        near = _results(pool, partial(_near, limits), ((pair, *map(profiles_at, pair)) for pair in candidates))
+        pairs = _results(pool, partial(_pairs, limits), ((pair, *map(shape_of, pair)) for pair in near))
+        return Shapes(dict(enumerate(prints)), tuple(sorted([*known.pairs, *pairs])))
 
 
 def dedupe(ids: Sequence[str], pairs: Collection[Pair], keep: Collection[str] = ()) -> list[Duplicate]:
@@ -119,14 +134,13 @@ def dedupe(ids: Sequence[str], pairs: Collection[Pair], keep: Collection[str] = 
     return list(dropped.values())
 
 
-def print_of(mask: shapes.Cells) -> npt.NDArray[np.int32]:
+def print_of(profiles: Profiles) -> npt.NDArray[np.int32]:
     """Return a mask's area and its two pooled profiles, the greater first: ``analysis.similarity.fingerprint``."""
-    rows, cols = shapes.row_sums(mask), shapes.col_sums(mask)
-    profiles = sorted((pooled(rows).tolist(), pooled(cols).tolist()), reverse=True)
-    return np.array([int(rows.sum()), *profiles[0], *profiles[1]], np.int32)
+    first, second = sorted((pooled(sums).tolist() for sums in profiles), reverse=True)
+    return np.array([int(profiles.rows.sum()), *first, *second], np.int32)
 
 
-def _mask(load: Load, pixels_per_metre: float, number: int) -> shapes.Cells:
+def _mask(load: Load, pixels_per_metre: float, number: int) -> Cells:
     """Return the cropped mask of a plan: ``houseexpo.analysis.similarity.comparison_mask``."""
     given = load(number)
     if not isinstance(given, FloorPlan):
@@ -135,7 +149,7 @@ def _mask(load: Load, pixels_per_metre: float, number: int) -> shapes.Cells:
     frame = comparison_frame(space, pixels_per_metre)
     start, end = edges_in_pixels(rings_of(space), frame)
     mask = shapes.filled(start, end, *frame.shape)
-    rows, cols = np.flatnonzero(shapes.row_sums(mask)), np.flatnonzero(shapes.col_sums(mask))
+    rows, cols = (np.flatnonzero(sums) for sums in profiles_of(mask))
     if not len(rows):
         return mask[:0, :0]
     return np.ascontiguousarray(mask[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1])
@@ -143,7 +157,7 @@ def _mask(load: Load, pixels_per_metre: float, number: int) -> shapes.Cells:
 
 def _candidates(
     prints: npt.NDArray[np.int32], fresh: npt.NDArray[np.bool_], threshold: float, pool: ThreadPoolExecutor
-) -> list[tuple[int, int]]:
+) -> list[Numbers]:
     """Return the pairs that their prints do not rule out; of each at least one is new.
 
     They come in the order of areas, so that the shapes they need are those that were needed just before.
@@ -160,21 +174,36 @@ def _candidates(
     return [(int(first), int(second)) for first, second in found]
 
 
-_Job = tuple[int, int, shapes.Shape, shapes.Shape]
+_T = TypeVar("_T")
+_R = TypeVar("_R")
 
 
-def _batches(jobs: Iterator[_Job]) -> Iterator[list[list[_Job]]]:
-    """Yield jobs by the thousand, so that few shapes are held at a time, in parts that threads take."""
-    while part := list(islice(jobs, _BLOCK * _PARTS)):
-        yield [part[at : at + _PARTS] for at in range(0, len(part), _PARTS)]
+def _results(pool: ThreadPoolExecutor, work: Callable[[list[_T]], list[_R]], items: Iterable[_T]) -> Iterator[_R]:
+    """Yield what work returns for parts of the items, in their order; the next items are made while threads work.
+
+    Items are made in this thread: threads that take turns at Python wait for each other more than they gain.
+    """
+    waiting: deque[Future[list[_R]]] = deque()
+    parts = iter(items)
+    while part := list(islice(parts, _PART)):
+        waiting.append(pool.submit(work, part))
+        if len(waiting) > _AHEAD:
+            yield from waiting.popleft().result()
+    for future in waiting:
+        yield from future.result()
 
 
-def _pairs(limits: tuple[float, int, int], jobs: list[_Job]) -> list[Pair]:
+def _near(limits: Limits, jobs: list[tuple[Numbers, Profiles, Profiles]]) -> list[Numbers]:
+    """Return those of some pairs that their profiles do not rule out."""
+    return [pair for pair, one, other in jobs if may_be_near(one, other, *limits)]
+
+
+def _pairs(limits: Limits, jobs: list[tuple[Numbers, shapes.Shape, shapes.Shape]]) -> list[Pair]:
     """Return those of some pairs that are within the threshold."""
     found = []
-    for first, second, one, other in jobs:
+    for pair, one, other in jobs:
         cells, symmetry = shapes.least_difference(one, other, *limits)
         if symmetry >= 0:
-            area = max(int(one.row_sums.sum()), int(other.row_sums.sum()))
-            found.append(Pair(first, second, cells / area, _NAMES[symmetry]))
+            area = max(int(one.profiles.rows.sum()), int(other.profiles.rows.sum()))
+            found.append(Pair(*pair, cells / area, _NAMES[symmetry]))
     return found

@@ -19,6 +19,7 @@ from houseexpo.analysis.similarity import (
 from houseexpo.grids.raster import edges_in_pixels, rings_of
 from pipeline.kernels import shapes
 from pipeline.kernels.prints import grouped, near_prints
+from pipeline.kernels.profiles import may_be_near, offsets, profiles_of
 from pipeline.stages.dedupe import print_of
 
 
@@ -63,7 +64,7 @@ def test_prints_are_fingerprints() -> None:
     rng = np.random.default_rng(2)
     for _ in range(10):
         mask = blob(rng, *rng.integers(5, 70, 2))
-        np.testing.assert_array_equal(print_of(as_cells(mask)), fingerprint(mask))
+        np.testing.assert_array_equal(print_of(profiles_of(as_cells(mask))), fingerprint(mask))
 
 
 @pytest.mark.parametrize("symmetry", range(8))
@@ -76,7 +77,7 @@ def test_symmetries_have_the_numbers_of_their_names(symmetry: int) -> None:
 def test_offsets_lie_near_one_end_or_the_other_and_each_comes_once() -> None:
     for size, size_, shift in ((9, 9, 2), (9, 8, 2), (9, 4, 2), (4, 9, 2), (5, 6, 1), (20, 3, 0), (7, 7, 0)):
         expected = {end + by for end in (0, size - size_) for by in range(-shift, shift + 1)}
-        found = shapes.offsets(size, size_, shift).tolist()
+        found = offsets(size, size_, shift).tolist()
         assert sorted(found) == sorted(expected)
 
 
@@ -113,6 +114,42 @@ def test_the_least_difference_is_its_twins(limit: float) -> None:
         cells, symmetry = shapes.least_difference(as_shape(one), as_shape(other), limit, 2, 8)
         found = None if symmetry < 0 else (cells / max(one.sum(), other.sum()), list(SYMMETRIES)[symmetry])
         assert found == expected
+
+
+def fewest_apart(one: np.ndarray, other: np.ndarray, shift: int, symmetry: str) -> int:
+    """The least that two masks differ by as their profiles say, wherever the second is laid."""
+    turned = transformed(other, symmetry)
+    least = 0
+    for axis in (0, 1):
+        here, there = one.sum(axis=1 - axis), turned.sum(axis=1 - axis)
+        ends = {end + by for end in (0, len(here) - len(there)) for by in range(-shift, shift + 1)}
+        least = max(least, min(apart_at(here, there, at) for at in ends))
+    return least
+
+
+def apart_at(here: np.ndarray, there: np.ndarray, at: int) -> int:
+    """How far apart two profiles are, the second laid at ``at``, with room for both."""
+    room = len(here) + len(there) + 10
+    line, line_ = np.zeros(3 * room, int), np.zeros(3 * room, int)
+    line[room : room + len(here)] = here
+    line_[room + at : room + at + len(there)] = there
+    return int(abs(line - line_).sum())
+
+
+@pytest.mark.parametrize("symmetries", [1, 8])
+@pytest.mark.parametrize("limit", [0.0, 0.05, 0.3])
+def test_profiles_rule_out_what_their_twin_rules_out(limit: float, symmetries: int) -> None:
+    rng = np.random.default_rng(7)
+    told = []
+    for _ in range(60):
+        one = blob(rng, *rng.integers(15, 60, 2))
+        others = (one, near(one, rng), blob(rng, *rng.integers(15, 60, 2)))
+        other = others[int(rng.choice(3, p=(0.1, 0.6, 0.3)))]
+        least = min(fewest_apart(one, other, 2, name) for name in list(SYMMETRIES)[:symmetries])
+        profiles = profiles_of(as_cells(one)), profiles_of(as_cells(other))
+        told.append(may_be_near(*profiles, limit, 2, symmetries))
+        assert told[-1] == (least <= limit * max(one.sum(), other.sum()))
+    assert len(set(told)) == 2
 
 
 def test_prints_rule_out_what_their_twin_rules_out() -> None:
