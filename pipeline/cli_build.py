@@ -71,6 +71,7 @@ def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
     from pipeline.batch.folder import Others
     from pipeline.display import watching
     from pipeline.overrides import load_overrides
+    from pipeline.plausible import implausible_lines
     from pipeline.report_page import write_report
 
     check()
@@ -89,7 +90,7 @@ def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
         record_build(data_set.root, work.record(add=others == Others.ADD))
         if not data_set.unchanged:
             write_report(data_set, display.progress)
-    show_outcomes(data_set, work.out)
+    show_outcomes(data_set, work.out, implausible_lines(data_set.root))
     return data_set.not_done
 
 

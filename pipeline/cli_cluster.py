@@ -81,6 +81,7 @@ def assemble_all(out: str, check: Callable[[], None], *, partial: bool) -> int:
     """Assemble where nothing is left to do; return how many inputs are not done."""
     from pipeline.batch.shard_build import assembled, begun_at, left_of
     from pipeline.display import watching
+    from pipeline.plausible import implausible_lines
     from pipeline.report_page import write_report
 
     begun = begun_at(out)
@@ -103,5 +104,6 @@ def assemble_all(out: str, check: Callable[[], None], *, partial: bool) -> int:
     ):
         if not data_set.unchanged:
             write_report(data_set, display.progress)
-    show_outcomes(data_set, out)
+        implausible = list(implausible_lines(data_set.root))  # the root of one in an object store is gone after this
+    show_outcomes(data_set, out, implausible)
     return data_set.not_done

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -56,9 +56,8 @@ def ended_cleanly() -> Iterator[Callable[[], None]]:
         raise typer.Exit(NOT_DONE) from None
 
 
-def show_outcomes(data_set: DataSet, out: str) -> None:
-    """Say what came of a build, and where it is."""
-    from pipeline.plausible import implausible_lines
+def show_outcomes(data_set: DataSet, out: str, implausible: Iterable[str]) -> None:
+    """Say what came of a build, which plans are no house, and where all is."""
     from pipeline.report import longest_table, notes_lines, outcome_table, plans_line, reasons_lines
 
     printed = console(quiet=is_quiet())
@@ -71,7 +70,7 @@ def show_outcomes(data_set: DataSet, out: str) -> None:
         printed.print(note, highlight=False)
     if (line := plans_line(data_set.stats)) is not None:
         printed.print(line, highlight=False)
-    for line in implausible_lines(data_set.root):
+    for line in implausible:
         printed.print(line, style="yellow", highlight=False, soft_wrap=True)
     for line in reasons_lines(data_set, out):
         printed.print(line, style="red", highlight=False)

@@ -7,10 +7,6 @@ from typing import Any, TypeAlias
 import torch
 from gymnasium import spaces
 from sb3_contrib import RecurrentPPO
-from sb3_contrib.common.recurrent.policies import (
-    RecurrentActorCriticPolicy,
-    RecurrentMultiInputActorCriticPolicy,
-)
 from stable_baselines3 import PPO
 from stable_baselines3.common.policies import ActorCriticPolicy, MultiInputActorCriticPolicy
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
@@ -18,10 +14,11 @@ from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 from houseexpo.pseudoslam.envs.sb3 import SB3VecEnv
 from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
 from houseexpo.pseudoslam.learning.config import TrainConfig
+from houseexpo.pseudoslam.learning.memory import MemoryPolicy, MultiInputMemoryPolicy
 from houseexpo.pseudoslam.learning.network import MapFeatures
 
 Learner: TypeAlias = PPO | RecurrentPPO
-Policy: TypeAlias = ActorCriticPolicy | RecurrentActorCriticPolicy
+Policy: TypeAlias = ActorCriticPolicy | MemoryPolicy | MultiInputMemoryPolicy
 
 
 def wrapped(envs: PseudoSlamVectorEnv, config: TrainConfig) -> VecNormalize:
@@ -66,7 +63,7 @@ def policy_class(
     """Return the kind of policy that sees such observations."""
     several = isinstance(seen, spaces.Dict)
     if config.policy == "cnn-lstm":
-        return RecurrentMultiInputActorCriticPolicy if several else RecurrentActorCriticPolicy
+        return MultiInputMemoryPolicy if several else MemoryPolicy
     return MultiInputActorCriticPolicy if several else ActorCriticPolicy
 
 

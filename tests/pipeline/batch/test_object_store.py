@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
+from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
 from pipeline.batch.mirror import mirrored
 from pipeline.batch.shard_build import begun_at, left_of
@@ -71,6 +73,14 @@ def test_shards_in_an_object_store_give_the_bytes_of_a_serial_build(
     bucket.pipe_file(f"{BUCKET}/out/plans/json/mine.json", b"{}")
     with pytest.raises(ConfigError, match="1 objects that no build wrote"):
         run_assemble(OUT)
+
+
+def test_the_command_builds_into_an_object_store(bucket: Any, serial: dict[str, bytes]) -> None:
+    for _ in ("first", "again"):
+        found = CliRunner().invoke(make_app(), ["build", SOURCE, "--out", OUT])
+        assert (found.exit_code, found.exception) == (0, None)
+        assert f"data set  {OUT}" in found.stdout
+        assert {name for name in stored(bucket, OUT) if name.startswith("json/")} <= set(serial)
 
 
 def test_pictures_of_the_stages_go_with_the_plans(bucket: Any, street: Path, tmp_path: Path) -> None:
