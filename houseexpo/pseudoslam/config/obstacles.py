@@ -23,7 +23,8 @@ class RandomObstacles:
     Parameters
     ----------
     number
-        (low, high), both possible, each as likely.
+        (low, high), both possible, each as likely. Where a house has no room for as many, there are fewer, but never
+        fewer than ``low``.
     size_m
         (low, high) of what is drawn evenly: the two sides of a rectangle, the axes of an ellipse, the diameter of a
         circle, that of the circle round a polygon of 3 to 8 corners.

@@ -78,22 +78,24 @@ def place(
     Raises
     ------
     ConfigError
-        Where an obstacle was told to stand where it cannot, or the random ones find no place.
+        Where an obstacle was told to stand where it cannot, or too few of the random ones find a place.
     """
-    wanted = int(rng.integers(*config.random.number, endpoint=True)) if config.random else 0
+    low, high = config.random.number if config.random else (0, 0)
+    wanted = int(rng.integers(low, high, endpoint=True)) if config.random else 0
     before = count_before(occupied, 0) if free_before is None else free_before
     most = 0
-    for _ in range(_ROUNDS):
+    for enough in (*[wanted] * (_ROUNDS - 1), low):
         house = _House(occupied, traversable, frame, radius_px, into)
         _set_down_told(house, config.placed, plan_id)
         drawn = _set_down_drawn(house, before, config.random, wanted, rng) if config.random else []
-        if len(drawn) == wanted:
+        if len(drawn) >= enough:
             return Placement(house.occupied, house.traversable, (*config.placed, *drawn))
         most = max(most, len(drawn))
     raise ConfigError(
         f"obstacles.random.number: at most {most} of {wanted} obstacles found a place in "
         f"{np.count_nonzero(occupied == 0) * frame.cell_m**2:.1f} m2 of free space of plan {plan_id!r} without "
-        "closing off a part of it for the robot; ask for fewer, for smaller ones (size_m) or a smaller gap (gap_m)"
+        f"closing off a part of it for the robot, of at least {low}; ask for fewer (the low end of number), "
+        "for smaller ones (size_m) or a smaller gap (gap_m)"
     )
 
 

@@ -176,6 +176,13 @@ def test_obstacles_that_find_no_place_are_refused_soon() -> None:
     assert time.process_time() - before < 5.0
 
 
+def test_a_house_without_room_for_all_random_obstacles_gets_fewer() -> None:
+    simulator = Simulator.of(HALL, config(obstacles=ObstaclesConfig(random=RandomObstacles((1, 400), size_m=(1, 1.5)))))
+    numbers = [len(simulator.start(np.random.default_rng(seed)).obstacles) for seed in range(4)]
+    assert min(numbers) >= 1
+    assert max(numbers) < 40  # in 32 m2, half a square metre each at least
+
+
 @pytest.mark.parametrize(("turn", "way"), [(math.nan, 0.0), (0.0, math.inf), (1e300, 0.0), (0.0, -1e300)])
 def test_moves_are_finite(turn: float, way: float) -> None:
     simulator = Simulator.of(HALL, config())
