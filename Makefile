@@ -47,7 +47,7 @@ learn: setup ## install what people learn with: PyTorch, Stable-Baselines3, sb3-
 readers: setup ## install what the tests read releases with: geopandas, DuckDB, pandas, datasets, mlcroissant
 	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[release-tests]'
 
-experiments: learn ## learn the paper's two experiments, with three seeds each: days on a CPU; goes on where it was stopped
+experiments: learn ## learn the paper's two experiments, with three seeds each: two hours on two cores; goes on where it was stopped
 	@for task in avoidance exploration; do for seed in $(SEEDS); do \
 	  $(BIN)/houseexpo train $$task --config experiments/$$task.toml --seed $$seed --resume \
 	    --out $(RUNS)/$$task-$$seed $(TRAIN) || exit; done; done

@@ -20,7 +20,15 @@ Score = dict[str, float]
 def evaluate(
     policy: Policy, envs: PseudoSlamVectorEnv, plan_ids: tuple[str, ...] | None, episodes: int, *, deterministic: bool
 ) -> Score:
-    """Return the means over so many episodes: ``return``, ``steps``, and those of ``MEASURES`` that the task has.
+    """Return the means over so many episodes, of what ``scores`` tells of each."""
+    rows = scores(policy, envs, plan_ids, episodes, deterministic=deterministic)
+    return {name: float(np.mean([row[name] for row in rows])) for name in rows[0]}
+
+
+def scores(
+    policy: Policy, envs: PseudoSlamVectorEnv, plan_ids: tuple[str, ...] | None, episodes: int, *, deterministic: bool
+) -> list[Score]:
+    """Return what came of so many episodes: ``return``, ``steps``, and those of ``MEASURES`` that the task has.
 
     1. Episode i starts by seed i, in plan i where there are ids: policies are compared in the same episodes.
     2. The actions' chance is of its own: learning goes on as if nobody had looked.
@@ -38,7 +46,7 @@ def evaluate(
             found = list(_episodes(policy, envs, seeds, [*wanted, *spare], deterministic=deterministic))
             rows += found[: len(wanted)]
     policy.set_training_mode(was_training)
-    return {name: float(np.mean([row[name] for row in rows])) for name in rows[0]}
+    return rows
 
 
 def _episodes(

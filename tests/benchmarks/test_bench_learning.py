@@ -1,0 +1,142 @@
+"""The paper's two experiments: what was learned, beside policies that learned nothing, in the same episodes.
+
+Policies of ``experiments/paper``, learned with three seeds each (``make experiments``), 200 steps an episode. Obstacle
+avoidance: 200 episodes in the paper's room, with the reward that spinning on the spot does not win. Exploration: all
+published plans of the official test list, or so many as ``HOUSEEXPO_BENCH_PLANS`` says. Learning curves are
+drawn into the folder that ``HOUSEEXPO_BENCH_OUT`` names.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+from rich.table import Table
+
+from houseexpo import open_dataset
+from houseexpo.drawing.plots import MUTED, ONE, axes_of, svg_alone
+from houseexpo.pseudoslam.agents.policies import interface_for, policy_of
+from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate, estimate_seeds
+from houseexpo.pseudoslam.envs.single import ExplorationEnv, ObstacleAvoidanceEnv
+from houseexpo.pseudoslam.tasks import ROOM
+from houseexpo.pseudoslam.worlds.cache import Plans
+from tests.builders.needs import need
+from tests.builders.paper_policies import PAPER, SEEDS
+from tests.builders.shared import DATA, needs_shared
+
+EPISODES = 200
+BASELINES = {"avoidance": ("random", "forward", "wall"), "exploration": ("random", "forward", "wall", "frontier")}
+MEASURES = {"avoidance": ("return", "collisions"), "exploration": ("coverage", "explored_m2", "collisions")}
+ENVS = {"avoidance": ObstacleAvoidanceEnv, "exploration": ExplorationEnv}
+Rows = list[dict[str, float]]
+
+
+def learned(task: str, plans: Plans, ids: Sequence[str] | None, episodes: int) -> list[Rows]:
+    """What each seed's policy does in the episodes."""
+    from houseexpo.pseudoslam.learning.evaluation import scores
+    from houseexpo.pseudoslam.learning.places import environments
+    from houseexpo.pseudoslam.learning.policy_file import read_policy
+
+    found = []
+    for seed in SEEDS:
+        trained = read_policy(PAPER / f"{task}-{seed}" / "policy.pt", task)
+        envs = environments(task, trained.config.environment, plans, number=64)
+        given = tuple(ids) if ids is not None else None
+        found.append(
+            scores(trained.policy, envs, given, episodes, deterministic=trained.config.evaluation.deterministic)
+        )
+        envs.close()
+    return found
+
+
+def unlearned(task: str, name: str, plans: Plans, ids: Sequence[str] | None, episodes: int) -> Rows:
+    """What a policy by its name does in them."""
+    from houseexpo.pseudoslam.learning.places import simulator_of
+    from houseexpo.pseudoslam.learning.policy_file import read_policy
+
+    told = read_policy(PAPER / f"{task}-0" / "policy.pt", task).config.environment
+    wanted = interface_for(name, task)
+    env = ENVS[task](
+        plans, simulator_of(task, told), actions=wanted.actions, observation=wanted.observation, **dict(told.task)
+    )
+    acts, rows = policy_of(name, env, 0), []
+    for i in range(episodes):
+        observation, info = env.reset(seed=i, options={"plan_id": ids[i]} if ids is not None else None)
+        total, ended = 0.0, False
+        while not ended:
+            observation, reward, terminated, truncated, info = env.step(acts(observation))
+            total, ended = total + float(reward), terminated or truncated
+        rows.append({"return": total, **{key: float(info[key]) for key in ("coverage", "explored_m2", "collisions")}})
+    return rows
+
+
+def told(found: Estimate, measure: str) -> str:
+    """A mean and its 95% interval, as a table shows it."""
+    scale = 100 if measure == "coverage" else 1
+    mean, low, high = (scale * float(value or 0) for value in (found.mean, found.low, found.high))
+    return f"{mean:.1f} [{low:.1f}, {high:.1f}]"
+
+
+def curve(task: str) -> tuple[np.ndarray, np.ndarray]:
+    """Steps, (tests,), and what each seed reached at them, (seeds, tests): return, or coverage."""
+    seeds = []
+    for seed in SEEDS:
+        with (PAPER / f"{task}-{seed}" / "evaluation.csv").open() as stream:
+            rows = list(csv.DictReader(stream))
+        seeds.append([float(row[MEASURES[task][0]]) for row in rows])
+    return np.array([int(row["steps_done"]) for row in rows]), np.array(seeds)
+
+
+def draw(task: str, lines: dict[str, float], folder: Path) -> None:
+    """Draw the learning curve, a band from the worst seed to the best, and a line for each other policy."""
+    steps, seeds = curve(task)
+    scale = 100 if task == "exploration" else 1
+    with axes_of((6.4, 3.4)) as (axes, out):
+        axes.fill_between(
+            steps, scale * seeds.min(axis=0), scale * seeds.max(axis=0), color=ONE, alpha=0.2, linewidth=0
+        )
+        axes.plot(steps, scale * seeds.mean(axis=0), color=ONE, linewidth=1.8, marker="o", markersize=3)
+        for name, value in lines.items():
+            axes.axhline(scale * value, color=MUTED, linewidth=1, linestyle="--")
+            axes.annotate(name, (steps[-1], scale * value), xytext=(0, 3), textcoords="offset points", ha="right")
+        axes.set_xlim(0, steps[-1])
+        axes.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:.0f}k")
+        axes.set_xlabel("steps learned from")
+        axes.set_ylabel("return in 200 steps" if task == "avoidance" else "seen in 200 steps, %")
+    (folder / f"learning_{task}.svg").write_text(svg_alone(out))
+
+
+@needs_shared
+@pytest.mark.parametrize("task", list(BASELINES))
+def test_what_was_learned(task: str) -> None:
+    need(modules=["torch", "sb3_contrib"], how="make learn")
+    plans, ids, episodes = ROOM, None, EPISODES
+    if task == "exploration":
+        plans = open_dataset(DATA / "houseexpo" / "plans_33717.jsonl.gz")
+        listed = (DATA / "houseexpo" / "map_id_test.txt").read_text().split()
+        there = sorted(set(listed) & set(plans.ids))
+        count = int(os.environ.get("HOUSEEXPO_BENCH_PLANS", len(there)))
+        ids = [there[i] for i in np.random.default_rng(0).permutation(len(there))[:count]]
+        episodes = len(ids)
+    table = Table(title=f"{task}: {episodes} episodes of 200 steps")
+    for heading in ("policy", *MEASURES[task]):
+        table.add_column(heading, justify="left" if heading == "policy" else "right")
+    runs = learned(task, plans, ids, episodes)
+    mine = {key: estimate_seeds([[row[key] for row in rows] for rows in runs]) for key in MEASURES[task]}
+    table.add_row("learned (3 seeds)", *(told(mine[key], key) for key in MEASURES[task]))
+    lines = {}
+    for name in BASELINES[task]:
+        rows = unlearned(task, name, plans, ids, episodes)
+        found = {key: estimate([row[key] for row in rows]) for key in MEASURES[task]}
+        table.add_row(name, *(told(found[key], key) for key in MEASURES[task]))
+        lines[name] = float(found[MEASURES[task][0]].mean or 0)
+    Console(width=110).print(table)
+    if folder := os.environ.get("HOUSEEXPO_BENCH_OUT"):
+        draw(task, lines, Path(folder))
+    beaten = {name: value for name, value in lines.items() if name != "frontier"}
+    assert float(mine[MEASURES[task][0]].low or 0) > max(beaten.values())
