@@ -13,6 +13,7 @@ from houseexpo.plan.quality import SURE
 from houseexpo.words import counted
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.entry import Entry, Refused
+from pipeline.sources.other_programs import how_to_export
 
 
 def outcome_table(stats: Mapping[str, Any]) -> Table:
@@ -73,7 +74,7 @@ def notes_lines(data_set: DataSet) -> list[str]:
     if data_set.ignored:
         counts = sorted(data_set.ignored.items(), key=lambda pair: (-pair[1], pair[0]))
         kinds = ", ".join(f"{count} {suffix}" for suffix, count in counts[:8]) + (", ..." if len(counts) > 8 else "")
-        lines.append(f"ignored, no houses by themselves: {kinds}")
+        lines.append(f"ignored, no houses by themselves: {kinds}{how_to_export(data_set.ignored)}")
     several = [entry for entry in data_set.entries if len(list(entry.outcomes)) > 1]
     if several:
         outcomes = sum(len(list(entry.outcomes)) for entry in data_set.entries)

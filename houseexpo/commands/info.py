@@ -133,6 +133,11 @@ def _of_robot(plan: FloorPlan, radius_m: float) -> _Row:
 def _of_quality(quality: Quality | None) -> list[_Row]:
     if quality is None:
         return []
+    from houseexpo.plan.told import GROUNDS
+
     judged = "doubtful" if quality.is_doubtful else "sure"
-    grounds: list[_Row] = [(f"  {name}", value, f"{value:g}") for name, value in quality.grounds.items()]
+    grounds: list[_Row] = []
+    for name, value in quality.grounds.items():
+        about = f", {GROUNDS[name]}" if value > 0 and name in GROUNDS else ""  # of 0 there is nothing to explain
+        grounds.append((f"  {name}", value, f"{value:g}{about}"))
     return [("quality", quality.score, f"{quality.score:.2f}, {judged}"), *grounds]

@@ -50,7 +50,7 @@ def observe(
     print_to = console()
     print_to.print(
         f"{counted(done.pairs, 'pair')} in {out}: {counted(done.made, 'shard')} made, {done.known} known, "
-        f"{done.size / 1e6:.0f} MB",
+        f"{done.size / 1e6:,.1f} MB",
         highlight=False,
         soft_wrap=True,
     )

@@ -40,7 +40,7 @@ def prepare(
     done = run_prepare(data_set(dataset), given, workers or cores())
     out = console()
     out.print(
-        f"{counted(done.made, 'world')} made, {done.known} known, {done.size / 1e6:.0f} MB in {done.folder}",
+        f"{counted(done.made, 'world')} made, {done.known} known, {done.size / 1e6:,.1f} MB in {done.folder}",
         highlight=False,
         soft_wrap=True,
     )

@@ -93,6 +93,8 @@ class Dataset(Sequence[FloorPlan]):
     def __getitem__(self, item: str | int | slice) -> FloorPlan | Dataset:
         if isinstance(item, slice):
             return Dataset(self._catalogue, self._rows[item])
+        if not isinstance(item, str) and (np.ndim(item) or not hasattr(item, "__index__")):
+            raise TypeError(f"plans[]: expected a number, id or slice, found {item!r}; only([...]) takes several ids")
         return self._plan(self._row(item) if isinstance(item, str) else int(self._rows[item]))
 
     def __iter__(self) -> Iterator[FloorPlan]:

@@ -11,6 +11,8 @@ from houseexpo.errors import ConfigError
 from pipeline.rejection import Rejection
 from pipeline.sources.by_content import is_claimed
 from pipeline.sources.made import made_of
+from pipeline.sources.naming import files_in
+from pipeline.sources.other_programs import how_to_export
 from pipeline.sources.recognise import recognise
 from pipeline.sources.sizes import check_sizes
 from pipeline.values import Input, Reader
@@ -60,7 +62,8 @@ def find(source: str, **options: str) -> Iterator[Input]:
             "Home 3D, RoomPlan, a point cloud, a folder of these, a SUNCG root"
         )
         found_ = "nothing of the kind in it" if Path(source).is_dir() else "none of them"
-        raise ConfigError(f"source {source!r}: expected {expected} or procedural:COUNT, found {found_}")
+        advice = how_to_export(file.suffix for file in _files_at(source))
+        raise ConfigError(f"source {source!r}: expected {expected} or procedural:COUNT, found {found_}{advice}")
 
 
 def is_path(source: str) -> bool:
@@ -77,6 +80,11 @@ def made_count(source: str) -> int | None:
 def reader(name: str) -> Reader:
     """Return the reader of that name: it is loaded only where it is needed."""
     return cast("Reader", import_module(f"pipeline.sources.{name}"))
+
+
+def _files_at(source: str) -> Iterator[Path]:
+    path = Path(source)
+    return files_in(path) if path.is_dir() else iter((path,))
 
 
 def _readers(source: str) -> tuple[str, ...]:

@@ -107,6 +107,13 @@ def test_what_was_ignored_and_why_there_are_more_outcomes_than_inputs_is_said(
     (street / "notes.txt").write_text("mine")
     (street / "wall.PNG").touch()
     assert notes_lines(run_build([street], tmp_path / "out")) == ["ignored, no houses by themselves: 1 .png, 1 .txt"]
+    (street / "villa.FBX").touch()
+    (street / "tower.skp").touch()
+    told = notes_lines(run_build([street], tmp_path / "exported"))
+    exported = "; export .fbx, .skp as .glb or .ifc from the program that made it"
+    assert told == [f"ignored, no houses by themselves: 1 .fbx, 1 .png, 1 .skp, 1 .txt{exported}"]
+    for file in (street / "villa.FBX", street / "tower.skp"):
+        file.unlink()
     monkeypatch.chdir(tmp_path)  # a source as people type it
     told = notes_lines(run_build([Path("street")], tmp_path / "relative"))
     assert told == ["ignored, no houses by themselves: 1 .png, 1 .txt"]

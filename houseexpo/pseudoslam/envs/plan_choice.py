@@ -76,7 +76,10 @@ class TakesPlans:
 def _listed(plan_ids: Iterable[str]) -> list[str]:
     """Return the ids as a list; ConfigError where they are none."""
     if isinstance(plan_ids, str) or not isinstance(plan_ids, Iterable):
-        raise ConfigError(f"plan_ids: expected a list of plans' ids or None (all), found {plan_ids!r}")
+        raise ConfigError(
+            f"plan_ids: expected a list of plans' ids or None (all), found {plan_ids!r}; "
+            "open_dataset(...).split(NAME).ids gives those of a list that comes with a data set"
+        )
     ids = list(plan_ids)
     if not ids:
         raise ConfigError("plan_ids: expected at least one id, found none; leave it out to take all plans")

@@ -13,7 +13,7 @@ import io
 import json
 import math
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import lru_cache, partial
 from itertools import islice
@@ -39,9 +39,8 @@ EPISODES: Final = 100
 """Episodes of a shard: it has so many times ``PairConfig.each`` pairs, but for the last one, and for houses that the
 robot fits nowhere in."""
 RECIPE, MANIFEST = "recipe.json", "manifest.json"
-_LEVEL: Final = (
-    1  # of compression: maps are nearly all alike, and higher ones take three times as long for a tenth less
-)
+_LEVEL: Final = 1
+"""Of compression: maps are nearly all alike, and higher ones take three times as long for a tenth less."""
 
 
 class Episode(NamedTuple):
@@ -59,7 +58,7 @@ Job: TypeAlias = tuple[int, list[Episode]]
 
 @dataclass(frozen=True)
 class Observed:
-    """What ``observe`` did: shards that were there already and those made, pairs in all, and why houses have none."""
+    """What came of it: shards that were there already and those made, pairs in all, why houses have none, and bytes."""
 
     known: int
     made: int
@@ -104,7 +103,7 @@ def observe(
     entries = [found[shard] for shard in range(shards)]
     write_whole(out / MANIFEST, as_json({**recipe, "pairs": sum(each["pairs"] for each in entries), "shards": entries}))
     refused = tuple(line for entry in entries for line in entry["refused"])
-    size = sum(file.stat().st_size for file in out.iterdir())
+    size = sum((out / entry["file"]).stat().st_size for entry in entries)
     return Observed(known, shards - known, sum(entry["pairs"] for entry in entries), refused, size)
 
 
@@ -137,12 +136,24 @@ def _claim(out: Path, recipe: dict[str, Any]) -> None:
         there = json.loads(file.read_bytes())
     except ValueError as error:
         raise ConfigError(f"{file}: expected JSON, found: {error}; name another folder") from None
-    wanted = json.loads(as_json(recipe))
-    for key, value in wanted.items():
-        if not isinstance(there, dict) or there.get(key) != value:
-            raise ConfigError(
-                f"{out}: expected pairs of the same recipe, found another {key!r} in {RECIPE}; name another folder"
-            )
+    other = _other(there if isinstance(there, dict) else {}, json.loads(as_json(recipe)))
+    if other is not None:
+        key, found, asked = other
+        raise ConfigError(
+            f"{out}: expected pairs of the same recipe, found another {'limit' if key == 'wanted' else key!r} in "
+            f"{RECIPE}: {found!r} there, {asked!r} asked for; name another folder"
+        )
+
+
+def _other(there: Mapping[str, Any], asked: Mapping[str, Any], within: str = "") -> tuple[str, Any, Any] | None:
+    """Return the first key that is another, as ``outer.inner``, and both its values; None where all are the same."""
+    for key, value in asked.items():
+        found = there.get(key)
+        if found != value and isinstance(found, dict) and isinstance(value, dict):
+            return _other(found, value, f"{within}{key}.")
+        if found != value:
+            return f"{within}{key}", found, value
+    return None
 
 
 def _episodes(plans: Dataset, shard: int, config: PairConfig, wanted: int, seed: int) -> list[Episode]:

@@ -13,6 +13,7 @@ from typing import Generic, TypeAlias, TypeVar, Union
 import numpy as np
 
 from houseexpo.dataset import Dataset, open_dataset
+from houseexpo.dataset.store.catalogue import nearest
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import SimulatorConfig
@@ -130,7 +131,9 @@ class WorldCache:
     def number_of(self, plan_id: str, key: str = "plan_id") -> int:
         """Return the number of a plan; ConfigError, which names the ``key``, where there is none of that id."""
         if not isinstance(plan_id, str) or plan_id not in self._numbers:
-            raise ConfigError(f"{key}: none of the {len(self._numbers)} plans has the id {plan_id!r}")
+            near = nearest(plan_id, list(self._numbers)).partition("; ")[2] if isinstance(plan_id, str) else ""
+            said = f"{key}: none of the {len(self._numbers)} plans has the id {plan_id!r}"
+            raise ConfigError(f"{said}; {near}" if near else said)
         return self._numbers[plan_id]
 
     @cached_property

@@ -50,6 +50,14 @@ def test_info_says_how_sure_the_plans_are(furnished, tmp_path):
     assert "0.5 to 0.9, median 0.7, mean 0.700, 1 doubtful (below 0.8)" in call("info", path)
 
 
+def test_info_says_in_words_what_speaks_against_a_plan(tmp_path):
+    file = tmp_path / "plan.json"
+    file.write_bytes(encode(house("a", quality=Quality(0.5, {"cut_share": 0.5, "left_out": 0.0}))))
+    said = call("info", file)
+    assert re.search(r"^  cut_share +0\.5, doors that are cuts, not evidence$", said, re.MULTILINE)
+    assert re.search(r"^  left_out +0$", said, re.MULTILINE)
+
+
 def test_info(data, two_rooms, tmp_path):
     said = call("info", data)
     assert "quality" not in said

@@ -76,6 +76,10 @@ def test_plans_by_number_id_and_slice(plans):
     assert repr(plans[5:8]) == "Dataset('plans.jsonl.gz', 3 of 40 plans)"
     with pytest.raises(IndexError):
         plans[40]
+    assert plans[np.int64(3)] == plans[3]
+    for several in ([1, 2], np.array([1, 2]), [hexed(1)], 1.5):
+        with pytest.raises(TypeError, match=r"expected a number, id or slice, found .*; only\(\[...\]\)"):
+            plans[several]
     with pytest.raises(UnknownPlanError, match="no 'nobody'"):
         plans["nobody"]
     with pytest.raises(KeyError):

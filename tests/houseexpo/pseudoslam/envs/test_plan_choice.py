@@ -77,6 +77,8 @@ def test_a_copy_goes_on_in_turn_and_leaves_the_first_alone(copied: Any) -> None:
     ("given", "text"),
     [
         ({"plan_ids": ["small", "none"]}, "plan_ids: none of the 5 plans has the id 'none'"),
+        ({"plan_ids": ["smal"]}, "none of the 5 plans has the id 'smal'; the nearest is 'small'"),
+        ({"plan_ids": "train"}, r"found 'train'; open_dataset\(\.\.\.\)\.split\(NAME\)\.ids gives those of a list"),
         ({"plan_ids": []}, "plan_ids: expected at least one id, found none; leave it out to take all plans"),
         ({"plan_ids": "small"}, "plan_ids: expected a list of plans' ids or None .all., found 'small'"),
         ({"plan_ids": 3}, "found 3"),

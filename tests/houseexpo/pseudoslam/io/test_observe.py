@@ -109,19 +109,27 @@ def interrupted(*_: object) -> None:
     raise KeyboardInterrupt
 
 
+def test_the_size_is_that_of_the_shards_whatever_else_the_folder_holds(plans: Dataset, tmp_path: Path) -> None:
+    (tmp_path / "map.pgm").write_bytes(bytes(100_000))
+    done = observe(plans, tmp_path, SMALL, limit=2, seed=4)
+    assert done.size == (tmp_path / "pairs-000000.npz").stat().st_size
+
+
 def test_a_folder_holds_pairs_of_one_recipe(plans: Dataset, tmp_path: Path) -> None:
     out = tmp_path / "out"
     observe(plans, out, SMALL, limit=2, seed=4)
     before = files(out)
-    for given, key in (
-        ({"seed": 5}, "seed"),
-        ({"limit": 3}, "wanted"),
-        ({"config": replace(SMALL, every=3)}, "config"),
+    for given, said in (
+        ({"seed": 5}, "'seed' in recipe.json: 4 there, 5 asked for"),
+        ({"limit": 3}, "'limit' in recipe.json: 2 there, 3 asked for"),
+        (
+            {"config": replace(SMALL, every=SMALL.every + 1)},
+            f"'config.every' in recipe.json: {SMALL.every} there, {SMALL.every + 1} asked for",
+        ),
+        ({"plans": plans[:1]}, "'plans.number' in recipe.json"),
     ):
-        with pytest.raises(
-            ConfigError, match=f"same recipe, found another '{key}' in recipe.json; name another folder"
-        ):
-            observe(plans, out, **{"config": SMALL, "limit": 2, "seed": 4, **given})
+        with pytest.raises(ConfigError, match=f"same recipe, found another {said}.*; name another folder"):
+            observe(**{"plans": plans, "out": out, "config": SMALL, "limit": 2, "seed": 4, **given})
     assert files(out) == before
     (out / RECIPE).write_text("{")
     with pytest.raises(ConfigError, match=r"recipe.json: expected JSON"):
