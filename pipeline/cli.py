@@ -93,7 +93,7 @@ def build(
     A build that was interrupted goes on where it stopped.
     """
     if verify:
-        verify_all([*map(Path, sources or ()), *([Path(out)] if out else [])])
+        verify_all([*(sources or ()), *([out] if out else [])])
         return
     if out is None:
         raise typer.BadParameter("missing; name the data set folder", param_hint="--out")

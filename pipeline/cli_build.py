@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -106,6 +107,7 @@ def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
     begun = begin(
         settings_of(work.config, work.given), work.out, asked.count, load_overrides(work.config, work.overrides)
     )
+    record_shards(out=work.out, record=work.record(add=False))
     with watching(check) as display:
         done = build_shard(
             begun,
@@ -123,12 +125,28 @@ def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
     return len(done.not_done)
 
 
-def verify_all(folders: list[Path]) -> None:
+def record_shards(out: str, record: BuildRecord) -> None:
+    """Keep the record where shards are built: when they are assembled, the data set says how it can be built again."""
+    from houseexpo.dataset.build_record import FILE, encoded
+    from pipeline.batch.store import open_store
+
+    store, data = open_store(out), encoded(record)
+    with suppress(FileNotFoundError):
+        if store.get(FILE) == data:
+            return
+    store.put(FILE, data)
+
+
+def verify_all(places: list[str]) -> None:
     """Check data sets; ends with 1 where something is damaged."""
+    from pipeline.batch.remote import is_url
     from pipeline.batch.verify import verify
 
-    if not folders:
+    if not places:
         raise typer.BadParameter("name the data set", param_hint="--verify")
+    if url := next(filter(is_url, places), None):
+        raise typer.BadParameter(f"{url}: expected a folder, found a URL; copy it to a folder", param_hint="--verify")
+    folders = [Path(place) for place in places]
     wrong = [f"{folder}: {line}" for folder in folders for line in verify(folder)]
     for line in wrong:
         typer.secho(line, fg=typer.colors.RED)

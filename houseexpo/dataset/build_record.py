@@ -8,7 +8,8 @@ import msgspec
 
 from houseexpo.files import as_json, write_whole
 
-_FILE = ".build/command.json"
+FILE = ".build/command.json"
+"""Where the record lies in a data set."""
 
 
 class BuildRecord(msgspec.Struct, frozen=True):
@@ -29,12 +30,17 @@ class BuildRecord(msgspec.Struct, frozen=True):
 def record_build(root: Path, record: BuildRecord) -> None:
     """Keep the record in a data set folder; a file that says so already is left alone."""
     if recorded_build(root) != record:
-        write_whole(root / _FILE, as_json(msgspec.to_builtins(record)), durable=True)
+        write_whole(root / FILE, encoded(record), durable=True)
+
+
+def encoded(record: BuildRecord) -> bytes:
+    """Return the record as it lies in a data set."""
+    return as_json(msgspec.to_builtins(record))
 
 
 def recorded_build(root: Path) -> BuildRecord | None:
     """Return how a data set folder was built; None where nothing says so."""
     try:
-        return msgspec.json.decode((root / _FILE).read_bytes(), type=BuildRecord)
+        return msgspec.json.decode((root / FILE).read_bytes(), type=BuildRecord)
     except (OSError, msgspec.DecodeError):
         return None

@@ -92,10 +92,13 @@ class Begun(msgspec.Struct, frozen=True):
 
 
 def read_begun(store: Store) -> Begun | None:
-    """Return what the shards in a store have in common, None where none has begun."""
+    """Return what the shards in a store have in common, None where none has begun.
+
+    A store that does not answer has not said that none has: its fault is raised.
+    """
     try:
         return msgspec.json.decode(store.get(_BEGUN), type=Begun)
-    except (OSError, msgspec.DecodeError):
+    except (FileNotFoundError, NotADirectoryError, msgspec.DecodeError):
         return None
 
 

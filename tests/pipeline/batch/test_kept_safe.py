@@ -101,6 +101,26 @@ def test_a_damaged_record_makes_no_folder_unusable(street: Path, out: Path, reco
     assert run_build([street], out).unchanged
 
 
+@pytest.mark.parametrize("others", [Others.REFUSE, Others.ADD])
+def test_without_a_journal_plans_of_other_sources_stay(street: Path, out: Path, others: Others) -> None:
+    villa = one_room(street.parent / "villa.ply", 9.0, 7.0)
+    before = contents(out)
+    (out / ".build" / "journal.jsonl").unlink()
+    with pytest.raises(ConfigError, match=r"plans of other sources \(street\), and no journal"):
+        run_build([villa], out, others=others)
+    assert contents(out) == before
+    run_build([street], out)
+    assert contents(out) == before
+    (out / ".build" / "journal.jsonl").unlink()
+    assert run_build([villa], out, others=Others.REPLACE).ids == (f"{street.parent.name}_villa",)
+
+
+def test_without_a_record_of_parameters_those_of_the_manifest_count(street: Path, out: Path) -> None:
+    (out / ".build" / "build.json").unlink()
+    with pytest.raises(ConfigError, match="a build with other parameters"):
+        run_build([street], out, seed=5)
+
+
 def test_a_journal_full_of_garbage_costs_what_it_said(street: Path, out: Path) -> None:
     before = contents(out)
     journal = out / ".build" / "journal.jsonl"

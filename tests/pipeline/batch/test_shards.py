@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
+from houseexpo.dataset.build_record import BuildRecord, recorded_build
 from houseexpo.errors import ConfigError
 from pipeline.batch.shard_build import begin, begun_at, left_of
 from pipeline.batch.shards import Shard, ShardJournal, number_of, read_begun
@@ -98,6 +99,14 @@ def test_assemble_says_which_houses_of_which_shards_are_not_done(
     run_shard(config_for([street]), out, shard_of_a(2))
     assert CliRunner().invoke(make_app(), ["assemble", str(out)]).exit_code == 0
     assert contents(out) == serial
+
+
+def test_what_was_assembled_says_how_it_can_be_built_again(tmp_path: Path) -> None:
+    words = ["build", "procedural:2", "--seed", "4", "--out", str(tmp_path / "out"), "--workers", "1"]
+    for shard in ("1/2", "2/2"):
+        assert CliRunner().invoke(make_app(), [*words, "--shard", shard]).exit_code == 0
+    assert CliRunner().invoke(make_app(), ["assemble", str(tmp_path / "out")]).exit_code == 0
+    assert recorded_build(tmp_path / "out") == BuildRecord(("procedural:2", "--seed", "4"))
 
 
 def test_nothing_was_begun(tmp_path: Path) -> None:
