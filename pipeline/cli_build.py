@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from houseexpo.plan.overrides import NAME
 from houseexpo.progress import is_quiet
 from houseexpo.words import counted
 from pipeline.cli_parts import settings_of, show_outcomes
@@ -39,9 +40,12 @@ class Work:
         """Return the command that builds the same again, from whatever folder it is run in."""
         from houseexpo.dataset.build_record import BuildRecord
         from pipeline.batch.listing import absolute
+        from pipeline.config_file import folders_in_full
         from pipeline.overrides import beside
 
         options = {name: value for name, value in self.given.items() if name != "sources" and value is not None}
+        if "model_path" in options:
+            options["model_path"] = folders_in_full(options["model_path"], Path())
         arguments = [absolute(source) for source in self.given["sources"]]
         overrides = self.overrides
         if self.config is not None:
@@ -52,6 +56,11 @@ class Work:
             switch = f"--{option}" if value is not False else f"--no-{option}"
             arguments += [switch] if isinstance(value, bool) else [switch, str(value)]
         return BuildRecord((*arguments, *(["--add"] if add else [])), str(overrides.absolute()) if overrides else "")
+
+    def own_overrides(self) -> Path | None:
+        """Return the decisions that a review left in the data set's folder, where no manifest is beside its own."""
+        file = Path(self.out) / NAME
+        return file if self.config is None and file.is_file() else None
 
     def execute(self) -> Executor:
         """Return the executor."""
@@ -67,7 +76,7 @@ class Work:
 
 def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
     """Build, show what came of it, and return how many inputs are not done yet."""
-    from houseexpo.dataset.build_record import record_build
+    from houseexpo.dataset.build_record import record_build, recorded_build
     from pipeline.batch.build import build as run_build
     from pipeline.batch.folder import Others
     from pipeline.display import watching
@@ -76,11 +85,12 @@ def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
     from pipeline.report_page import write_report
 
     check()
+    root, adds = Path(work.out), others == Others.ADD
     with watching(check) as display:
         data_set = run_build(
             settings_of(work.config, work.given),
-            Path(work.out),
-            overrides=load_overrides(work.config, work.overrides),
+            root,
+            overrides=load_overrides(work.config, work.overrides or work.own_overrides()),
             workers=work.workers or 1,
             progress=display.progress,
             others=Others(others),
@@ -88,7 +98,8 @@ def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
             execute=work.execute(),
             ended=display.ended,
         )
-        record_build(data_set.root, work.record(add=others == Others.ADD))
+        record = work.record(add=adds)
+        record_build(root, record.beside(recorded_build(root)) if adds else record)
         if not data_set.unchanged:
             write_report(data_set, display.progress)
     show_outcomes(data_set, work.out, implausible_lines(data_set.root))

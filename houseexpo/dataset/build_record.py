@@ -21,10 +21,32 @@ class BuildRecord(msgspec.Struct, frozen=True):
         Of ``houseexpo build``, without ``--out`` and ``--overrides``.
     overrides
         The file of corrections by hand that the build reads, or would read if it were there; "" where it names none.
+    earlier
+        Arguments of the builds whose plans this one kept (``--add``); they are built again before it.
     """
 
     arguments: tuple[str, ...]
     overrides: str = ""
+    earlier: tuple[tuple[str, ...], ...] = ()
+
+    def beside(self, before: BuildRecord | None) -> BuildRecord:
+        """Return the record of a build that kept the plans of those before it.
+
+        Those that were corrected by another file are left out: it would not be read when they are built again.
+        """
+        if before is None or (before.overrides and self.overrides not in {"", before.overrides}):
+            return self
+        found = dict.fromkeys(map(_added, (*before.earlier, before.arguments)))
+        earlier = tuple(each for each in found if each != _added(self.arguments))
+        return msgspec.structs.replace(self, overrides=self.overrides or before.overrides, earlier=earlier)
+
+    def commands(self) -> tuple[tuple[str, ...], ...]:
+        """Return the arguments of the builds that make the data set again, the last one last."""
+        return (*self.earlier, self.arguments)
+
+
+def _added(arguments: tuple[str, ...]) -> tuple[str, ...]:
+    return arguments if arguments[-1:] == ("--add",) else (*arguments, "--add")
 
 
 def record_build(root: Path, record: BuildRecord) -> None:
