@@ -135,7 +135,7 @@ def _dropped(parts: Parts, kept: Mapping[str, Kept]) -> list[Duplicate]:
     from pipeline.stages.dedupe import dedupe
 
     pairs = copies(parts.folder.build / "copies.npz", parts.plans, list(kept.values()), parts.config.stages.dedupe)
-    keep = {name for name, plan in kept.items() if _override(name, plan, parts.overrides).keep}
+    keep = {name for name, plan in kept.items() if plan.by_hand or _override(name, plan, parts.overrides).keep}
     return dedupe(list(kept), pairs, keep)
 
 
@@ -148,7 +148,7 @@ def _settled(parts: Parts) -> dict[str, Kept]:
         plans[name] = kept
         if name != kept.id:
             renamed = parts.plans.put(name, kept.content, encode(replace(_load(parts, kept), id=name)) + b"\n")
-            plans[name] = msgspec.structs.replace(renamed, stages=kept.stages)
+            plans[name] = msgspec.structs.replace(renamed, stages=kept.stages, by_hand=kept.by_hand)
     return plans
 
 
