@@ -79,6 +79,8 @@ def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
     from houseexpo.dataset.build_record import record_build, recorded_build
     from pipeline.batch.build import build as run_build
     from pipeline.batch.folder import Others
+    from pipeline.batch.shards import end_shards
+    from pipeline.batch.store import FolderStore
     from pipeline.display import watching
     from pipeline.overrides import load_overrides
     from pipeline.plausible import implausible_lines
@@ -101,6 +103,7 @@ def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
         record = work.record(add=adds)
         record_build(root, record.beside(recorded_build(root)) if adds else record)
         if not data_set.unchanged:
+            end_shards(FolderStore(root))
             write_report(data_set, display.progress)
     show_outcomes(data_set, work.out, implausible_lines(data_set.root))
     return data_set.not_done
