@@ -102,7 +102,9 @@ def test_a_copy_in_a_folder_is_a_data_set_like_any_other(bucket: Any, tmp_path: 
     assert {*before} < {*contents(copy)}
 
 
-def test_what_cannot_be_reached_is_not_taken_for_nothing(bucket: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_cannot_be_reached_is_not_taken_for_nothing(
+    bucket: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     run_shard(config_for([SOURCE]), OUT, "0/1")
     with pytest.raises(ConfigError, match="s3://none/plans: expected a bucket that is there"):
         run_shard(config_for([SOURCE]), "s3://none/plans", "0/1")
@@ -114,9 +116,11 @@ def test_what_cannot_be_reached_is_not_taken_for_nothing(bucket: Any, monkeypatc
     monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")
     forget()
     try:
-        found = CliRunner().invoke(make_app(), ["assemble", OUT])
-        assert found.exit_code == 3
-        assert "could not connect" in found.output.lower()
+        (tmp_path / "houses.toml").write_text('[build]\nsources = ["procedural:1"]\n')
+        for words in (["assemble", OUT], ["slurm", str(tmp_path / "houses.toml"), "--shards", "2", "--out", OUT]):
+            found = CliRunner().invoke(make_app(), words)
+            assert found.exit_code == 3
+            assert "could not connect" in found.output.lower()
     finally:
         forget()
 
