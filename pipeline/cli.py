@@ -62,7 +62,10 @@ def build(
         str | None, typer.Option(help="The data set folder; a path, s3://... or gs://...", show_default=False)
     ] = None,
     config: _Config = None,
-    overrides: _Overrides = None,
+    overrides: Annotated[
+        Path | None,
+        typer.Option(help="Corrections by hand.", show_default="overrides.toml beside --config, without one in OUT"),
+    ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
     limit: Annotated[int | None, typer.Option(min=1, help="Take the first N inputs only.", show_default=False)] = None,
     seed: _Seed = None,
@@ -93,7 +96,7 @@ def build(
     A build that was interrupted goes on where it stopped.
     """
     if verify:
-        verify_all([*map(Path, sources or ()), *([Path(out)] if out else [])])
+        verify_all([*(sources or ()), *([out] if out else [])])
         return
     if out is None:
         raise typer.BadParameter("missing; name the data set folder", param_hint="--out")

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
+from houseexpo.plan.overrides import NAME
 from houseexpo.progress import is_quiet
 from houseexpo.words import counted
 from pipeline.cli_parts import settings_of, show_outcomes
@@ -38,9 +40,12 @@ class Work:
         """Return the command that builds the same again, from whatever folder it is run in."""
         from houseexpo.dataset.build_record import BuildRecord
         from pipeline.batch.listing import absolute
+        from pipeline.config_file import folders_in_full
         from pipeline.overrides import beside
 
         options = {name: value for name, value in self.given.items() if name != "sources" and value is not None}
+        if "model_path" in options:
+            options["model_path"] = folders_in_full(options["model_path"], Path())
         arguments = [absolute(source) for source in self.given["sources"]]
         overrides = self.overrides
         if self.config is not None:
@@ -51,6 +56,11 @@ class Work:
             switch = f"--{option}" if value is not False else f"--no-{option}"
             arguments += [switch] if isinstance(value, bool) else [switch, str(value)]
         return BuildRecord((*arguments, *(["--add"] if add else [])), str(overrides.absolute()) if overrides else "")
+
+    def own_overrides(self) -> Path | None:
+        """Return the decisions that a review left in the data set's folder, where no manifest is beside its own."""
+        file = Path(self.out) / NAME
+        return file if self.config is None and file.is_file() else None
 
     def execute(self) -> Executor:
         """Return the executor."""
@@ -66,20 +76,23 @@ class Work:
 
 def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
     """Build, show what came of it, and return how many inputs are not done yet."""
-    from houseexpo.dataset.build_record import record_build
+    from houseexpo.dataset.build_record import record_build, recorded_build
     from pipeline.batch.build import build as run_build
     from pipeline.batch.folder import Others
+    from pipeline.batch.shards import end_shards
+    from pipeline.batch.store import FolderStore
     from pipeline.display import watching
     from pipeline.overrides import load_overrides
     from pipeline.plausible import implausible_lines
     from pipeline.report_page import write_report
 
     check()
+    root, adds = Path(work.out), others == Others.ADD
     with watching(check) as display:
         data_set = run_build(
             settings_of(work.config, work.given),
-            Path(work.out),
-            overrides=load_overrides(work.config, work.overrides),
+            root,
+            overrides=load_overrides(work.config, work.overrides or work.own_overrides()),
             workers=work.workers or 1,
             progress=display.progress,
             others=Others(others),
@@ -87,8 +100,10 @@ def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
             execute=work.execute(),
             ended=display.ended,
         )
-        record_build(data_set.root, work.record(add=others == Others.ADD))
+        record = work.record(add=adds)
+        record_build(root, record.beside(recorded_build(root)) if adds else record)
         if not data_set.unchanged:
+            end_shards(FolderStore(root))
             write_report(data_set, display.progress)
     show_outcomes(data_set, work.out, implausible_lines(data_set.root))
     return data_set.not_done
@@ -106,6 +121,7 @@ def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
     begun = begin(
         settings_of(work.config, work.given), work.out, asked.count, load_overrides(work.config, work.overrides)
     )
+    record_shards(out=work.out, record=work.record(add=False))
     with watching(check) as display:
         done = build_shard(
             begun,
@@ -123,12 +139,28 @@ def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
     return len(done.not_done)
 
 
-def verify_all(folders: list[Path]) -> None:
+def record_shards(out: str, record: BuildRecord) -> None:
+    """Keep the record where shards are built: when they are assembled, the data set says how it can be built again."""
+    from houseexpo.dataset.build_record import FILE, encoded
+    from pipeline.batch.store import open_store
+
+    store, data = open_store(out), encoded(record)
+    with suppress(FileNotFoundError):
+        if store.get(FILE) == data:
+            return
+    store.put(FILE, data)
+
+
+def verify_all(places: list[str]) -> None:
     """Check data sets; ends with 1 where something is damaged."""
+    from pipeline.batch.remote import is_url
     from pipeline.batch.verify import verify
 
-    if not folders:
+    if not places:
         raise typer.BadParameter("name the data set", param_hint="--verify")
+    if url := next(filter(is_url, places), None):
+        raise typer.BadParameter(f"{url}: expected a folder, found a URL; copy it to a folder", param_hint="--verify")
+    folders = [Path(place) for place in places]
     wrong = [f"{folder}: {line}" for folder in folders for line in verify(folder)]
     for line in wrong:
         typer.secho(line, fg=typer.colors.RED)

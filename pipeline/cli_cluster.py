@@ -58,23 +58,24 @@ def slurm(
     from pipeline.batch.slurm import ARRAY_LIMIT, Queue, Request, Scripts, array_limit, program
     from pipeline.overrides import load_overrides
 
-    begun = begin(settings_of(manifest, {}), out, shards, load_overrides(manifest))
-    place = out if is_url(out) else str(Path(out).absolute())
-    command = [*program(), "build", "--config", str(manifest.absolute()), "--out", place, "--workers", str(cores)]
-    folder = scripts or Path("houseexpo-slurm" if is_url(out) else Path(out) / ".build" / "slurm")
-    written = Scripts(folder.absolute(), place, command, shards, Request(partition, time, memory, cores))
-    try:
-        queue, at_most = written.queue(), limit or array_limit()
-    except HouseExpoError as error:
+    with ended_cleanly():
+        begun = begin(settings_of(manifest, {}), out, shards, load_overrides(manifest))
+        place = out if is_url(out) else str(Path(out).absolute())
+        command = [*program(), "build", "--config", str(manifest.absolute()), "--out", place, "--workers", str(cores)]
+        folder = scripts or Path("houseexpo-slurm" if is_url(out) else Path(out) / ".build" / "slurm")
+        written = Scripts(folder.absolute(), place, command, shards, Request(partition, time, memory, cores))
+        try:
+            queue, at_most = written.queue(), limit or array_limit()
+        except HouseExpoError as error:
+            if submit:
+                raise
+            typer.secho(f"{error}; the scripts are for all shards that are not done", fg=typer.colors.YELLOW, err=True)
+            queue, at_most = Queue(), limit or ARRAY_LIMIT
+        count = written.write(left_of(begun, out), at_most, queue)
+        waiting = f", {len(queue.shards)} are in the queue" if queue.shards else ""
+        typer.echo(f"{count} of {counted(shards, 'shard')} to submit{waiting}: sh {written.folder / 'submit.sh'}")
         if submit:
-            raise
-        typer.secho(f"{error}; the scripts are for all shards that are not done", fg=typer.colors.YELLOW, err=True)
-        queue, at_most = Queue(), limit or ARRAY_LIMIT
-    count = written.write(left_of(begun, out), at_most, queue)
-    waiting = f", {len(queue.shards)} are in the queue" if queue.shards else ""
-    typer.echo(f"{count} of {counted(shards, 'shard')} to submit{waiting}: sh {written.folder / 'submit.sh'}")
-    if submit:
-        typer.echo(written.submit())
+            typer.echo(written.submit())
 
 
 def assemble_all(out: str, check: Callable[[], None], *, partial: bool) -> int:

@@ -26,11 +26,16 @@ NOT_DONE = 3
 
 
 def settings_of(config: Path | None, given: Mapping[str, Any]) -> BuildConfig:
-    """Return the manifest's settings, or the defaults, with what the command line gives in their place."""
-    from pipeline.config_file import BuildConfig, load_config
+    """Return the manifest's settings, or the defaults, with what the command line gives in their place.
+
+    Model folders that are given count from the folder that the command is run in, wherever the settings are used.
+    """
+    from pipeline.config_file import BuildConfig, folders_in_full, load_config
 
     settings = BuildConfig() if config is None else load_config(config)
     chosen = {name: value for name, value in given.items() if value not in (None, ())}
+    if "model_path" in chosen:
+        chosen["model_path"] = folders_in_full(chosen["model_path"], Path())
     return replace(settings, build=replace(settings.build, **chosen))
 
 

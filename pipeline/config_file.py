@@ -15,6 +15,7 @@ from __future__ import annotations
 import difflib
 import hashlib
 import math
+import os
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
@@ -96,7 +97,7 @@ class BuildConfig:
 
 
 def load_config(path: Path) -> BuildConfig:
-    """Read a manifest; its relative sources count from its own folder.
+    """Read a manifest; its relative sources and model folders count from its own folder.
 
     Raises
     ------
@@ -115,7 +116,13 @@ def load_config(path: Path) -> BuildConfig:
         if not value:  # the system takes a limit of 0 for none
             raise ConfigError(f"{path}: limits.{name} = {value!r}: expected a number above 0")
     sources = tuple(_from_here(source, path.parent) for source in config.build.sources)
-    return replace(config, build=replace(config.build, sources=sources), stages=stages)
+    model_path = folders_in_full(config.build.model_path, path.parent)
+    return replace(config, build=replace(config.build, sources=sources, model_path=model_path), stages=stages)
+
+
+def folders_in_full(folders: str, here: Path) -> str:
+    """Return folders that are divided as in PATH by their full names; relative ones count from ``here``."""
+    return os.pathsep.join(str(here.absolute() / folder) for folder in folders.split(os.pathsep) if folder)
 
 
 def load_toml(path: Path) -> dict[str, Any]:

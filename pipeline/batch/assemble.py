@@ -67,7 +67,7 @@ class Parts:
         outcomes = [(entry.plans, entry.refused, entry.versions, entry.transient) for entry in self.entries]
         words = {name: asdict(override) for name, override in self.overrides.items()}
         lists = [(str(file.relative_to(self.folder.root)), file.read_bytes()) for file in list_files(self.folder.root)]
-        sources = (_public(self.sources), self.config.rights())
+        sources = (public_names(self.sources), self.config.rights())
         how = (self.config.parameters(), self.config.build.keep_stages)
         parts = (outcomes, sources, how, words, sorted(lists), digest_of(__name__))
         return hashlib.sha256(msgspec.json.encode(parts, order="deterministic")).hexdigest()
@@ -135,7 +135,7 @@ def _dropped(parts: Parts, kept: Mapping[str, Kept]) -> list[Duplicate]:
     from pipeline.stages.dedupe import dedupe
 
     pairs = copies(parts.folder.build / "copies.npz", parts.plans, list(kept.values()), parts.config.stages.dedupe)
-    keep = {name for name, plan in kept.items() if _override(name, plan, parts.overrides).keep}
+    keep = {name for name, plan in kept.items() if plan.by_hand or _override(name, plan, parts.overrides).keep}
     return dedupe(list(kept), pairs, keep)
 
 
@@ -148,7 +148,7 @@ def _settled(parts: Parts) -> dict[str, Kept]:
         plans[name] = kept
         if name != kept.id:
             renamed = parts.plans.put(name, kept.content, encode(replace(_load(parts, kept), id=name)) + b"\n")
-            plans[name] = msgspec.structs.replace(renamed, stages=kept.stages)
+            plans[name] = msgspec.structs.replace(renamed, stages=kept.stages, by_hand=kept.by_hand)
     return plans
 
 
@@ -188,7 +188,7 @@ def _manifest(parts: Parts, own: Mapping[str, str], stats: Mapping[str, Any]) ->
     return {
         "format": FORMAT,
         "generator": {"name": "houseexpo", "version": version("houseexpo")},
-        "sources": _public(parts.sources),
+        "sources": public_names(parts.sources),
         **parts.config.rights(),
         "parameters": parts.config.parameters(),
         "parameters_sha256": parts.config.digest(),
@@ -200,6 +200,6 @@ def _manifest(parts: Parts, own: Mapping[str, str], stats: Mapping[str, Any]) ->
     }
 
 
-def _public(sources: Iterable[str]) -> list[str]:
+def public_names(sources: Iterable[str]) -> list[str]:
     """Return the sources' own names: where they lie on this machine is nobody else's business."""
     return sorted(disk.printable(Path(source).name) if is_path(source) else source for source in sources)

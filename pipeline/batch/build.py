@@ -16,7 +16,7 @@ import msgspec
 
 from houseexpo.errors import ConfigError
 from pipeline.batch import disk
-from pipeline.batch.assemble import DataSet, Parts, assemble
+from pipeline.batch.assemble import DataSet, Parts, assemble, public_names
 from pipeline.batch.entry import Entry, ordered
 from pipeline.batch.folder import Folder, Others
 from pipeline.batch.job import Plan
@@ -152,6 +152,8 @@ class _Batch:
 
 def _beside(journal: Journal, listing: Listing, folder: Folder, others: Others) -> list[str]:
     """Return the sources whose plans stay although this build does not list them."""
+    if not journal.sources() and others is not Others.REPLACE:
+        _check_unknown(listing, folder)
     found = [source for source in journal.sources() if source not in listing.sources]
     if not found or others is Others.REPLACE:
         return []
@@ -163,3 +165,14 @@ def _beside(journal: Journal, listing: Listing, folder: Folder, others: Others) 
             "beside the new ones, --replace removes them, or choose another --out"
         )
     return beside
+
+
+def _check_unknown(listing: Listing, folder: Folder) -> None:
+    """Raise ConfigError where no journal says where plans come from, and the manifest names sources of others."""
+    manifest = folder.manifest()
+    unknown = set(manifest.sources if manifest else ()).difference(public_names(listing.sources))
+    if unknown:
+        raise ConfigError(
+            f"{folder.root}: holds plans of other sources ({', '.join(sorted(unknown))}), and no journal that says "
+            "which these are; --replace removes them, or choose another --out"
+        )

@@ -24,7 +24,8 @@ class Picture(msgspec.Struct, frozen=True, array_like=True):
 class Kept(msgspec.Struct, frozen=True, omit_defaults=True):
     """A plan in the store: its reader's id, the SHA-256 of what it was made from and of its bytes, and how many.
 
-    ``stages`` is the picture of the stages that it went through, where the build keeps one.
+    ``stages`` is the picture of the stages that it went through, where the build keeps one. ``by_hand``: a person keeps
+    it, though it be a copy; builds that leave its source alone do not know of that.
     """
 
     id: str
@@ -32,6 +33,7 @@ class Kept(msgspec.Struct, frozen=True, omit_defaults=True):
     plan: str
     size: int
     stages: Picture | None = None
+    by_hand: bool = False
 
 
 class Refused(msgspec.Struct, frozen=True, order=True):

@@ -6,7 +6,8 @@ Rules:
 2. A data set without its ``.build`` is left alone: nothing says where its plans come from. So is a file in ``json/``
    or ``stages/`` that no build wrote. Only REPLACE removes them.
 3. Links are never followed into, and never removed: not even REPLACE does.
-4. A damaged record in ``.build`` makes no folder unusable: what it said is found again, or done again.
+4. A damaged record in ``.build`` makes no folder unusable: what it said is found again, or done again. Where parameters
+   and sources stand in no record, the manifest's count.
 """
 
 from __future__ import annotations
@@ -61,9 +62,11 @@ class _Started(msgspec.Struct):
 
 
 class Manifest(msgspec.Struct):
-    """Of ``manifest.json``, the files that it names, each with its SHA-256."""
+    """Of ``manifest.json``, the files that it names, each with its SHA-256, and what they were made from."""
 
     files: dict[str, str]
+    sources: list[str] = []
+    parameters_sha256: str = ""
 
 
 @dataclass(frozen=True)
@@ -126,6 +129,10 @@ class Folder:
         """Return the record of the data set as it was last finished."""
         return _read(self.build / "finished.json", Finished)
 
+    def manifest(self) -> Manifest | None:
+        """Return what the data set says of itself; None where it is not finished."""
+        return _read(self.root / MANIFEST, Manifest)
+
     def announce(self, names: Iterable[str]) -> None:
         """Say which plans and pictures are about to be written, by their names in the data set: they are ours."""
         ours = {*(self._ours() or ()), *map(_short, names)}
@@ -162,8 +169,8 @@ class Folder:
                 raise self._other(f"{path.relative_to(self.root)} is {what}; move it away")  # R3
 
     def _check_parameters(self, parameters: str) -> None:
-        started = _read(self.build / "build.json", _Started)
-        if started is not None and started.parameters_sha256 != parameters:
+        started = _read(self.build / "build.json", _Started) or self.manifest()
+        if started is not None and started.parameters_sha256 not in {parameters, ""}:
             raise self._other(
                 f"holds a build with other parameters (hash {started.parameters_sha256[:8]}, this one's is "
                 f"{parameters[:8]}); --replace builds it anew"
@@ -188,7 +195,7 @@ class Folder:
 
     def _ours(self) -> set[str] | None:
         """Return the plans and pictures that builds wrote; None where that cannot be told any more (R4)."""
-        finished, manifest = self.finished(), _read(self.root / MANIFEST, Manifest)
+        finished, manifest = self.finished(), self.manifest()
         records = [
             [*map(_short, finished.files)] if finished else None,
             _read(self.build / "announced.json", list[str]),

@@ -192,7 +192,8 @@ def _outcome(found: Planned, level: Level, job: Job, settings: Settings) -> Outc
         return Refused.of(found.id, rejection.pictured(top_view(level.walls)))
     plan = _furnished(found, settings)
     plan = replace(plan, provenance={**(plan.provenance or {}), **settings.stamp})
-    return settings.plans.put(found.id, str(level.provenance.get("sha256", "")), encode(plan) + b"\n", picture)
+    kept = settings.plans.put(found.id, str(level.provenance.get("sha256", "")), encode(plan) + b"\n", picture)
+    return msgspec.structs.replace(kept, by_hand=override.keep)
 
 
 def _furnished(plan: FloorPlan, settings: Settings) -> FloorPlan:

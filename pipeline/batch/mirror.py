@@ -46,8 +46,9 @@ class Mirror:
     def lay(self) -> None:
         """Give every object a file (R1); ConfigError where there is nothing."""
         system, path = opened(self.url)
-        with faults(self.url):
-            found: Mapping[str, Any] = system.find(path, detail=True)
+        found: Mapping[str, Any] = {}
+        with suppress(FileNotFoundError), faults(self.url):  # no such bucket
+            found = system.find(path, detail=True)
         names = {name[len(path) + 1 :]: info for name, info in found.items() if name.startswith(f"{path}/")}
         known = {name: info for name, info in names.items() if _is_inside(name)}  # R4
         if not known:

@@ -25,8 +25,12 @@ from pipeline.batch.remote import faults, opened
 T = TypeVar("T")
 
 _PLANS, _ANNOUNCED = ".build/plans", ".build/announced.json"
-_BESIDE = (".build/copies.npz", ".build/report.html", ".build/pictures", "splits")
-"""What a data set is put together with, or goes with it, besides plans; folders and files."""
+_RECORDS = (".build/build.json", ".build/journal.jsonl")
+_BESIDE = (*_RECORDS, ".build/copies.npz", ".build/report.html", ".build/pictures", "splits")
+"""What a data set is put together with, or goes with it, besides plans; folders and files.
+
+The records let a copy of it in a folder be built again as if it had been built there.
+"""
 
 
 def _files(root: Path, kind: str) -> list[str]:
@@ -69,8 +73,13 @@ class ObjectStore:
     def put(self, name: str, data: bytes) -> None:
         """Write an object (R1)."""
         system, path = opened(self.url)
-        with faults(self.url):
-            system.pipe_file(f"{path}/{name}", data)
+        try:
+            with faults(self.url):
+                system.pipe_file(f"{path}/{name}", data)
+        except FileNotFoundError as error:  # of an object that is written only its bucket can be missing
+            raise ConfigError(
+                f"{self.url}: expected a bucket that is there, found none ({error}); make it, or check the URL"
+            ) from None
 
     def add(self, name: str, data: bytes) -> None:
         """Write an object, whether it is there or not: asking would cost as much."""

@@ -4,7 +4,9 @@ Rules:
 
 1. An input belongs to the shard that the hash of its id falls into: every machine agrees, without asking another.
 2. Shards are counted from 0 to N - 1 or from 1 to N: shard N of N is shard 0.
-3. What shards have in common (``begun.json``) is written by whichever comes first, and must be the same for all.
+3. What shards have in common (``begun.json``) is written by whichever comes first, and must be the same for all. A
+   build of one shard may change its mind on corrections, pictures and licence. A build of the whole folder that changes
+   the data set ends the shards: put together again, they would take that back.
 4. A shard's journal is a folder of chunks, written once each: two attempts at one shard add chunks beside each other,
    and the last line of an input counts. What is lost when a shard is killed is what stood in no chunk yet.
 """
@@ -77,7 +79,9 @@ class Begun(msgspec.Struct, frozen=True):
         before = read_begun(store)
         if before is None:
             store.check(self.config.digest())
-            store.put(_BEGUN, msgspec.json.encode(self, order="deterministic"))
+            self._put(store)
+        elif before != self and self.shards == before.shards == 1 and self._same_houses(before):
+            self._put(store)
         elif before != self:
             what = (
                 f"{before.shards} shards, not {self.shards}"
@@ -90,12 +94,29 @@ class Begun(msgspec.Struct, frozen=True):
                 f"{store.name}: a build with {what} was begun there; go on with those, or choose another --out"
             )
 
+    def _put(self, store: Store) -> None:
+        store.put(_BEGUN, msgspec.json.encode(self, order="deterministic"))
+
+    def _same_houses(self, other: Begun) -> bool:
+        """Tell whether the other has the same inputs and parameters, whatever a person says of single houses."""
+        own, before = self.config.build, other.config.build
+        asked = ((each.sources, each.limit, each.model_path) for each in (own, before))
+        return len(set(asked)) == 1 and self.config.parameters() == other.config.parameters()
+
+
+def end_shards(store: Store) -> None:
+    """Forget what shards have in common (R3)."""
+    store.remove(_BEGUN)
+
 
 def read_begun(store: Store) -> Begun | None:
-    """Return what the shards in a store have in common, None where none has begun."""
+    """Return what the shards in a store have in common, None where none has begun.
+
+    A store that does not answer has not said that none has: its fault is raised.
+    """
     try:
         return msgspec.json.decode(store.get(_BEGUN), type=Begun)
-    except (OSError, msgspec.DecodeError):
+    except (FileNotFoundError, NotADirectoryError, msgspec.DecodeError):
         return None
 
 

@@ -55,7 +55,7 @@ class Request:
             "time": self.time,
             "mem": self.memory,
             "cpus-per-task": str(self.cores),
-            "output": str(logs),
+            "output": f'"{logs}"' if " " in str(logs) else str(logs),
             "signal": "B:INT@60",  # R4
         }
         return "\n".join(f"#SBATCH --{key}={value}" for key, value in asked.items() if value is not None)

@@ -37,7 +37,12 @@ def level_id(base: str, level: int, n_levels: int) -> str:
 
 
 def files_in(folder: Path) -> Iterator[Path]:
-    """Yield all files under a folder but those of data sets that were built in it: plans and records are no houses."""
+    """Yield all files under a folder but those of data sets that were built in it: plans and records are no houses.
+
+    A folder that is a data set itself has none.
+    """
+    if (folder / BUILT / "journal.jsonl").is_file():
+        return
     for place, folders, names in os.walk(folder):
         folders[:] = [name for name in folders if not Path(place, name, BUILT).is_dir()]
         yield from (file for name in names if (file := Path(place, name)).is_file())

@@ -90,7 +90,7 @@ def killed_once(mark: Path, level: Level, config: PipelineConfig, rng: np.random
 
 
 def run_build(
-    sources: list[Path],
+    sources: Sequence[Path | str],
     out: Path,
     *,
     workers: int = 1,

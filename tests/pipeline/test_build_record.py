@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import pytest
 
 from houseexpo.dataset.build_record import BuildRecord, record_build, recorded_build
 from pipeline.cli_build import Work
+from pipeline.cli_parts import settings_of
 
 NOTHING: dict[str, Any] = {"sources": (), "limit": None, "seed": None, "furniture": None, "scale": None}
 
@@ -34,6 +36,31 @@ def test_paths_are_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     found = work({}, Path("homes.toml")).record(add=False)
     assert found.overrides == str(tmp_path / "homes.overrides.toml")
     assert work({}, Path("homes.toml"), Path("mine.toml")).record(add=False).overrides == str(tmp_path / "mine.toml")
+
+
+def test_model_folders_are_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    full = f"{tmp_path / 'models'}{os.pathsep}{os.sep}far"
+    given = {"model_path": f"models{os.pathsep}{os.sep}far"}
+    assert work(given).record(add=False).arguments == ("--model-path", full)
+    assert settings_of(None, given).build.model_path == full
+
+
+def test_a_build_that_kept_the_plans_of_others_knows_how_these_were_made() -> None:
+    first, second = BuildRecord(("a",)), BuildRecord(("b", "--add"))
+    assert second.beside(None) == second
+    both = second.beside(first)
+    assert both.commands() == (("a", "--add"), ("b", "--add"))
+    again = BuildRecord(("a", "--add")).beside(both)
+    assert again.commands() == (("b", "--add"), ("a", "--add"))
+    assert second.beside(again) == both
+
+
+def test_earlier_builds_keep_the_file_that_corrected_them() -> None:
+    first = BuildRecord(("a",), "/mine.toml")
+    assert BuildRecord(("b", "--add")).beside(first) == BuildRecord(("b", "--add"), "/mine.toml", (("a", "--add"),))
+    other = BuildRecord(("b", "--add"), "/other.toml")
+    assert other.beside(first) == other
 
 
 def test_a_record_is_read_as_it_was_written_and_else_there_is_none(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,11 @@ def test_what_a_manifest_does_not_say_is_the_default(tmp_path: Path) -> None:
 def test_relative_sources_count_from_the_manifest(tmp_path: Path) -> None:
     config = load_config(written(tmp_path, '[build]\nsources = ["houses", "/abs/x.ply", "procedural:3"]'))
     assert config.build.sources == (str(tmp_path / "houses"), "/abs/x.ply", "procedural:3")
+
+
+def test_relative_model_folders_count_from_the_manifest(tmp_path: Path) -> None:
+    config = load_config(written(tmp_path, f'[build]\nmodel_path = "models{os.pathsep}/abs"'))
+    assert config.build.model_path == f"{tmp_path / 'models'}{os.pathsep}/abs"
 
 
 @pytest.mark.parametrize(

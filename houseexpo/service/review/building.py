@@ -4,6 +4,7 @@ R1  One build of a data set at a time. It goes on when the browser goes away, an
 R2  The plans decided on are kept as they were before, in memory, to be shown beside what became of them.
 R3  What is decided while it is built counts as decided after it.
 R4  A build that fails changes nothing of what was decided; its last lines say why.
+R5  Where the last build kept the plans of others (``--add``), those are built again before it, with the same decisions.
 """
 
 from __future__ import annotations
@@ -84,36 +85,34 @@ class Building:
             upto = self._decisions.last()  # before the build reads the file: what comes later waits for the next one
             touched, dataset = self._decisions.since_build(), self._collection.dataset
             before = {name: dataset.raw(name) for name in touched[:_MAX_SHOWN] if name in dataset}  # R2
+            commands = self._commands()
             try:
-                self._process = self._begun()
+                self._process = _begun(commands[0])
             except OSError as error:
                 raise ConfigError(f"{self.root.name}: houseexpo build cannot be started ({error.strerror})") from None
             self.before, self.outcomes, self.phase, self._stopped = before, [], "building", False
             self._lines.clear()
             atexit.register(self.stop)
-        Thread(target=self._follow, args=(self._process, touched[:_MAX_SHOWN], reviewer, upto), daemon=True).start()
+        Thread(target=self._follow, args=(commands[1:], touched[:_MAX_SHOWN], reviewer, upto), daemon=True).start()
 
     def stop(self) -> None:
         """End a build as Ctrl-C does: what is done is kept."""
         process = self._process
+        self._stopped = self._stopped or self.phase == "building"
         if process is not None and process.poll() is None:
-            self._stopped = True
             with suppress(ProcessLookupError):  # it has ended meanwhile
                 os.killpg(process.pid, signal.SIGINT)
 
-    def _begun(self) -> subprocess.Popen[str]:
+    def _commands(self) -> list[list[str]]:
+        """Return the builds to run, one after another: those whose plans the last one kept, and that one (R5)."""
         record = recorded_build(self.root)
-        arguments = record.arguments if record else ()
         overrides = ["--overrides", str(self._decisions.file)] if self._decisions.file.exists() else []
-        command = [sys.executable, "-m", "houseexpo", "build", *arguments, *overrides, "--out", str(self.root)]
-        return subprocess.Popen(  # noqa: S603  # what was recorded when it was built, by this user
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-            errors="replace", start_new_session=True,
-        )  # fmt: skip
+        command, out = [sys.executable, "-m", "houseexpo", "build"], ["--out", str(self.root)]
+        return [[*command, *arguments, *overrides, *out] for arguments in (record.commands() if record else ((),))]
 
-    def _follow(self, process: subprocess.Popen[str], touched: Sequence[str], reviewer: str, upto: int) -> None:
+    def _follow(self, rest: Sequence[Sequence[str]], touched: Sequence[str], reviewer: str, upto: int) -> None:
         try:
-            self._finish(process, touched, reviewer, upto)
+            self._finish(rest, touched, reviewer, upto)
         except Exception as error:  # noqa: BLE001  # a phase that stays "building" would keep every later build out
             self.stop()
             words = str(error) if isinstance(error, HouseExpoError) else f"{type(error).__name__}: {error}"
@@ -122,12 +121,25 @@ class Building:
         finally:
             atexit.unregister(self.stop)
 
-    def _finish(self, process: subprocess.Popen[str], touched: Sequence[str], reviewer: str, upto: int) -> None:
+    def _heard(self) -> bool:
+        """Keep what the build at work says until it ends; tell whether it ended well."""
+        process = self._process
+        assert process is not None  # noqa: S101  # it was begun
         assert process.stdout is not None  # noqa: S101  # it is a pipe
+        with process.stdout as lines:
+            self._lines.extend(line.rstrip() for line in lines)
+        return not process.wait()
+
+    def _finish(self, rest: Sequence[Sequence[str]], touched: Sequence[str], reviewer: str, upto: int) -> None:
         dataset, manifest = self._collection.dataset, _look(self.root)
-        for line in process.stdout:
-            self._lines.append(line.rstrip())
-        if process.wait():
+        ended_well = self._heard()
+        for command in rest:
+            if not ended_well or self._stopped:
+                ended_well = False
+                break
+            self._process = _begun(command)
+            ended_well = self._heard()
+        if not ended_well:
             self.phase = "stopped" if self._stopped else "failed"  # R4
             return
         found = outcomes(self.root, self.before, touched)
@@ -138,6 +150,13 @@ class Building:
             time.sleep(0.1)
         self._decisions.built(reviewer, upto)
         self.outcomes, self.phase = found, "built"  # together: a page that asks meanwhile shows it as being built
+
+
+def _begun(command: Sequence[str]) -> subprocess.Popen[str]:
+    return subprocess.Popen(  # noqa: S603  # what was recorded when it was built, by this user
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        errors="replace", start_new_session=True,
+    )  # fmt: skip
 
 
 def _look(root: Path) -> int:

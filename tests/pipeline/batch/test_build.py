@@ -8,6 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from houseexpo.dataset.plan_files import load_plan
+from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode
 from pipeline.algorithm import plan_level
 from pipeline.overrides import Override
@@ -133,3 +134,9 @@ def test_chance_depends_on_seed_and_id_alone(street: Path, tmp_path: Path) -> No
 
     assert drawn("whole", 1) == drawn("part", 1, limit=1)
     assert drawn("whole", 1) != drawn("other", 2, limit=1)
+
+
+def test_a_data_set_is_no_source(street: Path, tmp_path: Path) -> None:
+    run_build([street], tmp_path / "out")
+    with pytest.raises(ConfigError, match="nothing of the kind in it"):
+        run_build([tmp_path / "out"], tmp_path / "again")

@@ -11,6 +11,7 @@ from houseexpo.errors import ConfigError
 from pipeline.batch.folder import Others
 from pipeline.batch.lock import locked
 from pipeline.batch.verify import verify
+from pipeline.overrides import Override
 from tests.builders.batch import contents, lines, one_room, run_build, three_rooms
 
 
@@ -99,6 +100,34 @@ def test_a_damaged_record_makes_no_folder_unusable(street: Path, out: Path, reco
     run_build([street], out)
     assert contents(out) == before
     assert run_build([street], out).unchanged
+
+
+@pytest.mark.parametrize("others", [Others.REFUSE, Others.ADD])
+def test_without_a_journal_plans_of_other_sources_stay(street: Path, out: Path, others: Others) -> None:
+    villa = one_room(street.parent / "villa.ply", 9.0, 7.0)
+    before = contents(out)
+    (out / ".build" / "journal.jsonl").unlink()
+    with pytest.raises(ConfigError, match=r"plans of other sources \(street\), and no journal"):
+        run_build([villa], out, others=others)
+    assert contents(out) == before
+    run_build([street], out)
+    assert contents(out) == before
+    (out / ".build" / "journal.jsonl").unlink()
+    assert run_build([villa], out, others=Others.REPLACE).ids == (f"{street.parent.name}_villa",)
+
+
+def test_a_copy_that_a_person_keeps_stays_when_other_sources_are_added(street: Path, out: Path) -> None:
+    one_room(street / "d.ply", 4.0, 4.0)  # as a is
+    assert "d" in run_build([street], out, overrides={"d": Override(keep=True)}).ids
+    villa = one_room(street.parent / "villa.ply", 9.0, 7.0)
+    assert "d" in run_build([villa], out, others=Others.ADD).ids
+    assert "d" not in run_build([street], out, others=Others.ADD).ids
+
+
+def test_without_a_record_of_parameters_those_of_the_manifest_count(street: Path, out: Path) -> None:
+    (out / ".build" / "build.json").unlink()
+    with pytest.raises(ConfigError, match="a build with other parameters"):
+        run_build([street], out, seed=5)
 
 
 def test_a_journal_full_of_garbage_costs_what_it_said(street: Path, out: Path) -> None:

@@ -12,11 +12,12 @@ from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
+from pipeline.batch.folder import Others
 from pipeline.batch.mirror import mirrored
 from pipeline.batch.shard_build import begun_at, left_of
-from tests.builders.batch import config_for, contents, run_assemble, run_build, run_shard, sketched
+from tests.builders.batch import config_for, contents, one_room, run_assemble, run_build, run_shard, sketched
 from tests.builders.needs import need
-from tests.builders.object_store import BUCKET, puts, s3_server
+from tests.builders.object_store import BUCKET, forget, puts, s3_server
 
 pytestmark = pytest.mark.slow
 SOURCE, OUT = f"s3://{BUCKET}/in/street", f"s3://{BUCKET}/out/plans"
@@ -81,6 +82,47 @@ def test_the_command_builds_into_an_object_store(bucket: Any, serial: dict[str, 
         assert (found.exit_code, found.exception) == (0, None)
         assert f"data set  {OUT}" in found.stdout
         assert {name for name in stored(bucket, OUT) if name.startswith("json/")} <= set(serial)
+
+
+def test_a_copy_in_a_folder_is_a_data_set_like_any_other(bucket: Any, tmp_path: Path) -> None:
+    copy = tmp_path / "copy"
+    run_shard(config_for([SOURCE]), OUT, "0/1")
+    run_assemble(OUT)
+    bucket.get(f"{OUT}/", f"{copy}/", recursive=True)
+    before = contents(copy)
+    villa = one_room(tmp_path / "villa.ply", 12.0, 7.0)
+    with pytest.raises(ConfigError, match="--add keeps them"):
+        run_build([villa], copy)
+    with pytest.raises(ConfigError, match="other parameters"):
+        run_build([SOURCE], copy, seed=5)
+    assert contents(copy) == before
+    run_build([SOURCE], copy)
+    assert contents(copy) == before
+    run_build([villa], copy, others=Others.ADD)
+    assert {*before} < {*contents(copy)}
+
+
+def test_what_cannot_be_reached_is_not_taken_for_nothing(
+    bucket: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_shard(config_for([SOURCE]), OUT, "0/1")
+    with pytest.raises(ConfigError, match="s3://none/plans: expected a bucket that is there"):
+        run_shard(config_for([SOURCE]), "s3://none/plans", "0/1")
+    with pytest.raises(ConfigError, match="'s3://none/in' does not exist"):
+        run_shard(config_for(["s3://none/in"]), OUT, "0/1")
+    found = CliRunner().invoke(make_app(), ["build", "--verify", OUT])
+    assert found.exit_code == 2
+    assert "expected a folder" in found.output
+    monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")
+    forget()
+    try:
+        (tmp_path / "houses.toml").write_text('[build]\nsources = ["procedural:1"]\n')
+        for words in (["assemble", OUT], ["slurm", str(tmp_path / "houses.toml"), "--shards", "2", "--out", OUT]):
+            found = CliRunner().invoke(make_app(), words)
+            assert found.exit_code == 3
+            assert "could not connect" in found.output.lower()
+    finally:
+        forget()
 
 
 def test_pictures_of_the_stages_go_with_the_plans(bucket: Any, street: Path, tmp_path: Path) -> None:

@@ -10,10 +10,12 @@ import pytest
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
+from houseexpo.dataset.build_record import BuildRecord, recorded_build
 from houseexpo.errors import ConfigError
 from pipeline.batch.shard_build import begin, begun_at, left_of
 from pipeline.batch.shards import Shard, ShardJournal, number_of, read_begun
 from pipeline.batch.store import FolderStore, open_store
+from pipeline.overrides import Override
 from tests.builders.batch import boxed, config_for, contents, killed_once, one_room, run_assemble, run_build, run_shard
 
 
@@ -98,6 +100,36 @@ def test_assemble_says_which_houses_of_which_shards_are_not_done(
     run_shard(config_for([street]), out, shard_of_a(2))
     assert CliRunner().invoke(make_app(), ["assemble", str(out)]).exit_code == 0
     assert contents(out) == serial
+
+
+def test_what_was_assembled_says_how_it_can_be_built_again(tmp_path: Path) -> None:
+    words = ["build", "procedural:2", "--seed", "4", "--out", str(tmp_path / "out"), "--workers", "1"]
+    for shard in ("1/2", "2/2"):
+        assert CliRunner().invoke(make_app(), [*words, "--shard", shard]).exit_code == 0
+    assert CliRunner().invoke(make_app(), ["assemble", str(tmp_path / "out")]).exit_code == 0
+    assert recorded_build(tmp_path / "out") == BuildRecord(("procedural:2", "--seed", "4"))
+
+
+def test_what_a_later_build_made_of_a_data_set_is_not_taken_back(tmp_path: Path) -> None:
+    words, out = ["build", "procedural:3", "--out", str(tmp_path / "out"), "--workers", "1"], tmp_path / "out"
+    for command in ([*words, "--limit", "1", "--shard", "0/1"], ["assemble", str(out)], words):
+        assert CliRunner().invoke(make_app(), command).exit_code == 0
+    before = contents(out)
+    said = CliRunner().invoke(make_app(), ["assemble", str(out)])
+    assert (said.exit_code, contents(out)) == (2, before)
+    for command in ([*words, "--shard", "0/1"], ["assemble", str(out)]):
+        assert CliRunner().invoke(make_app(), command).exit_code == 0
+    assert contents(out) == before
+
+
+def test_the_only_shard_of_a_build_hears_new_corrections(street: Path, tmp_path: Path) -> None:
+    out = str(tmp_path / "out")
+    run_shard(config_for([street]), out, "0/1")
+    begun = begin(config_for([street], licence="CC0-1.0"), out, 1, {"a": Override(drop=True)})
+    assert begun_at(out) == begun
+    assert left_of(begun, out) == {0: ["a"]}
+    with pytest.raises(ConfigError, match="other sources"):
+        begin(config_for([street], limit=2), out, 1, {})
 
 
 def test_nothing_was_begun(tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ def queued(name: str = "") -> list[str]:
 @pytest.mark.slow
 def test_the_scripts_run_and_what_was_cancelled_is_submitted_again(tmp_path: Path) -> None:
     need_slurm()
-    manifest, out = tmp_path / "houses.toml", tmp_path / "plans"
+    manifest, out = tmp_path / "houses.toml", tmp_path / "my plans"
     manifest.write_text(f'[build]\nsources = ["procedural:{HOUSES}"]\nseed = 3\n')
     houseexpo("build", "--config", manifest, "--out", tmp_path / "serial")
     asked = ("slurm", manifest, "--shards", str(SHARDS), "--out", out, "--memory", "900M", "--time", "10", "--submit")

@@ -124,6 +124,27 @@ def test_a_build_that_fails_says_why_and_loses_no_decision(client: TestClient, h
         manifest.write_text(MANIFEST)
 
 
+def test_what_is_decided_on_plans_that_an_earlier_build_made_is_done_too(tmp_path: Path) -> None:
+    one_room(tmp_path / "a" / "hut.ply")
+    one_room(tmp_path / "b" / "barn.ply", 9.0, 7.0)
+    out = tmp_path / "plans"
+    for words in (["a"], ["b", "--add"]):
+        source, *others = words
+        command = ["build", str(tmp_path / source), *others, "--out", str(out), "--workers", "1"]
+        assert CliRunner().invoke(make_commands(), command).exit_code == 0
+    service = Service({"plans": Collection("plans", out)}, Settings(review=True))
+    with TestClient(make_app(service), base_url="http://127.0.0.1") as client:
+        for name in ("hut", "barn"):
+            post(client, "decide", plan=name, action="drop", text="no home")
+        found = built(client)
+        assert found["phase"] == "built", found["lines"]
+        assert {each["plan"]: each["became"] for each in found["outcomes"]} == {"hut": "gone", "barn": "gone"}
+    assert not list((out / "json").iterdir())
+    command = ["build", str(tmp_path / "a"), str(tmp_path / "b"), "--out", str(out), "--workers", "1"]
+    assert CliRunner().invoke(make_commands(), command).exit_code == 0
+    assert not list((out / "json").iterdir())  # the next build reads what was decided, whoever begins it
+
+
 def at(home: Path, name: str, points: Any) -> list[list[float]]:
     """Return points of the source in the plan's metres."""
     plan = open_dataset(home / "plans")[name]
