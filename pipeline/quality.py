@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.plan import told
+from houseexpo.plan import explanations
 from houseexpo.plan.quality import Quality
 from pipeline.rejection import Reason, Rejection
 
@@ -36,7 +36,7 @@ class Ground:
     @property
     def about(self) -> str:
         """What it says, for people."""
-        return told.GROUNDS[self.name]
+        return explanations.GROUNDS[self.name]
 
 
 BIAS: Final = 3.07

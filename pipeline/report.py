@@ -8,7 +8,7 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from houseexpo.plan import told
+from houseexpo.plan import explanations
 from houseexpo.plan.quality import SURE
 from houseexpo.words import counted
 from pipeline.batch.assemble import DataSet
@@ -34,7 +34,7 @@ def outcome_table(stats: Mapping[str, Any]) -> Table:
         table.add_section()
         table.add_row("plans in which a rule", "")
         for rule, count in outcomes["rules"].items():
-            table.add_row(f"  {told.NOTES.get(rule, rule)}", str(count), style="dim")
+            table.add_row(f"  {explanations.NOTES.get(rule, rule)}", str(count), style="dim")
     return table
 
 

@@ -21,7 +21,7 @@ from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.errors import HouseExpoError
 from houseexpo.files import write_whole
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.plan import told
+from houseexpo.plan import explanations
 from houseexpo.plan.quality import SURE
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.build import Progress
@@ -112,7 +112,7 @@ def _counts(data_set: DataSet) -> Iterator[tuple[str, str]]:
     yield from ((key, str(outcomes[key])) for key in ("inputs", "plans", "doubtful", "duplicates", "rejected"))
     yield from ((f"rejected: {reason}", str(count)) for reason, count in outcomes["reasons"].items())
     yield from (
-        (f"plans in which a rule {told.NOTES.get(rule, rule)}", str(n)) for rule, n in outcomes["rules"].items()
+        (f"plans in which a rule {explanations.NOTES.get(rule, rule)}", str(n)) for rule, n in outcomes["rules"].items()
     )
 
 

@@ -9,8 +9,8 @@ from typing import Any
 from houseexpo.floorplan import FloorPlan
 from stats import figures
 from stats.catalogue import BY_NAME, Measure
-from stats.drawn import reach_svg
 from stats.listed import RADIUS
+from stats.reach_picture import reach_svg
 from stats.report import Report, leaks
 from stats.table import mean, number
 

@@ -133,7 +133,7 @@ def _of_robot(plan: FloorPlan, radius_m: float) -> _Row:
 def _of_quality(quality: Quality | None) -> list[_Row]:
     if quality is None:
         return []
-    from houseexpo.plan.told import GROUNDS
+    from houseexpo.plan.explanations import GROUNDS
 
     judged = "doubtful" if quality.is_doubtful else "sure"
     grounds: list[_Row] = []

@@ -14,7 +14,6 @@ from typing import Protocol
 
 import msgspec
 
-from pipeline.batch.drawn import drawn_by_algorithm
 from pipeline.batch.entry import Entry
 from pipeline.batch.files import files_of, look_same
 from pipeline.batch.job import Job, Plan, Settings, by_algorithm, not_yet, work
@@ -22,6 +21,7 @@ from pipeline.batch.listing import Listing
 from pipeline.batch.plans import Plans
 from pipeline.batch.recipe import recipe, versions
 from pipeline.batch.shards import Shard
+from pipeline.batch.stage_pictures import drawn_by_algorithm
 from pipeline.corrections import by_input, corrected_input
 from pipeline.executors.outcome import Executor, Failure, Limits
 from pipeline.overrides import Override

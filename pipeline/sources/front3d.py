@@ -24,12 +24,12 @@ from shapely import LineString, Polygon
 from houseexpo.plan import Frame
 from pipeline.geometry.overlay import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.around import deepened, one_each, walls_around
-from pipeline.sources.drawn import Hole, floor_of, openings, prism, standing
+from pipeline.sources.drawn_storeys import Hole, floor_of, openings, prism, standing
 from pipeline.sources.front3d_scene import Chamber, Placed, parse_scene
 from pipeline.sources.naming import check_file, level_id, single_input
 from pipeline.sources.recognise import LONGEST_JSON
 from pipeline.sources.room_names import labels_for
+from pipeline.sources.room_walls import deepened, one_each, walls_around
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
 
 STOREY_M = 1.5

@@ -21,7 +21,7 @@ import numpy as np
 
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn import united
+from pipeline.sources.drawn_storeys import united
 from pipeline.sources.gazebo_scene import Body, Scene
 from pipeline.sources.levels import FoundLevel, find_levels
 from pipeline.sources.name_tables import Role

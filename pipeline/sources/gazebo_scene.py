@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn import united
+from pipeline.sources.drawn_storeys import united
 from pipeline.sources.gazebo_poses import Frames, Matrix, matrix_of, placed
 from pipeline.sources.gazebo_shapes import Shapes, named
 from pipeline.sources.uris import Places

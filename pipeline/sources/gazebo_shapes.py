@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn import NOTHING, clean, prism
+from pipeline.sources.drawn_storeys import NOTHING, clean, prism
 from pipeline.sources.gazebo_poses import numbers
 from pipeline.sources.mesh_load import SUFFIXES, convention, load_scene
 from pipeline.sources.uris import Places

@@ -26,7 +26,7 @@ import shapely
 from houseexpo.plan import Frame
 from houseexpo.plan.categories import canonical
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn import Hole, Wall, clean, floor_of, openings, prism, standing
+from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of, openings, prism, standing
 from pipeline.sources.naming import base_id
 from pipeline.sources.procthor_house import House, Plane, Slot, Thing, parse_house
 from pipeline.sources.recognise import opened

@@ -25,11 +25,11 @@ from pipeline.geometry.overlay import mitred, polygons_of
 from pipeline.geometry.regions import enclosed, opened
 from pipeline.geometry.walls import close_cracks
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.around import deepened, one_each, walls_around
-from pipeline.sources.drawn import Hole, Wall, floor_of, openings, prism, standing
+from pipeline.sources.drawn_storeys import Hole, Wall, floor_of, openings, prism, standing
 from pipeline.sources.naming import check_file, level_id, single_input
 from pipeline.sources.recognise import LONGEST_JSON
 from pipeline.sources.room_names import labels_for
+from pipeline.sources.room_walls import deepened, one_each, walls_around
 from pipeline.sources.roomplan_scan import THIN_M, Floor, Scan, Section, Thing, parse_scan
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 

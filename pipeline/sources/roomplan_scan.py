@@ -17,7 +17,7 @@ import shapely
 from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn import clean
+from pipeline.sources.drawn_storeys import clean
 from pipeline.sources.json_house import check_lengths, decoded
 
 THIN_M = 0.02

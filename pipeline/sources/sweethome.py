@@ -21,7 +21,7 @@ from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.archives import read_member
-from pipeline.sources.drawn import Wall, beside, between, clean, floor_of, indoors, openings, prism, standing
+from pipeline.sources.drawn_storeys import Wall, beside, between, clean, floor_of, indoors, openings, prism, standing
 from pipeline.sources.naming import check_file, level_id, single_input
 from pipeline.sources.room_names import labels_for
 from pipeline.sources.sweethome_home import DrawnRoom, Home, Piece, Storey, home_of

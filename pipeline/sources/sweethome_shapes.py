@@ -20,7 +20,7 @@ from shapely import LineString, Polygon
 from shapely.ops import substring
 
 from pipeline.geometry.overlay import polygons_of
-from pipeline.sources.drawn import Hole, Wall
+from pipeline.sources.drawn_storeys import Hole, Wall
 from pipeline.sources.sweethome_home import DoorOrWindow, DrawnWall, Piece
 
 STEP_M = 0.1

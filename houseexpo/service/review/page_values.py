@@ -8,7 +8,7 @@ from typing import Any, Final
 from houseexpo.drawing.scene import scene
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame, plan_from_source
-from houseexpo.plan.told import GROUNDS
+from houseexpo.plan.explanations import GROUNDS
 from houseexpo.service.review.changes import several
 from houseexpo.service.review.decisions import Judged
 from houseexpo.service.review.log import Line

@@ -18,7 +18,7 @@ from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.overlay import mitred, polygons_of
-from pipeline.sources.drawn import Hole, Wall
+from pipeline.sources.drawn_storeys import Hole, Wall
 
 WIDEST_M = 0.6
 OUTER_M = 0.1
