@@ -126,7 +126,10 @@ def _reader(path: Path) -> Callable[[Path], Iterator[Record]]:
         return _zipped
     if path.name.endswith((".jsonl", ".jsonl.gz")):
         return _lines
-    raise DatasetError(f"{path}: expected {', '.join(KINDS)}; found {path.suffix or 'no suffix'}")
+    raise DatasetError(
+        f"{path}: expected {', '.join(KINDS)}; found {path.suffix or 'no suffix'}; if it is a model of a house, "
+        "`houseexpo build` makes a data set of it"
+    )
 
 
 def _folder(path: Path) -> Iterator[Record]:

@@ -98,6 +98,8 @@ def test_no_data_set(tmp_path):
     assert "found nothing there" in refused(tmp_path / "missing")
     (tmp_path / "plan.png").write_bytes(b"")
     assert "found .png" in refused(tmp_path / "plan.png")
+    (tmp_path / "house.obj").write_bytes(b"")
+    assert "found .obj; if it is a model of a house, `houseexpo build` makes" in refused(tmp_path / "house.obj")
 
 
 @pytest.mark.parametrize("kind", ["folder", "tar.gz", "jsonl"])
