@@ -72,11 +72,14 @@ pictures: setup ## draw the pictures of docs/algorithm.md anew
 screenshots: dataset ## take the pictures of the service's pages anew; needs Chromium
 	@$(BIN)/python docs/screenshots.py $(DATASET)
 
-results: setup ## run all policies of the leaderboard on its plans, with PLANS=500 plans: hours; then `make leaderboard`
+results: learn ## run all policies of the leaderboard on its plans, with PLANS=500 plans: hours; then `make leaderboard`
 	@for run in $(RESULTS); do track=$${run%%:*}; policy=$${run##*:}; \
 	  id=$$($(BIN)/python -c "from houseexpo.pseudoslam.benchmark.tracks import track_of; print(track_of('$$track').id)"); \
 	  $(BIN)/houseexpo benchmark run --track $$track --policy $$policy --plans $(PLANS) $(PUBLISHED) \
 	    --out docs/leaderboard/$$id-$$policy.json || exit; done
+	@for seed in $(SEEDS); do $(BIN)/houseexpo benchmark run --track avoidance --plans 100 \
+	  --policy experiments/paper/avoidance-$$seed/policy.pt \
+	  --out docs/leaderboard/avoidance-v1-learned-$$seed.json || exit; done
 
 leaderboard: setup ## make docs/leaderboard.md from the results in docs/leaderboard
 	@$(BIN)/houseexpo benchmark compare docs/leaderboard --title Leaderboard --out docs/leaderboard.md

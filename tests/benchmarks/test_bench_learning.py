@@ -83,13 +83,13 @@ def told(found: Estimate, measure: str) -> str:
 
 
 def curve(task: str) -> tuple[np.ndarray, np.ndarray]:
-    """Steps, (tests,), and what each seed reached at them, (seeds, tests): return, or coverage."""
+    """Steps, (tests,), after which all seeds were tested, and each one's return or coverage then, (seeds, tests)."""
     seeds = []
     for seed in SEEDS:
         with (PAPER / f"{task}-{seed}" / "evaluation.csv").open() as stream:
-            rows = list(csv.DictReader(stream))
-        seeds.append([float(row[MEASURES[task][0]]) for row in rows])
-    return np.array([int(row["steps_done"]) for row in rows]), np.array(seeds)
+            seeds.append({int(row["steps_done"]): float(row[MEASURES[task][0]]) for row in csv.DictReader(stream)})
+    steps = sorted(set.intersection(*map(set, seeds)))
+    return np.array(steps), np.array([[found[at] for at in steps] for found in seeds])
 
 
 def draw(task: str, lines: dict[str, float], folder: Path) -> None:
@@ -101,9 +101,10 @@ def draw(task: str, lines: dict[str, float], folder: Path) -> None:
             steps, scale * seeds.min(axis=0), scale * seeds.max(axis=0), color=ONE, alpha=0.2, linewidth=0
         )
         axes.plot(steps, scale * seeds.mean(axis=0), color=ONE, linewidth=1.8, marker="o", markersize=3)
-        for name, value in lines.items():
+        for k, (name, value) in enumerate(lines.items()):  # side by side: two lines may lie close together
             axes.axhline(scale * value, color=MUTED, linewidth=1, linestyle="--")
-            axes.annotate(name, (steps[-1], scale * value), xytext=(0, 3), textcoords="offset points", ha="right")
+            at = steps[-1] * (k + 0.5) / len(lines), scale * value
+            axes.annotate(name, at, xytext=(0, -12 if k % 2 else 3), textcoords="offset points", ha="center")
         axes.set_xlim(0, steps[-1])
         axes.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:.0f}k")
         axes.set_xlabel("steps learned from")

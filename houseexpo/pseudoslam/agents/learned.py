@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
+from typing import Any
+
+import msgspec
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.agents.protocol import Interface, Policy, Robot
+from houseexpo.pseudoslam.agents.protocol import Interface, Policy, Robot, Training
 from houseexpo.pseudoslam.learning.needs import need_learn
 from houseexpo.pseudoslam.learning.places import simulator_of
 
@@ -28,6 +32,7 @@ class Learned:
         place, task = self._trained.config.environment, self._trained.task
         view = simulator_of(task, place).observation
         self.interface = Interface(place.actions, place.observation, view, tasks=(task,))
+        self.training = Training(_family(self._trained.about), self._trained.config.seed)
 
     def __call__(self, robot: Robot, seed: int) -> Policy:
         """Return the policy of an episode; ConfigError where it would see, or act, otherwise than it has learned to."""
@@ -43,3 +48,11 @@ class Learned:
                     f"{self._file}: expected the {what} that it was learned with, {wanted}, found {found}"
                 )
         return Actor(self._trained, seed)
+
+
+def _family(about: dict[str, Any]) -> str:
+    """Return a name that policies share which differ by the seed only: the network, and a hash of how they learned."""
+    config = {key: value for key, value in about["config"].items() if key not in {"seed", "evaluation"}}
+    place = {key: value for key, value in config["environment"].items() if key != "dataset"}  # it may have moved
+    alike = msgspec.json.encode([about["task"], {**config, "environment": place}, about["lists"]], order="sorted")
+    return f"{config['policy']} {hashlib.sha256(alike).hexdigest()[:6]}"

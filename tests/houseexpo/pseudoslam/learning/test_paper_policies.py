@@ -24,6 +24,20 @@ def test_weights_come_with_what_made_them(task: str, seed: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("learn")
+def test_trainings_that_differ_by_their_seed_are_one_row_of_a_table() -> None:
+    from houseexpo.pseudoslam.agents.loading import load_policy
+
+    rows = {}
+    for task in TASKS:
+        found = [load_policy(str(PAPER / f"{task}-{seed}" / "policy.pt")).training for seed in SEEDS]
+        assert [each.seed for each in found if each] == list(SEEDS)
+        [rows[task]] = {each.family for each in found if each}
+        assert rows[task].startswith("cnn-lstm ")
+    assert rows["avoidance"] != rows["exploration"]
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("learn")
 @needs_shared
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("task", TASKS)
