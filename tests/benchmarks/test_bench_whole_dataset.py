@@ -115,14 +115,20 @@ def test_preparing_and_steps_a_second(plans: Dataset) -> None:
 
 def test_a_world_that_is_not_kept() -> None:
     """Reading the plan, its rasters and what can be seen, one after the other, one thread."""
-    times = []
+
+    def made(line: bytes) -> float:
+        start = time.thread_time()
+        still_world(decode(line), EXPLORATION)
+        return 1000 * (time.thread_time() - start)
+
     with gzip.open(PLANS) as stream:
-        for line in stream:
-            start = time.thread_time()
-            still_world(decode(line), EXPLORATION)
-            times.append(1000 * (time.thread_time() - start))
+        lines = list(stream)
+    made(lines[0])  # compiles
+    times = [made(line) for line in lines]
+    longest = np.argsort(times)[-20:].tolist()
+    again = max(min(made(lines[i]) for _ in range(3)) for i in longest)  # without the pauses of Python's own sweeps
     Console().print(
-        f"a world made at 25 px/m, {len(times):,} plans: mean {np.mean(times[1:]):.2f} ms (asked: 6), median "
-        f"{np.median(times[1:]):.2f}, worst {max(times[1:]):.1f} (asked: 60); processor time of one thread"
+        f"a world made at 25 px/m, {len(times):,} plans: mean {np.mean(times):.2f} ms (asked: 6), median "
+        f"{np.median(times):.2f}, worst {max(times):.1f} (asked: 60), the longest 20 made again {again:.1f}; one thread"
     )
     assert len(times) > 30_000
