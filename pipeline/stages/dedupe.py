@@ -29,7 +29,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from functools import cache, lru_cache, partial
 from itertools import islice
 from typing import NamedTuple, TypeVar
 
@@ -91,20 +91,10 @@ def compared(load: Load, count: int, config: DedupeConfig, known: Shapes | None 
     limits = (config.threshold, config.shift_px, len(_NAMES) if config.symmetries else 1)
     fresh = np.array([i not in known.prints for i in range(count)], bool)
     prints = np.zeros((count, 1 + 2 * BINS), np.int32)
-    profiles: dict[int, Profiles] = {}
-    for i in range(count):
-        if fresh[i]:
-            profiles[i] = profiles_of(mask_of(i))
-            prints[i] = print_of(profiles[i])
-        else:
-            prints[i] = known.prints[i]
+    profiles_at = cache(lambda number: profiles_of(mask_of(number)))
     shape_of = lru_cache(maxsize=_SHAPES)(lambda number: shapes.shape_of(mask_of(number)))
-
-    def profiles_at(number: int) -> Profiles:
-        if number not in profiles:
-            profiles[number] = profiles_of(mask_of(number))
-        return profiles[number]
-
+    for i in range(count):
+        prints[i] = print_of(profiles_at(i)) if fresh[i] else known.prints[i]
     with ThreadPoolExecutor(threads) as pool:
         candidates = _candidates(prints, fresh, config.threshold, pool)
         near = _results(pool, partial(_near, limits), ((pair, *map(profiles_at, pair)) for pair in candidates))

@@ -18,7 +18,6 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 
-from houseexpo import open_dataset
 from houseexpo.drawing.plots import MUTED, ONE, axes_of, svg_alone
 from houseexpo.pseudoslam.agents.policies import interface_for, policy_of
 from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate, estimate_seeds
@@ -26,32 +25,14 @@ from houseexpo.pseudoslam.envs.single import ExplorationEnv, ObstacleAvoidanceEn
 from houseexpo.pseudoslam.tasks import ROOM
 from houseexpo.pseudoslam.worlds.cache import Plans
 from tests.builders.needs import need
-from tests.builders.paper_policies import PAPER, SEEDS
-from tests.builders.shared import DATA, needs_shared
+from tests.builders.paper_policies import PAPER, SEEDS, held_out, scores_of
+from tests.builders.shared import needs_shared
 
 EPISODES = 200
 BASELINES = {"avoidance": ("random", "forward", "wall"), "exploration": ("random", "forward", "wall", "frontier")}
 MEASURES = {"avoidance": ("return", "collisions"), "exploration": ("coverage", "explored_m2", "collisions")}
 ENVS = {"avoidance": ObstacleAvoidanceEnv, "exploration": ExplorationEnv}
 Rows = list[dict[str, float]]
-
-
-def learned(task: str, plans: Plans, ids: Sequence[str] | None, episodes: int) -> list[Rows]:
-    """What each seed's policy does in the episodes."""
-    from houseexpo.pseudoslam.learning.evaluation import scores
-    from houseexpo.pseudoslam.learning.places import environments
-    from houseexpo.pseudoslam.learning.policy_file import read_policy
-
-    found = []
-    for seed in SEEDS:
-        trained = read_policy(PAPER / f"{task}-{seed}" / "policy.pt", task)
-        envs = environments(task, trained.config.environment, plans, number=64)
-        given = tuple(ids) if ids is not None else None
-        found.append(
-            scores(trained.policy, envs, given, episodes, deterministic=trained.config.evaluation.deterministic)
-        )
-        envs.close()
-    return found
 
 
 def unlearned(task: str, name: str, plans: Plans, ids: Sequence[str] | None, episodes: int) -> Rows:
@@ -118,16 +99,15 @@ def test_what_was_learned(task: str) -> None:
     need(modules=["torch", "sb3_contrib"], how="make learn")
     plans, ids, episodes = ROOM, None, EPISODES
     if task == "exploration":
-        plans = open_dataset(DATA / "houseexpo" / "plans_33717.jsonl.gz")
-        listed = (DATA / "houseexpo" / "map_id_test.txt").read_text().split()
-        there = sorted(set(listed) & set(plans.ids))
+        plans, listed = held_out()
+        there = sorted(listed)
         count = int(os.environ.get("HOUSEEXPO_BENCH_PLANS", len(there)))
         ids = [there[i] for i in np.random.default_rng(0).permutation(len(there))[:count]]
         episodes = len(ids)
     table = Table(title=f"{task}: {episodes} episodes of 200 steps")
     for heading in ("policy", *MEASURES[task]):
         table.add_column(heading, justify="left" if heading == "policy" else "right")
-    runs = learned(task, plans, ids, episodes)
+    runs = [scores_of(task, seed, plans, ids, episodes, 64) for seed in SEEDS]
     mine = {key: estimate_seeds([[row[key] for row in rows] for rows in runs]) for key in MEASURES[task]}
     table.add_row("learned (3 seeds)", *(told(mine[key], key) for key in MEASURES[task]))
     lines = {}

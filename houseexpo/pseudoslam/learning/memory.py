@@ -2,7 +2,7 @@
 
 sb3-contrib goes step by step wherever an episode begins within what it is given. But it has parted what was collected
 where episodes begin, so in an update one begins with the first step of a sequence or not at all. Then it is enough to
-forget what was before that step; an update takes half the time.
+forget what was before that step; an update takes a third less time.
 """
 
 from __future__ import annotations
