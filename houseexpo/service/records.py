@@ -38,11 +38,12 @@ class Repeated(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True)
 class Records:
-    """Both lists; ``broken`` says what of them could not be read."""
+    """Both lists; ``broken`` says what of them could not be read, ``listed`` whether a build wrote them."""
 
     refused: tuple[Refused, ...] = ()
     repeated: tuple[Repeated, ...] = ()
     broken: tuple[str, ...] = ()
+    listed: bool = False
 
     @property
     def reasons(self) -> list[tuple[str, str, int]]:
@@ -65,7 +66,8 @@ def read_records(path: Path) -> Records:
         return Records()
     refused, one = _lines(path / "rejected.jsonl", Refused)
     repeated, other = _lines(path / "duplicates.jsonl", Repeated)
-    return Records(tuple(refused), tuple(repeated), (*one, *other))
+    listed = (path / "rejected.jsonl").is_file()
+    return Records(tuple(refused), tuple(repeated), (*one, *other), listed)
 
 
 def picture_of(path: Path, plan_id: str) -> Path | None:

@@ -15,6 +15,7 @@ from houseexpo.analysis.walls import walls_around
 from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import rings_of
+from houseexpo.plan import Room
 from houseexpo.plan.categories import colour
 
 WIDEST_M: Final = 2.0
@@ -57,6 +58,7 @@ def divided(plan: FloorPlan) -> dict[str, Any]:
             "colour": colour(room.label),
             "rings": _points([room.polygon, *room.holes]),
             "at": _middle(room.shape),
+            **_unfurnished(room, plan),
         }
         for room in plan.rooms
     ]
@@ -152,6 +154,17 @@ def _middle(shape: Any) -> list[float]:
         x, y = shapely.maximum_inscribed_circle(shape, tolerance=0.05).coords[0]
         return [round(x, 2), round(y, 2)]
     return [round(centre.x, 2), round(centre.y, 2)]
+
+
+def _unfurnished(room: Room, plan: FloorPlan) -> dict[str, Any]:
+    """Return a furnished room's rings and middle as if it were empty: its name may stand on its furniture."""
+    import shapely
+
+    things = [thing.shape for thing in plan.objects if thing.room == room.id]
+    if not things:
+        return {}
+    whole = shapely.union_all([room.shape, *things])
+    return {"empty": {"rings": _rings(whole), "at": _middle(whole)}}
 
 
 def _rings(shape: Any) -> list[list[list[float]]]:

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import msgspec
 
 from houseexpo.dataset.index import index_table, row
 from houseexpo.floorplan import FloorPlan
-from houseexpo.plan import Door, Quality, Room
+from houseexpo.plan import Door, PlanObject, Quality, Room
 from houseexpo.plan.json_codec import encode
 from houseexpo.service.collection import opened
 from houseexpo.service.service import Service
@@ -48,6 +49,18 @@ def two_rooms(name: str, width: float = 4.0, quality: float = 0.9, label: str = 
         doors=(door,),
         provenance=told,
         quality=Quality(quality, {"cut_share": 0.0}),
+    )
+
+
+def furnished(name: str) -> FloorPlan:
+    """Two rooms; a table in the middle of the bedroom leaves 1 m on each side of it."""
+    plan, table = two_rooms(name), box(5.2, 1.1, 6.2, 2.1)
+    kitchen, bedroom = plan.rooms
+    return replace(
+        plan,
+        holes=(table,),
+        rooms=(kitchen, replace(bedroom, holes=(table,))),
+        objects=(PlanObject(0, "table", 1, table, 0.7),),
     )
 
 

@@ -61,6 +61,8 @@ class Building:
 
     def refusal(self) -> str:
         """Return why it cannot be built again, "" where it can."""
+        if not (self.root / "manifest.json").is_file():
+            return f"{self.root.name} comes from no houseexpo build: decisions are kept, nothing is built again"
         if recorded_build(self.root) is None:
             return f"{self.root.name} does not say how it was built; run its houseexpo build once more, then it does"
         return ""
@@ -191,5 +193,5 @@ def outcomes(root: Path, before: Mapping[str, bytes], touched: Sequence[str]) ->
 def _reasons(root: Path) -> dict[str, str]:
     """Return why ids are no plans, by id."""
     found = read_records(root)
-    reasons = {each.id: f"{each.reason}: {each.detail}" for each in found.refused}
+    reasons = {each.id: f"{each.reason.replace('_', ' ')}: {each.detail}" for each in found.refused}
     return reasons | {each.id: f"a duplicate of {each.kept_id}" for each in found.repeated}

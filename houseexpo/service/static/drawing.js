@@ -4,6 +4,7 @@ import { element } from "./api.js";
 export const path = (rings) => rings.map((ring) => `M${ring.map(([x, y]) => `${x},${-y}`).join(" ")}Z`).join("");
 const line = { "vector-effect": "non-scaling-stroke" };
 const FONT_PX = 11, LEAST_PX = 8; // words in a room that is too small for the lesser size wait until it is nearer
+const CLEAR_M = 0.5; // where letters of this size find no place beside the furniture, they stand on it
 const area = (cls, rings, more = {}) => element("path", { class: cls, d: path(rings), "fill-rule": "evenodd", ...line, ...more });
 
 export class Drawing {
@@ -51,13 +52,12 @@ export class Drawing {
       titled(area("room", room.rings, { fill: room.colour }), `${room.label}, ${room.area.toFixed(1)} m²`)));
     layers.doors.replaceChildren(...doors.map((door) =>
       titled(area("door", door.rings, { fill: door.colour }), `${door.kind}, ${door.width.toFixed(2)} m`)));
-    const words = rooms.length
-      ? rooms.map((room) => [room.at, [room.label, `${room.area.toFixed(1)} m²`], spare(room.at, room.rings)])
-      : this.shape.boxes.map(({ label, box: [a, b, c, d] }) => [[(a + c) / 2, (b + d) / 2], [label.replaceAll("_", " ")], [c - a, d - b]]);
-    this.words = words.map(([[x, y], lines, [wide, high]]) => ({
-      node: element("g", {}, ...lines.map((each, i) => word("in-room", x, -y, each, { dy: `${1.1 * (i - (lines.length - 1) / 2)}em` }))),
-      most: Math.min(0.95 * wide / Math.max(...lines.map(ems)), high / (1.1 * lines.length)),
-    }));
+    this.words = rooms.length
+      ? rooms.map((room) => {
+        const lines = [room.label, `${room.area.toFixed(1)} m²`], free = written(room.at, lines, spare(room.at, room.rings));
+        return !room.empty || free.most >= CLEAR_M ? free : written(room.empty.at, lines, spare(room.empty.at, room.empty.rings));
+      })
+      : this.shape.boxes.map(({ label, box: [a, b, c, d] }) => written([(a + c) / 2, (b + d) / 2], [label.replaceAll("_", " ")], [c - a, d - b]));
     layers.labels.replaceChildren(...this.words.map(({ node }) => node));
     this.letter();
   }
@@ -149,6 +149,12 @@ const titled = (node, text) => { node.append(Object.assign(document.createElemen
 const pen = document.createElement("canvas").getContext("2d");
 pen.font = `100px ${getComputedStyle(document.body).fontFamily}`;
 const ems = (text) => pen.measureText(text).width / 100;
+
+// Lines in the middle of a place, and how large their letters may be, metres.
+const written = ([x, y], lines, [wide, high]) => ({
+  node: element("g", {}, ...lines.map((each, i) => word("in-room", x, -y, each, { dy: `${1.1 * (i - (lines.length - 1) / 2)}em` }))),
+  most: Math.min(0.95 * wide / Math.max(...lines.map(ems)), high / (1.1 * lines.length)),
+});
 
 // How wide and how high what stands in the middle of a place may be: twice the way to the nearest wall, across and up.
 function spare(place, rings) {

@@ -16,7 +16,7 @@ function figure(measure) {
   if (beside) svg.append(element("polyline", { class: "other", points: beside.map((share, i) => `${i * wide},${up(share)} ${(i + 1) * wide},${up(share)}`).join(" ") }));
   svg.append(...axis(measure).map(([place, anchor, words]) => element("text", { x: place * wide, y: TALL + 14, "text-anchor": anchor }, words)));
   const rows = [["mean", "mean"], ["median", "median"], ["5% to 95%", "p05", "p95"], ["least to most", "min", "max"]];
-  const cell = (of, keys) => element("td", { class: "number" }, of?.known ? keys.map((key) => rounded(of[key])).join(" to ") : "");
+  const cell = (of, keys) => element("td", { class: "number" }, of?.known ? keys.map((key) => rounded(of[key])).join(" to ") : "not known");
   const head = other ? [element("thead", {}, element("tr", {}, element("td"), ...["these plans", against].map((words) => element("th", { scope: "col" }, words))))] : [];
   const table = element("table", {}, ...head, element("tbody", {}, ...rows.map(([words, ...keys]) =>
     element("tr", {}, element("th", { scope: "row" }, words), cell(measure, keys), ...(other ? [cell(other, keys)] : [])))));

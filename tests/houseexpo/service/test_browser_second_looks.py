@@ -9,8 +9,8 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from tests.builders.browsing import TOO_WIDE, browser, visit
-from tests.builders.services import built, published, running, service_of, some_plans, two_rooms
+from tests.builders.browsing import TOO_WIDE, barriers, browser, visit
+from tests.builders.services import built, furnished, published, running, service_of, some_plans, two_rooms
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
@@ -23,7 +23,8 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("HOUSEEXPO_CACHE", str(home / "cache"))
         homes = built(home / "homes", [*some_plans(), two_rooms("narrow", 0.3, label="Passenger_elevator")])
-        service = service_of(homes, published(home / "published.jsonl", 400), built(home / "long", [two_rooms(LONG)]))
+        others = published(home / "published.jsonl", 400), built(home / "long", [two_rooms(LONG), furnished("full")])
+        service = service_of(homes, *others)
         with running(service) as found:
             yield found
 
@@ -118,6 +119,21 @@ def test_words_wait_until_their_room_is_large_enough(chromium: Any, address: str
         assert len(boxes(page, ".in-room")) == 4
 
 
+def test_a_furnished_room_has_its_name_too(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/long/plan/full") as page:
+        page.wait_for_selector("#drawing svg")
+        assert len(boxes(page, ".in-room")) == 4
+
+
+def test_what_is_chosen_can_be_read_and_reached(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/homes/?labels=Kitchen&without=Garage") as page:
+        said(page, "#count", "of 5 plans")
+        assert barriers(page) == []
+        edge = page.evaluate("document.querySelector('.filters').getBoundingClientRect().right")
+        page.evaluate("document.getElementById('measure-reach').hidden = false")  # has a choice of radius too
+        assert all(each["right"] <= edge for each in boxes(page, ".measure :is(input, select)"))
+
+
 def test_two_fingers_zoom_about_the_one_that_rests(chromium: Any, address: str) -> None:
     with visit(chromium, address, "/homes/plan/a1", **PHONE) as page:
         page.wait_for_selector("#drawing svg")
@@ -156,7 +172,7 @@ def test_bars_are_named_by_what_they_hold(chromium: Any, address: str) -> None:
         assert doors.locator("polyline").count() == 0  # published plans record no doors
 
 
-@pytest.mark.parametrize("path", [f"/long/plan/{LONG}", f"/long/drive?plan={LONG}", "/homes/refused"])
+@pytest.mark.parametrize("path", [f"/long/plan/{LONG}", f"/long/drive?plan={LONG}", "/homes/refused", "/api"])
 def test_nothing_is_wider_than_a_phone(chromium: Any, address: str, path: str) -> None:
     with visit(chromium, address, path, **PHONE) as page:
         assert not page.evaluate(TOO_WIDE)

@@ -54,8 +54,12 @@ def test_a_data_set_without_plans_is_shown(folder: Path, tmp_path: Path) -> None
         file.unlink()
     (folder / "index.parquet").write_bytes(index_table([]))
     client = TestClient(make_app(service_of(folder, published(tmp_path / "published.jsonl", 2))), base_url=BASE)
+    (folder / "rejected.jsonl").write_bytes(b"")
+    (folder / "duplicates.jsonl").write_bytes(b"")
     for page in ("", "statistics", "statistics?against=published", "refused"):
         assert client.get(f"/homes/{page}").status_code == 200, page
+    assert "Nothing was refused" in client.get("/homes/refused").text
+    assert "Only a folder that" in client.get("/published/refused").text
     for values in ("plans?sort=-area&text=a", "facets", "ids.txt", "statistics?against=published", "index.parquet"):
         assert client.get(f"/api/homes/{values}").status_code == 200, values
     assert client.get("/api/published/statistics?against=homes").json()["other"]["found"] == 0

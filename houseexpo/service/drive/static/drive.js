@@ -28,7 +28,10 @@ function addPanel(driver) {
   const panel = new Panel(template, root.dataset.socket, root.dataset.plan, driver);
   panels.push(panel);
   place.append(panel.element);
-  panel.driver.addEventListener("change", () => { remember(); panel.begin(options()); });
+  let pointed = false; // who chose with the pointer drives next: the keys would choose another driver
+  panel.driver.addEventListener("pointerdown", () => { pointed = true; });
+  panel.driver.addEventListener("keydown", () => { pointed = false; });
+  panel.driver.addEventListener("change", () => { if (pointed) panel.driver.blur(); remember(); panel.begin(options()); });
   for (const button of panel.element.querySelectorAll("[data-move]")) {
     const hold = (event) => { event.preventDefault(); button.setPointerCapture?.(event.pointerId); down.add(button.dataset.move); steer(); };
     const free = () => { down.delete(button.dataset.move); steer(); };

@@ -35,6 +35,7 @@ export class Panel {
     this.end();
     Object.assign(this, { hello: null, trail: [], frame: null, pace, held: false, moving: "0 0" });
     this.element.dataset.state = "waiting";
+    this.facts.textContent = "";
     this.#say("The house is made ready…");
     const hold = this.element.querySelector(".hold");
     Object.assign(hold, { hidden: this.byHand, textContent: "Hold" });

@@ -117,6 +117,19 @@ def test_people_and_obstacles_are_set_down_by_the_form(address: str) -> None:
         look(page, "drive-people")
 
 
+def test_keys_drive_once_a_driver_is_chosen(address: str) -> None:
+    with visited(address, "/houses/drive?plan=two_rooms&driver=frontier") as page:
+        wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame")
+        page.locator(".driver").dispatch_event("pointerdown")
+        page.locator(".driver").focus()
+        page.select_option(".driver", "you")
+        wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame")
+        page.keyboard.down("ArrowLeft")
+        wait_for(page, "panel.dataset.frame > 20")
+        page.keyboard.up("ArrowLeft")
+        assert page.input_value(".driver") == "you"
+
+
 def test_a_server_without_room_says_what_to_do(tmp_path: Path) -> None:
     save_plan(two_rooms(), tmp_path / "two_rooms.json")
     full = service_of(tmp_path, limits=Limits(sockets_per_client=0))

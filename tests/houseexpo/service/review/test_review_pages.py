@@ -219,7 +219,7 @@ def test_requests_at_once_find_one_review(client: TestClient, monkeypatch: pytes
 
 
 def test_what_was_not_built_cannot_be_built_again(client: TestClient) -> None:
-    assert "does not say how it was built" in state(client)["build"]["refusal"]
+    assert "comes from no houseexpo build" in state(client)["build"]["refusal"]
     assert client.post("/houses/review/build", json={"reviewer": "ann"}).status_code == 400
 
 
