@@ -36,6 +36,7 @@ def serve(
     ] = False,
 ) -> None:
     """Show data sets in the browser: gallery, plans, statistics, a robot to drive; and serve them to programs."""
+    from houseexpo.dataset.store import files_at
     from houseexpo.errors import ConfigError
 
     try:
@@ -51,6 +52,8 @@ def serve(
 
     if review and read_only:
         raise ConfigError("serve: --review writes decisions, --read-only forbids it; leave one out")
+    for place in dataset or () if review else ():
+        files_at(place, "serve --review")  # decisions lie beside the data set
     token = "" if is_loopback(host) else secrets.token_urlsafe(_TOKEN_BYTES)
     listening = _listening(host, port)
     with listening:

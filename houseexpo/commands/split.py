@@ -27,10 +27,11 @@ def split(
     from houseexpo.dataset import open_dataset
     from houseexpo.dataset.splits import PAPER, write_split
     from houseexpo.dataset.splits import split as run_split
+    from houseexpo.dataset.store import files_at
     from houseexpo.words import counted
     from houseexpo.workers import cores
 
-    if out is None and not dataset.is_dir():
+    if out is None and not files_at(dataset, "split without --out").is_dir():
         raise ConfigError(f"{dataset}: an archive is not written to; say where with --out")
     if paper and any(share is not None for share in (train, val, test)):
         raise ConfigError("--paper: the shares are 0.7 and 0.3; leave out --train, --val and --test")

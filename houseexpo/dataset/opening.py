@@ -199,7 +199,7 @@ class Dataset(Sequence[FloorPlan]):
         lists = self._catalogue.lists
         if name not in lists:
             known = ", ".join(sorted(lists)) or "none; houseexpo split makes some"
-            raise DatasetError(f"{self.path}: no list {name!r}; known: {known}")
+            raise DatasetError(f"{self._catalogue.shown}: no list {name!r}; known: {known}")
         here, row_of = set(self._rows.tolist()), self._catalogue.row_of
         rows = [row for found in lists[name] if (row := row_of.get(found, -1)) in here]
         return Dataset(self._catalogue, np.array(rows, dtype=np.int64))
@@ -235,7 +235,8 @@ class Dataset(Sequence[FloorPlan]):
         if row < 0 or (len(self) < len(self._catalogue.ids) and row not in self._rows):
             from houseexpo.dataset.store.catalogue import nearest
 
-            raise UnknownPlanError(f"{self.path}: {nearest(plan_id, self._catalogue.ids if row < 0 else self.ids)}")
+            known = self._catalogue.ids if row < 0 else self.ids
+            raise UnknownPlanError(f"{self._catalogue.shown}: {nearest(plan_id, known)}")
         return row
 
     def _plan(self, row: int) -> FloorPlan:

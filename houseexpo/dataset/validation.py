@@ -12,6 +12,7 @@ from typing import Any, Final
 
 import msgspec
 
+from houseexpo.dataset.store import files_at
 from houseexpo.dataset.store.records import Record, records
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.files import sha256_of
@@ -106,6 +107,7 @@ def validate(path: Path, workers: int = 1) -> Report:
     DatasetError
         The data set itself is cut off or broken, so that not all of its plans can be read.
     """
+    path = files_at(path, "validate")
     count = 0
     findings: list[Finding] = []
     seen: dict[str, str] = {}

@@ -16,6 +16,7 @@ from typing import Final
 import msgspec
 
 from houseexpo.dataset.splits import list_bytes
+from houseexpo.dataset.store import files_at
 from houseexpo.dataset.store.records import ARCHIVE
 from houseexpo.drawing import draw_plan
 from houseexpo.export.files import image
@@ -76,7 +77,7 @@ def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about:
     """
     target = Path(out)
     check_target(target)
-    with material(Path(dataset)) as found, appearing(target) as folder:
+    with material(files_at(dataset, "release")) as found, appearing(target) as folder:
         parts = parts_of(found.plans, workers)
         tables = TABLES if _furnished(found) else tuple(table for table in TABLES if table is not OBJECTS)
         rows = _write_tables(folder, tables, found, parts, workers)

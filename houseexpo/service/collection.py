@@ -17,8 +17,8 @@ from typing import Any, Final
 from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.errors import ConfigError, HouseExpoError, UnknownPlanError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.service.byte_cache import ByteCache
 from houseexpo.service.measures import measured
+from houseexpo.service.recent import Recent
 from houseexpo.service.records import Records, read_records
 from houseexpo.service.thumbnails import thumbnail
 from houseexpo.service.views import Views
@@ -84,7 +84,7 @@ class Collection:
         self._now = Opened(open_dataset(path), _stamp(path))
         self._looked_s = time.monotonic()
         self._opening = threading.Lock()
-        self._pictures = ByteCache(_PICTURES_BYTES)
+        self._pictures: Recent[bytes] = Recent(_PICTURES_BYTES, len)
 
     @property
     def now(self) -> Opened:

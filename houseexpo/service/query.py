@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 from urllib.parse import urlencode
@@ -22,8 +22,9 @@ from houseexpo.service.measures import MEASURES, RADII, USUAL_RADIUS
 NAMES: Final = tuple(measure.name for measure in MEASURES)
 GROUPS: Final = ("source", "split")
 SORTS: Final = ("id", *NAMES)
-_OTHERS: Final = frozenset({"offset", "limit", "token", "against"})
-"""Parameters that say something else than which plans."""
+PAGING: Final = ("offset", "limit")
+_TOKEN: Final = "token"  # noqa: S105  # the name of a parameter, which a server without one does not mind
+_NUMBER: Final = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[+-]?[0-9]{1,3})?", re.IGNORECASE)
 
 _JOINED: Final = {"labels": ",", "without": ",", **dict.fromkeys(GROUPS, ","), "text": " "}
 """What stands between the values of a parameter that may be given several times."""
@@ -66,8 +67,8 @@ class Query:
         return urlencode({name: value for name, value in {**ranges, **joined, **words, **sort}.items() if value})
 
 
-def parsed(given: Mapping[str, str]) -> Query:
-    """Read a query from the parameters of an address.
+def parsed(given: Mapping[str, str], others: Sequence[str] = ()) -> Query:
+    """Read a query from the parameters of an address; ``others`` are those that say something else.
 
     A list may come in several parameters: ``labels=Kitchen&labels=Garage`` is ``labels=Kitchen,Garage``.
 
@@ -76,10 +77,10 @@ def parsed(given: Mapping[str, str]) -> Query:
     ConfigError
         A parameter is unknown or given twice, or its value cannot be read; the text names it.
     """
-    found = {name: value for name, value in _each_once(given).items() if name not in _OTHERS and value != ""}
+    found = {name: value for name, value in _each_once(given).items() if name not in (*others, _TOKEN) and value}
     unknown = sorted(set(found) - {*NAMES, *GROUPS, "labels", "without", "text", "radius", "sort"})
     if unknown:
-        known = ", ".join([*NAMES, *GROUPS, "labels", "without", "text", "radius", "sort"])
+        known = ", ".join([*NAMES, *GROUPS, "labels", "without", "text", "radius", "sort", *others])
         raise ConfigError(f"query: expected {known}; found {unknown[0][:40]!r}")
     sort, radius = found.get("sort", "id"), found.get("radius", USUAL_RADIUS)
     if sort.removeprefix("-") not in SORTS:
@@ -135,14 +136,18 @@ def _labels(given: Mapping[str, str], name: str) -> tuple[str, ...]:
 
 def _range(name: str, word: str) -> tuple[float, float]:
     low, dots, high = word.partition("..")
-    try:
-        first = float(low) if low else -math.inf
-        last = (float(high) if high else math.inf) if dots else first
-    except ValueError:
-        first = last = math.nan
+    first = _number(low, -math.inf)
+    last = _number(high, math.inf) if dots else first
     if not first <= last or not word.strip("."):
         raise ConfigError(f"query: {name}: expected a number or a range such as 3..6, ..6 or 3.., found {word[:40]!r}")
     return first, last
+
+
+def _number(word: str, without: float) -> float:
+    """Return a number as everybody writes it: Python takes ``1_0`` and other scripts' digits too; NaN else."""
+    if not word:
+        return without
+    return float(word) if _NUMBER.fullmatch(word) else math.nan
 
 
 def _span(low: float, high: float) -> str:

@@ -29,6 +29,7 @@ REPORTS: Final = "houseexpo.reports"
 """Entry points of this group take a ``Dataset`` and return a page of HTML."""
 
 _MAX_PLANS: Final = 3000
+_BESIDE: Final = ("against",)
 _REPORT_POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox"
 
 
@@ -36,14 +37,14 @@ def routes(service: Service) -> list[BaseRoute]:
     """Return the routes of the page, its numbers and the report."""
 
     def page(request: Request) -> Response:
-        shown, query = service.collection(request), parsed(request.query_params)
+        shown, query = service.collection(request), parsed(request.query_params, _BESIDE)
         against = _against(service, request)
         others = [name for name in service.collections if name != shown.name]
         given: dict[str, Any] = {"query": str(query), "others": others, "against": against, "reports": bool(_reports())}
         return service.page(request, "statistics.html", shown=shown, here="statistics", **given)
 
     def numbers(request: Request) -> Response:
-        now, query = service.collection(request).now, parsed(request.query_params)
+        now, query = service.collection(request).now, parsed(request.query_params, _BESIDE)
         against = _against(service, request)
         other = service.collections[against].now if against else None
         return values(request, statistics(now, query, other))

@@ -8,8 +8,6 @@ R2  All that does not depend on the query is made once: bins, orders.
 from __future__ import annotations
 
 import math
-import threading
-from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -18,13 +16,16 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.errors import ConfigError
 from houseexpo.plan.categories import LABELS
 from houseexpo.service.measures import MEASURES, OF_A_RADIUS, RADII, Bits, Measure, Numbers, Table
 from houseexpo.service.query import Query
+from houseexpo.service.recent import Recent
 
 _BINS: Final = 32
 _KEPT: Final = 128
 _WORDS: Final = 64
+_NAMED: Final = 20
 _STEPS: Final = (1.0, 2.0, 2.5, 5.0)
 
 Rows = npt.NDArray[np.int64]
@@ -66,23 +67,12 @@ class Views:
 
     def __init__(self, table: Table) -> None:
         self.table = table
-        self._kept: OrderedDict[str, View] = OrderedDict()
-        self._lock = threading.Lock()
+        self._kept: Recent[View] = Recent(_KEPT)
         self._holds = lru_cache(_WORDS)(self._searched)  # a person who typed a word changes other conditions
 
     def find(self, query: Query) -> View:
-        """Return what a query finds."""
-        key = str(query)
-        with self._lock:
-            if key in self._kept:
-                self._kept.move_to_end(key)
-                return self._kept[key]
-        view = self._found(query)
-        with self._lock:
-            self._kept[key] = view
-            while len(self._kept) > _KEPT:
-                self._kept.popitem(last=False)
-        return view
+        """Return what a query finds; ConfigError where it names a source or a split that the data set lacks."""
+        return self._kept.made(str(query), lambda: self._found(query))
 
     def _found(self, query: Query) -> View:
         failed = dict(self._failed(query))
@@ -120,6 +110,9 @@ class Views:
             yield f"no {label}", table.labels[LABELS.index(label)]
         for name, wanted in query.groups.items():
             known, code = table.groups[name]
+            for strange in sorted(set(wanted) - set(known)):
+                there = ", ".join(known[:_NAMED]) or "none"
+                raise ConfigError(f"query: {name}: no {strange[:40]!r} in this data set; there are: {there}")
             numbers = [number for number, found in enumerate(known) if found in wanted]
             yield name, ~np.isin(code, numbers)
         if query.text:

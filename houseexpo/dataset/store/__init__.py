@@ -7,14 +7,25 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from houseexpo.errors import DatasetError
+
 if TYPE_CHECKING:
     from houseexpo.dataset.store.catalogue import Catalogue
 
 
 def address_in(place: str | os.PathLike[str]) -> str:
     """Return the address that this is, "" where it is a path; a ``Path`` of an address has lost one of its slashes."""
-    found = re.match("(https?):/+(.*)", os.fspath(place))
-    return f"{found[1]}://{found[2]}" if found else ""
+    found = re.match("(https?):/+(.*)", os.fspath(place), re.IGNORECASE)
+    return f"{found[1].lower()}://{found[2]}" if found else ""
+
+
+def files_at(place: str | os.PathLike[str], what: str) -> Path:
+    """Return a path of this machine; DatasetError where it is a service's address, and ``what`` needs files."""
+    address = address_in(place)
+    if address:
+        shown = address.partition("?")[0]  # behind it stands the token
+        raise DatasetError(f"{shown}: {what} needs the files of a data set; run it where houseexpo serve runs")
+    return Path(place)
 
 
 def opened(place: str | os.PathLike[str]) -> Catalogue:

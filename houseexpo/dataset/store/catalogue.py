@@ -39,6 +39,11 @@ class Catalogue:
         self.row_of = {name: number for number, name in enumerate(self.ids)}
 
     @property
+    def shown(self) -> str:
+        """Which data set errors speak of."""
+        return str(self.path)
+
+    @property
     def address(self) -> Path | str:
         """What opens the same data set again."""
         return self.path

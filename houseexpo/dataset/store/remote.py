@@ -82,6 +82,11 @@ class RemoteCatalogue(Catalogue):
         self._digests: list[str] = table.column("digest").to_pylist()
 
     @property
+    def shown(self) -> str:
+        """The address without the token."""
+        return self._server.plain
+
+    @property
     def address(self) -> str:
         """What opens the same data set again."""
         return self._address

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Final
 
 from starlette.requests import Request
 from starlette.responses import Response
@@ -17,6 +17,8 @@ from houseexpo.service.caching import values
 from houseexpo.service.service import Service
 from houseexpo.service.similar import similar
 from houseexpo.service.work import computed
+
+_FARTHEST_M: Final = 1e6
 
 
 def routes(service: Service) -> list[BaseRoute]:
@@ -75,6 +77,6 @@ def _point(given: Mapping[str, str], name: str) -> tuple[float, float]:
         x, y = map(float, words)
     except ValueError:
         x = y = math.nan
-    if not (math.isfinite(x) and math.isfinite(y)):
+    if not (abs(x) <= _FARTHEST_M and abs(y) <= _FARTHEST_M):
         raise ConfigError(f"{name}: expected a place such as 2.5,1.0 (metres), found {given.get(name, '')[:40]!r}")
     return x, y

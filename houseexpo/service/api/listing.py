@@ -18,7 +18,7 @@ from houseexpo.plan.categories import LABELS
 from houseexpo.service.caching import hashed, values
 from houseexpo.service.collection import Collection, Opened
 from houseexpo.service.measures import MEASURES, RADII
-from houseexpo.service.query import Query, number, parsed
+from houseexpo.service.query import PAGING, Query, number, parsed
 from houseexpo.service.service import Service
 
 MAX_LIMIT: Final = 500
@@ -39,7 +39,7 @@ def routes(service: Service) -> list[BaseRoute]:
         return values(request, described(service.collection(request)))
 
     def plans(request: Request) -> Response:
-        now, query = service.collection(request).now, parsed(request.query_params)
+        now, query = service.collection(request).now, parsed(request.query_params, PAGING)
         offset = number(request.query_params, "offset", 0, _FARTHEST)
         limit = number(request.query_params, "limit", _USUAL, MAX_LIMIT, least=1)
         found = now.views.find(query)

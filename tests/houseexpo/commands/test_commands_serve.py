@@ -52,6 +52,11 @@ def test_it_says_what_is_shown_and_where(folder: Path, tmp_path: Path, started: 
     assert settings.port > 0
 
 
+def test_a_data_set_of_another_service_is_not_judged_here() -> None:
+    with pytest.raises(DatasetError, match="serve --review needs the files"):
+        said("http://127.0.0.1:9/homes", "--review", "--port", 0)
+
+
 def test_names_that_are_taken_get_a_number(folder: Path, tmp_path: Path, started: list[Service]) -> None:
     other = built(tmp_path / "other" / "homes", some_plans()[:2])
     taken = built(tmp_path / "api", some_plans()[:1])

@@ -44,6 +44,26 @@ def test_plans_come_by_the_page(client: TestClient) -> None:
     assert client.get("/api/published/plans?limit=5&offset=99").json()["plans"] == []
 
 
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ("plans?split=tset", "no 'tset' in this data set; there are: train"),
+        ("plans?source=ifc", "there are: made"),
+        ("ids.txt?limit=2", "found 'limit'"),
+        ("facets?offset=2", "found 'offset'"),
+        ("plans?against=published", "found 'against'"),
+        ("plans?rooms=1_0", "rooms: expected a number"),
+        ("plans?rooms=%EF%BC%92", "rooms: expected a number"),
+        ("plans?area=inf", "area: expected a number"),
+        ("plans/a1/way?from=1,1&to=1e308,1", "to: expected a place"),
+    ],
+)
+def test_what_means_nothing_here_is_not_passed_over(client: TestClient, asked: str, words: str) -> None:
+    found = client.get(f"/api/homes/{asked}")
+    assert found.status_code == 400
+    assert words in found.json()["error"]
+
+
 def test_ids_and_splits_are_lists(client: TestClient) -> None:
     assert client.get("/api/homes/ids.txt?quality=0.8..").text.splitlines() == ["a1", "d 4&é"]
     assert client.get("/api/homes/splits/train").text == "a1\nc3\n"
@@ -157,7 +177,7 @@ def test_the_description_speaks_of_every_route_and_only_of_those(service: Servic
 
 
 def test_a_query_parameter_that_is_described_is_taken(client: TestClient) -> None:
-    words = dict.fromkeys(("source", "split", "text", "stage", "reason"), "x")
+    words = dict.fromkeys(("text", "stage", "reason"), "x") | {"source": "made", "split": "train"}
     words |= {"labels": "Kitchen", "without": "Hall", "radius": "0.2", "sort": "id", "against": "homes"}
     words |= {"offset": "0", "limit": "3", "from": "1,1", "to": "2,2"}
     for call in CALLS:

@@ -10,7 +10,9 @@ import pytest
 
 from houseexpo import open_dataset
 from houseexpo.commands.given import named_plans
+from houseexpo.dataset.validation import validate
 from houseexpo.errors import DatasetError, UnknownPlanError
+from houseexpo.release import release
 from houseexpo.service.service import Service
 from tests.builders.server import serving
 from tests.builders.services import built, running, service_of, some_plans, two_rooms
@@ -33,7 +35,7 @@ def test_it_is_as_the_local_one(address: str, folder: Path) -> None:
     assert remote.select(labels=["garage"], doors=1, area=(10, None)).ids == ["b2"]
     assert remote.sample(2, 0).ids == local.sample(2, 0).ids
     assert repr(remote) == "Dataset('homes', 4 plans)"
-    with pytest.raises(UnknownPlanError, match="no 'nobody'"):
+    with pytest.raises(UnknownPlanError, match=f"^{address}/homes: no 'nobody'"):
         remote["nobody"]
 
 
@@ -41,6 +43,13 @@ def test_published_plans_too(address: str) -> None:
     remote = open_dataset(f"{address}/published/")
     assert len(remote) == 12
     assert remote[3].room_num == 4
+
+
+def test_commands_that_need_files_say_so(address: str, tmp_path: Path) -> None:
+    for needs in (validate, lambda place: release(place, tmp_path / "out")):
+        with pytest.raises(DatasetError, match=f"^{address}/homes: [a-z]+ needs the files of a data set"):
+            needs(Path(f"{address}/homes?token=secret"))
+    assert open_dataset(f"HTTP{address.removeprefix('http')}/homes").ids[0] == "a1"
 
 
 def test_a_pickle_opens_it_again(address: str) -> None:

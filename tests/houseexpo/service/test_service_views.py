@@ -73,7 +73,7 @@ QUERIES: list[dict[str, str]] = [
     {"source": "ifc,mesh", "split": "train", "quality": "1.."},
     {"reach": "2..", "radius": "0.3", "sort": "narrowest"},
     {"text": "KITCHEN p1", "sort": "-id"},
-    {"source": "nowhere"},
+    {"source": "ifc", "rooms": "9"},
 ]
 
 
@@ -102,8 +102,15 @@ def test_a_word_is_searched_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_no_query_gets_the_answer_of_another() -> None:
     views = Views(made_up())
-    for one, other in (({"rooms": "3.."}, {"rooms": "3.0000001.."}), ({"source": ","}, {"source": "nowhere"})):
+    for one, other in (({"rooms": "3.."}, {"rooms": "3.0000001.."}), ({"source": ","}, {"source": "ifc"})):
         assert len(views.find(parsed(one)).rows) > len(views.find(parsed(other)).rows)
+
+
+@pytest.mark.parametrize("name", ["source", "split"])
+def test_a_source_or_split_that_is_not_there_is_said(name: str) -> None:
+    known = {"source": "ifc, mesh", "split": "test, train"}[name]
+    with pytest.raises(ConfigError, match=f"{name}: no 'tset' in this data set; there are: {known}"):
+        Views(made_up()).find(parsed({name: f"{known.split(', ')[1]},tset"}))
 
 
 def test_counts_leave_their_own_condition_out_but_labels_add_up() -> None:  # R1

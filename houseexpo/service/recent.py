@@ -1,0 +1,40 @@
+"""Answers that are kept in memory, so that what many ask for is made once; the oldest go first."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+class Recent(Generic[T]):
+    """A least-recently-used cache, up to ``most`` in all, of what ``size_of`` counts; threads may share it."""
+
+    def __init__(self, most: int, size_of: Callable[[T], int] = lambda _: 1) -> None:
+        self._most, self._size_of, self._size = most, size_of, 0
+        self._found: OrderedDict[Hashable, T] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def get(self, key: Hashable) -> T | None:
+        """Return what is kept, None where there is nothing."""
+        with self._lock:
+            found = self._found.get(key)
+            if found is not None:
+                self._found.move_to_end(key)
+            return found
+
+    def made(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return what is kept, made now where it is not."""
+        found = self.get(key)
+        if found is None:
+            found = make()
+            with self._lock:
+                before = self._found.pop(key, None)  # another thread may have made it too
+                self._size += self._size_of(found) - (0 if before is None else self._size_of(before))
+                self._found[key] = found
+                while self._size > self._most and len(self._found) > 1:
+                    self._size -= self._size_of(self._found.popitem(last=False)[1])
+        return found
