@@ -3,6 +3,7 @@
 1. The plans nearest in area, sides and rooms are candidates.
 2. Fingerprints (``analysis.similarity``) bound how much two plans differ from below; the least bounds come first.
 3. Of those the difference is found on a grid of 0.1 m; plans that differ by more than half are not alike.
+4. A candidate that was deleted or damaged while it is shown is left out.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ import numpy as np
 
 from houseexpo.analysis.similarity import compare, comparison_mask, fingerprint, lower_bound
 from houseexpo.dataset.splits import TRAITS, traits_of
+from houseexpo.errors import HouseExpoError
+from houseexpo.floorplan import FloorPlan
 from houseexpo.service.collection import Opened
 
 _CANDIDATES: Final = 120
@@ -36,7 +39,13 @@ def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
     if not len(near):
         return []
     ids = [table.ids[other] for other in near.tolist()]
-    traits = now.data.only(ids).derived(TRAITS, traits_of)
+    try:
+        traits = now.data.only(ids).derived(TRAITS, traits_of)
+    except HouseExpoError:  # R4
+        ids = [name for name in ids if _read(now, name) is not None]
+        traits = now.data.only(ids).derived(TRAITS, traits_of)
+    if not ids:
+        return []
     prints = np.array([trait["print"] for trait in traits], dtype=np.int32)
     fine = comparison_mask(plan)
     bounds = lower_bound(fingerprint(fine), prints) / np.maximum(prints[:, 0], int(fine.sum()))
@@ -46,13 +55,23 @@ def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
         limit = sorted(each[0] for each in found)[most - 1] if len(found) >= most else _MAX_DIFFERENCE
         if bounds[other] > limit:
             break
-        match = compare(mask, comparison_mask(now.data[ids[other]], _PIXELS_PER_METRE), limit)
+        there = _read(now, ids[other])  # R4, where its traits were known before
+        if there is None:
+            continue
+        match = compare(mask, comparison_mask(there, _PIXELS_PER_METRE), limit)
         if match is not None:
             found.append((match.difference, ids[other], match.symmetry))
     return [
         {"id": name, "difference": round(difference, 4), "symmetry": symmetry}
         for difference, name, symmetry in sorted(found)[:most]
     ]
+
+
+def _read(now: Opened, plan_id: str) -> FloorPlan | None:
+    try:
+        return now.data[plan_id]
+    except HouseExpoError:
+        return None
 
 
 def _scaled(values: Any, row: int) -> Any:

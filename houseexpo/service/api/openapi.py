@@ -15,6 +15,7 @@ from houseexpo.service.caching import values
 from houseexpo.service.measures import MEASURES, RADII
 from houseexpo.service.query import SORTS
 from houseexpo.service.service import Service
+from houseexpo.service.shapes import WIDEST_M
 
 
 class Call(NamedTuple):
@@ -118,7 +119,7 @@ def _in_path(path: str) -> list[dict[str, Any]]:
 
 def _in_query(call: Call, name: str) -> dict[str, Any]:
     metres = name == "radius" and call.path.endswith(("/reach", "/way"))
-    schema = {"type": "number", "minimum": 0.01} if metres else _schema(name)
+    schema = {"type": "number", "minimum": 0.01, "maximum": WIDEST_M} if metres else _schema(name)
     words = "A number or a range: 3, 3..6, ..6, 3.." if name in _RANGES and not metres else ""
     required = name in {"from", "to"}
     return {"name": name, "in": "query", "required": required, "schema": schema, "description": words}

@@ -113,6 +113,14 @@ def test_similar_plans_come_in_the_order_of_their_difference(client: TestClient)
     assert differences[0] < 0.02 < differences[1]
 
 
+@pytest.mark.parametrize("asked_before", [False, True])
+def test_a_similar_plan_that_was_deleted_is_left_out(client: TestClient, folder: Path, asked_before: bool) -> None:
+    client.get("/api/homes/plans/a1/similar" if asked_before else "/api/homes/facets")
+    (folder / "json" / "b2.json").unlink()
+    found = client.get("/api/homes/plans/a1/similar").json()["similar"]
+    assert [each["id"] for each in found] == ["d 4&é", "c3"]
+
+
 def test_a_plan_alone_has_none_like_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
     service = service_of(built(tmp_path / "one", [two_rooms("only")]))
