@@ -76,7 +76,7 @@ def _measures(now: Opened, name: str) -> Iterator[tuple[str, str]]:
             continue
         value = table.value(row, measure.name)
         if value is not None:
-            yield measure.title, f"{value:g}{f' {measure.unit}' if measure.unit else ''}"
+            yield measure.title, f"{value:,g}{f' {measure.unit}' if measure.unit else ''}"
     for radius in RADII:
         reach, narrowest = table.value(row, "reach", radius), table.value(row, "narrowest", radius)
         if reach is not None:

@@ -56,6 +56,7 @@ function draw(facets, total, radius) {
   document.getElementById("clear").hidden = !filters;
   const by = state.get("sort") ?? "id";
   sort.value = by.replace("-", "");
+  for (const each of sort.options) each.hidden = !each.selected && each.value !== "id" && !total.measures[each.value].counts.some(Boolean);
   descending.setAttribute("aria-pressed", by.startsWith("-"));
   if (document.activeElement !== text) text.value = state.get("text") ?? "";
   const query = state.toString();

@@ -66,7 +66,7 @@ export class Grid {
     const facts = [counted(line.rooms, "room"), rounded(line.area >= 10 ? Math.round(line.area) : line.area, "m²")];
     if (line.quality !== undefined) facts.push(`q ${line.quality.toFixed(2)}`);
     const sort = new URLSearchParams(this.query).get("sort")?.replace("-", "");
-    if (sort && !["id", "rooms", "area", "quality"].includes(sort) && line[sort] !== undefined) facts.push(`${sort.replace("_", " ")} ${rounded(line[sort])}`);
+    if (sort && !["id", "rooms", "area", "quality"].includes(sort) && line[sort] !== undefined) facts.unshift(`${sort.replace("_", " ")} ${rounded(line[sort])}`); // first: what comes last may be cut off
     const link = tile.firstChild;
     link.href = `/${this.data}/plan/${id}${this.query ? `?${this.query}` : ""}`;
     link.classList.remove("waiting");

@@ -16,6 +16,8 @@ from houseexpo.commands.release import release as command
 from houseexpo.dataset import open_dataset
 from houseexpo.release import About, release
 from houseexpo.release.tables import DOORS, PLANS, ROOMS
+from pipeline.algorithm import plan_level
+from tests.builders.batch import run_build
 from tests.builders.needs import need
 
 
@@ -69,6 +71,14 @@ def test_the_card_has_a_header_and_pictures_that_are_there(made: Path, released:
     assert f"{len(plans)} floor plans of houses" in body
     assert f"with {sum(len(plan.rooms) for plan in plans)} rooms" in body  # as many as the tables have rows
     assert not re.search(r"\{%|\{\{ |\bNone\b|\n\n\n", body)
+
+
+def test_the_card_counts_the_furniture_too(tmp_path: Path) -> None:
+    run_build([Path("procedural:2")], tmp_path / "two", seed=3, plan=plan_level, furnished=1.0)
+    card = (release(tmp_path / "two", tmp_path / "out").folder / "README.md").read_text()
+    counts = dict(re.findall(r"^\| (train|val|test) \|.* (\d+) \|$", card, re.MULTILINE))
+    assert "| part | plans | rooms | doors | objects |\n|---|---:|---:|---:|---:|\n" in card
+    assert sum(map(int, counts.values())) == sum(len(plan.objects) for plan in open_dataset(tmp_path / "two")) > 0
 
 
 def test_citation_deposit_and_licence_agree(released: Path) -> None:

@@ -104,6 +104,16 @@ def test_filters_combine_and_the_address_holds_them(chromium: Any, address: str)
         said(page, "#count", "4 plans")
 
 
+def test_plans_are_sorted_by_what_is_known_and_say_it_first(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/published/?sort=-vertices") as page:
+        page.wait_for_selector("a.plan img")
+        words = page.locator('[data-number="0"] span').nth(1).inner_text()
+        assert words.startswith("vertices ")  # the end of a line is cut off
+        shown = page.locator("#sort option:not([hidden])").evaluate_all("(all) => all.map((each) => each.value)")
+        assert {"id", "rooms", "area", "vertices"} <= set(shown)
+        assert not {"quality", "doors", "reach"} & set(shown)  # published plans record none of them
+
+
 def test_a_range_is_brushed(chromium: Any, address: str) -> None:
     with visit(chromium, address, "/published/") as page:
         box = page.locator("#measure-area svg").bounding_box()
