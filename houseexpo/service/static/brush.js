@@ -22,6 +22,7 @@ export class Brush {
       element("header", {}, this.title,
         element("span", { class: "ends" }, ...(this.radius ? [this.radius] : []), this.inputs[0], "–", this.inputs[1])),
       this.svg);
+    this.node.hidden = true; // until there are bars: a view that is refused has none
     this.listen();
   }
 

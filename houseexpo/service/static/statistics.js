@@ -58,6 +58,7 @@ ask(`/api/${name}/statistics?${given}`).then((found) => {
   const what = document.getElementById("what");
   what.textContent = `${found.found === found.total ? "All" : `${count(found.found)} of`} ${count(found.total)} plans. `;
   if (query) what.append(element("code", {}, decodeURIComponent(query)));
+  if (!found.found) what.append(element("br"), found.total ? "No plan meets this filter." : "The data set has no plans.");
   if (against) what.append(element("br"), element("span", { class: "key" }, element("i", { class: "a" }), "these plans"), element("span", { class: "key" }, element("i", { class: "b" }), `${against}, ${count(found.other.found)} plans`));
   const [first, ...others] = Object.values(found.measures).map(figure);
   document.getElementById("figures").append(...[first, labels(found), ...others].filter(Boolean));

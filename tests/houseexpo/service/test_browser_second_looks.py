@@ -88,6 +88,7 @@ def test_a_view_that_is_refused_can_be_left(chromium: Any, address: str) -> None
     page = chromium.new_context().new_page()  # the console has a line about what is refused
     page.goto(f"{address}/homes/?sort=colour")
     said(page, "#message", "cannot be shown")
+    assert barriers(page) == []
     page.click("#clear")
     said(page, "#count", "5 plans")
     page.context.set_offline(True)
@@ -160,6 +161,12 @@ def test_two_fingers_zoom_about_the_one_that_rests(chromium: Any, address: str) 
         said(page, "#way", "Click where the way ends.")
         middle = [float(each) for each in page.input_value("#from").split(",")]
         assert middle == pytest.approx([3.65, 1.6], abs=0.1)  # the plan's own: the finger that rested was there
+
+
+def test_statistics_of_nothing_say_so(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/homes/statistics?rooms=99") as page:
+        said(page, "#what", "0 of 5 plans. rooms=99")
+        said(page, "#what", "No plan meets this filter.")
 
 
 def test_bars_are_named_by_what_they_hold(chromium: Any, address: str) -> None:

@@ -177,6 +177,9 @@ def test_it_works_on_a_phone_in_the_dark(folder: Path) -> None:
     ):
         shows(page, "middling")
         look(page, "review-phone")
+        assert page.evaluate(
+            "() => { const nav = document.querySelector('nav'); return nav.scrollWidth <= nav.clientWidth; }"
+        )
         assert page.evaluate("() => document.documentElement.scrollWidth <= window.innerWidth")
         page.tap("#keep")
         shows(page, "sure")
