@@ -77,9 +77,9 @@ def routes(service: Service) -> list[BaseRoute]:
         return values(request, described())
 
     def page(request: Request) -> Response:
-        return service.page(
-            request, "api.html", here="api", shown=next(iter(service.collections.values())), calls=CALLS
-        )
+        first = next(iter(service.collections.values()))
+        shown = service.collections.get(request.query_params.get("data", ""), first)
+        return service.page(request, "api.html", here="api", shown=shown, calls=CALLS)
 
     def plainly(_: Request) -> Response:
         return RedirectResponse("/api")

@@ -44,6 +44,13 @@ def test_what_a_page_loads_is_there(client: TestClient) -> None:
         assert client.get(f"/static/{url}").status_code == 200
 
 
+def test_the_page_of_the_api_stays_with_the_data_set(client: TestClient) -> None:
+    (link,) = re.findall(r'href="(/api[^"]*)"', client.get("/published/").text.split("<main")[0])
+    assert 'open_dataset("http://localhost:8000/published")' in client.get(link).text.replace("&#34;", '"')
+    assert "/homes&#34;" in client.get("/api").text
+    assert "/homes&#34;" in client.get("/api?data=nowhere").text
+
+
 def test_the_first_page_is_the_first_data_set(client: TestClient) -> None:
     assert client.get("/", follow_redirects=False).headers["location"] == "/homes/"
     assert client.get("/homes", follow_redirects=True).status_code == 200
