@@ -138,7 +138,7 @@ LOADERS: Final[dict[str, Callable[[Path, str], PolicyFactory]]] = {
 def _run(name: str, work: Callable[[], object]) -> object:
     try:
         return work()
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a script may end itself, and would end us
         raise ConfigError(f"policy {name!r}: cannot be imported: {type(error).__name__}: {error}") from error
 
 

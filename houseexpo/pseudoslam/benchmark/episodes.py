@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from traceback import extract_tb
 from typing import Any, TypeVar
 
 import numpy as np
@@ -92,6 +93,11 @@ class Runner:
         robot = robot_of(env, self.policy.interface)
         seed = case.seed ^ self.policy_seed
         policy = self._asked(case, 0, lambda: self.policy.factory(robot, seed))
+        if not callable(policy):
+            raise PolicyError(
+                f"{self._where(case, 0)}: expected {self.policy.source} to be a factory, called with (robot, seed) "
+                f"and returns a policy, which is called with (observation, info); it returned {policy!r}"
+            )
         for step in range(env.config.max_steps):  # actions of no step at all come to an end, too
             note(step)
             knowledge = knowledge_of(env.simulator, env.state)
@@ -117,8 +123,9 @@ class Runner:
     def _asked(self, case: Case, step: int, question: Callable[[], Answer]) -> Answer:
         try:
             return question()
-        except Exception as error:
-            raise PolicyError(f"{self._where(case, step)}: it raised {type(error).__name__}: {error}") from error
+        except (Exception, SystemExit) as error:
+            what = f"{type(error).__name__}: {error}".removesuffix(": ")
+            raise PolicyError(f"{self._where(case, step)}: it raised {what}{_place(error)}") from error
 
     def _step(self, case: Case, step: int, action: Any) -> Any:
         try:
@@ -128,6 +135,13 @@ class Runner:
 
     def _where(self, case: Case, step: int) -> str:
         return f"policy {self.policy.name!r}: plan {case.plan_id!r}, step {step}"
+
+
+def _place(error: BaseException) -> str:
+    """Return the last line of the policy's own file that led to an error; "" where there is none."""
+    frames = [frame for frame in extract_tb(error.__traceback__) if frame.filename != __file__]
+    own = [frame for frame in frames if frame.filename == frames[0].filename]
+    return f" ({own[-1].filename}, line {own[-1].lineno})" if own else ""
 
 
 def places(most: int) -> npt.NDArray[np.float64]:
