@@ -52,7 +52,10 @@ def train(
     changes = {"seed": seed, "steps": steps}
     given = read_config(config) if config else TrainConfig()
     given = replace(given, **{name: value for name, value in changes.items() if value is not None})  # type: ignore[arg-type]
-    check_options(task, given.environment)
+    try:
+        check_options(task, given.environment)
+    except ConfigError as error:
+        raise ConfigError(f"{config}: {error}" if config else str(error)) from None
     where = dataset or (Path(given.environment.dataset) if given.environment.dataset else None)
     opened = None if where is None and task == "avoidance" else data_set(where)
     given = replace(given, environment=replace(given.environment, dataset=str(where) if where else None))

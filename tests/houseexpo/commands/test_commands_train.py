@@ -96,5 +96,5 @@ def test_a_configuration_file_is_taken(installed: None, tmp_path: Path) -> None:
     file.write_text(
         file.read_text().replace("[environment.simulator]", "[environment.task]\nway = 1\n\n[environment.simulator]")
     )
-    with pytest.raises(ConfigError, match=r"unknown key 'environment.task.way'"):
+    with pytest.raises(ConfigError, match=rf"{file}: unknown key 'environment.task.way'"):
         said("avoidance", "--out", tmp_path / "run", "--config", file)
