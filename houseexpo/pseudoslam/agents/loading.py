@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from traceback import extract_tb
 from typing import Final
 
 from houseexpo.errors import ConfigError
@@ -90,6 +91,22 @@ def load_policy(name: str) -> NamedPolicy:
     raise ConfigError(
         f"policy: no {name!r}; the nearest is {near[0]!r}; known: {', '.join(NAMES)}, a file "
         f"({', '.join(LOADERS)}), or module:function"
+    )
+
+
+def raised(error: BaseException, here: str) -> str:
+    """Return what a policy raised, and the last line of its own file that led to it, for the file that called it."""
+    frames = [frame for frame in extract_tb(error.__traceback__) if frame.filename != here]
+    own = [frame for frame in frames if frame.filename == frames[0].filename]
+    where = f" ({own[-1].filename}, line {own[-1].lineno})" if own else ""
+    return f"{type(error).__name__}: {error}".removesuffix(": ") + where
+
+
+def no_factory(named: NamedPolicy, returned: object) -> str:
+    """Return what is wrong where a factory returned what is no policy."""
+    return (
+        f"expected {named.source} to be a factory: called with (robot, seed), it returns a policy, which is called "
+        f"with (observation, info); it returned {returned!r}"
     )
 
 

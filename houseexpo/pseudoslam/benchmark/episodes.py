@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from traceback import extract_tb
 from typing import Any, TypeVar
 
 import numpy as np
@@ -14,7 +13,7 @@ import numpy.typing as npt
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.pseudoslam.agents.loading import NamedPolicy
+from houseexpo.pseudoslam.agents.loading import NamedPolicy, no_factory, raised
 from houseexpo.pseudoslam.agents.protocol import knowledge_of, robot_of
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS
@@ -94,10 +93,7 @@ class Runner:
         seed = case.seed ^ self.policy_seed
         policy = self._asked(case, 0, lambda: self.policy.factory(robot, seed))
         if not callable(policy):
-            raise PolicyError(
-                f"{self._where(case, 0)}: expected {self.policy.source} to be a factory, called with (robot, seed) "
-                f"and returns a policy, which is called with (observation, info); it returned {policy!r}"
-            )
+            raise PolicyError(f"{self._where(case, 0)}: {no_factory(self.policy, policy)}")
         for step in range(env.config.max_steps):  # actions of no step at all come to an end, too
             note(step)
             knowledge = knowledge_of(env.simulator, env.state)
@@ -124,8 +120,7 @@ class Runner:
         try:
             return question()
         except (Exception, SystemExit) as error:
-            what = f"{type(error).__name__}: {error}".removesuffix(": ")
-            raise PolicyError(f"{self._where(case, step)}: it raised {what}{_place(error)}") from error
+            raise PolicyError(f"{self._where(case, step)}: it raised {raised(error, __file__)}") from error
 
     def _step(self, case: Case, step: int, action: Any) -> Any:
         try:
@@ -135,13 +130,6 @@ class Runner:
 
     def _where(self, case: Case, step: int) -> str:
         return f"policy {self.policy.name!r}: plan {case.plan_id!r}, step {step}"
-
-
-def _place(error: BaseException) -> str:
-    """Return the last line of the policy's own file that led to an error; "" where there is none."""
-    frames = [frame for frame in extract_tb(error.__traceback__) if frame.filename != __file__]
-    own = [frame for frame in frames if frame.filename == frames[0].filename]
-    return f" ({own[-1].filename}, line {own[-1].lineno})" if own else ""
 
 
 def places(most: int) -> npt.NDArray[np.float64]:

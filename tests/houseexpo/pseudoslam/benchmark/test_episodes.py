@@ -87,7 +87,7 @@ def test_equal_cases_are_equal_and_know_no_other() -> None:
         (lambda _robot, _seed: 1 / 0, r"step 0: it raised ZeroDivisionError: division by zero"),
         (
             lambda _robot, _seed: 0,
-            r"step 0: expected a test to be a factory, .* it returned 0$",
+            r"step 0: expected a test to be a factory: .* it returned 0$",
         ),
     ],
 )
