@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -80,6 +81,25 @@ def test_the_papers_experiments_run_on_a_small_scale(tmp_path: Path) -> None:
         assert (about["task"], about["seed"]) == (task, 2)
         assert about["score"]["steps"] > 0
         assert (out / "policy.pt").stat().st_size < 5_000_000
+
+
+@pytest.mark.parametrize("task", ["exploration", "chooser"])
+@pytest.mark.parametrize("resumed", [[], ["--resume"]])
+def test_ctrl_c_says_the_command_that_goes_on(
+    installed: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, task: str, resumed: list[str]
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("houseexpo.dataset.open_dataset", interrupted)
+    words = [task, "--dataset", str(tmp_path), "--out", str(tmp_path / "run"), *resumed]
+    monkeypatch.setattr(sys, "argv", ["houseexpo", "train", *words])
+    app = typer.Typer()
+    app.command()(train)
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 130
+    goes_on = " ".join(words).removesuffix(" --resume")
+    assert f"interrupted; it goes on by: houseexpo train {goes_on} --resume\n" in result.output
 
 
 def test_make_experiments_names_commands_that_there_are(tmp_path: Path) -> None:
