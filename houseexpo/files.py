@@ -50,7 +50,7 @@ def write_whole(file: Path, data: bytes, *, durable: bool = False) -> None:
         raise ConfigError(f"{file}: expected a regular file or a new one, found {what}; name another")
     descriptor, partial = tempfile.mkstemp(dir=file.parent, prefix=PARTIAL)
     try:
-        with os.fdopen(descriptor, "wb") as stream:
+        with named_in_errors(file), os.fdopen(descriptor, "wb") as stream:
             stream.write(data)
             stream.flush()
             os.fchmod(stream.fileno(), 0o644)
@@ -59,6 +59,16 @@ def write_whole(file: Path, data: bytes, *, durable: bool = False) -> None:
         Path(partial).replace(file)
     except BaseException:
         Path(partial).unlink(missing_ok=True)
+        raise
+
+
+@contextmanager
+def named_in_errors(file: Path) -> Iterator[None]:
+    """Have errors of the system name a file where they name none, as that of a full disk does not."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = error.filename or str(file)
         raise
 
 

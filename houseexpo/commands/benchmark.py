@@ -77,20 +77,14 @@ def compare(
 
 
 def _print(files: list[Path]) -> None:
-    from rich.table import Table
-
-    from houseexpo.commands.printing import console
+    from houseexpo.commands.printing import console, print_table
     from houseexpo.pseudoslam.benchmark.comparison import read_results
     from houseexpo.pseudoslam.benchmark.tables import facts, heads, row
 
     for compared in read_results(files):
+        console().print(f"{compared.track.id}: {facts(compared)}", style="italic", highlight=False, soft_wrap=True)
         for metrics in compared.tables():
-            table = Table(title=f"{compared.track.id}: {facts(compared)}")
-            for number, head in enumerate(heads(metrics)):
-                table.add_column(head, justify="right" if number else "left", overflow="fold")  # no name gets lost
-            for entry in compared.entries:
-                table.add_row(*row(compared, entry, metrics))
-            console().print(table)
+            print_table(console(), heads(metrics), [row(compared, entry, metrics) for entry in compared.entries])
 
 
 def _check_out(file: Path) -> None:

@@ -7,12 +7,17 @@ import os
 import shlex
 import sys
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rich.console import Console
+
+
+_AROUND = 3
+"""What a table has round a column: a blank on both sides, and a line."""
 
 
 def console(*, stderr: bool = False, quiet: bool = False) -> Console:
@@ -35,6 +40,39 @@ def print_named(out: Console, name: str, said: str, style: str = "bold") -> None
     """Print a name, in bold or another style, and what is said of it in the same line."""
     out.print(f"{name} ", style=style, end="", highlight=False)
     out.print(said, highlight=False, soft_wrap=True)
+
+
+def print_table(out: Console, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table: names first, then numbers; where it is wider than the screen, columns go on below, with the names.
+
+    Heads break between words. Names alone break within one, where they would take more than half of the screen.
+    """
+    from rich.table import Table
+
+    names, *columns = ((head, cells) for head, *cells in zip(heads, *rows, strict=True))
+    first = min(max(map(len, (names[0], *names[1]))), out.width // 2)
+    widths = [max(map(len, (*head.split(), *cells))) for head, cells in columns]
+    for part in _side_by_side(widths, out.width - first - _AROUND - 1):
+        table = Table()
+        table.add_column(names[0], width=first, overflow="fold")
+        for i in part:
+            table.add_column(fill(columns[i][0], widths[i]), justify="right")
+        for name, *cells in zip(names[1], *(columns[i][1] for i in part), strict=True):
+            table.add_row(name, *cells)
+        out.print(table)
+
+
+def _side_by_side(widths: Sequence[int], room: int) -> list[list[int]]:
+    """Return the numbers of columns in parts, each no wider than the room where it has more than one."""
+    parts: list[list[int]] = [[]]
+    left = room
+    for i, width in enumerate(widths):
+        if width + _AROUND > left and parts[-1]:
+            parts.append([])
+            left = room
+        parts[-1].append(i)
+        left -= width + _AROUND
+    return parts
 
 
 def drop_output() -> None:

@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from houseexpo.errors import ConfigError
+from houseexpo.commands.environment import TaskName
+from houseexpo.errors import INTERRUPTED, ConfigError
 
 
 def train(
@@ -33,14 +34,35 @@ def train(
     the curves learning.csv and evaluation.csv, and logs for TensorBoard. A chooser is learned by trying choices out, on
     one core and without PyTorch; its folder holds weights.json.
     """
+    from houseexpo.commands.printing import typed_command
+
+    if task == "chooser" and (steps is not None or threads is not None):
+        raise ConfigError("train chooser: --steps and --threads are not for it; its file says how many plans")
+    try:
+        if task == "chooser":
+            _chooser(out, config, dataset, seed, resume=resume)
+        else:
+            _policy(task, out, config, dataset, seed, steps, threads, resume=resume)
+    except KeyboardInterrupt:  # the same command again would be refused, for the folder holds a run now
+        again = typed_command() + ("" if resume else " --resume")
+        typer.echo(f"interrupted; it goes on by: {again}", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def _policy(
+    task: TaskName,
+    out: Path,
+    config: Path | None,
+    dataset: Path | None,
+    seed: int | None,
+    steps: int | None,
+    threads: int | None,
+    *,
+    resume: bool,
+) -> None:
+    """Learn by PPO."""
     from dataclasses import replace
     from functools import partial
-
-    if task == "chooser":
-        if steps is not None or threads is not None:
-            raise ConfigError("train chooser: --steps and --threads are not for it; its file says how many plans")
-        _chooser(out, config, dataset, seed, resume=resume)
-        return
 
     from houseexpo.commands.given import data_set
     from houseexpo.commands.printing import console
@@ -52,7 +74,10 @@ def train(
     changes = {"seed": seed, "steps": steps}
     given = read_config(config) if config else TrainConfig()
     given = replace(given, **{name: value for name, value in changes.items() if value is not None})  # type: ignore[arg-type]
-    check_options(task, given.environment)
+    try:
+        check_options(task, given.environment)
+    except ConfigError as error:
+        raise ConfigError(f"{config}: {error}" if config else str(error)) from None
     where = dataset or (Path(given.environment.dataset) if given.environment.dataset else None)
     opened = None if where is None and task == "avoidance" else data_set(where)
     given = replace(given, environment=replace(given.environment, dataset=str(where) if where else None))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import zipfile
@@ -76,3 +77,13 @@ def test_a_zip_archive_is_the_same_whenever_it_is_made(monkeypatch: pytest.Monke
     assert len(first) < 500
     with zipfile.ZipFile(io.BytesIO(first)) as archive:
         assert {name: archive.read(name) for name in archive.namelist()} == files
+
+
+def test_an_error_of_the_system_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("os.fchmod", full)
+    with pytest.raises(OSError, match=r"No space left on device: '.*whole\.json'"):
+        write_whole(tmp_path / "whole.json", b"{}")
+    assert not list(tmp_path.iterdir())

@@ -27,6 +27,8 @@ _LATER: Final = ("quality",)
 _LOOKED_AT: Final = 5000
 _COMPARED: Final = 20
 _LETTERS: Final = 120
+_NEAR: Final = 0.5
+_FEW: Final = 25
 
 
 class Catalogue:
@@ -142,7 +144,9 @@ def read_ids(data: bytes, what: str) -> tuple[str, ...]:
 
 
 def nearest(word: str, known: Sequence[str]) -> str:
-    """Return that there is no such word, and which of those known is nearest to it.
+    """Return that there is no such word, and which of those known is nearest to it; where none is near, what there is.
+
+    One is near that has half of its letters in common with the word, in their order, or begins with it.
 
     Comparing two words costs a tenth of a millisecond; so of many only the few that share most pairs of neighbouring
     letters with the word are compared.
@@ -150,8 +154,14 @@ def nearest(word: str, known: Sequence[str]) -> str:
     word = word[:_LETTERS]
     pairs = _pairs(word)
     likely = heapq.nsmallest(_COMPARED, known[:_LOOKED_AT], key=lambda other: len(pairs ^ _pairs(other)))
-    near = difflib.get_close_matches(word, likely, n=1, cutoff=0.0)
-    return f"no {word!r}" + (f"; the nearest is {near[0]!r}" if near else "")
+    near = difflib.get_close_matches(word, likely, n=1, cutoff=_NEAR)
+    if not near and word:
+        near = [other for other in known[:_LOOKED_AT] if other.startswith(word)][:1]
+    if near:
+        return f"no {word!r}; the nearest is {near[0]!r}"
+    names, are_few = list(map(repr, known[:_FEW])), len(known) <= _FEW
+    listed = ", ".join(names if are_few else names[:3]) + ("" if are_few else " and others")
+    return f"no {word!r}" + (f"; there are {listed}" if known else "")
 
 
 def _pairs(word: str) -> set[tuple[str, str]]:

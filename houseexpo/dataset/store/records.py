@@ -126,10 +126,10 @@ def _reader(path: Path) -> Callable[[Path], Iterator[Record]]:
         return _zipped
     if path.name.endswith((".jsonl", ".jsonl.gz")):
         return _lines
-    raise DatasetError(
-        f"{path}: expected {', '.join(KINDS)}; found {path.suffix or 'no suffix'}; if it is a model of a house, "
-        "`houseexpo build` makes a data set of it"
-    )
+    what = "if it is a plan, houseexpo.load_plan(path) opens it"
+    if path.suffix != ".json":
+        what = "if it is a model of a house, `houseexpo build` makes a data set of it"
+    raise DatasetError(f"{path}: expected {', '.join(KINDS)}; found {path.suffix or 'no suffix'}; {what}")
 
 
 def _folder(path: Path) -> Iterator[Record]:

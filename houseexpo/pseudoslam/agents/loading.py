@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from traceback import extract_tb
 from typing import Final
 
 from houseexpo.errors import ConfigError
@@ -93,6 +94,22 @@ def load_policy(name: str) -> NamedPolicy:
     )
 
 
+def raised(error: BaseException, here: str) -> str:
+    """Return what a policy raised, and the last line of its own file that led to it, for the file that called it."""
+    frames = [frame for frame in extract_tb(error.__traceback__) if frame.filename != here]
+    own = [frame for frame in frames if frame.filename == frames[0].filename]
+    where = f" ({own[-1].filename}, line {own[-1].lineno})" if own else ""
+    return f"{type(error).__name__}: {error}".removesuffix(": ") + where
+
+
+def no_factory(named: NamedPolicy, returned: object) -> str:
+    """Return what is wrong where a factory returned what is no policy."""
+    return (
+        f"expected {named.source} to be a factory: called with (robot, seed), it returns a policy, which is called "
+        f"with (observation, info); it returned {returned!r}"
+    )
+
+
 def _parted(name: str) -> tuple[Path, str]:
     """Return a file or module, and what follows its last colon."""
     place, colon, attribute = name.rpartition(":")
@@ -138,7 +155,7 @@ LOADERS: Final[dict[str, Callable[[Path, str], PolicyFactory]]] = {
 def _run(name: str, work: Callable[[], object]) -> object:
     try:
         return work()
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a script may end itself, and would end us
         raise ConfigError(f"policy {name!r}: cannot be imported: {type(error).__name__}: {error}") from error
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.pseudoslam.agents.forward import LEFT
-from houseexpo.pseudoslam.agents.loading import NamedPolicy, load_policy
+from houseexpo.pseudoslam.agents.loading import NamedPolicy, load_policy, no_factory, raised
 from houseexpo.pseudoslam.agents.protocol import Interface, knowledge_of, robot_of
 from houseexpo.pseudoslam.agents.protocol import Policy as EpisodePolicy
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
@@ -78,10 +78,14 @@ class _Everlasting:
         shown = _map_of(observation) if self._shows_more else observation
         try:
             return self._asked(shown)
-        except Exception as error:
-            plan, step = self._env.simulator.world.plan_id, int(self._env.state.counts.steps)
-            said = f"it raised {type(error).__name__}: {error}"
-            raise PolicyError(f"policy {self._policy.name!r}: plan {plan!r}, step {step}: {said}") from error
+        except PolicyError:
+            raise
+        except (Exception, SystemExit) as error:
+            raise PolicyError(f"{self._where()}: it raised {raised(error, __file__)}") from error
+
+    def _where(self) -> str:
+        plan, step = self._env.simulator.world.plan_id, int(self._env.state.counts.steps)
+        return f"policy {self._policy.name!r}: plan {plan!r}, step {step}"
 
     def _asked(self, shown: Any) -> Any:
         if self._state is not self._env.state:
@@ -98,6 +102,8 @@ class _Everlasting:
         if self._shows_more:
             robot = replace(robot, observation_space=_map_of(robot.observation_space))
         self._now = self._policy.factory(robot, self._seed)
+        if not callable(self._now):
+            raise PolicyError(f"{self._where()}: {no_factory(self._policy, self._now)}")
 
 
 def _map_of(shown: Any) -> Any:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.pseudoslam.agents.loading import NamedPolicy
+from houseexpo.pseudoslam.agents.loading import NamedPolicy, no_factory, raised
 from houseexpo.pseudoslam.agents.protocol import knowledge_of, robot_of
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS
@@ -92,6 +92,8 @@ class Runner:
         robot = robot_of(env, self.policy.interface)
         seed = case.seed ^ self.policy_seed
         policy = self._asked(case, 0, lambda: self.policy.factory(robot, seed))
+        if not callable(policy):
+            raise PolicyError(f"{self._where(case, 0)}: {no_factory(self.policy, policy)}")
         for step in range(env.config.max_steps):  # actions of no step at all come to an end, too
             note(step)
             knowledge = knowledge_of(env.simulator, env.state)
@@ -117,8 +119,8 @@ class Runner:
     def _asked(self, case: Case, step: int, question: Callable[[], Answer]) -> Answer:
         try:
             return question()
-        except Exception as error:
-            raise PolicyError(f"{self._where(case, step)}: it raised {type(error).__name__}: {error}") from error
+        except (Exception, SystemExit) as error:
+            raise PolicyError(f"{self._where(case, step)}: it raised {raised(error, __file__)}") from error
 
     def _step(self, case: Case, step: int, action: Any) -> Any:
         try:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TypeAlias, get_args
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.checks import above_zero, found, number
+from houseexpo.pseudoslam.config.checks import above_zero, found, number, whole
 from houseexpo.pseudoslam.config.shapes import Shape
 from houseexpo.pseudoslam.kernels.people.walking import PEOPLE_MOST
 
@@ -27,7 +27,9 @@ class PeopleConfig:
     Parameters
     ----------
     number
-        How many there are in each house.
+        How many there are in each house; fewer where it has no room for as many.
+    least
+        A house without room for so many is an error.
     radius_m
         Each is a disc.
     speed_m_s, speed_sd
@@ -44,10 +46,12 @@ class PeopleConfig:
     speed_sd: float = 0.2
     relaxation_s: float = 0.5
     away_m: float = 1.0
+    least: int = 0
 
     def __post_init__(self) -> None:
         if isinstance(self.number, bool) or not isinstance(self.number, int) or not 0 <= self.number <= PEOPLE_MOST:
             raise ConfigError(f"people.number: expected a whole number from 0 to {PEOPLE_MOST}, {found(self.number)}")
+        whole(self.least, "people.least", at_least=0, at_most=self.number)
         above_zero(self, "people", "radius_m", at_most=10.0)
         above_zero(self, "people", "speed_m_s")
         number(self.relaxation_s, "people.relaxation_s", at_least=0.1)

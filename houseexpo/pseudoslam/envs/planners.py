@@ -117,7 +117,7 @@ class PlannerSpec:
         strange = (flat < 0) | (flat >= self.numbers) if flat.dtype.kind in "iu" else np.ones(flat.shape, bool)
         if strange.any():
             raise ConfigError(
-                f"action: expected a {self.actions}'s number, 0 to {self.numbers - 1}, found {flat[strange][0]!r}"
+                f"action: expected a {self.actions}'s number, 0 to {self.numbers - 1}, found {flat[strange].item(0)!r}"
             )
         found = np.zeros((len(flat), 2))
         found[:, 0] = flat
@@ -127,7 +127,7 @@ class PlannerSpec:
         strange = ~((values >= -1) & (values <= 1)) if values.dtype.kind in "iuf" else np.ones(values.shape, bool)
         if strange.any():
             raise ConfigError(
-                f"action: expected a waypoint (ahead, left), numbers from -1 to 1, found {values[strange].flat[0]!r}"
+                f"action: expected a waypoint (ahead, left), numbers from -1 to 1, found {values[strange].item(0)!r}"
             )
         found: npt.NDArray[np.float64] = values.reshape(-1, 2).astype(np.float64) * self._reach_px
         return found

@@ -17,6 +17,7 @@ from gymnasium.vector import AutoresetMode
 
 from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.pseudoslam.envs.reset_arguments import OPTIONS, options_of
+from houseexpo.pseudoslam.envs.shared_attributes import FOR_ALL
 from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
 
 try:
@@ -98,7 +99,13 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
         self.env.set_attr(attr_name, value)
 
     def env_method(self, method_name: str, *args: Any, indices: Indices = None, **kwargs: Any) -> list[Any]:
-        """Call a method of the vector environment that takes an environment's number first, such as ``state``."""
+        """Call a method of the vector environment that takes an environment's number first, such as ``state``.
+
+        "render" gives pictures; ConfigError where a method is for all of them.
+        """
+        if method_name in {*FOR_ALL, "render"}:
+            pictures = self.env.call(method_name)
+            return [pictures[i] for i in self._indices(indices)]
         method = getattr(self.env, method_name)
         return [method(i, *args, **kwargs) for i in self._indices(indices)]
 

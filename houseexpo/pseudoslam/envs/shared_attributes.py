@@ -12,6 +12,9 @@ from houseexpo.pseudoslam.tasks import Task
 SETTABLE = ("task", "plan_ids")
 """What environments can be told after they are made: what counts, from the next step on, and which plans to take."""
 
+FOR_ALL = ("reset", "step", "close", "call", "get_attr", "set_attr")
+"""Methods that have no form for one of the environments."""
+
 
 class SharedAttributes:
     """``call``, ``get_attr`` and ``set_attr``."""
@@ -22,11 +25,15 @@ class SharedAttributes:
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Return a method's results for each environment; it takes the environment's number first, as ``state`` does.
 
-        Of what is no method, as ``get_attr``.
+        "render" gives each one's picture; of what is no method, as ``get_attr``. ConfigError where a method is for all.
         """
         found = getattr(self, name)
         if not callable(found):
             return (found,) * self.num_envs
+        if name == "render":
+            return tuple(found() or (None,) * self.num_envs)
+        if name in FOR_ALL:
+            raise ConfigError(f"{name}: the environments are one; call {name}() itself, which is for all of them")
         return tuple(found(i, *args, **kwargs) for i in range(self.num_envs))
 
     def get_attr(self, name: str) -> tuple[Any, ...]:

@@ -133,9 +133,9 @@ class EnvSpec:
         try:
             values = np.asarray(actions)
         except ValueError as error:
-            raise ConfigError(f"action: expected an array of shape {shape}, found {actions!r}") from error
+            raise ConfigError(f"action: expected {_shaped(shape)}, found {actions!r}") from error
         if values.shape != shape:
-            raise ConfigError(f"action: expected an array of shape {shape}, found {values.shape}")
+            raise ConfigError(f"action: expected {_shaped(shape)}, found {_shaped(values.shape)}")
         if self.planner:
             return self.planner.meant(values), np.zeros(math.prod(number), bool)
         return self._looked_up(values) if discrete else self._scaled(values)
@@ -147,7 +147,7 @@ class EnvSpec:
         found, ahead = np.empty((len(flat), 2)), np.empty(len(flat), bool)
         strange = look_up(flat, self._table, found, ahead)
         if strange >= 0:
-            raise ConfigError(f"action: expected 0 (forward), 1 (left) or 2 (right), found {values.flat[strange]!r}")
+            raise ConfigError(f"action: expected 0 (forward), 1 (left) or 2 (right), found {values.item(strange)!r}")
         return found, ahead
 
     def _scaled(self, values: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
@@ -155,7 +155,7 @@ class EnvSpec:
         strange = ~((values >= -1) & (values <= 1)) if values.dtype.kind in "iuf" else np.ones(values.shape, bool)
         if np.count_nonzero(strange):  # a fraction of what strange.any() takes
             wanted = "(linear, angular), numbers from -1 to 1"
-            raise ConfigError(f"action: expected {wanted}, found {values[strange].flat[0]!r}")
+            raise ConfigError(f"action: expected {wanted}, found {values[strange].item(0)!r}")
         shares = values.reshape(-1, 2).astype(np.float64)
         return np.ascontiguousarray(shares[:, ::-1] * self._full), shares[:, 0] > 0
 
@@ -220,6 +220,10 @@ class EnvSpec:
             wanted = 'actions="frontier" or "neighbour"'
             raise ConfigError(f"action_masks: expected {wanted}, found {self.actions!r}")
         return self.planner.masks(episode)
+
+
+def _shaped(shape: tuple[int, ...]) -> str:
+    return f"an array of shape {shape}" if shape else "a single number"
 
 
 def new_constants(number: int) -> EpisodeConstants:

@@ -7,11 +7,13 @@ from collections import deque
 from collections.abc import Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal, get_args
 
 import gymnasium
 
 from houseexpo.errors import ConfigError
+from houseexpo.files import named_in_errors
 from houseexpo.pseudoslam.agents.policies import Policy, known_env
 from houseexpo.pseudoslam.config.checks import one_of
 from houseexpo.pseudoslam.io.bags import BagWriter
@@ -99,7 +101,10 @@ def record(
             done.actions, done.steps = done.actions + 1, int(inner.state.counts.steps)
             done.reward, done.ended = done.reward + float(reward), terminated or truncated
 
-    with BagWriter(bag) if bag is not None else nullcontext() as writer:
+    with (
+        nullcontext() if bag is None else named_in_errors(Path(bag)),
+        nullcontext() if bag is None else BagWriter(bag) as writer,
+    ):
         moments = episode(writer)
         if path is None:
             deque(moments, maxlen=0)

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import io
 import logging
-import pickle
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +21,7 @@ import torch
 
 from houseexpo.errors import TrainingError
 from houseexpo.files import as_json, write_whole
+from houseexpo.pseudoslam.learning.damage import DAMAGED
 from houseexpo.pseudoslam.learning.model import Learner
 
 FORMAT: Final = 1
@@ -88,7 +88,7 @@ def read(file: Path) -> Checkpoint:
             if about.get("format") != FORMAT:
                 raise TrainingError(f"{file}: expected a checkpoint of format {FORMAT}, found {about.get('format')!r}")
             state = torch.load(io.BytesIO(archive.read(_STATE)), map_location="cpu", weights_only=True)  # R2
-    except (zipfile.BadZipFile, KeyError, EOFError, msgspec.DecodeError, RuntimeError, pickle.UnpicklingError) as error:
+    except DAMAGED as error:
         raise TrainingError(f"{file}: expected a whole checkpoint, found it damaged ({error})") from None
     return Checkpoint(file, about, state)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import pickle
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -17,6 +16,7 @@ from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.files import as_json, write_whole
 from houseexpo.pseudoslam.config.mapping import config_from
 from houseexpo.pseudoslam.learning.config import TrainConfig
+from houseexpo.pseudoslam.learning.damage import DAMAGED
 from houseexpo.pseudoslam.learning.model import Policy, new_policy
 from houseexpo.pseudoslam.learning.places import environments
 from houseexpo.pseudoslam.tasks import ROOM
@@ -100,8 +100,8 @@ def read_policy(file: Path, task: str | None = None) -> Trained:
         policy.load_state_dict(found["weights"])
     except OSError as error:
         raise TrainingError(f"{file}: expected a policy, cannot be read: {error.strerror}") from None
-    except (RuntimeError, pickle.UnpicklingError, EOFError, KeyError, TypeError, msgspec.DecodeError, ConfigError) as e:
-        raise TrainingError(f"{file}: expected a policy of houseexpo train, found none ({e})") from None
+    except (*DAMAGED, ConfigError) as error:
+        raise TrainingError(f"{file}: expected a policy of houseexpo train, found none ({error})") from None
     policy.set_training_mode(False)
     return Trained(about, config, policy)
 

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from houseexpo.pseudoslam.kernels.motion.bodies import MOVING, pose_at
+from houseexpo.pseudoslam.kernels.motion.bodies import MOVING, pose_at, there
 from houseexpo.pseudoslam.kernels.sensing.ranges import cast
 from houseexpo.pseudoslam.render.canvas import Points
 from houseexpo.pseudoslam.simulator import Simulator
@@ -73,7 +73,8 @@ def bodies_of(simulator: Simulator, state: State, ends: Points) -> list[Body]:
     """Return people and what goes on tracks; ``ends`` are ``beam_ends``'."""
     episode, radius = state.episode, simulator.params.walk.radius_px
     met = _met(state, ends)
-    places = np.stack([episode.bodies.people["x"], episode.bodies.people["y"]], axis=1)
+    people = there(episode.bodies.people)
+    places = np.stack([people["x"], people["y"]], axis=1)
     found = [Body(place[None], radius, _is_met(met, place, radius)) for place in places]
     tracks = episode.tracks
     for k, clock in enumerate(episode.bodies.clocks):

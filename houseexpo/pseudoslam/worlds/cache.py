@@ -131,7 +131,8 @@ class WorldCache:
     def number_of(self, plan_id: str, key: str = "plan_id") -> int:
         """Return the number of a plan; ConfigError, which names the ``key``, where there is none of that id."""
         if not isinstance(plan_id, str) or plan_id not in self._numbers:
-            near = nearest(plan_id, list(self._numbers)).partition("; ")[2] if isinstance(plan_id, str) else ""
+            known = list(reversed(self._numbers))  # in the data set's order
+            near = nearest(plan_id, known).partition("; ")[2] if isinstance(plan_id, str) else ""
             said = f"{key}: none of the {len(self._numbers)} plans has the id {plan_id!r}"
             raise ConfigError(f"{said}; {near}" if near else said)
         return self._numbers[plan_id]

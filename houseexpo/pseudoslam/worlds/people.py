@@ -61,10 +61,12 @@ def start_people(  # noqa: PLR0917  # the kernel's arguments, in its order
 ) -> None:
     """Place people at random and give them speeds and goals; nothing is drawn in ``occupied`` (static bits only).
 
+    Those who find no place are left 0 (``bodies.there``).
+
     Raises
     ------
     ConfigError
-        Where there is no room for all of them.
+        Where there is room for fewer than ``config.least``.
     """
     ppm = walk.pixels_per_metre
     placed = place_people(
@@ -79,8 +81,9 @@ def start_people(  # noqa: PLR0917  # the kernel's arguments, in its order
         config.speed_m_s * ppm,
         config.speed_sd * ppm,
     )
-    if placed < len(bodies.people):
+    bodies.people[placed:] = 0
+    if placed < config.least:
         raise ConfigError(
-            f"people.number: {len(bodies.people)} people of radius {config.radius_m:g} m find no place in plan "
+            f"people.least: {config.least} people of radius {config.radius_m:g} m find no place in plan "
             f"{plan_id!r}, {placed} did; ask for fewer, or for smaller ones"
         )

@@ -11,7 +11,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.kernels.episode import COUNTS, POSE, READINGS, Episode, StepParams
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE
-from houseexpo.pseudoslam.kernels.motion.bodies import Disc
+from houseexpo.pseudoslam.kernels.motion.bodies import Disc, there
 from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
 from houseexpo.pseudoslam.kernels.people.advance import stamp_bodies
 from houseexpo.pseudoslam.kernels.placement.cells import count_before, nth_cell
@@ -84,7 +84,7 @@ def initial_state(
         start_people(
             config.people, placed.occupied, bodies, world.tracks, world.flow, params.walk, key, robot, world.plan_id
         )
-        stamp_bodies(occupied, bodies, world.tracks, params.walk)
+        stamp_bodies(occupied, bodies._replace(people=there(bodies.people)), world.tracks, params.walk)
     observable, observable_cells = _observable(world, placed, config, scratch)
     known = np.zeros(occupied.shape, np.uint8) if own or config.known_map else world.unknown
     if own and occupied is world.occupied:

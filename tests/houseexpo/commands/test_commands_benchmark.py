@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -51,6 +52,19 @@ def test_the_table_tells_long_names_apart(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     first = "".join(line.split("│")[1].strip() for line in done.output.splitlines() if "│" in line)
     assert all(name in first for name in names), done.output
+
+
+def test_a_narrow_table_goes_on_below_and_breaks_no_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    done = called("compare", RESULTS)
+    lines = done.output.splitlines()
+    assert done.exit_code == 0, done.output
+    assert all(len(line) <= 80 for line in lines if line[:1] in "┏┃┡│└")
+    cells = [cell.strip() for line in lines if line.startswith("│") for cell in line.split("│")[2:-1]]
+    assert cells
+    assert all(re.fullmatch(r"-|[-+.\d]+( \[[-+.\d]+, [-+.\d]+\])?", cell) for cell in cells), cells
+    for head in ("100 steps", "200 steps", "400 steps", "800 steps", "collisions"):
+        assert head in done.output
 
 
 @pytest.mark.parametrize(

@@ -44,6 +44,7 @@ places = factory(lambda robot, shown: int(shown["action_mask"].argmax()), action
 points = factory(lambda robot, shown: np.array([0.5, 0.0]), actions="waypoint")
 done = factory(lambda robot, shown: None, actions="continuous")
 broken = factory(lambda robot, shown: shown["nothing"])
+direct = lambda observation, info: 1
 """
 
 
@@ -81,6 +82,8 @@ def test_a_bag_changes_nothing_of_what_a_policy_is_shown(tmp_path: Path, words: 
         (["--policy", "frontier,a-star"], "policy 'a-star': made for navigation; the task is exploration"),
         (["--policy", "frontier", "--task", "navigation"], "made for exploration; the task is navigation"),
         (["--policy", "FILE:broken"], "plan 'room-5.2x3.5', step 0: it raised IndexError"),
+        (["--policy", "FILE:broken"], "mine.py, line"),
+        (["--policy", "FILE:direct"], "mine.py:direct to be a factory: called with (robot, seed), it returns a policy"),
     ],
 )
 def test_what_fails_is_said_in_a_line(tmp_path: Path, words: list[str], asked: list[str], said: str) -> None:

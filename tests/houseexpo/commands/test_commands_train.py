@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -82,6 +83,25 @@ def test_the_papers_experiments_run_on_a_small_scale(tmp_path: Path) -> None:
         assert (out / "policy.pt").stat().st_size < 5_000_000
 
 
+@pytest.mark.parametrize("task", ["exploration", "chooser"])
+@pytest.mark.parametrize("resumed", [[], ["--resume"]])
+def test_ctrl_c_says_the_command_that_goes_on(
+    installed: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, task: str, resumed: list[str]
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("houseexpo.dataset.open_dataset", interrupted)
+    words = [task, "--dataset", str(tmp_path), "--out", str(tmp_path / "run"), *resumed]
+    monkeypatch.setattr(sys, "argv", ["houseexpo", "train", *words])
+    app = typer.Typer()
+    app.command()(train)
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 130
+    goes_on = " ".join(words).removesuffix(" --resume")
+    assert f"interrupted; it goes on by: houseexpo train {goes_on} --resume\n" in result.output
+
+
 def test_make_experiments_names_commands_that_there_are(tmp_path: Path) -> None:
     need(programs=["make"], how="apt-get install make")
     shutil.copytree(ROOT / "experiments", tmp_path / "experiments", ignore=shutil.ignore_patterns("runs"))
@@ -96,5 +116,5 @@ def test_a_configuration_file_is_taken(installed: None, tmp_path: Path) -> None:
     file.write_text(
         file.read_text().replace("[environment.simulator]", "[environment.task]\nway = 1\n\n[environment.simulator]")
     )
-    with pytest.raises(ConfigError, match=r"unknown key 'environment.task.way'"):
+    with pytest.raises(ConfigError, match=rf"{file}: unknown key 'environment.task.way'"):
         said("avoidance", "--out", tmp_path / "run", "--config", file)

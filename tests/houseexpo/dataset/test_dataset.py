@@ -160,6 +160,8 @@ def test_what_is_not_recorded_is_computed_once_and_kept(tmp_path):
     assert plans.select(doors=0).ids == ["wide", "told"]
     with pytest.raises(ConfigError, match="no 'aera'; the nearest is 'area'"):
         plans.column("aera")
+    with pytest.raises(ConfigError, match="no 'xyz'; there are 'id', "):
+        plans.column("xyz")
 
 
 def test_the_nearest_of_thousands_is_found_by_comparing_a_few(monkeypatch):
@@ -172,6 +174,8 @@ def test_the_nearest_of_thousands_is_found_by_comparing_a_few(monkeypatch):
     assert nearest(wrong, known) == f"no {wrong!r}; the nearest is {known[3000]!r}"
     assert len(nearest("x" * 10**6, known)) < 300
     assert len(compared) <= 50
+    assert nearest("foo", known) == f"no 'foo'; there are {known[0]!r}, {known[1]!r}, {known[2]!r} and others"
+    assert nearest(known[3000][:9], known) == f"no {known[3000][:9]!r}; the nearest is {known[3000]!r}"
 
 
 def test_sampling_repeats(plans):

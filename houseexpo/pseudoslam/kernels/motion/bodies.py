@@ -35,7 +35,7 @@ class Bodies(NamedTuple):
     clocks: Floats
     """(T,) seconds since the start, less those waited."""
     people: Rows
-    """(P,) ``PERSON``."""
+    """(P,) ``PERSON``; in an episode's own arrays and in pools those who found no place are the last, see ``there``."""
 
 
 class Tracks(NamedTuple):
@@ -66,8 +66,17 @@ def no_tracks() -> Tracks:
 
 @njit(cache=True, nogil=True)
 def bodies_of(pool: Bodies, i: int) -> Bodies:
-    """Return environment ``i``'s part of a pool, a view."""
-    return Bodies(pool.clocks[i], pool.people[i])
+    """Return environment ``i``'s part of a pool, a view; of the people those who are there."""
+    return Bodies(pool.clocks[i], there(pool.people[i]))
+
+
+@njit(cache=True, nogil=True)
+def there(people: Rows) -> Rows:
+    """Return the people who found a place at the start, a view: the others come after them, and have no speed."""
+    count = len(people)
+    while count > 0 and people[count - 1].speed == 0.0:
+        count -= 1
+    return people[:count]
 
 
 @njit(cache=True, nogil=True)

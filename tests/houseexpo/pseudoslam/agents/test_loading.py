@@ -80,6 +80,9 @@ def test_a_file_that_fails_is_named(file: Path) -> None:
     file.write_text("1 / 0\n")
     with pytest.raises(ConfigError, match=r"my_policy.py': cannot be imported: ZeroDivisionError: division by zero"):
         load_policy(str(file))
+    file.write_text("import sys\nsys.exit(0)\n")
+    with pytest.raises(ConfigError, match=r"my_policy.py': cannot be imported: SystemExit: 0"):
+        load_policy(str(file))
     file.write_text("def policy(robot, seed): ...\npolicy.interface = 'map'\n")
     with pytest.raises(ConfigError, match="expected its attribute 'interface' to be an Interface, found 'map'"):
         load_policy(str(file))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -76,12 +77,18 @@ def test_equal_cases_are_equal_and_know_no_other() -> None:
 @pytest.mark.parametrize(
     ("factory", "said"),
     [
-        (at_step(4, math.nan), r"step 4: action: expected 0 \(forward\), 1 \(left\) or 2 \(right\), found .*nan"),
+        (at_step(4, math.nan), r"step 4: action: expected 0 \(forward\), 1 \(left\) or 2 \(right\), found nan$"),
         (at_step(0, 3), r"step 0: action: expected 0 .* or 2 \(right\), found .*3"),
-        (always(np.zeros(3)), r"step 0: action: expected an array of shape \(\), found \(3,\)"),
-        (always("forward"), r"step 0: action: expected 0 .* or 2 \(right\), found .*'forward'"),
-        (at_step(2, lambda: {}["no"]), r"step 2: it raised KeyError: 'no'"),
+        (always(np.zeros(3)), r"step 0: action: expected a single number, found an array of shape \(3,\)$"),
+        (always("forward"), r"step 0: action: expected 0 .* or 2 \(right\), found 'forward'$"),
+        (at_step(2, lambda: {}["no"]), r"step 2: it raised KeyError: 'no' \(.*policies.py, line \d+\)$"),
+        (at_step(2, lambda: np.stack([])), r"step 2: it raised ValueError: .* \(.*policies.py, line \d+\)$"),
+        (at_step(2, sys.exit), r"step 2: it raised SystemExit \(.*policies.py, line \d+\)$"),
         (lambda _robot, _seed: 1 / 0, r"step 0: it raised ZeroDivisionError: division by zero"),
+        (
+            lambda _robot, _seed: 0,
+            r"step 0: expected a test to be a factory: .* it returned 0$",
+        ),
     ],
 )
 def test_a_policy_that_fails_is_named_with_plan_and_step(factory: Callable[..., Any], said: str) -> None:

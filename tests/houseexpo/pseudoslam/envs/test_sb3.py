@@ -135,6 +135,8 @@ def test_attributes_and_methods_are_those_of_all(adapter: Any) -> None:
     assert ours.get_attr("config", indices=[0, 2]) == [SMALL] * 2
     (state,) = ours.env_method("state", indices=1)
     assert np.array_equal(state.known, ours.env.state(1).known)
+    pictures = ours.env_method("render", indices=[2, 0])
+    assert all(map(np.array_equal, pictures, [ours.get_images()[i] for i in (2, 0)]))
     assert ours.env_is_wrapped(object) == [False] * 3
     assert [image.shape[2] for image in ours.get_images()] == [3] * 3
     with pytest.raises(ConfigError, match="config: the environments are one"):

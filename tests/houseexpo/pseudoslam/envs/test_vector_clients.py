@@ -70,8 +70,14 @@ def test_attributes_are_those_of_all() -> None:
     assert env.call("render_mode") == (None,) * 3
     states = env.call("state")
     assert [np.array_equal(one.known, env.state(i).known) for i, one in enumerate(states)] == [True] * 3
+    assert env.call("render") == (None,) * 3
     with pytest.raises(ConfigError, match="config: the environments are one, and made with what they are"):
         env.set_attr("config", [SMALL] * 3)
+    with pytest.raises(ConfigError, match=r"reset: the environments are one; call reset\(\) itself"):
+        env.call("reset", seed=1)
+    drawn = explorers(render_mode="rgb_array")
+    drawn.reset(seed=0)
+    assert all(map(np.array_equal, drawn.call("render"), drawn.render()))
 
 
 def test_what_counts_and_which_plans_come_can_be_set() -> None:

@@ -25,8 +25,8 @@ from tests.builders.vectors import HUTS, assert_same
         ({}, [0.0, 1.0], r"found .*0.0"),
         ({}, [True, False], r"found .*True"),
         ({}, ["left", "right"], r"found .*left"),
-        ({}, [0], r"action: expected an array of shape \(2,\), found \(1,\)"),
-        ({}, [[0, 1]], r"found \(1, 2\)"),
+        ({}, [0], r"action: expected an array of shape \(2,\), found .*\(1,\)"),
+        ({}, [[0, 1]], r"found .*\(1, 2\)"),
         ({}, [[0], [1, 2]], r"action: expected an array of shape \(2,\), found \[\[0\], \[1, 2\]\]"),
         (
             {"actions": "continuous"},
@@ -35,7 +35,7 @@ from tests.builders.vectors import HUTS, assert_same
         ),
         ({"actions": "continuous"}, [[0, 0], [float("nan"), 0]], "found .*nan"),
         ({"actions": "continuous"}, [[0, 0], [0, -float("inf")]], "found .*-inf"),
-        ({"actions": "continuous"}, [0, 1], r"action: expected an array of shape \(2, 2\), found \(2,\)"),
+        ({"actions": "continuous"}, [0, 1], r"action: expected an array of shape \(2, 2\), found .*\(2,\)"),
         ({"actions": "continuous"}, [[None, 0], [0, 0]], "found None"),
     ],
 )
@@ -52,10 +52,10 @@ def test_wrong_actions_are_refused_and_change_nothing(given: dict[str, Any], act
 @pytest.mark.parametrize(
     ("given", "actions", "text"),
     [
-        ({}, [0], r"action: expected an array of shape \(\), found \(1,\)"),
+        ({}, [0], r"action: expected a single number, found .*\(1,\)"),
         ({}, None, "action: expected 0 .* found None"),
-        ({"actions": "continuous"}, 0.5, r"action: expected an array of shape \(2,\), found \(\)"),
-        ({"actions": "continuous"}, [0.5], r"found \(1,\)"),
+        ({"actions": "continuous"}, 0.5, r"action: expected an array of shape \(2,\), found a single number"),
+        ({"actions": "continuous"}, [0.5], r"found .*\(1,\)"),
         ({"actions": "continuous"}, [0.5, float("nan")], "found .*nan"),
     ],
 )

@@ -53,6 +53,11 @@ def test_what_is_no_policy_is_refused(damage: bytes | None, tmp_path: Path) -> N
         trained = read_policy(tmp_path / "a" / "policy.pt")
         with pytest.raises(TrainingError, match="expected a policy for exploration, found one for avoidance"):
             read_policy(tmp_path / "a" / "policy.pt", "exploration")
+        packed = (tmp_path / "a" / "policy.pt").read_bytes()
+        for length in range(0, len(packed), len(packed) // 40):
+            file.write_bytes(packed[:length])
+            with pytest.raises(TrainingError, match=r"policy.pt: expected a policy of houseexpo train, found none"):
+                read_policy(file)
         write_policy(file, trained.policy, {**trained.about, "config": tiny(memory=16).record()})  # other shapes
     else:
         file.write_bytes(damage)

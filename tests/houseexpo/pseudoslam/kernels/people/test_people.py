@@ -11,14 +11,18 @@ from hypothesis import strategies as st
 
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam import Simulator, SimulatorConfig
 from houseexpo.pseudoslam.config.dynamics import PeopleConfig
-from houseexpo.pseudoslam.kernels.motion.bodies import MOVING, PERSON, Disc
+from houseexpo.pseudoslam.kernels.motion.bodies import MOVING, PERSON, STATIC, Disc, there
 from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
+from houseexpo.pseudoslam.kernels.people.advance import stamp_bodies
 from houseexpo.pseudoslam.kernels.people.social_force import push
+from houseexpo.pseudoslam.render.sight import beam_ends, bodies_of
 from houseexpo.pseudoslam.worlds.people import walk_of
 from houseexpo.pseudoslam.worlds.traversable import traversable_cells
 from houseexpo.pseudoslam.worlds.world import make_world
 from tests.builders.moving import NOBODY, Scene, room, scene
+from tests.builders.vectors import assert_same, native, singles
 
 PPM = 10.0
 
@@ -217,9 +221,42 @@ def test_people_start_away_from_the_robot_where_there_is_room() -> None:
         near.check(Disc(4.0, 4.0, 2.0))
 
 
-def test_too_many_are_refused() -> None:
-    with pytest.raises(ConfigError, match=r"people.number: 300 people of radius 0.2 m find no place in plan 'box'"):
-        scene(room(40, 40), PeopleConfig(number=300))
+def test_too_many_are_refused_where_so_many_are_needed() -> None:
+    with pytest.raises(ConfigError, match=r"people.least: 300 people of radius 0.2 m find no place in plan 'box'"):
+        scene(room(40, 40), PeopleConfig(number=300, least=300))
+    with pytest.raises(ConfigError, match=r"people.least: expected a whole number of at most 3, found 4"):
+        PeopleConfig(number=3, least=4)
+
+
+def test_a_house_without_room_for_all_has_fewer() -> None:
+    """All rules hold of those who found a place; the others are nowhere."""
+    small = FloorPlan("small", [(0, 0), (0, 2), (2, 2), (2, 0)], 1, {})
+    config = SimulatorConfig(pixels_per_metre=PPM, people=PeopleConfig(number=40), max_steps=50)
+    simulator = Simulator.of(small, config)
+    state = simulator.start(np.random.default_rng(0))
+    people = there(state.episode.bodies.people)
+    assert 5 <= len(people) < 25
+    assert not any(state.episode.bodies.people[len(people) :].tobytes())
+    assert len(bodies_of(simulator, state, beam_ends(simulator, state))) == len(people)
+    for _ in range(20):
+        simulator.step(state, "left")
+        places = np.stack([people["x"], people["y"]], axis=1)
+        apart = np.hypot(*(places[:, None] - places[None]).T) + 9 * np.eye(len(people))
+        assert apart.min() >= 2 * 0.2 * PPM - 1e-9
+        drawn = state.episode.occupied & STATIC
+        stamp_bodies(drawn, state.episode.bodies._replace(people=people), state.episode.tracks, simulator.params.walk)
+        np.testing.assert_array_equal(drawn, state.episode.occupied)
+    assert not any(state.episode.bodies.people[len(people) :].tobytes())
+
+
+def test_houses_with_and_without_room_step_together_as_alone() -> None:
+    houses = [house(), FloorPlan("small", [(0, 0), (0, 2), (2, 2), (2, 0)], 1, {})]
+    config = SimulatorConfig(pixels_per_metre=PPM, people=PeopleConfig(number=40), max_steps=6)
+    together = native("Exploration", 3, dataset=houses, config=config)
+    alone = singles("Exploration", 3, dataset=houses, config=config)
+    assert_same(together.reset(seed=1), alone.reset(seed=1))
+    for _ in range(5):
+        assert_same(together.step(np.ones(3, np.int64)), alone.step(np.ones(3, np.int64)))
 
 
 @pytest.mark.parametrize(
