@@ -17,6 +17,7 @@ import pyarrow.parquet as pq
 
 from houseexpo.analysis.similarity import Duplicate
 from houseexpo.dataset.plan_files import load_plan
+from houseexpo.dataset.store.folders import refused_picture
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.errors import HouseExpoError
 from houseexpo.files import write_whole
@@ -47,8 +48,9 @@ def write_report(data_set: DataSet, progress: Progress) -> None:
     """Write the page and the pictures that it shows."""
     folder = data_set.root / ".build" / "pictures"
     folder.mkdir(exist_ok=True)
-    for old in folder.glob("*.png"):
+    for old in folder.rglob("*.png"):
         old.unlink()
+    _keep_pictures(data_set)
     doubtful = doubtful_ids(data_set)[:MAX_SHOWN]
     others = _some([name for name in data_set.ids if name not in set(doubtful)], SHOWN)
     copies = _duplicates(data_set)
@@ -88,6 +90,14 @@ def doubtful_ids(data_set: DataSet) -> list[str]:
 def _some(names: Sequence[str], count: int) -> list[str]:
     """Return at most ``count`` of the names, at random but the same each time, sorted."""
     return sorted(random.Random(0).sample(names, min(count, len(names))))  # noqa: S311 - a choice of pictures
+
+
+def _keep_pictures(data_set: DataSet) -> None:
+    """Write the pictures of what was refused, where `houseexpo serve` finds them."""
+    for refused in (each for each in data_set.refused[:_ROWS] if each.picture):
+        file = refused_picture(data_set.root, refused.id)
+        file.parent.mkdir(exist_ok=True)
+        file.write_bytes(refused.picture)
 
 
 def _duplicates(data_set: DataSet) -> list[Duplicate]:

@@ -10,6 +10,7 @@ from typing import Final, TypeVar
 
 import msgspec
 
+from houseexpo.dataset.store.folders import refused_picture
 from houseexpo.errors import PlanError
 from houseexpo.plan import checks
 
@@ -77,7 +78,18 @@ def picture_of(path: Path, plan_id: str) -> Path | None:
         file = folder / f"{checks.plan_id(plan_id)}.png"
     except PlanError:
         return None
-    return file if file.is_file() and not file.is_symlink() and not folder.is_symlink() else None
+    return _own(file)
+
+
+def picture_of_refused(path: Path, name: str) -> Path | None:
+    """Return the picture that a build kept of an input that it refused, None where it kept none."""
+    return _own(refused_picture(path, name))
+
+
+def _own(file: Path) -> Path | None:
+    """Return a file that is there, and is reached through no link."""
+    linked = any(part.is_symlink() for part in (file, file.parent, file.parent.parent))
+    return file if file.is_file() and not linked else None
 
 
 def _lines(file: Path, kind: type[_T]) -> tuple[list[_T], tuple[str, ...]]:

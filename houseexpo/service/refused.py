@@ -11,7 +11,7 @@ from starlette.routing import BaseRoute, Route
 
 from houseexpo.service.caching import on_disk, values
 from houseexpo.service.query import number
-from houseexpo.service.records import picture_of
+from houseexpo.service.records import picture_of, picture_of_refused
 from houseexpo.service.service import Service
 
 _PAGE: Final = 100
@@ -27,6 +27,8 @@ def routes(service: Service) -> list[BaseRoute]:
         stage, reason = given.get("stage", ""), given.get("reason", "")
         found = now.records.of(stage, reason)
         repeated = now.records.repeated
+        listed = found[offset : offset + _PAGE]
+        drawn = {each.id for each in listed if picture_of_refused(shown.path, each.id)}
         pictured = {each.id for each in repeated[:_PAGE] if picture_of(shown.path, each.id)}
         return service.page(
             request,
@@ -35,7 +37,8 @@ def routes(service: Service) -> list[BaseRoute]:
             here="refused",
             records=now.records,
             chosen=(stage, reason),
-            refused=found[offset : offset + _PAGE],
+            refused=listed,
+            drawn=drawn,
             found=len(found),
             offset=offset,
             size=_PAGE,
@@ -64,9 +67,18 @@ def routes(service: Service) -> list[BaseRoute]:
             raise HTTPException(404, "the build kept no picture of that")
         return on_disk(request, file, "image/png")
 
+    def refused_picture(request: Request) -> Response:
+        shown, name = service.collection(request), request.query_params.get("id", "")
+        known = any(each.id == name for each in shown.now.records.refused)
+        file = picture_of_refused(shown.path, name) if known else None
+        if file is None:
+            raise HTTPException(404, "the build kept no picture of that")
+        return on_disk(request, file, "image/png")
+
     return [
         Route("/{data}/refused", page),
         Route("/api/{data}/refused", refused),
+        Route("/api/{data}/refused/picture.png", refused_picture),
         Route("/api/{data}/duplicates", duplicates),
         Route("/api/{data}/duplicates/{plan}/picture.png", picture),
     ]

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from houseexpo.dataset.store.folders import refused_picture
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
 from pipeline.batch.assemble import DataSet
@@ -62,6 +63,18 @@ def test_doubtful_plans_come_first_then_rejections_then_the_rest(street: Path, t
     pictures = re.findall('<img src="(.*?)"', page)
     assert pictures[2].startswith("data:image/png;base64,iVBOR")
     assert all((tmp_path / "out" / ".build" / name).stat().st_size > 500 for name in pictures[:2] + pictures[3:])
+
+
+def test_pictures_of_what_was_refused_are_kept_for_the_service(street: Path, tmp_path: Path) -> None:
+    data_set = run_build([street], tmp_path / "out")
+    _page(data_set)
+    kept = tmp_path / "out" / ".build" / "pictures" / "refused"
+    assert [each.id for each in data_set.refused] == ["d_refuse", "empty"]
+    assert list(kept.iterdir()) == [refused_picture(data_set.root, "d_refuse")]  # nothing was found in the empty file
+    assert next(kept.iterdir()).read_bytes() == data_set.refused[0].picture != b""
+    (street / "d_refuse.ply").unlink()
+    _page(run_build([street], tmp_path / "out"))
+    assert not any(kept.iterdir())
 
 
 def test_every_rejected_input_is_listed_with_its_file_and_what_to_do(street: Path, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from itertools import islice
 from pathlib import Path, PurePosixPath
@@ -13,6 +14,11 @@ _LINES: Final = (".jsonl", ".jsonl.gz")
 _PACKED: Final = (*_LINES, ".tar.gz", ".tgz", ".zip")
 _OF_A_BUILD: Final = ("duplicates.jsonl", "rejected.jsonl")
 _LOOKED_AT: Final = 100
+
+
+def refused_picture(path: Path, name: str) -> Path:
+    """Return where a build keeps a picture of an input that it refused; a hash stands for a name, which may be any."""
+    return path / ".build" / "pictures" / "refused" / f"{hashlib.sha256(name.encode()).hexdigest()[:32]}.png"
 
 
 def plan_folder(path: Path) -> Path:

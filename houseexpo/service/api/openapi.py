@@ -43,6 +43,7 @@ CALLS: Final = (
     Call("/api/{data}/tables", "The names of the data set's Parquet files."),
     Call("/api/{data}/tables/{name}", "A Parquet file of the data set; ranges.", _PARQUET),
     Call("/api/{data}/refused", "Inputs that gave no plan.", query=("stage", "reason", "offset")),
+    Call("/api/{data}/refused/picture.png", "What was found of an input that gave no plan.", "image/png", ("id",)),
     Call("/api/{data}/duplicates", "Plans that were dropped, with the kept ones.", query=("offset",)),
     Call("/api/{data}/duplicates/{plan}/picture.png", "The picture of a dropped plan.", "image/png"),
     Call("/api/{data}/plans/{plan}", "A plan's JSON as it is packed; its tag is the SHA-1 of its bytes."),
@@ -121,7 +122,7 @@ def _in_query(call: Call, name: str) -> dict[str, Any]:
     metres = name == "radius" and call.path.endswith(("/reach", "/way"))
     schema = {"type": "number", "minimum": 0.01, "maximum": WIDEST_M} if metres else _schema(name)
     words = "A number or a range: 3, 3..6, ..6, 3.." if name in _RANGES and not metres else ""
-    required = name in {"from", "to"}
+    required = name in {"from", "to", "id"}
     return {"name": name, "in": "query", "required": required, "schema": schema, "description": words}
 
 

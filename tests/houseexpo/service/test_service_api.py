@@ -13,6 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 from starlette.testclient import TestClient
 
+from houseexpo.dataset.store.folders import refused_picture
 from houseexpo.service.api.openapi import CALLS, described
 from houseexpo.service.app import make_app
 from houseexpo.service.service import Service
@@ -176,10 +177,11 @@ def test_the_description_speaks_of_every_route_and_only_of_those(service: Servic
         assert set(re.findall(r"{(\w+)}", path)) == {p["name"] for p in each["get"]["parameters"] if p["in"] == "path"}
 
 
-def test_a_query_parameter_that_is_described_is_taken(client: TestClient) -> None:
+def test_a_query_parameter_that_is_described_is_taken(client: TestClient, folder: Path) -> None:
     words = dict.fromkeys(("text", "stage", "reason"), "x") | {"source": "made", "split": "train"}
     words |= {"labels": "Kitchen", "without": "Hall", "radius": "0.2", "sort": "id", "against": "homes"}
-    words |= {"offset": "0", "limit": "3", "from": "1,1", "to": "2,2"}
+    words |= {"offset": "0", "limit": "3", "from": "1,1", "to": "2,2", "id": "car"}
+    keep_picture(folder)
     for call in CALLS:
         path = call.path.format(data="homes", plan="a1", form="svg", name="train")
         for name in call.query:
@@ -188,15 +190,22 @@ def test_a_query_parameter_that_is_described_is_taken(client: TestClient) -> Non
             assert client.get(path, params=given).status_code == 200, (path, name)
 
 
+def keep_picture(folder: Path) -> None:
+    """As a build keeps one of an input that it refused."""
+    file = refused_picture(folder, "car")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_bytes(b"\x89PNG")
+
+
 def test_every_answer_has_a_tag_and_is_sent_once(client: TestClient, folder: Path) -> None:
-    (folder / ".build" / "pictures").mkdir(parents=True)
+    keep_picture(folder)
     (folder / ".build" / "pictures" / "twin.png").write_bytes(b"\x89PNG")
     (folder / "stages").mkdir()
     (folder / "stages" / "a1.png").write_bytes(b"\x89PNG")
     for path in ["/api/openapi.json", *(call.path for call in CALLS)]:
         plan = "twin" if path.endswith("picture.png") else "a1"
         name = "index.parquet" if "tables" in path else "train"
-        ends = "?from=1,1&to=2,2" if path.endswith("way") else ""
+        ends = "?from=1,1&to=2,2" if path.endswith("way") else "?id=car" if "refused/" in path else ""
         asked = path.format(data="homes", plan=plan, name=name, form="sdf") + ends
         first = client.get(asked)
         again = client.get(asked, headers={"if-none-match": first.headers["etag"], "range": "bytes=0-3"})

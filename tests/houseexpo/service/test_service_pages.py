@@ -11,6 +11,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from houseexpo.dataset.index import index_table
+from houseexpo.dataset.store.folders import refused_picture
 from houseexpo.service import statistics
 from houseexpo.service.app import make_app
 from tests.builders.services import BASE, lines, published, service_of
@@ -126,6 +127,20 @@ def test_a_picture_of_a_dropped_plan_is_shown_where_the_build_kept_one(client: T
     assert client.get("/api/homes/duplicates/twin/picture.png").content == b"\x89PNG"
     (pictures / "a1.png").write_bytes(b"\x89PNG")
     assert client.get("/api/homes/duplicates/a1/picture.png").status_code == 404  # it was not dropped
+
+
+def test_a_picture_of_what_was_refused_is_shown_where_the_build_kept_one(client: TestClient, folder: Path) -> None:
+    file = refused_picture(folder, "<b>hut</b>")
+    file.parent.mkdir(parents=True)
+    file.write_bytes(b"\x89PNG")
+    assert client.get("/homes/refused").text.count('class="drawn"') == 1
+    asked = "/api/homes/refused/picture.png"
+    assert client.get(asked, params={"id": "<b>hut</b>"}).content == b"\x89PNG"
+    for name in ("car", "../hut", "twin", ""):
+        assert client.get(asked, params={"id": name}).status_code == 404
+    file.rename(folder / "away.png")
+    file.symlink_to(folder / "away.png")
+    assert client.get(asked, params={"id": "<b>hut</b>"}).status_code == 404
 
 
 def test_an_error_is_a_page_for_people(client: TestClient) -> None:
