@@ -31,16 +31,16 @@ def train(
     """Learn by PPO on the robot's map, with a memory or without; test on plans that are not learned in.
 
     A run that was killed goes on with --resume, as if it had not been. The folder then holds policy.pt and policy.json,
-    the curves learning.csv and evaluation.csv, and logs for TensorBoard. A chooser is learned by trying choices out, on
-    one core and without PyTorch; its folder holds weights.json.
+    the curves learning.csv and evaluation.csv, and logs for TensorBoard. A chooser is learned by a search over whole
+    explorations, without PyTorch; its folder holds weights.json.
     """
     from houseexpo.commands.printing import typed_command
 
-    if task == "chooser" and (steps is not None or threads is not None):
-        raise ConfigError("train chooser: --steps and --threads are not for it; its file says how many plans")
+    if task == "chooser" and steps is not None:
+        raise ConfigError("train chooser: --steps is not for it; its file says how many generations and plans")
     try:
         if task == "chooser":
-            _chooser(out, config, dataset, seed, resume=resume)
+            _chooser(out, config, dataset, seed, resume=resume, threads=threads)
         else:
             _policy(task, out, config, dataset, seed, steps, threads, resume=resume)
     except KeyboardInterrupt:  # the same command again would be refused, for the folder holds a run now
@@ -90,7 +90,9 @@ def _policy(
     say(f"{out / POLICY}, and what it is in {out / Path(POLICY).with_suffix('.json')}")
 
 
-def _chooser(out: Path, config: Path | None, dataset: Path | None, seed: int | None, *, resume: bool) -> None:
+def _chooser(
+    out: Path, config: Path | None, dataset: Path | None, seed: int | None, *, resume: bool, threads: int | None
+) -> None:
     """Learn to choose frontiers."""
     from dataclasses import replace
     from functools import partial
@@ -99,9 +101,11 @@ def _chooser(out: Path, config: Path | None, dataset: Path | None, seed: int | N
     from houseexpo.commands.printing import console
     from houseexpo.pseudoslam.learning.choosing import WEIGHTS, ChoosingConfig, train_chooser
     from houseexpo.pseudoslam.learning.config import read_toml
+    from houseexpo.workers import cores
 
     given = read_toml(ChoosingConfig, config) if config else ChoosingConfig()
     given = given if seed is None else replace(given, seed=seed)
     opened, say = data_set(dataset), partial(console().print, highlight=False, soft_wrap=True)
-    train_chooser(opened, opened.split("train").ids, given, out, resume=resume, say=say)
+    threads = threads or cores()
+    train_chooser(opened, opened.split("train").ids, given, out, resume=resume, threads=threads, say=say)
     say(f"{out / WEIGHTS}")

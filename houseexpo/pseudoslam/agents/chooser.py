@@ -15,8 +15,8 @@ import numpy as np
 from houseexpo.pseudoslam.agents.exploring import Explorer, Grid
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Policy, Robot, Training
 from houseexpo.pseudoslam.kernels.planning.outlook import LOOKED_AT, OUTLOOKS, describe
-from houseexpo.pseudoslam.kernels.planning.scoring import Scorer, best_of
-from houseexpo.pseudoslam.kernels.types import Rows
+from houseexpo.pseudoslam.kernels.planning.scoring import best_of
+from houseexpo.pseudoslam.kernels.types import Floats, Rows
 from houseexpo.pseudoslam.learning.weights import read_weights
 from houseexpo.pseudoslam.plan_rules import outlook_rules
 
@@ -26,9 +26,9 @@ FAMILY: Final = "chooser"
 class Chooser(Explorer):
     """Goes to the frontier with the highest score."""
 
-    def __init__(self, robot: Robot, seed: int, scorer: Scorer) -> None:
+    def __init__(self, robot: Robot, seed: int, weights: Floats) -> None:
         super().__init__(robot, seed)
-        self._scorer = scorer
+        self._weights = weights
         self._outlook = outlook_rules(robot.config)
         self._outlooks, self._scores = np.zeros((LOOKED_AT, len(OUTLOOKS))), np.zeros(LOOKED_AT)
 
@@ -39,7 +39,7 @@ class Chooser(Explorer):
             known, x, y, heading, info["steps"], frontiers, len(frontiers), self._outlook,
             self.scratch.ways, self._outlooks,
         )  # fmt: skip
-        return int(best_of(self._outlooks, n, self._scorer, self._scores))
+        return int(best_of(self._outlooks, n, self._weights, self._scores))
 
 
 class TrainedChooser:
@@ -60,7 +60,7 @@ class TrainedChooser:
         return Training(FAMILY, int(self._read[1].get("seed", 0)))
 
     @cached_property
-    def _read(self) -> tuple[Scorer, dict[str, Any]]:
+    def _read(self) -> tuple[Floats, dict[str, Any]]:
         return read_weights(self.file)
 
 

@@ -19,7 +19,7 @@ from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
 from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways
 from houseexpo.pseudoslam.kernels.planning.outlook import OutlookRules, describe
 from houseexpo.pseudoslam.kernels.planning.plan import FrontierRules
-from houseexpo.pseudoslam.kernels.planning.scoring import Scorer, best_of
+from houseexpo.pseudoslam.kernels.planning.scoring import best_of
 from houseexpo.pseudoslam.kernels.step import stand_still, step
 from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, Rows, Scratch, row_type
 from houseexpo.pseudoslam.kernels.whole import whole
@@ -27,8 +27,8 @@ from houseexpo.pseudoslam.kernels.whole import whole
 ERRAND = row_type(looks=int, lost=int, target=int, bumps=int)
 """Turns of the first look round that are left; how many cells were given up; the cell that it goes for, -1: none; how
 often it was blocked on the way there."""
-ENDED, CHOICE, NOTHING = range(3)
-"""Why ``explore`` returned: enough is seen or time is up; a frontier is to be chosen; there is none."""
+ENDED, NOTHING = range(2)
+"""Why ``explore`` returned: enough is seen or time is up; there is no frontier."""
 _NONE, _FORWARD, _LEFT, _RIGHT = range(4)
 
 
@@ -68,21 +68,17 @@ class Course(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def explore(
-    pool: Episode, sizes: Counts, errand: Errand, scorer: Scorer, rules: ExplorerRules, params: StepParams,
-    scratch: Scratch, first: int, choices: int, enough: int, course: Course,
+    pool: Episode, sizes: Counts, errand: Errand, weights: Floats, rules: ExplorerRules, params: StepParams,
+    scratch: Scratch, enough: int, course: Course,
 ) -> int:  # fmt: skip
-    """Explore until so much is seen, ``course`` is full, or so many frontiers were chosen; return why it ended.
-
-    A later call goes on where this one returned for a ``CHOICE``; ``errand`` says then what there is to choose from.
+    """Explore until so much is seen, or ``course`` is full; return why it ended.
 
     Parameters
     ----------
     pool, sizes
         One episode that looks at sectors, without errors; what is shown of it is not drawn.
-    first
-        The number of the frontier that is chosen first; -1: the best.
-    choices
-        How many are chosen; -1: all.
+    weights
+        (numbers,) what frontiers are scored by.
     enough
         Cells that count and are to be seen.
     """
@@ -111,13 +107,7 @@ def explore(
                     known, pose.seen_x, pose.seen_y, pose.seen_heading, counts.steps, errand.frontiers, n,
                     rules.outlook, found, errand.outlooks,
                 )  # fmt: skip
-                if choices == 0:
-                    state.target, state.bumps = -1, 0
-                    errand.scores[looked:] = -math.inf
-                    best_of(errand.outlooks, looked, scorer, errand.scores)
-                    return CHOICE
-                chosen = first if first >= 0 else best_of(errand.outlooks, looked, scorer, errand.scores)
-                first, choices = whole(-1), whole(choices - 1)
+                chosen = best_of(errand.outlooks, looked, weights, errand.scores)
                 goal = errand.frontiers[chosen].goal
                 state.target, state.bumps = errand.frontiers[chosen].middle, 0
                 here = math.floor(pose.seen_y) * cols + math.floor(pose.seen_x)

@@ -1,27 +1,29 @@
-"""Learning to choose frontiers: rounds of trying choices out and of telling their worth, each by the chooser before it.
+"""Learning to choose frontiers: a search for the weights with which houses are seen by short ways.
 
-R1  The first round goes by information gain (``agents.information``), the others by what the last one learned.
-R2  Plans are those of the train list, by their ids' SHA-256: the first ones for the first round, others in an order
-    that the seed decides for the next. The last ``tested`` are learned from by nobody: there the mixture of area and
-    metres is chosen for each round, and the round that is kept.
-R3  The n-th plan's start and what is tried there are decided by the round and n, and from the second round on by the
-    seed. So a run that was killed and goes on from its last file of choices ends with the same weights; and the first
-    round's file, which no seed has a part in, serves all seeds: copy ``round-0.npz`` to another folder, and resume.
-R4  What is kept is the round and mixture with the highest sum of two shares: how much more area than information gain
-    has, and how much less metres than nearest frontier needs.
+R1  Weights are searched for by CMA-ES (Hansen and Ostermeier, 2001): a generation of candidates is drawn round a mean,
+    each explores the same houses, and the mean and the spread move towards the better ones. It begins at a rule that
+    weighs information gain against the way. What is learned is the mean of the last half's means, for costs are noisy.
+R2  A generation's houses are drawn from the train list, anew each time. Its candidates begin at the same places, so
+    that they differ by their choices alone. The last ``tested`` of the list, by their ids' SHA-256, are learned from by
+    nobody.
+R3  A candidate's cost in a house is the metres to 90%, and some for each step, turns too. It is divided by the root of
+    what nearest frontier costs there: large houses count for more, but do not drown the others.
+R4  A generation's costs are kept when it is done. A run that was killed is led by them to where it was, and ends with
+    the same weights. What each thread does has no part in them.
 """
 
 from __future__ import annotations
 
 import hashlib
-import io
 import platform
-import zipfile
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from threading import local
 from typing import Any, Final
 
+import msgspec
 import numpy as np
 
 import houseexpo
@@ -30,20 +32,18 @@ from houseexpo.dataset.splits import list_bytes
 from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.files import as_json, make_folder, write_whole
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.checks import above_zero, whole
-from houseexpo.pseudoslam.kernels.planning.outlook import OUTLOOKS
-from houseexpo.pseudoslam.kernels.planning.scoring import Scorer
-from houseexpo.pseudoslam.learning.choice_net import fit
-from houseexpo.pseudoslam.learning.choices import Choices, choices_in, no_choices
+from houseexpo.pseudoslam.config.checks import above_zero, number, whole
+from houseexpo.pseudoslam.kernels.types import Floats
 from houseexpo.pseudoslam.learning.commits import commit
-from houseexpo.pseudoslam.learning.explorations import Explorations, mean_worth
-from houseexpo.pseudoslam.learning.weights import rounded, write_weights
+from houseexpo.pseudoslam.learning.explorations import Explorations
+from houseexpo.pseudoslam.learning.searching import Search
+from houseexpo.pseudoslam.learning.weights import rounded, weighing, write_weights
 
 WEIGHTS: Final = "weights.json"
-MIXTURES: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
+INFORMATION: Final = weighing(log_sight_from_the_goal=1.0, way=-2.0, large=10.0)
+NEAREST: Final = weighing(rank=-1.0)
 Say = Callable[[str], None]
-_KEPT_EVERY = 16
-_FIT = 2**31
+_COSTS: Final = "costs.json"
 
 
 @dataclass(frozen=True)
@@ -54,45 +54,38 @@ class ChoosingConfig:
     ----------
     seed
         Of all that is drawn.
-    rounds, plans, more_plans
-        How many rounds, of how many plans the first one, and each of the others.
+    generations, candidates, plans
+        How many generations, of how many candidates, in how many houses each.
     tested
-        Plans on which rounds and mixtures are compared.
+        Plans on which what was learned is compared with what it began at, and with nearest frontier.
     pixels_per_metre
         Of the maps that are learned from; what frontiers are described by is in metres.
     steps
         The budget of an exploration.
+    step_m
+        What a step costs, in metres.
     """
 
     seed: int = 0
-    rounds: int = 2
-    plans: int = 160
-    more_plans: int = 40
-    tested: int = 60
+    generations: int = 30
+    candidates: int = 12
+    plans: int = 100
+    tested: int = 200
     pixels_per_metre: float = 12.5
-    steps: int = 600
+    steps: int = 2500
+    step_m: float = 0.02
 
     def __post_init__(self) -> None:
         whole(self.seed, "seed", at_least=0)
-        for name in ("rounds", "plans", "more_plans", "tested", "steps"):
+        for name in ("generations", "plans", "tested", "steps"):
             whole(getattr(self, name), name, at_least=1)
+        whole(self.candidates, "candidates", at_least=4)
         above_zero(self, "choosing", "pixels_per_metre")
-
-
-def line_scorer(**weights: float) -> Scorer:
-    """Return a scorer that is a line of some of the numbers; ``_`` stands for a blank."""
-    line = np.zeros(len(OUTLOOKS))
-    for name, weight in weights.items():
-        line[OUTLOOKS.index(name.replace("_", " "))] = weight
-    return Scorer(line, np.zeros((1, len(line))), np.zeros(1), np.zeros((1, 1)), np.zeros(1), np.zeros(1))
-
-
-INFORMATION: Final = line_scorer(log_sight_from_the_goal=1.0, way=-2.0, large=10.0)
-NEAREST: Final = line_scorer(rank=-1.0)
+        number(self.step_m, "choosing.step_m", at_least=0.0)
 
 
 def train_chooser(
-    plans: Dataset, ids: Sequence[str], config: ChoosingConfig, folder: Path, *, resume: bool, say: Say
+    plans: Dataset, ids: Sequence[str], config: ChoosingConfig, folder: Path, *, resume: bool, threads: int, say: Say
 ) -> dict[str, Any]:
     """Learn to the end, write ``weights.json``, and return what it says of itself.
 
@@ -107,89 +100,95 @@ def train_chooser(
         The folder holds another run, or one and it is not to be resumed.
     ConfigError
         There are too few plans.
+    MissingDependencyError
+        ``cma`` is not installed.
     """
     run = {**asdict(config), "train": hashlib.sha256(list_bytes(sorted(ids))).hexdigest()}
-    commit()  # what the code is now, not what it will be when all is done
-    at_work = _Run(plans, ids, config, folder, say)
+    made_by = commit()  # what the code is now, not what it will be when all is done
+    search = Search(INFORMATION, config.candidates, config.seed)
+    houses = _Houses(plans, ids, config, threads)
     _begin(folder, run, resume=resume)
-    return at_work.go(run)
+    learned = rounded(_learned(search, houses, config, folder / _COSTS, say))
+    versions = {"houseexpo": houseexpo.__version__, "python": platform.python_version(), "numpy": np.__version__}
+    about = {**run, "commit": made_by, "versions": versions, "tests": _tested(houses, learned, say)}
+    write_weights(folder / WEIGHTS, learned, about)
+    return about
 
 
-class _Run:
-    """A run at work."""
-
-    def __init__(self, plans: Dataset, ids: Sequence[str], config: ChoosingConfig, folder: Path, say: Say) -> None:
-        self._plans, self._config, self._folder, self._say = plans, config, folder, say
-        self._learned, tested = _parted(ids, config)
-        robot = SimulatorConfig(config.pixels_per_metre, max_steps=config.steps)
-        self._explorations = Explorations(robot, config.steps)
-        self._tests = [plans[name] for name in tested]
-        self._scores: list[dict[str, Any]] = []
-
-    def go(self, run: dict[str, Any]) -> dict[str, Any]:
-        """Make all rounds; write the best weights, and return what is said of them."""
-        base = {name: self._tested(each, {"base": name}) for name, each in _BASES.items()}
-        scorer, best, found = INFORMATION, _Best(-np.inf, 0.0, INFORMATION), no_choices()
-        for number in range(self._config.rounds):
-            found = found.and_then(self._choices(number, scorer))
-            net = fit(found, np.random.default_rng([self._config.seed, number, _FIT]))
-            tried = []
-            for share in MIXTURES:
-                mixed = rounded(net.mixed(share))
-                area, metres = self._tested(mixed, {"round": number, "choices": len(found), "share": share})
-                tried.append(_Best(area / base["information"][0] - metres / base["nearest"][1], share, mixed))  # R4
-            top = max(tried, key=lambda one: one.gain)
-            scorer, best = top.scorer, max(best, top, key=lambda one: one.gain)
-        made_by = {"houseexpo": houseexpo.__version__, "python": platform.python_version(), "numpy": np.__version__}
-        about = {**run, "share": best.share, "commit": commit(), "versions": made_by, "tests": self._scores}
-        write_weights(self._folder / WEIGHTS, best.scorer, about)
-        return about
-
-    def _tested(self, scorer: Scorer, what: dict[str, Any]) -> tuple[float, float]:
-        """Return the area and the metres over the plans that are not learned from, and note them."""
-        area, metres = mean_worth(self._explorations, self._tests, scorer)
-        self._scores.append({**what, "area": round(area, 5), "metres": round(metres, 3)})
-        said = ", ".join(f"{name} {value}" for name, value in what.items())
-        self._say(f"{said}: area {area:.4f}, {metres:.2f} m to 90%")
-        return area, metres
-
-    def _choices(self, number: int, scorer: Scorer) -> Choices:
-        """Return the choices of a round; those of its file first (R2, R3)."""
-        config, file = self._config, self._folder / f"round-{number}.npz"
-        found, done = _read(file)
-        before = config.plans + (number - 1) * config.more_plans if number else 0
-        most = config.more_plans if number else config.plans
-        for n in range(done, most):
-            plan = self._plans[self._learned[before + n]]
-            rng = np.random.default_rng([number, n, config.seed] if number else [number, n])
-            found = found.and_then(choices_in(self._explorations, plan, scorer, rng))
-            if (n + 1) % _KEPT_EVERY == 0 or n + 1 == most:
-                _write(file, found, n + 1)
-                self._say(f"round {number}: {n + 1} of {most} plans, {len(found)} choices")
-        return found
+def _learned(search: Search, houses: _Houses, config: ChoosingConfig, file: Path, say: Say) -> Floats:
+    """Lead a search through all generations; those that the file knows are not explored again (R4)."""
+    known, means = _read(file, config), list[Floats]()
+    for generation in range(config.generations):
+        candidates = search.ask()
+        if generation == len(known):
+            ways = houses.explored(generation, [*candidates, search.mean, NEAREST])
+            known.append(_costs(ways, config.step_m).tolist())
+            write_whole(file, as_json(known), durable=True)
+            (metres, steps), (nearest_m, nearest_steps) = ways[:, -2:].mean(axis=0).tolist()
+            say(
+                f"generation {generation + 1} of {config.generations}: {metres:.2f} m and {steps:.0f} steps to 90%, "
+                f"nearest frontier {nearest_m:.2f} m and {nearest_steps:.0f}"
+            )
+        search.tell(known[generation])
+        means.append(search.mean)
+    learned: Floats = np.mean(means[config.generations // 2 :], axis=0)
+    return learned
 
 
-@dataclass(frozen=True, eq=False)
-class _Best:
-    """A mixture and what it gains, by R4."""
-
-    gain: float
-    share: float
-    scorer: Scorer
+def _costs(ways: Floats, step_m: float) -> Floats:
+    """Return the candidates' costs (R3), of (houses, candidates + 2, 2) ways; nearest frontier's are the last."""
+    metres = ways[..., 0] + step_m * ways[..., 1]
+    costs: Floats = (metres[:, :-2] / np.sqrt(metres[:, -1:] + 1.0)).mean(axis=0)
+    return costs
 
 
-_BASES: Final = {"information": INFORMATION, "nearest": NEAREST}
+def _tested(houses: _Houses, learned: Floats, say: Say) -> dict[str, dict[str, float]]:
+    """Return the means over the plans that nobody learns from, and say them."""
+    named = {"learned": learned, "information": INFORMATION, "nearest": NEAREST}
+    means = houses.tested(list(named.values())).mean(axis=0).round(3).tolist()
+    for name, (metres, steps) in zip(named, means, strict=True):
+        say(f"on plans not learned from, {name}: {metres:.2f} m and {steps:.0f} steps to 90%")
+    return {name: {"metres": metres, "steps": steps} for name, (metres, steps) in zip(named, means, strict=True)}
 
 
-def _parted(ids: Sequence[str], config: ChoosingConfig) -> tuple[list[str], list[str]]:
-    """Return the plans to learn from, in order, and those to be tested on (R2)."""
-    wanted = config.tested + config.plans + (config.rounds - 1) * config.more_plans
-    if len(ids) < wanted:
-        raise ConfigError(f"expected {wanted} plans to learn from and to be tested on, found {len(ids)}; ask for fewer")
-    listed = sorted(ids, key=lambda name: hashlib.sha256(name.encode()).digest())
-    first, others = listed[: config.plans], listed[config.plans : len(listed) - config.tested]
-    order = np.random.default_rng(config.seed).permutation(len(others))
-    return [*first, *(others[i] for i in order.tolist())], listed[-config.tested :]
+class _Houses:
+    """Explores the houses of a run, some at a time."""
+
+    def __init__(self, plans: Dataset, ids: Sequence[str], config: ChoosingConfig, threads: int) -> None:
+        wanted = config.plans + config.tested
+        if len(ids) < wanted:
+            said = f"expected {wanted} plans to learn from and to be tested on"
+            raise ConfigError(f"{said}, found {len(ids)}; ask for fewer")
+        listed = sorted(ids, key=lambda name: hashlib.sha256(name.encode()).digest())
+        self._plans, self._config, self._threads = plans, config, threads
+        self._learned, self._tested = listed[: -config.tested], listed[-config.tested :]
+        self._own = local()
+
+    def explored(self, generation: int, each: list[Floats]) -> Floats:
+        """Return (plans, n, 2) the metres and steps to 90% in the houses of a generation, by each of n weights (R2)."""
+        drawn = np.random.default_rng([self._config.seed, generation]).permutation(len(self._learned))
+        names = [self._learned[i] for i in drawn[: self._config.plans].tolist()]
+        return self._ways(names, [self._config.seed, generation], each)
+
+    def tested(self, each: list[Floats]) -> Floats:
+        """Return the same in the houses that nobody learns from."""
+        return self._ways(self._tested, [], each)
+
+    def _ways(self, names: list[str], key: list[int], each: list[Floats]) -> Floats:
+        def way(n: int) -> Floats:
+            rng = np.random.default_rng([*key, n])
+            return self._explorations().way(self._plans[names[n]], rng, *each)
+
+        with ThreadPoolExecutor(self._threads) as pool:
+            return np.array(list(pool.map(way, range(len(names)))))
+
+    def _explorations(self) -> Explorations:
+        """Return the thread's own."""
+        if not hasattr(self._own, "explorations"):
+            robot = SimulatorConfig(self._config.pixels_per_metre, max_steps=self._config.steps)
+            self._own.explorations = Explorations(robot, self._config.steps)
+        made: Explorations = self._own.explorations
+        return made
 
 
 def _begin(folder: Path, run: dict[str, Any], *, resume: bool) -> None:
@@ -203,17 +202,14 @@ def _begin(folder: Path, run: dict[str, Any], *, resume: bool) -> None:
     write_whole(record, as_json(run))
 
 
-def _write(file: Path, found: Choices, done: int) -> None:
-    packed = io.BytesIO()
-    np.savez_compressed(packed, outlooks=found.outlooks, tried=found.tried, worth=found.worth, done=done)
-    write_whole(file, packed.getvalue(), durable=True)
-
-
-def _read(file: Path) -> tuple[Choices, int]:
+def _read(file: Path, config: ChoosingConfig) -> list[list[float]]:
+    """Return the costs of the generations that are done."""
     if not file.exists():
-        return no_choices(), 0
+        return []
     try:
-        with np.load(file) as arrays:
-            return Choices(arrays["outlooks"], arrays["tried"], arrays["worth"]), int(arrays["done"])
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
-        raise TrainingError(f"{file}: expected choices of a run, found it damaged ({error}); delete it") from None
+        costs = msgspec.json.decode(file.read_bytes(), type=list[list[float]])
+    except (OSError, msgspec.MsgspecError) as error:
+        raise TrainingError(f"{file}: expected costs of a run, found it damaged ({error}); delete it") from None
+    if any(len(one) != config.candidates for one in costs):
+        raise TrainingError(f"{file}: expected costs of {config.candidates} candidates; found others; delete it")
+    return costs

@@ -7,7 +7,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
@@ -15,7 +14,7 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.explore import ERRAND, Course, Errand, ExplorerRules, explore
 from houseexpo.pseudoslam.kernels.planning.outlook import LOOKED_AT, OUTLOOKS
 from houseexpo.pseudoslam.kernels.planning.plan import FRONTIER
-from houseexpo.pseudoslam.kernels.planning.scoring import Scorer
+from houseexpo.pseudoslam.kernels.types import Floats
 from houseexpo.pseudoslam.plan_rules import (
     ENOUGH,
     MAX_BUMPS,
@@ -28,12 +27,10 @@ from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_params import scratch_of, step_params_of, with_room
 
-Floats = npt.NDArray[np.float64]
-METRES_COVERAGE = 0.9
-"""Coverage up to which metres are counted."""
-_SEEN = 0.985
-_FAR_M = 150.0
-"""What a house that is not seen at all would cost, where time was up: a share of it for the share that is left."""
+SEEN = 0.9
+"""Coverage up to which ways are counted."""
+_FAR_M, _LONG = 150.0, 1000
+"""Metres and steps that a house not seen at all would cost, where time was up: a share of it for what is left."""
 _GIVEN_UP = 256
 
 
@@ -61,11 +58,6 @@ class Walk:
     def coverage(self) -> float:
         """The share of what can be seen that is seen."""
         return float(self.state.counts.covered) / self.state.observable_cells
-
-    @property
-    def choices(self) -> int:
-        """How many frontiers there are to choose from, after a ``CHOICE``."""
-        return int(np.count_nonzero(np.isfinite(self.errand.scores)))
 
 
 class Explorations:
@@ -97,41 +89,32 @@ class Explorations:
         state = simulator.start(rng)
         errand = Errand(
             np.array([(first_looks(self.config), 0, -1, 0)], ERRAND), np.zeros(_GIVEN_UP, np.int32),
-            np.zeros(MAX_FRONTIERS, FRONTIER), np.zeros((LOOKED_AT, len(OUTLOOKS))), np.full(LOOKED_AT, -math.inf),
+            np.zeros(MAX_FRONTIERS, FRONTIER), np.zeros((LOOKED_AT, len(OUTLOOKS))), np.zeros(LOOKED_AT),
         )  # fmt: skip
         course = Course(np.zeros(self.most_steps + 1, np.int64), np.zeros(self.most_steps + 1))
         course.covered[0] = state.counts.covered
         return Walk(state, errand, course)
 
-    def go(self, walk: Walk, scorer: Scorer, *, first: int = -1, choices: int = -1) -> int:
-        """Go on; see ``kernels.explore.explore``."""
-        enough = math.ceil(_SEEN * walk.state.observable_cells)
+    def go(self, walk: Walk, weights: Floats, seen: float = SEEN) -> int:
+        """Go on until such a share is seen; see ``kernels.explore.explore``."""
+        enough = math.ceil(seen * walk.state.observable_cells)
         return int(
             explore(
-                walk.state.pool, walk.state.sizes, walk.errand, scorer, self._rules, self._params, self._scratch,
-                first, choices, enough, walk.course,
+                walk.state.pool, walk.state.sizes, walk.errand, weights, self._rules, self._params, self._scratch,
+                enough, walk.course,
             )
         )  # fmt: skip
 
-    def worth(self, walk: Walk, since: int = 0) -> tuple[float, float]:
-        """Return what came of a walk since a step: the mean of coverage up to the budget's end, and metres to 90%.
+    def way(self, plan: FloorPlan, rng: np.random.Generator, *each: Floats) -> Floats:
+        """Return (n, 2) the metres and the steps to 90%, by each of n weights from the same start.
 
-        What is seen at the end stays. Where 90% was not seen, what is left is charged for.
+        Where 90% was not seen, what is left is charged for.
         """
-        covered = walk.course.covered[since : walk.steps + 1] / walk.state.observable_cells
-        gone_m = walk.course.gone_px[since : walk.steps + 1] / self.config.pixels_per_metre
-        area = (covered[:-1].sum() + covered[-1] * (self.most_steps - walk.steps)) / self.most_steps
-        there = np.flatnonzero(covered >= METRES_COVERAGE)
-        end_m = gone_m[there[0]] if len(there) else gone_m[-1] + _FAR_M * (METRES_COVERAGE - covered[-1])
-        return float(area), float(end_m - gone_m[0])
-
-
-def mean_worth(explorations: Explorations, plans: list[FloorPlan], scorer: Scorer) -> tuple[float, float]:
-    """Return the means of ``worth`` over plans, each from a start of its own."""
-    found = []
-    for number, plan in enumerate(plans):
-        walk = explorations.begin(plan, np.random.default_rng(number))
-        explorations.go(walk, scorer)
-        found.append(explorations.worth(walk))
-    area, metres = np.mean(found, axis=0).tolist()
-    return area, metres
+        begun, found = self.begin(plan, rng), np.zeros((len(each), 2))
+        for n, weights in enumerate(each):
+            walk = begun.copy()
+            self.go(walk, weights)
+            left = max(SEEN - walk.coverage, 0.0)
+            gone_m = walk.course.gone_px[walk.steps] / self.config.pixels_per_metre
+            found[n] = gone_m + _FAR_M * left, walk.steps + _LONG * left
+        return found

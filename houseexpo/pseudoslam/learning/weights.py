@@ -12,9 +12,9 @@ import numpy as np
 from houseexpo.errors import ConfigError
 from houseexpo.files import as_json, write_whole
 from houseexpo.pseudoslam.kernels.planning.outlook import OUTLOOKS
-from houseexpo.pseudoslam.kernels.planning.scoring import Scorer
+from houseexpo.pseudoslam.kernels.types import Floats
 
-FORMAT: Final = "houseexpo chooser 1"
+FORMAT: Final = "houseexpo chooser 2"
 
 
 class Weights(msgspec.Struct, frozen=True):
@@ -24,51 +24,53 @@ class Weights(msgspec.Struct, frozen=True):
     ----------
     about
         The command, the seed, the commit, and what it came to.
-    outlooks
-        What the numbers are that are weighed, in order.
-    scorer
-        The arrays of ``Scorer``, by name.
+    weights
+        By the names of the numbers that they weigh, ``OUTLOOKS``; those that are not named weigh 0.
     """
 
     format: str
     about: dict[str, Any]
-    outlooks: list[str]
-    scorer: dict[str, Any]
+    weights: dict[str, float]
 
 
-def write_weights(file: Path, scorer: Scorer, about: dict[str, Any]) -> None:
-    """Write weights, to six digits: ``rounded`` ones are read back as they were."""
-    arrays = {name: array.tolist() for name, array in zip(Scorer._fields, scorer, strict=True)}
-    write_whole(file, as_json(Weights(FORMAT, about, list(OUTLOOKS), arrays)), durable=True)
+def weighing(**weights: float) -> Floats:
+    """Return the weights of some of the numbers, 0 for the others; ``_`` stands for a blank."""
+    return _in_order({name.replace("_", " "): weight for name, weight in weights.items()})
 
 
-def rounded(scorer: Scorer) -> Scorer:
-    """Return weights of six digits."""
-    return Scorer(*(np.array([float(f"{value:.6g}") for value in part.ravel()]).reshape(part.shape) for part in scorer))
+def rounded(weights: Floats) -> Floats:
+    """Return weights of six digits: they are read back as they were written."""
+    return np.array([float(f"{value:.6g}") for value in weights])
 
 
-def read_weights(file: Path) -> tuple[Scorer, dict[str, Any]]:
+def write_weights(file: Path, weights: Floats, about: dict[str, Any]) -> None:
+    """Write weights, to six digits."""
+    named = {name: value for name, value in zip(OUTLOOKS, rounded(weights).tolist(), strict=True) if value}
+    write_whole(file, as_json(Weights(FORMAT, about, named)), durable=True)
+
+
+def read_weights(file: Path) -> tuple[Floats, dict[str, Any]]:
     """Return weights, and what made them; ConfigError where a file holds none, or of other numbers."""
     try:
-        found = msgspec.json.decode(file.read_bytes(), type=Weights)
-        if found.format != FORMAT:
-            raise ConfigError(f"{file}: expected {FORMAT!r}, found {found.format!r}")
-        scorer = Scorer(*(np.array(found.scorer[name], np.float64) for name in Scorer._fields))
+        head = msgspec.json.decode(file.read_bytes())
+        if isinstance(head, dict) and head.get("format") != FORMAT:
+            raise ConfigError(f"{file}: expected {FORMAT!r}, found {head.get('format')!r}; train it again")
+        found = msgspec.convert(head, Weights)
     except OSError as error:
         raise ConfigError(f"{file}: expected weights, cannot be read: {error.strerror}") from None
-    except (msgspec.DecodeError, KeyError, TypeError, ValueError) as error:
+    except msgspec.MsgspecError as error:
         raise ConfigError(f"{file}: expected weights of `houseexpo train chooser`, found none ({error})") from None
-    if found.outlooks != list(OUTLOOKS):
-        raise ConfigError(f"{file}: expected weights of the numbers {', '.join(OUTLOOKS)}; train it again")
-    _check(scorer, file)
-    return scorer, found.about
+    unknown = sorted(set(found.weights) - set(OUTLOOKS))
+    if unknown:
+        raise ConfigError(f"{file}: expected weights of {', '.join(OUTLOOKS)}; found one of {unknown[0]!r}")
+    for name, value in found.weights.items():
+        if not math.isfinite(value):
+            raise ConfigError(f"{file}: {name}: expected a finite number, found {value}")
+    return _in_order(found.weights), found.about
 
 
-def _check(scorer: Scorer, file: Path) -> None:
-    numbers, inner, last = len(OUTLOOKS), scorer.first_bias.size, scorer.second_bias.size
-    shapes = ((numbers,), (inner, numbers), (inner,), (last, inner), (last,), (last,))  # as the fields come
-    for name, shape, array in zip(Scorer._fields, shapes, scorer, strict=True):
-        if array.shape != shape:
-            raise ConfigError(f"{file}: {name}: expected an array of shape {shape}, found {array.shape}")
-        if not math.isfinite(float(array.sum())):
-            raise ConfigError(f"{file}: {name}: expected finite numbers")
+def _in_order(weights: dict[str, float]) -> Floats:
+    ordered = np.zeros(len(OUTLOOKS))
+    for name, value in weights.items():
+        ordered[OUTLOOKS.index(name)] = value
+    return ordered

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
@@ -15,9 +14,10 @@ from houseexpo.pseudoslam.agents.exploring import Explorer
 from houseexpo.pseudoslam.agents.frontier import NearestFrontier
 from houseexpo.pseudoslam.agents.protocol import Robot, knowledge_of
 from houseexpo.pseudoslam.config import NoiseConfig, SimulatorConfig
-from houseexpo.pseudoslam.kernels.explore import CHOICE, ENDED, NOTHING
+from houseexpo.pseudoslam.kernels.explore import ENDED, NOTHING
 from houseexpo.pseudoslam.kernels.planning.outlook import OUTLOOKS
-from houseexpo.pseudoslam.kernels.planning.scoring import Scorer, best_of
+from houseexpo.pseudoslam.kernels.planning.scoring import best_of
+from houseexpo.pseudoslam.kernels.types import Floats
 from houseexpo.pseudoslam.learning.choosing import INFORMATION, NEAREST
 from houseexpo.pseudoslam.learning.explorations import Explorations
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
@@ -27,10 +27,8 @@ ANGLE = FloorPlan("angle", [(0, 0), (0, 8), (3, 8), (3, 2), (9, 2), (9, 0)], 1, 
 POCKET = FloorPlan("pocket", [(0, 0), (0, 6), (10, 6), (10, 0), (6, 0), (6, 4.5), (5.8, 4.5), (5.8, 0)], 1, {})
 
 
-def random_scorer(seed: int) -> Scorer:
-    rng = np.random.default_rng(seed)
-    n = len(OUTLOOKS)
-    return Scorer(*(rng.normal(0.0, 0.5, shape) for shape in ((n,), (5, n), (5,), (4, 5), (4,), (4,))))
+def random_weights(seed: int) -> Floats:
+    return np.random.default_rng(seed).normal(0.0, 0.5, len(OUTLOOKS))
 
 
 def course_of(explorer: Explorer, plan: FloorPlan, seed: int, most: int) -> tuple[list[int], list[float], bool]:
@@ -48,10 +46,10 @@ def course_of(explorer: Explorer, plan: FloorPlan, seed: int, most: int) -> tupl
     return covered, gone, False
 
 
-def check(plan: FloorPlan, scorer: Scorer, explorer: Explorer, seed: int, most: int) -> None:
+def check(plan: FloorPlan, weights: Floats, explorer: Explorer, seed: int, most: int) -> None:
     explorations = Explorations(CONFIG, most)
     walk = explorations.begin(plan, np.random.default_rng(seed))
-    ended = explorations.go(walk, scorer)
+    ended = explorations.go(walk, weights, seen=0.985)
     covered, gone, done = course_of(explorer, plan, seed, most)
     assert walk.steps == len(covered) - 1
     assert walk.course.covered[: walk.steps + 1].tolist() == covered
@@ -67,30 +65,25 @@ def test_it_goes_as_the_nearest_frontier_explorer_does(plan: FloorPlan, seed: in
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_it_goes_as_a_chooser_does(seed: int) -> None:
-    scorer = random_scorer(seed)
-    check(POCKET, scorer, Chooser(Robot(CONFIG), 0, scorer), seed, 300)
+    weights = random_weights(seed)
+    check(POCKET, weights, Chooser(Robot(CONFIG), 0, weights), seed, 300)
 
 
 @pytest.mark.slow
 def test_it_goes_as_choosers_do_in_published_houses(published_lines: list[bytes]) -> None:
     for i in range(12):
-        scorer = random_scorer(i) if i % 2 else INFORMATION
-        check(decode(published_lines[i]), scorer, Chooser(Robot(CONFIG), 0, scorer), i, 500)
+        weights = random_weights(i) if i % 2 else INFORMATION
+        check(decode(published_lines[i]), weights, Chooser(Robot(CONFIG), 0, weights), i, 500)
 
 
-def test_it_stops_at_choices_and_goes_on_from_there() -> None:
-    """Choice by choice, each the best, is the same as all at once; a copy changes nothing."""
+def test_a_copy_of_a_walk_changes_nothing() -> None:
     explorations = Explorations(CONFIG, 300)
-    whole, parts = (explorations.begin(POCKET, np.random.default_rng(0)) for _ in range(2))
-    explorations.go(whole, INFORMATION)
-    for _ in itertools.count():
-        if explorations.go(parts, INFORMATION, choices=0) != CHOICE:
-            break
-        best = int(parts.errand.scores.argmax())
-        explorations.go(parts.copy(), INFORMATION, first=parts.choices - 1)
-        explorations.go(parts, INFORMATION, first=best, choices=1)
-    assert parts.steps == whole.steps
-    assert parts.course.covered.tolist() == whole.course.covered.tolist()
+    one, other = (explorations.begin(POCKET, np.random.default_rng(0)) for _ in range(2))
+    explorations.go(one.copy(), random_weights(0))
+    explorations.go(one, INFORMATION)
+    explorations.go(other, INFORMATION)
+    assert one.steps == other.steps > 0
+    assert one.course.covered.tolist() == other.course.covered.tolist()
 
 
 def test_the_best_score_wins_and_of_equal_ones_the_first() -> None:
@@ -98,26 +91,23 @@ def test_the_best_score_wins_and_of_equal_ones_the_first() -> None:
     outlooks[:4, OUTLOOKS.index("rank")] = 0.3, 0.1, 0.1, 0.2
     assert best_of(outlooks, 4, NEAREST, scores) == 1
     assert scores[:4].tolist() == [-0.3, -0.1, -0.1, -0.2]
-    scorer = random_scorer(3)
-    first = np.maximum(scorer.first @ outlooks[:4].T + scorer.first_bias[:, None], 0)
-    second = np.maximum(scorer.second @ first + scorer.second_bias[:, None], 0)
-    best_of(outlooks, 4, scorer, scores)
-    assert scores[:4] == pytest.approx(scorer.line @ outlooks[:4].T + scorer.last @ second)
+    weights, outlooks = random_weights(3), np.random.default_rng(0).normal(size=outlooks.shape)
+    best = best_of(outlooks, 4, weights, scores)
+    assert scores[:4] == pytest.approx(outlooks[:4] @ weights)
+    assert best == scores[:4].argmax()
 
 
-def test_the_worth_of_a_walk_is_its_area_and_its_metres() -> None:
-    explorations = Explorations(CONFIG, 8)
-    walk = explorations.begin(ANGLE, np.random.default_rng(0))
-    cells = walk.state.observable_cells
-    walk.state.episode.counts["steps"] = 4
-    walk.course.covered[:5] = np.array([0.5, 0.5, 0.75, 1.0, 1.0]) * cells
-    walk.course.gone_px[:5] = np.array([0, 1, 2, 3, 4]) * 12.5
-    area, metres = explorations.worth(walk)
-    assert area == pytest.approx((0.5 + 0.5 + 0.75 + 1.0 + 4 * 1.0) / 8, abs=1e-3)
-    assert metres == 3.0
-    assert explorations.worth(walk, since=2) == pytest.approx(((0.75 + 1.0 + 4 * 1.0) / 8, 1.0), abs=1e-3)
-    walk.course.covered[:5] = np.array([0.5, 0.5, 0.5, 0.5, 0.6]) * cells
-    assert explorations.worth(walk)[1] == pytest.approx(4.0 + 0.3 * 150, abs=0.5)
+def test_the_way_to_90_percent_is_told_and_what_is_left_is_charged_for() -> None:
+    explorations = Explorations(CONFIG, 300)
+    walk = explorations.begin(POCKET, np.random.default_rng(5))
+    explorations.go(walk, INFORMATION)
+    assert walk.coverage >= 0.9
+    assert walk.course.covered[walk.steps - 1] < 0.9 * walk.state.observable_cells
+    ways = explorations.way(POCKET, np.random.default_rng(5), NEAREST, INFORMATION)
+    assert ways[1].tolist() == [walk.course.gone_px[walk.steps] / 12.5, walk.steps]
+    short = Explorations(CONFIG, 20).way(POCKET, np.random.default_rng(5), INFORMATION)[0]
+    seen = walk.course.covered[20] / walk.state.observable_cells
+    assert short == pytest.approx([walk.course.gone_px[20] / 12.5 + 150 * (0.9 - seen), 20 + 1000 * (0.9 - seen)])
 
 
 def test_what_it_cannot_do_is_refused() -> None:

@@ -1,7 +1,8 @@
-"""Learning to choose frontiers: what is tried, what is told of it, and a run from beginning to end."""
+"""Learning to choose frontiers: the search, what a candidate costs, and a run from beginning to end."""
 
 from __future__ import annotations
 
+import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -14,19 +15,14 @@ from typer.testing import CliRunner
 
 from houseexpo.commands.train import train
 from houseexpo.dataset import open_dataset
-from houseexpo.errors import ConfigError, TrainingError
+from houseexpo.errors import ConfigError, MissingDependencyError, TrainingError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
-from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.planning.outlook import LOOKED_AT, OUTLOOKS
-from houseexpo.pseudoslam.kernels.planning.scoring import best_of
-from houseexpo.pseudoslam.learning.choice_net import fit
-from houseexpo.pseudoslam.learning.choices import TRIED, Choices, choices_in
-from houseexpo.pseudoslam.learning.choosing import INFORMATION, WEIGHTS, ChoosingConfig, train_chooser
-from houseexpo.pseudoslam.learning.explorations import Explorations
+from houseexpo.pseudoslam.kernels.planning.outlook import OUTLOOKS
+from houseexpo.pseudoslam.learning.choosing import INFORMATION, WEIGHTS, ChoosingConfig, _costs, train_chooser
+from houseexpo.pseudoslam.learning.searching import SPREADS, Search
 from houseexpo.pseudoslam.learning.weights import read_weights
-
-CONFIG = SimulatorConfig(pixels_per_metre=12.5)
+from tests.builders.needs import need
 
 
 def two_rooms(name: str, width: float = 6.0) -> FloorPlan:
@@ -36,8 +32,12 @@ def two_rooms(name: str, width: float = 6.0) -> FloorPlan:
     return FloorPlan(name, [*verts, (wall, 0), (wall, 2.4), (width, 2.4), (width, 0)], 2, {})
 
 
-ROOMS, TRAIN = two_rooms("rooms"), ("rooms_a", "rooms_b", "rooms_c")
-TINY = ChoosingConfig(rounds=2, plans=1, more_plans=1, tested=1, steps=200)
+TRAIN = ("rooms_a", "rooms_b", "rooms_c")
+TINY = ChoosingConfig(generations=3, candidates=4, plans=2, tested=1, steps=200)
+
+
+def need_cma() -> None:
+    need(modules=["cma"], how="make learn")
 
 
 def write_rooms(folder: Path) -> Path:
@@ -50,79 +50,75 @@ def write_rooms(folder: Path) -> Path:
     return plans
 
 
-def test_every_frontier_that_is_tried_has_a_worth() -> None:
-    found = choices_in(Explorations(CONFIG, 200), ROOMS, INFORMATION, np.random.default_rng(4))
-    assert len(found) >= 1
-    assert (found.tried.sum(axis=1) >= 2).all()
-    for one in range(len(found)):
-        n = int(found.tried[one].sum())
-        assert found.tried[one].tolist() == [place < n for place in range(TRIED)]
-        assert ((found.worth[one, :n, 0] > 0) & (found.worth[one, :n, 0] <= 1)).all()
-        assert (found.worth[one, :n, 1] >= 0).all()
-        assert len({tuple(row) for row in found.outlooks[one, :n].tolist()}) == n
-    again = choices_in(Explorations(CONFIG, 200), ROOMS, INFORMATION, np.random.default_rng(4))
-    assert np.array_equal(found.worth, again.worth)
-    assert np.array_equal(found.outlooks, again.outlooks)
+def global_state() -> bytes:
+    """What NumPy's own generator would go on with."""
+    state: Any = np.random.get_state()  # noqa: NPY002  # that it is left alone is what is looked at
+    return bytes(state[1].tobytes() + bytes([state[2] % 256]))
 
 
-def made_choices(number: int, rng: np.random.Generator) -> Choices:
-    """Area is better for a large first number, metres for a small second one; noise on both."""
-    outlooks = rng.normal(3.0, 2.0, (number, TRIED, len(OUTLOOKS)))
-    tried = np.arange(TRIED) < rng.integers(2, TRIED + 1, (number, 1))
-    area = 0.01 * outlooks[..., 0] + rng.normal(0, 0.005, tried.shape)
-    metres = 2.0 * outlooks[..., 1] + rng.normal(0, 1.0, tried.shape)
-    worth = np.stack([area, metres], axis=2) + rng.normal(0, 5.0, (number, 1, 2))  # what all share counts for nothing
-    return Choices(outlooks, tried, worth)
+def test_the_search_finds_weights_of_which_the_best_are_known() -> None:
+    """Cost: how far three of the weights, in their spreads, are from what they should be; noise on it."""
+    need_cma()
+    wanted = {"way": -3.0, "turn": 1.0, "log length": 2.0}
+    noise = np.random.default_rng(1)
+
+    def cost(weights: np.ndarray) -> float:
+        off = [weights[OUTLOOKS.index(name)] * SPREADS[name] - value for name, value in wanted.items()]
+        return float(np.square(off).sum() + noise.normal(0, 0.05))
+
+    search, before = Search(np.zeros(len(OUTLOOKS)), 12, seed=0), global_state()
+    for _ in range(60):
+        search.tell([cost(weights) for weights in search.ask()])
+    assert cost(search.mean) < 0.5  # 14 where it began
+    assert search.mean[OUTLOOKS.index("steps")] == 0.0
+    assert global_state() == before
 
 
-def share_of_best(share: float, key: int, sign: float) -> float:
-    """How often the net's choice is the best by a worth, among choices that it has not seen."""
-    rng = np.random.default_rng(0)
-    scorer = fit(made_choices(1500, rng), rng, epochs=20).mixed(share)
-    tests, scores = made_choices(200, rng), np.zeros(LOOKED_AT)
-    right = 0
-    for outlooks, tried, worth in zip(tests.outlooks, tests.tried, tests.worth, strict=True):
-        n = int(tried.sum())
-        padded = np.zeros((LOOKED_AT, len(OUTLOOKS)))
-        padded[:n] = outlooks[:n]
-        right += best_of(padded, n, scorer, scores) == int((sign * worth[:n, key]).argmax())
-    return right / len(tests)
-
-
-def test_the_net_tells_which_choice_is_best() -> None:
-    assert share_of_best(1.0, 0, 1.0) > 0.7
-    assert share_of_best(0.0, 1, -1.0) > 0.6
-    assert share_of_best(1.0, 1, -1.0) < 0.5
+def test_costs_are_shares_of_the_root_of_what_nearest_frontier_needs() -> None:
+    ways = np.zeros((2, 4, 2))  # two houses; two candidates, the mean, nearest frontier
+    ways[0, :, 0], ways[1, :, 0] = (10.0, 20.0, 0.0, 24.0), (5.0, 5.0, 0.0, 0.0)
+    ways[..., 1] = 100.0
+    assert _costs(ways, 0.01) == pytest.approx([(11 / 26**0.5 + 6 / 2**0.5) / 2, (21 / 26**0.5 + 6 / 2**0.5) / 2])
 
 
 def test_a_run_that_was_stopped_ends_with_the_same_weights(tmp_path: Path) -> None:
+    need_cma()
     plans, said = open_dataset(write_rooms(tmp_path)), list[str]()
-    config = replace(TINY, plans=1)
-    train_chooser(plans, TRAIN, config, tmp_path / "whole", resume=False, say=said.append)
-    weights = (tmp_path / "whole" / WEIGHTS).read_bytes()
-    assert any("round 1" in line for line in said)
-    scorer, about = read_weights(tmp_path / "whole" / WEIGHTS)
-    assert scorer.first.any()
+
+    def learn(folder: str, config: ChoosingConfig = TINY, threads: int = 1, *, resume: bool = False) -> bytes:
+        train_chooser(plans, TRAIN, config, tmp_path / folder, resume=resume, threads=threads, say=said.append)
+        return (tmp_path / folder / WEIGHTS).read_bytes()
+
+    weights = learn("whole")
+    assert any("generation 3 of 3" in line for line in said)
+    found, about = read_weights(tmp_path / "whole" / WEIGHTS)
+    assert np.abs(found - INFORMATION).max() > 0.01
     assert about["seed"] == 0
-    assert len(about["tests"]) == 2 + 2 * 5
+    assert set(about["tests"]) == {"learned", "information", "nearest"}
+    assert 0 < about["tests"]["nearest"]["metres"] < 30
+    assert learn("threads", threads=2) == weights
+    assert learn("other", replace(TINY, seed=1)) != weights
     shutil.copytree(tmp_path / "whole", tmp_path / "stopped")
-    (tmp_path / "stopped" / "round-1.npz").unlink()
-    (tmp_path / "stopped" / WEIGHTS).unlink()
+    costs = tmp_path / "stopped" / "costs.json"
+    costs.write_text(json.dumps(json.loads(costs.read_bytes())[:1]))
     with pytest.raises(TrainingError, match="holds a run; go on with it by --resume"):
-        train_chooser(plans, TRAIN, config, tmp_path / "stopped", resume=False, say=said.append)
+        learn("stopped")
     with pytest.raises(TrainingError, match="holds another run than was asked for"):
-        train_chooser(plans, TRAIN, replace(config, seed=1), tmp_path / "stopped", resume=True, say=said.append)
-    train_chooser(plans, TRAIN, config, tmp_path / "stopped", resume=True, say=said.append)
-    assert (tmp_path / "stopped" / WEIGHTS).read_bytes() == weights
-    (tmp_path / "stopped" / "round-0.npz").write_bytes(b"PK")
-    with pytest.raises(TrainingError, match=r"round-0.npz: expected choices of a run, found it damaged"):
-        train_chooser(plans, TRAIN, config, tmp_path / "stopped", resume=True, say=said.append)
+        learn("stopped", replace(TINY, seed=1), resume=True)
+    said.clear()
+    assert learn("stopped", resume=True) == weights
+    assert [line[:17] for line in said[:2]] == ["generation 2 of 3", "generation 3 of 3"]
+    for damaged in ("[[1.0,", "[[1.0, 2.0]]", "[[1, 2, 3, null]]"):
+        costs.write_text(damaged)
+        with pytest.raises(TrainingError, match=r"costs.json: expected costs of .*; delete it"):
+            learn("stopped", resume=True)
 
 
 def test_too_few_plans_are_refused_before_a_run_begins(tmp_path: Path) -> None:
     plans = open_dataset(write_rooms(tmp_path))
+    need_cma()
     with pytest.raises(ConfigError, match="expected 6 plans to learn from and to be tested on, found 3"):
-        train_chooser(plans, TRAIN, replace(TINY, plans=4), tmp_path / "run", resume=False, say=print)
+        train_chooser(plans, TRAIN, replace(TINY, plans=5), tmp_path / "run", resume=False, threads=1, say=print)
     assert not (tmp_path / "run").exists()
 
 
@@ -134,19 +130,22 @@ def called(*words: Any) -> Any:
 
 def test_the_command_takes_a_file_and_a_seed(tmp_path: Path) -> None:
     file, out = tmp_path / "tiny.toml", tmp_path / "run"
-    file.write_text("rounds = 1\nplans = 1\ntested = 1\nsteps = 200\n")
-    done = called("--out", out, "--dataset", write_rooms(tmp_path), "--config", file, "--seed", 3)
+    need_cma()
+    file.write_text("generations = 1\ncandidates = 4\nplans = 1\ntested = 1\nsteps = 200\n")
+    done = called("--out", out, "--dataset", write_rooms(tmp_path), "--config", file, "--seed", 3, "--threads", 2)
     assert done.exit_code == 0, done.output
-    assert "round 0, choices" in done.output
+    assert "generation 1 of 1" in done.output
     assert read_weights(out / WEIGHTS)[1]["seed"] == 3
 
 
 @pytest.mark.parametrize(
     ("lines", "words", "said"),
     [
-        ("", ["--steps", "5"], "--steps and --threads are not for it"),
-        ("speed = 1", [], "unknown key 'speed'; known: seed, rounds"),
+        ("", ["--steps", "5"], "--steps is not for it"),
+        ("speed = 1", [], "unknown key 'speed'; known: seed, generations"),
         ("plans = 0", [], "plans: expected a whole number of at least 1"),
+        ("candidates = 3", [], "candidates: expected a whole number of at least 4"),
+        ("step_m = -1.0", [], "step_m: expected at least 0"),
         ("pixels_per_metre = 0", [], "pixels_per_metre: expected more than 0"),
     ],
 )
@@ -156,4 +155,12 @@ def test_what_cannot_be_learned_is_refused(tmp_path: Path, lines: str, words: li
     done = called("--out", tmp_path / "run", "--config", file, *words)
     assert isinstance(done.exception, ConfigError)
     assert said in str(done.exception)
+    assert not (tmp_path / "run").exists()
+
+
+def test_without_the_library_it_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("houseexpo.pseudoslam.learning.searching.find_spec", lambda _: None)
+    plans = open_dataset(write_rooms(tmp_path))
+    with pytest.raises(MissingDependencyError, match=r"needs cma, not installed here: .*learn"):
+        train_chooser(plans, TRAIN, TINY, tmp_path / "run", resume=False, threads=1, say=print)
     assert not (tmp_path / "run").exists()
