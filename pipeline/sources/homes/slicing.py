@@ -17,18 +17,24 @@ from pipeline.sources.homes.values import Rect
 NEAR_M = 1e-6
 MIN_SIDE_M = 0.9
 _HUB = 0.4
-"""How much it counts that no room has a border with all others."""
+"""How much it counts that the hub does not border on all others."""
+_FULL = 0.02
+"""Of a box that is so nearly full, the rest are walls: houses have no recess of a few centimetres."""
 _GOOD = 0.04
 """A layout this near to what is asked is taken at once."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """Rectangles of these areas (m2, walls included) in a box; what they leave free of it lies at its edge."""
+    """Rectangles of these areas (m2, walls included) in a box; what they leave free of it lies at its edge.
+
+    ``hub`` is the one from which most others are to be reached; None where it does not matter which.
+    """
 
     width_m: float
     height_m: float
     areas_m2: tuple[float, ...]
+    hub: int | None = None
 
     @property
     def void_m2(self) -> float:
@@ -50,7 +56,7 @@ def lay_out(asked: Asked, door_m: float, tries: int, rng: np.random.Generator) -
         doors = _doorways(rects, door_m)
         if not joined(len(rects), doors) or _encloses(rects):
             continue
-        cost += _HUB * _without_hub(len(rects), doors)
+        cost += _HUB * _without_hub(len(rects), doors, asked.hub)
         if best is None or cost < best[0]:
             best = cost, rects
         if cost < _GOOD:
@@ -92,7 +98,7 @@ def _attempt(asked: Asked, rng: np.random.Generator) -> list[Rect]:
     blocks = share if n == 1 else share * float(rng.uniform(0.3, 1.0)) if n_voids else 0.0
     cuts = rng.dirichlet(np.full(n_voids, 1.5)) * blocks if n_voids else np.zeros(0)
     pulls = np.zeros(n)
-    if share - cuts.sum() > 1e-3:
+    if share - cuts.sum() > _FULL:
         chosen = rng.random(n) < rng.uniform(0.25, 0.8)
         chosen[int(rng.integers(n))] = True
         pulls = chosen * rng.uniform(0.2, 1.0, n) * np.array(asked.areas_m2)
@@ -176,9 +182,12 @@ def _cost(rects: list[Rect], asked: Asked) -> float:
     return float(2.0 * whole + 0.8 * each + 0.2 * narrow)
 
 
-def _without_hub(count: int, ways: list[tuple[int, int]]) -> float:
-    """Return the share of rectangles that do not border on the one with the most borders."""
-    return 1.0 - float(np.bincount(np.array(ways).ravel()).max()) / (count - 1) if ways else 0.0
+def _without_hub(count: int, ways: list[tuple[int, int]], hub: int | None) -> float:
+    """Return the share of rectangles that do not border on the hub, or on the one with the most borders."""
+    if not ways:
+        return 0.0
+    reach = np.bincount(np.array(ways).ravel(), minlength=count)
+    return 1.0 - float(reach.max() if hub is None else reach[hub]) / (count - 1)
 
 
 def _bounds(rects: list[Rect]) -> Rect:

@@ -15,7 +15,9 @@ from pipeline.sources.homes.values import Wish
 
 NAMELESS: Final = "Unlabelled"
 _CALM_TO_WILD: Final = (0.4, 1.1)
-_AREA_DRAWS, _OF_MIN, _OF_SPREAD = 32, 0.25, 0.1
+_AREA_DRAWS, _OF_MIN, _OF_SPREAD = 32, 0.5, 0.1
+_LAID_OUT: Final = 0.97
+"""Of the unevenness that is asked for; rooms differ from what they are asked to be, which adds the rest."""
 _MOST_SPREAD, _HALVINGS = 4.0, 16
 _NEAR_M: Final = 0.12
 _SMALLEST_M2: Final = 1.0
@@ -44,7 +46,7 @@ def draw_wish(rng: np.random.Generator) -> Wish:
         wall_m=round(float(np.clip(drawn["wall_m"], *_WALLS_M)), 2),
         doors=house.doors,
         names=names,
-        areas_m2=_areas(names, area, (drawn["unevenness"], drawn["least_room"]), rng),
+        areas_m2=_areas(names, area, (_LAID_OUT * drawn["unevenness"], drawn["least_room"]), rng),
     )
 
 
