@@ -14,7 +14,7 @@ from pipeline.sources.homes.joints import Doorways, doors
 from pipeline.sources.homes.shaping import WIDE_M, Shaped, one_space, shaped
 from pipeline.sources.homes.slicing import Asked, lay_out
 from pipeline.sources.homes.values import Door, Home, NamedBox, Rect, Wish, on_grid
-from pipeline.sources.homes.wishes import draw_wish, hub_of
+from pipeline.sources.homes.wishes import draw_wish
 
 _DRAWS: Final = 12
 _TRIES: Final = 24
@@ -22,8 +22,6 @@ _SPREAD: Final = 7
 """Beside the seed and the index, so that other kinds of made houses draw other numbers."""
 _BORDER_M: Final = 0.75
 _ROBOT_M: Final = 0.22
-_HUB: Final = 0.9
-"""So many more doors than others has a room by whose label a house is laid out."""
 _PLAIN: Final = 0.95
 """A house of one room that fills so much of its box is a rectangle."""
 
@@ -50,20 +48,13 @@ def _made(name: str, wish: Wish, rng: np.random.Generator) -> Home | None:
     alone = wish.spaces == 1 and extent < _PLAIN  # a room that is no rectangle consists of some
     areas = wish.areas_m2 if not alone else tuple(wish.area_m2 * rng.dirichlet(np.full(int(rng.integers(2, 4)), 2.0)))
     with_walls = tuple(area + 2 * wish.wall_m * area**0.5 for area in areas)
-    asked = Asked(width + wish.wall_m, height + wish.wall_m, with_walls, None if alone else _hub(wish))
+    asked = Asked(width + wish.wall_m, height + wish.wall_m, with_walls)
     rects = lay_out(asked, (WIDE_M if alone else _BORDER_M) + wish.wall_m, _TRIES, rng)
     if rects is None:
         return None
     rects = [_on_grid(rect, wish.wall_m) for rect in rects]
     found = one_space(rects, wish.wall_m) if alone else shaped(rects, wish.corners, wish.wall_m, rng)
     return _walled(name, wish, found, rng)
-
-
-def _hub(wish: Wish) -> int | None:
-    """Return the space that most others open into, by its label: a hallway, a hall."""
-    doors = [hub_of(each[0] if each else None) for each in wish.names]
-    best = int(np.argmax(doors))
-    return best if doors[best] >= _HUB else None
 
 
 def _on_grid(rect: Rect, wall_m: float) -> Rect:

@@ -26,10 +26,8 @@ _NARROW = 2.0
 """How much it counts that a wall has no room for the narrowest door that is asked for, half as much for the widest."""
 _OF_FLUSH, _OF_FLUSH_ON_BOTH = 2, 4
 _Way: TypeAlias = tuple[tuple[int, int], tuple[float, float, float, bool]]
-HUB, RICHER = 2.4, 1.8
+HUB, RICHER = 1.3, 1.8
 """How much the label of a room, and a door that it has, speak for another door."""
-OPEN = {"Entryway": 2.0}
-"""From where people come in they go on: it has more doors than other rooms as small, and leads to the hub."""
 ENDS = {"Bathroom": 0.7, "Toilet": 0.9, "Storage": 0.8, "Wardrobe": 0.9, "Balcony": 0.8, "Garage": 0.6, "Loggia": 0.8}
 
 
@@ -72,11 +70,7 @@ def doors(
     reach = np.zeros(count)
     for one, other in ways:
         reach[[one, other]] += 1.0
-    pull = (
-        np.array([HUB * hub_of(label) + OPEN.get(label or "", 0.0) for label in labels])
-        + 0.3 * reach
-        + rng.gumbel(size=count)
-    )
+    pull = np.array([HUB * hub_of(label) for label in labels]) + 0.5 * reach + rng.gumbel(size=count)
     inside, degree = {int(np.argmax(pull))}, np.zeros(count)
     found: list[_Way] = []
     while len(inside) < count:

@@ -17,7 +17,7 @@ from pipeline.sources.homes.values import Rect
 NEAR_M = 1e-6
 MIN_SIDE_M = 0.9
 _HUB = 0.4
-"""How much it counts that the hub does not border on all others."""
+"""How much it counts that no room has a border with all others."""
 _FULL = 0.02
 """Of a box that is so nearly full, the rest are walls: houses have no recess of a few centimetres."""
 _GOOD = 0.04
@@ -26,15 +26,11 @@ _GOOD = 0.04
 
 @dataclass(frozen=True)
 class Asked:
-    """Rectangles of these areas (m2, walls included) in a box; what they leave free of it lies at its edge.
-
-    ``hub`` is the one from which most others are to be reached; None where it does not matter which.
-    """
+    """Rectangles of these areas (m2, walls included) in a box; what they leave free of it lies at its edge."""
 
     width_m: float
     height_m: float
     areas_m2: tuple[float, ...]
-    hub: int | None = None
 
     @property
     def void_m2(self) -> float:
@@ -56,7 +52,7 @@ def lay_out(asked: Asked, door_m: float, tries: int, rng: np.random.Generator) -
         doors = _doorways(rects, door_m)
         if not joined(len(rects), doors) or _encloses(rects):
             continue
-        cost += _HUB * _without_hub(len(rects), doors, asked.hub)
+        cost += _HUB * _without_hub(len(rects), doors)
         if best is None or cost < best[0]:
             best = cost, rects
         if cost < _GOOD:
@@ -182,12 +178,9 @@ def _cost(rects: list[Rect], asked: Asked) -> float:
     return float(2.0 * whole + 0.8 * each + 0.2 * narrow)
 
 
-def _without_hub(count: int, ways: list[tuple[int, int]], hub: int | None) -> float:
-    """Return the share of rectangles that do not border on the hub, or on the one with the most borders."""
-    if not ways:
-        return 0.0
-    reach = np.bincount(np.array(ways).ravel(), minlength=count)
-    return 1.0 - float(reach.max() if hub is None else reach[hub]) / (count - 1)
+def _without_hub(count: int, ways: list[tuple[int, int]]) -> float:
+    """Return the share of rectangles that do not border on the one with the most borders."""
+    return 1.0 - float(np.bincount(np.array(ways).ravel()).max()) / (count - 1) if ways else 0.0
 
 
 def _bounds(rects: list[Rect]) -> Rect:
