@@ -1,7 +1,7 @@
 """What a house is like, for telling made houses from published ones: both are looked at as published plans are.
 
-A published plan has one ring and boxes. A made one is brought to that form first (``as_published``), then rooms and
-doors of both are found from the outline, so that both are seen through the same glasses.
+A published plan has one ring of pixels and boxes. A made one is brought to that form first (``as_published``), then
+rooms and doors of both are found from the outline, so that both are seen through the same glasses.
 
 Outlines are straightened before corners are counted: published ones are contours of pictures, with steps of 1 cm along
 oblique walls.
@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 import shapely
@@ -23,9 +24,11 @@ from stats import measures
 
 RADII = ("0.10", "0.20", "0.35")
 IN_STEPS = ("door_width_m", "narrowest_m")
-LEFT_OUT = ("wall_m",)
-"""Measured for the table of statistics only: `stats` has no such measure."""
+LEFT_OUT = ("wall_m", "clear_m")
+"""Measured for the table of statistics only: `stats` has no such measures."""
+PX_PER_M, BORDER_PX = 100, 2
 STRAIGHT_M = 0.03
+JAMB_M = 0.06
 FLANK_M, BAY_M, NOTCH_M = 1.2, 4.0, 1.5
 OBLIQUE_RAD, OBLIQUE_M = np.radians(3.0), 0.3
 """A wall is oblique from this angle on; shorter pieces are what a contour of pixels leaves at corners."""
@@ -43,8 +46,18 @@ class Seen:
 
 
 def as_published(plan: FloorPlan) -> FloorPlan:
-    """Return the plan with the five published keys only: what stood free in it is lost, as it is there."""
-    return FloorPlan(plan.id, plan.verts, room_num=plan.room_num, room_category=plan.room_category)
+    """Return the plan in the published form: five keys only, the ring a contour of pixels; what stood free is lost.
+
+    Published rings are contours that OpenCV found at 100 px/m: where a wall ends they cut its corners by a pixel, and
+    oblique walls have steps. A published plan comes back as it is.
+    """
+    pixels = np.round((plan.verts - plan.verts.min(axis=0)) * PX_PER_M).astype(np.int32) + BORDER_PX
+    image = np.zeros(pixels.max(axis=0)[::-1] + 1 + BORDER_PX, dtype=np.uint8)
+    cv2.fillPoly(image, [pixels], 1)
+    found = cv2.findContours(image, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[-2]
+    ring = max(found, key=cv2.contourArea)[:, 0]
+    verts = np.round((ring - BORDER_PX) / PX_PER_M + plan.verts.min(axis=0), 2)
+    return FloorPlan(plan.id, verts, room_num=plan.room_num, room_category=plan.room_category)
 
 
 def seen(plan: FloorPlan) -> Seen:
@@ -75,6 +88,7 @@ def seen(plan: FloorPlan) -> Seen:
         "loops": [float(measures.loops(found) or 0)],
         "depth": [] if depth is None else [float(depth)],
         "wall_m": _walls_m(found),
+        "clear_m": _clear_m(found),
         **_reach(plan),
         **outline_numbers(plan),
     }
@@ -91,6 +105,21 @@ def _reach(plan: FloorPlan) -> dict[str, list[float]]:
 def _walls_m(found: FloorPlan) -> list[float]:
     """Thickness of the walls that doors go through."""
     return [shapely.Polygon(door.polygon).area / max(door.width, 0.1) for door in found.doors]
+
+
+def _clear_m(found: FloorPlan) -> list[float]:
+    """How far the jambs of each door are apart in the middle of the wall, to the centimetre.
+
+    The width of a door, as inference finds it, is up to 2 cm more where the corners of the walls' ends are cut.
+    """
+    widths = []
+    for door in found.doors:
+        ends = np.array(door.segment)
+        over = (ends[1] - ends[0]) / max(door.width, 0.1) * JAMB_M
+        sight = shapely.LineString([ends[0] - over, ends[1] + over])
+        parts = shapely.get_parts(shapely.intersection(sight, found.free_space))
+        widths.append(round(max(float(part.length) for part in parts), 2))
+    return widths
 
 
 def outline_numbers(plan: FloorPlan) -> dict[str, list[float]]:

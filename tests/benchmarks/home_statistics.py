@@ -3,7 +3,7 @@
     python -m tests.benchmarks.home_statistics plans_33717.jsonl.gz [PLANS]
 
 Of every kind of house (by its number of spaces) it keeps quantiles of each number and the correlations between them;
-of every label how often a house has it and how large its rooms are, as a share of the mean room.
+of every label how large its rooms are, as a share of the mean room; and the kinds of ``home_kinds``.
 """
 
 from __future__ import annotations
@@ -15,21 +15,23 @@ from collections import Counter, defaultdict
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 from scipy.special import ndtri
 from scipy.stats import rankdata
 
 from houseexpo.errors import PlanError
 from houseexpo.floorplan import decode
-from pipeline.sources.homes.wishes import NUMBERS, STRATA, TABLE, stratum_of
+from pipeline.sources.homes.tables import COUNTED, NUMBERS, STRATA, TABLE, stratum_of
+from tests.benchmarks.home_kinds import door_kinds, house_kinds
 from tests.benchmarks.home_measures import Seen, seen
 
 SEED = 17
-USUAL_WALL_M, USUAL_DOOR_M = 0.1, 0.75
+USUAL_WALL_M = 0.1
 """Of a house without doors."""
 SHARES = [0.001, 0.005, 0.01, *np.linspace(0.02, 0.98, 33).round(4).tolist(), 0.99, 0.995, 0.999]
-FEW, NARROWEST_M = 20, 0.5
-MAX_OF_ONE = 8
-"""A house has so many rooms of one label at most, in the table."""
+FEW = 20
+MOST_SPACES = 30
+"""Larger houses, one in a thousand, are left out."""
 
 
 def published(path: Path, count: int, *, last: bool = False) -> list[Seen]:
@@ -51,12 +53,12 @@ def published(path: Path, count: int, *, last: bool = False) -> list[Seen]:
 
 
 def numbers_of(house: Seen) -> list[float]:
-    """Return a house's numbers in the order of ``NUMBERS``."""
+    """Return a house's numbers in the order of ``COUNTED`` and ``NUMBERS``."""
     first = {name: values[0] for name, values in house.numbers.items() if values}
     spaces = first["rooms_found"]
     return [
+        spaces,
         first["rooms"],
-        first["label_boxes"],
         first["unlabelled"],
         first["area_m2"],
         first["short_side_m"] / first["long_side_m"],
@@ -64,62 +66,52 @@ def numbers_of(house: Seen) -> list[float]:
         first["corners"] - 8 * spaces + 4,
         first["oblique_share"],
         float(np.median(house.numbers["wall_m"] or [USUAL_WALL_M])),
-        *doors_of([width for width in house.numbers["door_width_m"] if width >= NARROWEST_M] or [USUAL_DOOR_M]),
         float(np.std(house.numbers["room_area_m2"]) / np.mean(house.numbers["room_area_m2"])),
         float(np.min(house.numbers["room_area_m2"]) / np.mean(house.numbers["room_area_m2"])),
     ]
 
 
-def doors_of(widths: list[float]) -> tuple[float, float, float]:
-    """Return the narrowest width, how much wider the widest is, and where the mean is between them, 0 to 1."""
-    least, range_m = min(widths), max(widths) - min(widths)
-    return least, range_m, (float(np.mean(widths)) - least) / range_m if range_m else 0.5
-
-
 def table_of(houses: list[Seen]) -> dict[str, object]:
     """Return the table's plain values."""
-    spaces = np.array([int(house.numbers["rooms_found"][0]) for house in houses])
-    counts = np.bincount(spaces, minlength=31)[:31]
-    strata = []
+    houses = [house for house in houses if house.numbers["rooms_found"][0] <= MOST_SPACES]
+    strata = np.array([stratum_of(int(house.numbers["rooms_found"][0])) for house in houses])
+    rows = np.array([numbers_of(house) for house in houses])
+    counts = Counter(
+        tuple(int(house.numbers[name][0]) for name in ("rooms_found", "rooms", "label_boxes", "unlabelled"))
+        for house in houses
+    )
+    jitter = np.random.default_rng(SEED).uniform(-1e-6, 1e-6, rows.shape)  # whole numbers have ties
+    scores = np.zeros(rows.shape)
     for k in range(len(STRATA)):
-        rows = np.array([numbers_of(h) for h, n in zip(houses, spaces, strict=True) if stratum_of(int(n)) == k])
-        jitter = np.random.default_rng(SEED).uniform(-1e-6, 1e-6, rows.shape)  # whole numbers have ties
-        scores = ndtri((rankdata(rows + jitter, axis=0) - 0.5) / len(rows))
-        strata.append(
-            {
-                "quantiles": {
-                    name: [float(f"{v:.4g}") for v in np.quantile(rows[:, i], SHARES, method="closest_observation")]
-                    for i, name in enumerate(NUMBERS)
-                },
-                "correlations": np.corrcoef(scores.T).round(3).tolist(),
-            }
-        )
+        own = strata == k
+        scores[own] = ndtri((rankdata((rows + jitter)[own], axis=0) - 0.5) / own.sum())
+    doors = door_kinds([house.numbers["clear_m"] for house in houses], strata)
     return {
         "plans": len(houses),
         "shares": SHARES,
-        "spaces": counts.tolist(),
-        "strata": strata,
-        "labels": _labels(houses),
+        "houses": sorted([*house, n] for house, n in counts.items()),
+        "strata": [_quantiles(rows[strata == k]) for k in range(len(STRATA))],
+        "kinds": house_kinds([house.labels for house in houses], scores, strata, doors.likely),
+        "door_kinds": doors.table,
+        "sides_cm": {name: _centimetres(houses, name) for name in ("long_side_m", "short_side_m")},
         "room_areas": _areas(houses),
         "hubs": _hubs(houses),
-        "door_widths_m": _widths(houses),
     }
 
 
-def _labels(houses: list[Seen]) -> dict[str, list[list[float]]]:
-    """Of every label and stratum by boxes: in what share of houses it occurs 0, 1, 2 ... times."""
-    counts: dict[str, np.ndarray] = defaultdict(lambda: np.zeros((len(STRATA), MAX_OF_ONE + 1)))
-    totals = np.zeros(len(STRATA))
-    for house in houses:
-        k = stratum_of(int(house.numbers["label_boxes"][0]))
-        totals[k] += 1
-        for label, n in house.labels.items():
-            counts[label][k, min(n, MAX_OF_ONE)] += 1
-    found = {}
-    for label, table in sorted(counts.items()):
-        table[:, 0] = totals - table[:, 1:].sum(axis=1)
-        found[label] = (table / np.maximum(totals, 1)[:, None]).round(4).tolist()
-    return found
+def _quantiles(rows: npt.NDArray[np.float64]) -> dict[str, list[float]]:
+    """Quantiles of each number of a stratum."""
+    found = np.quantile(rows, SHARES, axis=0, method="closest_observation").T
+    return {
+        name: [float(f"{value:.4g}") for value in values]
+        for name, values in zip((*COUNTED, *NUMBERS), found.tolist(), strict=True)
+    }
+
+
+def _centimetres(houses: list[Seen], name: str) -> list[list[int]]:
+    """[centimetres, how many houses], ascending: floor planners' own sizes of rooms show in the sides of houses."""
+    counts = Counter(round(house.numbers[name][0] * 100) for house in houses)
+    return [[value, n] for value, n in sorted(counts.items())]
 
 
 def _areas(houses: list[Seen]) -> dict[str, list[float]]:
@@ -148,15 +140,9 @@ def _hubs(houses: list[Seen]) -> dict[str, float]:
     return {label: round(float(np.mean(values)), 3) for label, values in sorted(beyond.items()) if len(values) > FEW}
 
 
-def _widths(houses: list[Seen]) -> dict[str, float]:
-    """Shares of the clear widths of doors, to the centimetre, without those that a robot of 0.2 m hardly passes."""
-    counts = Counter(round(w, 2) for h in houses for w in h.numbers["door_width_m"] if w >= NARROWEST_M)
-    return {f"{width:.2f}": round(n / counts.total(), 5) for width, n in sorted(counts.items())}
-
-
 def main() -> None:
     """Measure and write."""
-    path, count = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 8000
+    path, count = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 12000
     TABLE.write_text(json.dumps(table_of(published(path, count)), separators=(",", ":")) + "\n")
 
 

@@ -2,12 +2,13 @@
 
 R1  An outer corner may be cut off; a long outer wall may have a bay, or stand aslant.
 R2  Walls have pilasters, shafts stand at corners, and some walls end in a room.
-R3  Nothing comes near a door, nor shuts a way of 0.9 m.
+R3  Nothing comes near a door, nor shuts a way of 0.9 m; a few leave 0.5 m.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,8 @@ from pipeline.sources.homes.values import Door
 _CLEAR_M, _BESIDE_M = 0.45, 0.05
 _WAYS_M = (0.9, 0.5)
 """A pillar leaves the space in one piece for both: the wide way could end where a door opens into a narrow place."""
+_NARROW: Final = 0.1
+"""So many pillars leave the second way only: in some houses the narrowest place is no door."""
 _STRAIGHT_M = 0.03
 _MIN_OF_PILASTER, _CORNERS_OF_NIB = 2, 4
 _IN_CORNER, _NIBS, _REFUSED = 0.5, 0.42, (0.95, 0.75)
@@ -194,7 +197,8 @@ def _pilaster(
     rest = shapely.difference(spaces[k], pillar)
     if not isinstance(rest, shapely.Polygon) or rest.interiors or _spiked(rest):
         return spaces, 0
-    if all(isinstance(shapely.buffer(rest, -way_m / 2), shapely.Polygon) for way_m in _WAYS_M):
+    ways = _WAYS_M[1:] if rng.random() < _NARROW else _WAYS_M
+    if all(isinstance(shapely.buffer(rest, -way_m / 2), shapely.Polygon) for way_m in ways):
         more_bulges = np.subtract(_bulges(rest, around.opened), _bulges(spaces[k], around.opened)) > 0
         if (more_bulges & (rng.random(2) < _REFUSED)).any():
             return spaces, 0

@@ -13,7 +13,7 @@ from pipeline.sources.homes.fronts import front_doors
 from pipeline.sources.homes.joints import Doorways, doors
 from pipeline.sources.homes.shaping import WIDE_M, Shaped, one_space, shaped
 from pipeline.sources.homes.slicing import Asked, lay_out
-from pipeline.sources.homes.values import Door, Home, NamedBox, Wish
+from pipeline.sources.homes.values import Door, Home, NamedBox, Rect, Wish, on_grid
 from pipeline.sources.homes.wishes import draw_wish
 
 _DRAWS: Final = 12
@@ -52,8 +52,14 @@ def _made(name: str, wish: Wish, rng: np.random.Generator) -> Home | None:
     rects = lay_out(asked, (WIDE_M if alone else _BORDER_M) + wish.wall_m, _TRIES, rng)
     if rects is None:
         return None
+    rects = [_on_grid(rect, wish.wall_m) for rect in rects]
     found = one_space(rects, wish.wall_m) if alone else shaped(rects, wish.corners, wish.wall_m, rng)
     return _walled(name, wish, found, rng)
+
+
+def _on_grid(rect: Rect, wall_m: float) -> Rect:
+    x1, y1, x2, y2 = (on_grid(value, wall_m) for value in rect)
+    return x1, y1, x2, y2
 
 
 def _walled(name: str, wish: Wish, found: Shaped, rng: np.random.Generator) -> Home | None:
@@ -81,7 +87,8 @@ def _walled(name: str, wish: Wish, found: Shaped, rng: np.random.Generator) -> H
 def _passable(spaces: list[shapely.Polygon], ways: tuple[Door, ...]) -> bool:
     """Whether a robot gets everywhere, in each space and through all doors."""
     free = shapely.union_all([*spaces, *(shapely.box(*way.rect) for way in ways)], grid_size=1e-4)
-    return all(isinstance(each, shapely.Polygon) for each in shapely.buffer([*spaces, free], -_ROBOT_M))
+    places = shapely.buffer([*spaces, free], -_ROBOT_M)
+    return all(isinstance(place, shapely.Polygon) and not place.is_empty for place in places)
 
 
 def _boxes(wish: Wish, spaces: list[shapely.Polygon], rng: np.random.Generator) -> tuple[NamedBox, ...]:

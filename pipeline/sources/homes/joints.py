@@ -12,20 +12,21 @@ from typing import TypeAlias
 import numpy as np
 
 from pipeline.sources.homes.slicing import NEAR_M, borders
-from pipeline.sources.homes.values import DoorWish, Rect
-from pipeline.sources.homes.widths import door_widths
-from pipeline.sources.homes.wishes import MIN_DOOR_M, hub_of
+from pipeline.sources.homes.values import Rect
+from pipeline.sources.homes.wishes import hub_of
 
 CORNER_M = 0.06
 """A door's jamb stands so far from a wall's face, or is flush with it."""
 BORDER_M = 0.72
 """The least clear width that a border must have to take a door."""
+MIN_DOOR_M = 0.5
+"""No door is narrower: a robot of 0.2 m passes each with some room to spare."""
 _AT_CORNER, _IN_MIDDLE = 0.1, 0.25
 _NARROW = 2.0
 """How much it counts that a wall has no room for the narrowest door that is asked for, half as much for the widest."""
 _OF_FLUSH, _OF_FLUSH_ON_BOTH = 2, 4
 _Way: TypeAlias = tuple[tuple[int, int], tuple[float, float, float, bool]]
-HUB, RICHER = 1.3, 1.6
+HUB, RICHER = 1.3, 1.8
 """How much the label of a room, and a door that it has, speak for another door."""
 ENDS = {"Bathroom": 0.7, "Toilet": 0.9, "Storage": 0.8, "Wardrobe": 0.9, "Balcony": 0.8, "Garage": 0.6, "Loggia": 0.8}
 
@@ -40,9 +41,12 @@ class Joint:
 
 @dataclass(frozen=True)
 class Doorways:
-    """What is asked of the doors; ``fewer`` corners than four a door where a jamb is flush with a room's side."""
+    """What is asked of the doors: their widths, ascending.
 
-    widths: DoorWish
+    ``fewer`` are corners less than four a door where a jamb is flush with a room's side.
+    """
+
+    widths: tuple[float, ...]
     fewer: int
     wall_m: float
 
@@ -88,9 +92,9 @@ def doors(
     return _placed(found, rects, asked, rng)
 
 
-def _lacking(clear_m: float, widths: DoorWish) -> float:
+def _lacking(clear_m: float, widths: tuple[float, ...]) -> float:
     """Return how unfit a border is for the doors that are asked for."""
-    return float(clear_m < widths.least_m) + 0.5 * float(clear_m < widths.least_m + widths.range_m)
+    return float(clear_m < widths[0]) + 0.5 * float(clear_m < widths[-1])
 
 
 def _clear(at: tuple[float, float, float, bool], wall_m: float) -> float:
@@ -101,11 +105,11 @@ def _clear(at: tuple[float, float, float, bool], wall_m: float) -> float:
 def _placed(ways: list[_Way], rects: list[Rect], asked: Doorways, rng: np.random.Generator) -> list[Joint]:
     """Deal the widths to the borders, the widest door first, and place each; some jambs are flush with a side wall."""
     widths: dict[int, float] = {}
-    for width in door_widths(len(ways), asked.widths, rng)[::-1]:
+    for width in asked.widths[::-1]:
         left = [k for k in range(len(ways)) if k not in widths]
         fit = [k for k in left if _clear(ways[k][1], asked.wall_m) >= width]
         k = fit[int(rng.integers(len(fit)))] if fit else max(left, key=lambda k: _clear(ways[k][1], asked.wall_m))
-        widths[k] = max(min(width, _clear(ways[k][1], asked.wall_m)), MIN_DOOR_M)
+        widths[k] = width if fit else _instead(_clear(ways[k][1], asked.wall_m), asked.widths)
     found, fewer = [], asked.fewer
     for k in range(len(ways)):
         pair, (line, start, end, upright) = ways[k]
@@ -117,8 +121,14 @@ def _placed(ways: list[_Way], rects: list[Rect], asked: Doorways, rng: np.random
         else:
             low, high = low + CORNER_M, high - CORNER_M
             at = low + (high - low - widths[k]) * _place(rng)
+        at = round(at, 2)
         found.append(Joint(pair, across(line, at, at + widths[k], asked.wall_m, upright=upright)))
     return found
+
+
+def _instead(clear_m: float, widths: tuple[float, ...]) -> float:
+    """Return what stands where no door fits that is left: the widest one of the home's that does, or a narrower one."""
+    return max((width for width in widths if width <= clear_m), default=max(round(clear_m, 2), MIN_DOOR_M))
 
 
 def _aligned(rects: list[Rect], pair: tuple[int, int], upright: bool, first: bool) -> bool:

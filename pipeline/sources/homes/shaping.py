@@ -11,7 +11,7 @@ import numpy as np
 
 from pipeline.sources.homes.joints import Joint, across
 from pipeline.sources.homes.slicing import NEAR_M, borders
-from pipeline.sources.homes.values import Rect
+from pipeline.sources.homes.values import Rect, on_grid
 
 _CORNERS_OF_L, _CORNERS_OF_STUB = 2, 4
 _SHARE_OF_L, _SPENT = 0.6, (0.7, 1.0)
@@ -76,6 +76,7 @@ def _bend(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
             continue
         left, low = rng.random() < 0.5, rng.random() < 0.5
         cut_x, cut_y = (x1 + width if left else x2 - width), (y1 + height if low else y2 - height)
+        cut_x, cut_y = on_grid(cut_x, wall_m), on_grid(cut_y, wall_m)
         found.rects[small] = _rect(x1 if left else x2, y1 if low else y2, cut_x, cut_y)
         found.rects[large] = _rect(x1 if left else x2, y2 if low else y1, cut_x, cut_y)
         found.rects.append(_rect(x2 if left else x1, y1, cut_x, y2))
@@ -98,13 +99,14 @@ def _stub(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
     x1, y1, x2, y2 = found.rects[k]
     upright, share = bool(rng.random() < 0.5), float(rng.uniform(0.25, 0.75))
     line, low, high = (x1 + (x2 - x1) * share, y1, y2) if upright else (y1 + (y2 - y1) * share, x1, x2)
+    line = on_grid(line, wall_m)
     halves = ((x1, y1, line, y2), (line, y1, x2, y2)) if upright else ((x1, y1, x2, line), (x1, line, x2, y2))
     if min(min(_size(half)) for half in halves) < WIDE_M / 2:
         return False
     found.rects[k] = halves[0]
     found.rects.append(halves[1])
     found.space_of.append(found.space_of[k])
-    stub = float(rng.uniform(0.3, high - low - wall_m - WIDE_M))
+    stub = round(float(rng.uniform(0.3, high - low - wall_m - WIDE_M)), 2)
     low, high = low + wall_m / 2, high - wall_m / 2
     low, high = (low + stub, high) if rng.random() < 0.5 else (low, high - stub)
     found.gaps.append(Joint((k, len(found.rects) - 1), across(line, low, high, wall_m, upright=upright)))

@@ -18,6 +18,8 @@ NEAR_M = 1e-6
 MIN_SIDE_M = 0.9
 _HUB = 0.4
 """How much it counts that no room has a border with all others."""
+_FULL = 0.02
+"""Of a box that is so nearly full, the rest are walls: houses have no recess of a few centimetres."""
 _GOOD = 0.04
 """A layout this near to what is asked is taken at once."""
 
@@ -92,7 +94,7 @@ def _attempt(asked: Asked, rng: np.random.Generator) -> list[Rect]:
     blocks = share if n == 1 else share * float(rng.uniform(0.3, 1.0)) if n_voids else 0.0
     cuts = rng.dirichlet(np.full(n_voids, 1.5)) * blocks if n_voids else np.zeros(0)
     pulls = np.zeros(n)
-    if share - cuts.sum() > 1e-3:
+    if share - cuts.sum() > _FULL:
         chosen = rng.random(n) < rng.uniform(0.25, 0.8)
         chosen[int(rng.integers(n))] = True
         pulls = chosen * rng.uniform(0.2, 1.0, n) * np.array(asked.areas_m2)

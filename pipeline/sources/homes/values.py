@@ -14,16 +14,12 @@ Rect: TypeAlias = tuple[float, float, float, float]
 """x1, y1, x2, y2."""
 
 
-@dataclass(frozen=True)
-class DoorWish:
-    """Clear widths of the doors of one home, metres: the narrowest, and how much wider the widest is.
+def on_grid(value_m: float, wall_m: float) -> float:
+    """Return where the centre line of a wall is when its faces lie on the 1 cm grid of plans, or a line as it is asked.
 
-    ``share`` is where their mean is between the two, 0 to 1.
+    Widths then come out of the pipeline as they were made.
     """
-
-    least_m: float
-    range_m: float
-    share: float
+    return round(value_m - wall_m / 2, 2) + wall_m / 2
 
 
 @dataclass(frozen=True)
@@ -33,7 +29,8 @@ class Wish:
     ``spaces`` are what walls and doors part; ``rooms`` are counted by name and may share a space, ``labels`` name
     them. ``nameless`` spaces carry no label. ``corners`` are those beyond four a space and four a door, fewer
     where walls run on past a door; ``oblique`` is the share of the walls' length that is not axis-parallel. ``areas``
-    are those of the spaces, ``names`` their labels, the first one being what the space is.
+    are those of the spaces, ``names`` their labels, the first one being what the space is. ``doors`` are clear widths,
+    metres, ascending.
     """
 
     spaces: int
@@ -44,7 +41,7 @@ class Wish:
     corners: int
     oblique: float
     wall_m: float
-    doors: DoorWish
+    doors: tuple[float, ...]
     names: tuple[tuple[str, ...], ...]
     areas_m2: tuple[float, ...]
 

@@ -1,103 +1,53 @@
-"""What is asked of a home: numbers drawn together from the distributions of published plans.
+"""What is asked of a home: numbers, labels and doors drawn together from the distributions of published plans.
 
-``published.json`` holds quantiles and correlations (``tests/benchmarks/home_statistics.py`` writes it), no plan. Of a
-stratum, houses with about so many spaces, numbers that go together are drawn through normal scores: correlated normal
-numbers, each taken to the quantile at its share (a Gaussian copula).
+``kinds.py`` draws them; here sides and areas of rooms are made of them.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
-from functools import cache
-from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-import numpy.typing as npt
-from scipy.special import ndtr
 
-from pipeline.sources.homes.values import DoorWish, Wish
+from pipeline.sources.homes.kinds import draw_house
+from pipeline.sources.homes.tables import table
+from pipeline.sources.homes.values import Wish
 
-TABLE: Final = Path(__file__).with_name("published.json")
-NUMBERS: Final = (
-    *("rooms", "boxes", "nameless", "area_m2", "aspect", "extent", "corners", "oblique", "wall_m"),
-    *("door_least_m", "door_range_m", "door_share", "unevenness", "least_room"),
-)
-STRATA: Final = (1, 2, 3, 4, 5, 6, 7, 9, 12)
-"""The least number of spaces of each stratum."""
 NAMELESS: Final = "Unlabelled"
-_DRAWS: Final = 12
 _CALM_TO_WILD: Final = (0.4, 1.1)
-_AREA_DRAWS, _OF_MIN = 24, 0.25
-_LARGEST, _MIN_GIVE, _HALVINGS = 1.5, 20.0, 40
+_AREA_DRAWS, _OF_MIN, _OF_SPREAD = 32, 0.5, 0.1
+_LAID_OUT: Final = 0.97
+"""Of the unevenness that is asked for; rooms differ from what they are asked to be, which adds the rest."""
+_MOST_SPREAD, _HALVINGS = 4.0, 16
+_NEAR_M: Final = 0.12
+_SMALLEST_M2: Final = 1.0
 _WALLS_M: Final = (0.05, 0.4)
-MIN_DOOR_M: Final = 0.5
-"""No door is narrower: a robot of 0.2 m passes each with some room to spare."""
-
-
-def stratum_of(spaces: int) -> int:
-    """Return the index of the stratum that holds houses of so many spaces."""
-    return int(np.searchsorted(STRATA, max(spaces, 1), side="right")) - 1
-
-
-@cache
-def table() -> dict[str, Any]:
-    """Return the published distributions."""
-    found: dict[str, Any] = json.loads(TABLE.read_text(encoding="utf-8"))
-    for stratum in found["strata"]:
-        stratum["root"] = _root(np.array(stratum["correlations"]))
-    return found
-
-
-@cache
-def table_digest() -> str:
-    """Return what stands for the table in what a build depends on."""
-    return hashlib.sha256(TABLE.read_bytes()).hexdigest()[:16]
 
 
 def draw_wish(rng: np.random.Generator) -> Wish:
     """Draw what is asked of one home."""
-    counts = np.array(table()["spaces"], dtype=np.float64)
-    spaces = int(rng.choice(len(counts), p=counts / counts.sum()))
-    drawn = _drawn(spaces, rng)
-    rooms, boxes = max(round(drawn["rooms"]), 1), max(round(drawn["boxes"]), 0)
-    nameless = min(max(round(drawn["nameless"]), 0), spaces)
-    if boxes == 0:
-        nameless = spaces
-    nameless = max(nameless, spaces - boxes)
+    house = draw_house(rng)
+    drawn, spaces = house.numbers, house.spaces
+    nameless = min(house.nameless, spaces) if house.labels else spaces
+    nameless = max(nameless, spaces - len(house.labels))
     long = float(np.sqrt(drawn["area_m2"] / (drawn["aspect"] * drawn["extent"])))
-    least = max(drawn["door_least_m"], MIN_DOOR_M)
-    names = _dealt(draw_labels(boxes, rng), spaces, nameless, rng)
+    short = _side("short_side_m", long * drawn["aspect"], rng)
+    long = max(_side("long_side_m", long, rng), short)
+    area = long * short * drawn["extent"]
+    names = _dealt(list(house.labels), spaces, nameless, rng)
     return Wish(
         spaces=spaces,
-        rooms=rooms,
-        area_m2=drawn["area_m2"],
+        rooms=max(house.rooms, 1),
+        area_m2=area,
         long_m=long,
-        short_m=long * drawn["aspect"],
+        short_m=short,
         corners=round(drawn["corners"]),
         oblique=drawn["oblique"],
         wall_m=round(float(np.clip(drawn["wall_m"], *_WALLS_M)), 2),
-        doors=DoorWish(least, max(drawn["door_range_m"], 0.0), float(np.clip(drawn["door_share"], 0.0, 1.0))),
+        doors=house.doors,
         names=names,
-        areas_m2=_areas(names, drawn["area_m2"], (drawn["unevenness"], drawn["least_room"]), rng),
+        areas_m2=_areas(names, area, (_LAID_OUT * drawn["unevenness"], drawn["least_room"]), rng),
     )
-
-
-def draw_labels(boxes: int, rng: np.random.Generator) -> list[str]:
-    """Draw the labels of a house: how often each occurs, then some more or fewer until there are ``boxes``."""
-    k = stratum_of(boxes)
-    shares = {label: np.array(rows[k]) for label, rows in table()["labels"].items()}
-    sums = np.cumsum([p / p.sum() for p in shares.values()], axis=1)
-    draws = (rng.random((_DRAWS, len(sums), 1)) > sums[None]).sum(axis=2)
-    nearest = draws[int(np.argmin(np.abs(draws.sum(axis=1) - boxes)))]
-    labels = [label for label, n in zip(shares, nearest.tolist(), strict=True) for _ in range(n)]
-    labels = [labels[i] for i in rng.permutation(len(labels))]
-    means = np.array([p @ np.arange(len(p)) for p in shares.values()])
-    words = list(shares)
-    while len(labels) < boxes:
-        labels.append(words[int(rng.choice(len(words), p=means / means.sum()))])
-    return labels[:boxes]
 
 
 def hub_of(label: str | None) -> float:
@@ -105,14 +55,11 @@ def hub_of(label: str | None) -> float:
     return float(table()["hubs"].get(label or NAMELESS, 0.0))
 
 
-def _drawn(spaces: int, rng: np.random.Generator) -> dict[str, float]:
-    """Draw the numbers of a house together."""
-    stratum, shares = table()["strata"][stratum_of(spaces)], table()["shares"]
-    scores = stratum["root"] @ rng.standard_normal(len(NUMBERS))
-    return {
-        name: float(np.interp(ndtr(score), shares, stratum["quantiles"][name]))
-        for name, score in zip(NUMBERS, scores.tolist(), strict=True)
-    }
+def _side(name: str, near_m: float, rng: np.random.Generator) -> float:
+    """Draw a side that houses have, near a length: rooms of floor planners begin as 5 m by 5 m, and walls snap."""
+    known, counts = np.array(table()["sides_cm"][name]).T
+    shares = counts * np.exp(-0.5 * ((known / 100 - near_m) / _NEAR_M) ** 2)
+    return float(rng.choice(known, p=shares / shares.sum())) / 100 if shares.sum() > 0 else round(near_m, 2)
 
 
 def _dealt(labels: list[str], spaces: int, nameless: int, rng: np.random.Generator) -> tuple[tuple[str, ...], ...]:
@@ -127,29 +74,27 @@ def _dealt(labels: list[str], spaces: int, nameless: int, rng: np.random.Generat
 def _areas(
     names: tuple[tuple[str, ...], ...], total_m2: float, asked: tuple[float, float], rng: np.random.Generator
 ) -> tuple[float, ...]:
-    """Draw the areas of the spaces, by label; large ones that vary much give and take what the whole asks.
+    """Draw the areas of the spaces, by label, as uneven as is asked.
 
-    Of several draws, calm and wild ones, the one is taken that is nearest to what is ``asked``: the deviation of the
-    areas and the least of them, both over their mean.
+    ``asked`` is the deviation of the areas and the least of them, both over their mean. Each of several draws is spread
+    until its deviation is that; the one is taken whose least area is nearest.
     """
     known = table()["room_areas"]
     rows = np.array([known.get(each[0] if each else NAMELESS, (0.0, 1.0, 0.6)) for each in names])
-    spread = rows[:, 2] * rng.uniform(*_CALM_TO_WILD, (_AREA_DRAWS, 1))
-    logs = rows[:, 0] + rows[:, 1] * np.log(total_m2 / len(names)) + spread * rng.standard_normal(spread.shape)
-    give = spread**2 * np.exp(np.clip(logs - logs.mean(axis=1, keepdims=True), -_LARGEST, _LARGEST))
-    low, high = np.full((_AREA_DRAWS, 1), -_MIN_GIVE), np.full((_AREA_DRAWS, 1), _MIN_GIVE)
+    logs = rows[:, 0] + rows[:, 1] * np.log(total_m2 / len(names))
+    logs = logs + rows[:, 2] * rng.uniform(*_CALM_TO_WILD, (_AREA_DRAWS, 1)) * rng.standard_normal(
+        (_AREA_DRAWS, len(names))
+    )
+    logs -= logs.max(axis=1, keepdims=True)
+    low, high = np.zeros((_AREA_DRAWS, 1)), np.full((_AREA_DRAWS, 1), _MOST_SPREAD)
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
-        over = np.exp(logs + middle * give).sum(axis=1, keepdims=True) > total_m2
-        low, high = np.where(over, low, middle), np.where(over, middle, high)
-    areas = np.exp(logs + low * give)
+        areas = np.exp(middle * logs)
+        calm = areas.std(axis=1, keepdims=True) < asked[0] * areas.mean(axis=1, keepdims=True)
+        low, high = np.where(calm, middle, low), np.where(calm, high, middle)
+    areas = np.exp(low * logs)
     areas /= areas.mean(axis=1, keepdims=True)
     off = np.abs(areas.std(axis=1) - asked[0]) + np.abs(np.log(areas.min(axis=1) / asked[1])) * _OF_MIN
-    found = areas[int(np.argmin(off))]
+    off += np.abs(np.log(np.maximum(low[:, 0], 0.05))) * _OF_SPREAD
+    found = np.maximum(areas[int(np.argmin(off))], _SMALLEST_M2 * len(names) / total_m2)
     return tuple((found / found.sum() * total_m2).tolist())
-
-
-def _root(correlations: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return a matrix whose square (with its transpose) is the correlations, the nearest valid ones."""
-    values, vectors = np.linalg.eigh(np.nan_to_num(correlations))
-    return np.asarray(vectors * np.sqrt(np.clip(values, 0.0, None)))

@@ -19,12 +19,13 @@ from pipeline.sources.homes.details import Details, detailed
 from pipeline.sources.homes.fronts import front_doors
 from pipeline.sources.homes.house import home_id, make_home
 from pipeline.sources.homes.joints import Doorways, doors
+from pipeline.sources.homes.kinds import draw_house
 from pipeline.sources.homes.level import digest, level_of
 from pipeline.sources.homes.shaping import one_space, shaped
 from pipeline.sources.homes.slicing import Asked, borders, joined, lay_out
-from pipeline.sources.homes.values import Door, DoorWish, Home
-from pipeline.sources.homes.widths import door_widths
-from pipeline.sources.homes.wishes import NUMBERS, STRATA, TABLE, draw_labels, draw_wish, stratum_of
+from pipeline.sources.homes.tables import COUNTED, NUMBERS, STRATA, TABLE, stratum_of
+from pipeline.sources.homes.values import Door, Home, Wish, on_grid
+from pipeline.sources.homes.wishes import draw_wish
 
 SEED, COUNT = 11, 40
 
@@ -74,16 +75,18 @@ def test_labels_are_those_of_the_data_set(homes: list[Home]) -> None:
 
 
 def test_the_pipeline_reads_what_was_made(homes: list[Home]) -> None:
-    entrances = 0
-    for home in homes[:4]:
+    entrances, nooks = 0, 0  # behind a narrow place of a space the pipeline sees a room
+    for home in homes[:6]:
         (plan,) = plan_level(level_of(home), PipelineConfig(), np.random.default_rng(0))
         assert isinstance(plan, FloorPlan)
         assert plan.area == pytest.approx(free(home).area, rel=0.01)
-        assert len(plan.rooms) == len(home.spaces)
+        nooks += len(plan.rooms) - len(home.spaces)
+        assert len([door for door in plan.doors if door.kind == "door"]) >= len(home.doors)
         assert plan.room_num == home.room_count
         entrances += sum(door.kind == "entrance" for door in plan.doors)
         assert plan.navigability["0.20"].components == 1
-    assert entrances >= 3
+    assert entrances >= 5
+    assert 0 <= nooks <= 1
 
 
 def test_the_source_says_which_style() -> None:
@@ -119,6 +122,12 @@ def test_what_is_not_house_lies_at_the_edge() -> None:
         assert shapely.bounds(whole).tolist() == pytest.approx([0.0, 0.0, 10.0, 10.0])
 
 
+def test_a_box_that_is_nearly_full_has_no_recess_of_centimetres() -> None:
+    rects = lay_out(Asked(8.0, 6.0, (20.0, 16.0, 8.0, 3.5)), 0.9, 40, np.random.default_rng(3))
+    assert rects is not None
+    assert sum((x2 - x1) * (y2 - y1) for x1, y1, x2, y2 in rects) == pytest.approx(48.0)
+
+
 def test_borders_of_rectangles() -> None:
     rects = [(0.0, 0.0, 2.0, 2.0), (2.0, 1.0, 4.0, 3.0), (0.0, 2.0, 2.0, 3.0)]
     assert borders(rects) == {
@@ -136,7 +145,7 @@ def test_a_room_goes_round_a_smaller_one_and_keeps_its_area() -> None:
     areas = [
         sum(shapely.box(*r).area for r, k in zip(found.rects, found.space_of, strict=True) if k == s) for s in (0, 1)
     ]
-    assert areas == pytest.approx([10.0, 30.0])
+    assert areas == pytest.approx([10.0, 30.0], rel=0.01)  # walls stand on the grid
     assert found.space_of == [0, 1, 1]
     assert len(found.gaps) == 1
 
@@ -150,7 +159,7 @@ def test_no_wall_reaches_into_a_small_room() -> None:
     assert shaped([(0.0, 0.0, 3.0, 2.9)], 8, 0.1, np.random.default_rng(0)).gaps == []
 
 
-DOORWAYS = Doorways(DoorWish(0.8, 0.0, 0.5), 0, 0.1)
+DOORWAYS = Doorways((0.8,), 0, 0.1)
 
 
 def test_rooms_that_share_too_little_wall_are_not_joined() -> None:
@@ -172,14 +181,12 @@ def test_a_side_wall_runs_on_past_a_door_where_fewer_corners_are_asked_for() -> 
     assert min(low - 0.05, 3.95 - high) == pytest.approx(0.0)
 
 
-def test_widths_of_doors_are_those_that_are_asked_for() -> None:
-    rng = np.random.default_rng(2)
-    assert door_widths(0, DOORWAYS.widths, rng) == []
-    assert door_widths(1, DoorWish(0.75, 0.5, 0.5), rng) == [0.75]
-    assert door_widths(4, DoorWish(0.75, 0.02, 0.5), rng)[::3] == pytest.approx([0.75, 0.77])
-    means = [np.mean(door_widths(9, DoorWish(0.75, 1.1, share), rng)) for share in (0.1, 0.3, 0.6)]
-    assert means == sorted(means)
-    assert means == pytest.approx([0.86, 1.08, 1.41], abs=0.1)
+def test_where_no_door_fits_another_of_the_home_does_or_a_narrower_one() -> None:
+    rects = [(0.0, 0.0, 4.0, 4.0), (4.0, 3.0, 8.0, 8.0), (8.0, 3.0, 12.0, 8.0)]  # the first border takes 0.78 m
+    for widths, expected in (((0.74, 1.84), [0.74, 1.84]), ((1.2, 1.84), [0.78, 1.84])):
+        found = doors(rects, [0, 1, 2], [None] * 3, Doorways(widths, 0, 0.1), np.random.default_rng(0))
+        assert found is not None
+        assert sorted(joint.gap[3] - joint.gap[1] for joint in found) == pytest.approx(expected)
 
 
 def test_a_house_of_one_room_is_joined_by_whole_borders() -> None:
@@ -191,8 +198,11 @@ def test_a_house_of_one_room_is_joined_by_whole_borders() -> None:
 def test_details_give_the_corners_that_are_asked_for() -> None:
     room = shapely.box(0.0, 0.0, 9.0, 7.0)
     for corners in (0, 4, 7, 12):
-        ((space,),) = (detailed([room], (), Details(corners, 0.0, 0.1), np.random.default_rng(5)),)
-        assert shapely.get_num_coordinates(shapely.simplify(space, 0.03)) - 1 == pytest.approx(4 + corners, abs=1)
+        found = []
+        for seed in range(8):
+            ((space,),) = (detailed([room], (), Details(corners, 0.0, 0.1), np.random.default_rng(seed)),)
+            found.append(shapely.get_num_coordinates(shapely.simplify(space, 0.03)) - 5)
+        assert np.median(found) == pytest.approx(corners, abs=0.5)
 
 
 def test_what_stands_in_a_room_leaves_the_way_to_its_door() -> None:
@@ -220,9 +230,56 @@ def test_a_wish_is_drawn_from_the_published_statistics() -> None:
     assert all(sum(wish.areas_m2) == pytest.approx(wish.area_m2) for wish in wishes)
 
 
-def test_as_many_labels_are_drawn_as_are_asked_for() -> None:
+@pytest.fixture(scope="module")
+def wishes() -> list[Wish]:
+    rng = np.random.default_rng(3)
+    return [draw_wish(rng) for _ in range(1000)]
+
+
+def test_a_wish_has_one_door_less_than_spaces_and_no_more_names_than_labels(wishes: list[Wish]) -> None:
+    for wish in wishes:
+        assert len(wish.doors) == wish.spaces - 1
+        assert len(wish.names) == len(wish.areas_m2) == wish.spaces
+        assert list(wish.doors) == sorted(wish.doors)
+        assert min(wish.doors, default=1.0) >= 0.5
+        assert min(wish.areas_m2) > 0.9
+
+
+def test_doors_of_a_home_are_of_few_makes(wishes: list[Wish]) -> None:
+    five = [wish.doors for wish in wishes if len(wish.doors) == 5]
+    assert 2.0 < np.mean([len(set(doors)) for doors in five]) < 3.4
+    every = np.array([width for wish in wishes for width in wish.doors])
+    assert np.isin(every, (0.74, 1.0, 0.98, 1.2, 1.84)).mean() == pytest.approx(0.68, abs=0.06)
+
+
+def test_labels_that_go_together_are_drawn_together(wishes: list[Wish]) -> None:
+    labels = [{label for names in wish.names for label in names} for wish in wishes]
+    hallway = [house for house in labels if "Hallway" in house]
+    assert len(hallway) > 60
+    with_hallway = np.mean(["Child_Room" in house for house in hallway])
+    without = np.mean(["Child_Room" in house for house in labels if "Hallway" not in house])
+    assert with_hallway > 2 * without
+
+
+def test_as_many_labels_are_drawn_as_go_with_the_spaces() -> None:
     rng = np.random.default_rng(1)
-    assert [len(draw_labels(n, rng)) for n in (0, 1, 5, 20)] == [0, 1, 5, 20]
+    known = {tuple(row[:-1]) for row in json.loads(TABLE.read_text())["houses"]}
+    for _ in range(200):
+        house = draw_house(rng)
+        assert (house.spaces, house.rooms, len(house.labels), house.nameless) in known
+
+
+def test_faces_of_walls_lie_on_the_grid_of_plans(homes: list[Home]) -> None:
+    assert on_grid(3.0, 0.11) - 0.055 == pytest.approx(round(on_grid(3.0, 0.11) - 0.055, 2))
+    for home in homes:
+        jambs = np.array(
+            [door.rect[1::2] if door.rect[3] - door.rect[1] > 0.45 else door.rect[::2] for door in home.doors]
+        )
+        assert np.allclose(np.diff(jambs), np.diff(jambs).round(2), atol=1e-6)
+
+
+def test_a_robot_finds_a_place_in_each_space(homes: list[Home]) -> None:
+    assert all(shapely.buffer(space, -0.22).area > 0 for home in homes for space in home.spaces)
 
 
 def test_strata() -> None:
@@ -231,9 +288,9 @@ def test_strata() -> None:
 
 def test_the_table_holds_distributions_and_no_plan() -> None:
     table = json.loads(TABLE.read_text())
-    assert set(table) == {"plans", "shares", "spaces", "strata", "labels", "room_areas", "hubs", "door_widths_m"}
+    keys = {"plans", "shares", "houses", "strata", "kinds", "door_kinds", "sides_cm", "room_areas", "hubs"}
+    assert set(table) == keys
     assert len(table["strata"]) == len(STRATA)
     for stratum in table["strata"]:
-        assert set(stratum) == {"quantiles", "correlations"}
-        assert set(stratum["quantiles"]) == set(NUMBERS)
-        assert all(len(values) == len(table["shares"]) for values in stratum["quantiles"].values())
+        assert set(stratum) == {*COUNTED, *NUMBERS}
+        assert all(len(values) == len(table["shares"]) for values in stratum.values())
