@@ -60,14 +60,7 @@ def connect(
     ``least_m2`` is the threshold of the cells, below which a pocket is filled instead; ``evidence`` tells where doors
     may be.
     """
-    pieces = standing_pieces(floor_of(spaces), config.robot_radius_m)
-    if not pieces:
-        raise Rejection(
-            "connectivity",
-            Reason.NO_ROOM_FITS,
-            f"a robot of radius {config.robot_radius_m} m can stand nowhere in {len(spaces.rooms)} rooms",
-            "give a smaller robot_radius_m, or check the units",
-        )
+    pieces = _standing(floor_of(spaces), spaces, config.robot_radius_m)
     if len(pieces) == 1:
         return spaces
     spaces = _without_pockets(spaces, pieces, config.robot_radius_m, least_m2)
@@ -75,7 +68,7 @@ def connect(
     notes = {"cuts": 0, "left_out": 0}
     for _ in range(2 * len(pieces) + 8):
         floor = floor_of(spaces)
-        pieces = standing_pieces(floor, config.robot_radius_m)
+        pieces = _standing(floor, spaces, config.robot_radius_m)
         if len(pieces) == 1:
             break
         if points is None:
@@ -92,6 +85,19 @@ def connect(
         spaces = replace(_with_cut(spaces, cut, why), joined=(*spaces.joined, joined))
         notes["cuts"] += 1
     return replace(spaces, notes={**spaces.notes, **{name: count for name, count in notes.items() if count}})
+
+
+def _standing(floor: BaseGeometry, spaces: Spaces, radius_m: float) -> list[Polygon]:
+    """Return where the disc can stand; raises Rejection where that is nowhere, perhaps since a pocket was filled."""
+    pieces = standing_pieces(floor, radius_m)
+    if not pieces:
+        raise Rejection(
+            "connectivity",
+            Reason.NO_ROOM_FITS,
+            f"a robot of radius {radius_m} m can stand nowhere in {len(spaces.rooms)} rooms",
+            "give a smaller robot_radius_m, or check the units",
+        )
+    return pieces
 
 
 def _without_part(spaces: Spaces, pieces: list[Polygon], radius_m: float) -> Spaces:

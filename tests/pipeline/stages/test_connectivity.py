@@ -186,6 +186,14 @@ def test_rooms_too_small_for_a_robot_are_rejected() -> None:
     assert (caught.value.stage, caught.value.reason) == ("connectivity", Reason.NO_ROOM_FITS)
 
 
+def test_rooms_in_which_nothing_is_left_to_stand_are_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where the last piece is a few square centimetres, and goes with a pocket beside it."""
+    bare = replace(before(two_rooms()), rooms=(shapely.box(0, 0, 0.3, 4), shapely.box(5, 0, 5.3, 4)))
+    monkeypatch.setattr("pipeline.stages.connectivity._without_pockets", lambda *_: bare)
+    with pytest.raises(Rejection, match="can stand nowhere in 2 rooms"):
+        connected(before(two_rooms()))
+
+
 def test_a_seed_gives_the_same_cuts() -> None:
     first, second = (connected(before(three_rooms()), seed=9) for _ in range(2))
     for one, other in zip(first.passages, second.passages, strict=True):
