@@ -28,6 +28,8 @@ _OF_FLUSH, _OF_FLUSH_ON_BOTH = 2, 4
 _Way: TypeAlias = tuple[tuple[int, int], tuple[float, float, float, bool]]
 HUB, RICHER = 1.3, 1.8
 """How much the label of a room, and a door that it has, speak for another door."""
+ENTRANCE, ENTERED = "Entryway", 1.1
+"""How much more than its doors that label speaks for another one: rooms lie round the one that is entered."""
 ENDS = {"Bathroom": 0.7, "Toilet": 0.9, "Storage": 0.8, "Wardrobe": 0.9, "Balcony": 0.8, "Garage": 0.6, "Loggia": 0.8}
 
 
@@ -70,7 +72,8 @@ def doors(
     reach = np.zeros(count)
     for one, other in ways:
         reach[[one, other]] += 1.0
-    pull = np.array([HUB * hub_of(label) for label in labels]) + 0.5 * reach + rng.gumbel(size=count)
+    pull = np.array([HUB * hub_of(label) + ENTERED * (label == ENTRANCE) for label in labels])
+    pull += 0.5 * reach + rng.gumbel(size=count)
     inside, degree = {int(np.argmax(pull))}, np.zeros(count)
     found: list[_Way] = []
     while len(inside) < count:

@@ -140,7 +140,6 @@ def _kinds() -> _Kinds:
     inverse = np.linalg.inv(covariance[:, :n, :n])
     gives = covariance[:, n:, :n] @ inverse
     left = covariance[:, n:, n:] - gives @ covariance[:, :n, n:]
-    values, vectors = np.linalg.eigh(left)
     return _Kinds(
         words=words,
         of_stratum=_as_shares(known["of_stratum"]),
@@ -151,7 +150,7 @@ def _kinds() -> _Kinds:
         inverse=inverse,
         log_det=np.linalg.slogdet(covariance[:, :n, :n])[1],
         gives=gives,
-        root=vectors * np.sqrt(np.clip(values, 0.0, None))[:, None, :],
+        root=np.linalg.cholesky(left),  # there is one only, whatever library finds it
     )
 
 
