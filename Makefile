@@ -13,11 +13,13 @@ PUBLISHED ?=
 EXPLORERS := chooser chooser-1 chooser-2 frontier information tour oracle random forward wall
 RESULTS ?= $(EXPLORERS:%=budget:%) $(EXPLORERS:%=quality:%) $(patsubst %,avoidance:%,random forward wall) \
   $(foreach track,navigation pointgoal,$(patsubst %,$(track):%,a-star greedy random forward))
+LEARNED ?= $(foreach seed,$(SEEDS),avoidance:experiments/paper/avoidance-$(seed)/policy.pt \
+  $(patsubst %,%:experiments/paper/exploration-$(seed)/policy.pt,budget quality))
 ABOUT   ?=
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help setup cluster learn readers experiments dataset release docs pictures screenshots results leaderboard test test-all check bench clean
+.PHONY: help setup cluster learn puffer readers experiments dataset release docs pictures screenshots results leaderboard test test-all check bench clean
 
 help: ## show this list
 	@printf '\n  \033[1mHouseExpo\033[0m: turns 3D house models into 2D floor plans, in bulk\n\n'
@@ -43,6 +45,10 @@ cluster: setup ## install what the tests on clusters need: Ray, an S3 client and
 
 learn: setup ## install what people learn with: PyTorch, Stable-Baselines3, sb3-contrib, TensorBoard
 	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[learn]'
+
+puffer: learn ## put PufferLib 3, without its own games, into .venv/puffer: it asks for another NumPy than the rest does
+	@test -d $(VENV)/puffer/pufferlib || NO_OCEAN=1 NO_TRAIN=1 PYTHONPATH=$(CURDIR)/tests/builders/pufferlib_setup \
+	  $(PIP) --no-deps --no-build-isolation --target $(VENV)/puffer pufferlib==3.0.0 gym==0.26.2 gym-notices==0.1.0
 
 readers: setup ## install what the tests read releases with: geopandas, DuckDB, pandas, datasets, mlcroissant
 	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[release-tests]'
@@ -73,13 +79,13 @@ screenshots: dataset ## take the pictures of the service's pages anew; needs Chr
 	@$(BIN)/python docs/screenshots.py $(DATASET)
 
 results: learn ## run all policies of the leaderboard on its plans, with PLANS=500 plans: hours; then `make leaderboard`
-	@for run in $(RESULTS); do track=$${run%%:*}; policy=$${run##*:}; \
+	@for run in $(RESULTS) $(LEARNED); do \
+	  track=$${run%%:*}; policy=$${run#*:}; name=$$policy; seed=$${policy%/policy.pt}; \
+	  case $$policy in *.pt) name=learned-$${seed##*-};; esac; \
+	  case $$track in avoidance) plans=100;; *) plans=$(PLANS);; esac; \
 	  id=$$($(BIN)/python -c "from houseexpo.pseudoslam.benchmark.tracks import track_of; print(track_of('$$track').id)"); \
-	  $(BIN)/houseexpo benchmark run --track $$track --policy $$policy --plans $(PLANS) $(PUBLISHED) \
-	    --out docs/leaderboard/$$id-$$policy.json || exit; done
-	@for seed in $(SEEDS); do $(BIN)/houseexpo benchmark run --track avoidance --plans 100 \
-	  --policy experiments/paper/avoidance-$$seed/policy.pt \
-	  --out docs/leaderboard/avoidance-v1-learned-$$seed.json || exit; done
+	  $(BIN)/houseexpo benchmark run --track $$track --policy $$policy --plans $$plans $(PUBLISHED) \
+	    --out docs/leaderboard/$$id-$$name.json || exit; done
 
 leaderboard: setup ## make docs/leaderboard.md from the results in docs/leaderboard
 	@$(BIN)/houseexpo benchmark compare docs/leaderboard --title Leaderboard --out docs/leaderboard.md

@@ -43,6 +43,12 @@ def digest_of(package: Path) -> str:
     return found.hexdigest()
 
 
+def is_missing(kernel: Any) -> bool:
+    """Whether a kernel is to be kept on disk, where other processes find it, and is not there yet."""
+    kept = kernel._cache  # noqa: SLF001  # numba offers no other way to ask
+    return not isinstance(kept._impl.locator, _OfThisProcess) and kept._cache_file.is_empty()  # noqa: SLF001
+
+
 class _Healing(caching.IndexDataCacheFile):  # type: ignore[misc]
     """An index of compiled kernels that counts as empty where it cannot be read (R2)."""
 
@@ -54,6 +60,13 @@ class _Healing(caching.IndexDataCacheFile):  # type: ignore[misc]
         except Exception:  # noqa: BLE001  # pickle raises anything on damaged bytes
             self.flush()
             return None
+
+    def is_empty(self) -> bool:
+        """Whether nothing is kept there that can be read and was compiled from these sources."""
+        try:
+            return not self._load_index()
+        except Exception:  # noqa: BLE001
+            return True
 
     def save(self, key: Any, data: Any) -> None:
         try:
@@ -81,10 +94,14 @@ def _stamped(place: Any, folder: Path) -> Any:
     return Stamped
 
 
+class _OfThisProcess:
+    """Where kernels are kept that no other process finds."""
+
+
 def _last_resort(folder: Path) -> Any:
     """Return a place for kernels that numba takes where no other will do: a folder of this process (R1)."""
 
-    class LastResort(_stamped(caching.UserWideCacheLocator, folder)):  # type: ignore[misc]
+    class LastResort(_OfThisProcess, _stamped(caching.UserWideCacheLocator, folder)):  # type: ignore[misc]
         def __init__(self, py_func: Any, py_file: str) -> None:
             super().__init__(py_func, py_file)
             self._cache_path = _folder_of_this_process()

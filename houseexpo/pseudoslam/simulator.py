@@ -16,7 +16,8 @@ from houseexpo.pseudoslam.kernels.episode import StepParams
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_params import look_round, scratch_of, step_one, step_params_of
+from houseexpo.pseudoslam.step_kernels import look_round, prepare_kernel, step_one
+from houseexpo.pseudoslam.step_params import scratch_of, step_params_of
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.reset import initial_state
 from houseexpo.pseudoslam.worlds.world import World
@@ -66,7 +67,9 @@ class Simulator:
     @classmethod
     def of(cls, plan: FloorPlan, config: SimulatorConfig) -> Simulator:
         """Return the simulator of a plan; ConfigError and PlanError as ``world_for`` raises them."""
-        return cls(world_for(plan, config), config)
+        params = step_params_of(config)
+        prepare_kernel(config, params)
+        return cls(world_for(plan, config), config, params)
 
     def start(self, rng: np.random.Generator) -> State:
         """Return the state at the start of an episode, after a first look round.

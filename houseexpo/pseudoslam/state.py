@@ -10,7 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config.shapes import Obstacle
-from houseexpo.pseudoslam.kernels.episode import Episode
+from houseexpo.pseudoslam.kernels.episode import COUNTS, POSE, READINGS, Episode
+from houseexpo.pseudoslam.kernels.motion.bodies import Bodies, Tracks
+from houseexpo.pseudoslam.kernels.planning.distance_field import Field
+from houseexpo.pseudoslam.kernels.planning.flow import Flow
+from houseexpo.pseudoslam.kernels.planning.plan import new_graph, no_plans
+from houseexpo.pseudoslam.kernels.types import Floats, Grid
 from houseexpo.pseudoslam.pools import flatten, pool_of_one, unflatten
 from houseexpo.pseudoslam.renamed import renamed
 
@@ -108,3 +113,39 @@ class State:
             self.goal_m,
             self.shortest_path_m,
         )
+
+
+def new_episode(
+    rasters: tuple[Grid, Grid, Grid],
+    shown: tuple[int, int, int],
+    pose: Floats,
+    moving: tuple[Bodies, Tracks, Flow, Field],
+    *,
+    key: int,
+    best_px: float,
+) -> Episode:
+    """Return an episode that has not begun and plans nothing.
+
+    Parameters
+    ----------
+    rasters
+        What is occupied, observable and known.
+    shown
+        Cells along the view's sides and along the overview's, and beams of the ranges; 0 for what nobody asks for.
+    pose
+        (3,) where the robot stands, and believes to stand.
+    moving
+        What moves, its ways, those of people, and the ways to the goal.
+    key
+        Of the episode's noise.
+    best_px
+        The shortest way to the goal, pixels.
+    """
+    side, cells, beams = shown
+    bodies, tracks, flow, field = moving
+    return Episode(
+        *rasters, np.zeros((side, side), np.uint8), np.zeros((cells, cells), np.uint8), np.zeros(beams),
+        np.array([(*pose, *pose)], POSE), np.array([(-1, 0, 0, 0, 0, 0, key)], COUNTS),
+        np.array([(0.0, 0.0, best_px, pose[0], pose[1])], READINGS),
+        bodies, tracks, flow, field, no_plans(), new_graph(0, 0),
+    )  # fmt: skip

@@ -18,6 +18,10 @@ from pipeline.config import DedupeConfig
 from pipeline.stages.dedupe import Pair, compared
 
 NEAREST = 0.05
+HEAD = f"""\
+# Homes that lie nearer than {NEAREST:g} to a published plan, as the stage dedupe measures it, and their duplicates;
+# made by python -m tests.benchmarks.home_nearness
+"""
 
 
 def near_published(made: Dataset, published: Dataset, limit: float = NEAREST) -> dict[str, tuple[str, float]]:
@@ -49,6 +53,7 @@ def main() -> None:
     near = near_published(made, published)
     why = {name: f"{difference:.3f} from published {other[:8]}" for name, (other, difference) in near.items()}
     why |= {name: f"a duplicate of {kept[:8]}" for name, kept in duplicates(made.path).items() if kept in near}
+    sys.stdout.write(HEAD)
     for name, reason in sorted(why.items()):
         sys.stdout.write(f'[{name}]\ndrop = true\nwhy = "{reason}"\n')
 

@@ -94,6 +94,7 @@ def draw(task: str, lines: dict[str, float], folder: Path) -> None:
 
 
 @needs_shared
+@pytest.mark.timeout(4 * 3600)  # all 10,070 plans, seven policies
 @pytest.mark.parametrize("task", list(BASELINES))
 def test_what_was_learned(task: str) -> None:
     need(modules=["torch", "sb3_contrib"], how="make learn")

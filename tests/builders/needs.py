@@ -6,14 +6,23 @@ import os
 import shutil
 from collections.abc import Sequence
 from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 
 
-def need(*, modules: Sequence[str] = (), programs: Sequence[str] = (), root: bool = False, how: str) -> None:
-    """Skip where modules or programs are missing; ``how`` says how to install them."""
+def need(
+    *,
+    modules: Sequence[str] = (),
+    programs: Sequence[str] = (),
+    folders: Sequence[Path] = (),
+    root: bool = False,
+    how: str,
+) -> None:
+    """Skip where modules, programs or folders are missing; ``how`` says how to install them."""
     missing = [name for name in modules if find_spec(name) is None]
     missing += [name for name in programs if shutil.which(name) is None]
+    missing += [folder.name for folder in folders if not folder.is_dir()]
     if root and os.getuid() != 0:
         missing.append("root's rights")
     if missing:

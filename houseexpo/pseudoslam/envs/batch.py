@@ -17,7 +17,8 @@ from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.pools import MAP, RASTERS, SHOWN, Array, flatten, one_of, unflatten
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_params import entry_point, kernel_for, scratch_of, with_room
+from houseexpo.pseudoslam.step_kernels import entry_point, kernel_for
+from houseexpo.pseudoslam.step_params import scratch_of, with_room
 from houseexpo.workers import cores
 
 _SPARE = 1.25  # room for the next bigger house
@@ -40,6 +41,7 @@ class Batch:
         """The pool; ``shown`` is the array that the views were drawn into last."""
         self._number, self._config, self._params, self._is_closed = number, config, params, False
         self._leaves: list[Array] = []
+        self._shown: Array | None = None
         self._rest: dict[int, tuple[Any, ...]] = {}
         self._step: Callable[..., None]
         self._scratch = [scratch_of(config) for _ in range(self.threads)]
@@ -81,12 +83,20 @@ class Batch:
         """Make the pools, and find the kernel that steps such episodes."""
         leaves: list[Array] = [np.zeros((self._number, *part.shape), part.dtype) for part in parts]
         self.arrays = unflatten(first.episode, leaves)
+        if self._shown is not None:
+            self.arrays = self.arrays._replace(shown=self._shown)
         motions, wanted = np.zeros((0, 2)), np.zeros(0, np.uint8)
         self._step = entry_point(
             kernel_for(first.episode, self._params),
             self.arrays, self.sizes, motions, wanted, self._params, self._scratch[0], 0, 0,
         )  # fmt: skip
         self._leaves = leaves  # at the end: it may be interrupted, for the kernel may have to be compiled
+
+    def draw_into(self, views: Array) -> None:
+        """Draw all views into an array (N, side, side) of the caller's, for as long as none is to be ``fresh``."""
+        self._shown = views
+        if self._leaves:
+            self.arrays = self.arrays._replace(shown=views)
 
     def state(self, i: int) -> State:
         """Return the episode that was put at place ``i``: its arrays are views, which the next step changes."""

@@ -17,6 +17,7 @@ from houseexpo.pseudoslam.envs.options import Layout
 from houseexpo.pseudoslam.envs.plan_choice import Order, PlanChoice
 from houseexpo.pseudoslam.envs.planners import make_planner_spec
 from houseexpo.pseudoslam.envs.spec import Actions, EnvSpec, Kind
+from houseexpo.pseudoslam.step_kernels import prepare_kernel
 from houseexpo.pseudoslam.tasks import Task
 from houseexpo.pseudoslam.worlds.cache import Plans, WorldCache
 
@@ -46,7 +47,9 @@ def make_env_spec(
     config = _configured(task, config, observation, max_episode_steps)
     planner = make_planner_spec(actions, observation, planning, config, task)
     choice = PlanChoice(WorldCache(dataset, config), plan_ids, plan_order)
-    return EnvSpec(task, config, choice, actions, observation, layout, planner)
+    spec = EnvSpec(task, config, choice, actions, observation, layout, planner)
+    prepare_kernel(config, spec.params(), travels=planner is not None, ranges=spec.complete)
+    return spec
 
 
 def _configured(

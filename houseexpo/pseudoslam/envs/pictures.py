@@ -15,7 +15,7 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.episode import Episode
 from houseexpo.pseudoslam.kernels.pictures import GOAL, NEAR, ROBOT, Scales, draw_pictures
 from houseexpo.pseudoslam.metrics import EpisodeConstants
-from houseexpo.pseudoslam.step_params import entry_point
+from houseexpo.pseudoslam.step_kernels import entry_point
 
 Bytes: TypeAlias = npt.NDArray[np.uint8]
 Work: TypeAlias = Callable[[int, int], None]

@@ -28,7 +28,8 @@ from houseexpo.pseudoslam.kernels.step_pool import STEP
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_params import look_round, step_one, with_room
+from houseexpo.pseudoslam.step_kernels import look_round, step_one
+from houseexpo.pseudoslam.step_params import with_room
 from houseexpo.pseudoslam.tasks import Task
 from houseexpo.pseudoslam.worlds.cache import Plans
 

@@ -14,6 +14,7 @@ from gymnasium.vector.utils import batch_space
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.planning import PlanningConfig
 from houseexpo.pseudoslam.envs.batch import Batch
+from houseexpo.pseudoslam.envs.draws_into import DrawsInto
 from houseexpo.pseudoslam.envs.infos import infos_of, last_of
 from houseexpo.pseudoslam.envs.make_spec import checked_vector, make_env_spec
 from houseexpo.pseudoslam.envs.one_at_a_time import Locked, one_at_a_time
@@ -38,7 +39,7 @@ PICTURE_PX = (480, 360)
 
 
 class PseudoSlamVectorEnv(
-    SharedAttributes, TakesPlans, Locked, VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
+    SharedAttributes, DrawsInto, TakesPlans, Locked, VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
 ):
     """N environments as ``env.PseudoSlamEnv``, each in a house of its own, stepped together on all cores.
 

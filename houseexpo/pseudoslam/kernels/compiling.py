@@ -9,6 +9,7 @@ from __future__ import annotations
 import gc
 import logging
 from collections.abc import Callable
+from functools import cache
 
 from numba.core.event import Event, Listener, register
 
@@ -45,20 +46,23 @@ class _Nested(Listener):
         return str(function.__module__).startswith(self._package)
 
 
+@cache
+def say_once() -> None:
+    """Say, once in a process, that kernels are compiled."""
+    _LOGGER.warning(_LINE)
+
+
 class _Watch:
-    """Says once in a process that kernels are compiled, and switches the collector off meanwhile, where it was on."""
+    """Says that kernels are compiled, and switches the collector off meanwhile, where it was on."""
 
     def __init__(self) -> None:
         self._was_on = False
-        self._has_said = False
 
     def begin(self) -> None:
         """Compiling begins."""
         self._was_on = gc.isenabled()
         gc.disable()
-        if not self._has_said:
-            self._has_said = True
-            _LOGGER.warning(_LINE)
+        say_once()
 
     def end(self) -> None:
         """Compiling has ended."""

@@ -11,12 +11,15 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 import torch
+from gymnasium import spaces
+from stable_baselines3.common.distributions import Distribution
 
 from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.files import as_json, write_whole
 from houseexpo.pseudoslam.config.mapping import config_from
 from houseexpo.pseudoslam.learning.config import TrainConfig
 from houseexpo.pseudoslam.learning.damage import DAMAGED
+from houseexpo.pseudoslam.learning.memory import States
 from houseexpo.pseudoslam.learning.model import Policy, new_policy
 from houseexpo.pseudoslam.learning.places import environments
 from houseexpo.pseudoslam.tasks import ROOM
@@ -56,20 +59,35 @@ class Actor:
     def __init__(self, trained: Trained, seed: int = 0, *, deterministic: bool | None = None) -> None:
         self._policy = trained.policy
         self._deterministic = trained.config.evaluation.deterministic if deterministic is None else deterministic
-        self._state: Any = None
-        self._first = np.ones(1, bool)
+        self._remembers = trained.config.policy == "cnn-lstm"
+        self._memory: States | None = None
         self._chance = torch.Generator().manual_seed(seed).get_state()
 
     def __call__(self, observation: npt.NDArray[Any] | dict[str, Any], _info: object = None) -> Any:
         """Return an action of the environment for what it shows."""
-        with torch.random.fork_rng(devices=[]):  # others' chance stays as it is
+        with torch.inference_mode(), torch.random.fork_rng(devices=[]):  # others' chance stays as it is
             torch.set_rng_state(self._chance)
-            action, self._state = self._policy.predict(
-                _one(observation), self._state, self._first, deterministic=self._deterministic
-            )
+            actions = self._likely(observation).get_actions(deterministic=self._deterministic).numpy()
             self._chance = torch.get_rng_state()
-        self._first = np.zeros(1, bool)
-        return action[0]
+        space = self._policy.action_space
+        if isinstance(space, spaces.Box):  # what is drawn may lie beyond it
+            actions = np.clip(actions, space.low, space.high)
+        return actions.reshape(-1, *space.shape)[0]
+
+    def _likely(self, observation: npt.NDArray[Any] | dict[str, Any]) -> Distribution:
+        """Return how likely the actions are, and remember what was seen.
+
+        The policy's ``predict`` does so, too, and puts all of its layers in order before: half of a decision's time.
+        """
+        seen, _ = self._policy.obs_to_tensor(observation)
+        if not self._remembers:
+            return self._policy.get_distribution(seen)
+        began = torch.full((1,), float(self._memory is None))
+        if self._memory is None:
+            nothing = torch.zeros(self._policy.lstm_hidden_state_shape)
+            self._memory = (nothing, nothing)
+        likely, self._memory = self._policy.get_distribution(seen, self._memory, began)
+        return likely
 
 
 def write_policy(file: Path, policy: Policy, about: dict[str, Any]) -> None:
@@ -104,10 +122,3 @@ def read_policy(file: Path, task: str | None = None) -> Trained:
         raise TrainingError(f"{file}: expected a policy of houseexpo train, found none ({error})") from None
     policy.set_training_mode(False)
     return Trained(about, config, policy)
-
-
-def _one(observation: npt.NDArray[Any] | dict[str, Any]) -> Any:
-    """Return an observation as a batch of one."""
-    if isinstance(observation, dict):
-        return {name: np.asarray(part)[None] for name, part in observation.items()}
-    return np.asarray(observation)[None]

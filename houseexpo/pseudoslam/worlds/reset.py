@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.kernels.episode import COUNTS, POSE, READINGS, Episode, StepParams
+from houseexpo.pseudoslam.kernels.episode import StepParams
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.motion.bodies import Disc, there
 from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
@@ -23,9 +23,8 @@ from houseexpo.pseudoslam.kernels.planning.distance_field import (
     march,
     no_field,
 )
-from houseexpo.pseudoslam.kernels.planning.plan import new_graph, no_plans
 from houseexpo.pseudoslam.kernels.types import Grid, Scratch
-from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.state import State, new_episode
 from houseexpo.pseudoslam.worlds.obstacles import Placement, place
 from houseexpo.pseudoslam.worlds.people import new_bodies, start_people
 from houseexpo.pseudoslam.worlds.trajectories import swept_cells
@@ -92,13 +91,9 @@ def initial_state(
     if own and observable is world.observable:
         observable = observable.copy()
     side, cells = view_px or config.side_px, config.observation.global_cells if complete else 0
-    episode = Episode(
-        occupied, observable, known, np.zeros((side, side), np.uint8),
-        np.zeros((cells, cells), np.uint8), np.zeros(len(params.sensor.fan_cos) if complete else 0),
-        np.array([(*pose, *pose)], POSE),  # where it is, and where it believes to be
-        np.array([(-1, 0, 0, 0, 0, 0, key)], COUNTS), np.array([(0.0, 0.0, best, pose[0], pose[1])], READINGS),
-        bodies, world.tracks, world.flow, field, no_plans(), new_graph(0, 0),
-    )  # fmt: skip
+    beams = len(params.sensor.fan_cos) if complete else 0
+    moving = bodies, world.tracks, world.flow, field
+    episode = new_episode((occupied, observable, known), (side, cells, beams), pose, moving, key=key, best_px=best)
     state = State(episode, observable_cells, placed.obstacles, goal, best / config.pixels_per_metre)
     if config.known_map:
         episode.known[:] = np.where(placed.occupied != 0, OBSTACLE, FREE)

@@ -18,7 +18,7 @@ from gymnasium.vector import AutoresetMode
 
 from houseexpo.pseudoslam.envs import batch
 from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
-from houseexpo.pseudoslam.step_params import kernel_for
+from houseexpo.pseudoslam.step_kernels import kernel_for
 from tests.builders.explorers import GIVEN, SMALL, explorers
 from tests.builders.vectors import assert_same, assert_same_step, native
 

@@ -1,0 +1,148 @@
+"""A step is compiled in another process, where that saves time, and as environments call it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from houseexpo.kernel_cache import is_missing
+from houseexpo.pseudoslam import ahead
+from houseexpo.pseudoslam.compile_step import example
+from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.config.dynamics import PeopleConfig
+from houseexpo.pseudoslam.envs.single import ExplorationEnv
+from houseexpo.pseudoslam.kernels.step_pool import steps_by_sector
+from houseexpo.pseudoslam.step_kernels import arguments_of
+from houseexpo.workers import cores
+from tests.builders.explorers import GIVEN
+
+pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
+POPEN = subprocess.Popen  # the tests replace it
+KERNEL: Any = steps_by_sector
+
+
+def sleeper(seconds: float) -> subprocess.Popen[bytes]:
+    return POPEN([sys.executable, "-c", f"import time; time.sleep({seconds})"])
+
+
+class Kernel(SimpleNamespace):
+    """What ``compile_ahead`` asks a kernel about."""
+
+    __hash__ = object.__hash__
+
+
+@pytest.fixture
+def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
+    """The commands of the processes that were to be started; none is. No kernel is on disk."""
+    commands: list[list[str]] = []
+
+    def start(command: list[str], **_: Any) -> subprocess.Popen[bytes]:
+        commands.append(command)
+        return sleeper(0.0)
+
+    monkeypatch.setattr(ahead.subprocess, "Popen", start)
+    monkeypatch.setattr(ahead, "_running", {})
+    monkeypatch.setattr(ahead, "cores", lambda: 2)
+    monkeypatch.setattr(ahead, "is_missing", lambda _: True)
+    return commands
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {},
+        {"observation": "dict"},
+        {"actions": "waypoint"},
+        {"actions": "frontier", "observation": "scales"},
+        {"config": SimulatorConfig(people=PeopleConfig(number=1))},
+    ],
+    ids=["steps", "in full", "waypoints", "frontiers", "people"],
+)
+def test_it_is_compiled_for_what_environments_call_it_with(given: dict[str, Any]) -> None:
+    env = ExplorationEnv(**{**GIVEN, **given})
+    env.reset(seed=0)
+    called = arguments_of(env.state, 0.0, 0.0, env._params, env._scratch)
+    assert list(map(KERNEL.typeof_pyval, called)) == list(map(KERNEL.typeof_pyval, example()))
+
+
+def test_a_kernel_that_is_not_on_disk_is_compiled_once(started: list[list[str]]) -> None:
+    one = Kernel(signatures=[], __name__="steps_by_sector")
+    ahead.compile_ahead(one)
+    ahead.compile_ahead(one)
+    assert started == [[sys.executable, "-m", "houseexpo.pseudoslam.compile_step", "steps_by_sector"]]
+    ahead.wait_for(one)
+    assert not ahead._running
+
+
+def test_nothing_is_started_where_that_saves_no_time(started: list[list[str]], monkeypatch: pytest.MonkeyPatch) -> None:
+    one = Kernel(signatures=[], __name__="steps_by_sector")
+    ahead.compile_ahead(Kernel(signatures=["one"], __name__="steps_by_sector"))
+    for what, instead in (("cores", lambda: 1), ("is_missing", lambda _: False)):
+        with monkeypatch.context() as context:
+            context.setattr(ahead, what, instead)
+            ahead.compile_ahead(one)
+    monkeypatch.setattr(ahead.multiprocessing, "parent_process", lambda: "a pool's")
+    ahead.compile_ahead(one)
+    assert started == []
+
+
+def test_without_another_process_it_goes_on(monkeypatch: pytest.MonkeyPatch, started: list[list[str]]) -> None:
+    def refuse(*_: Any, **__: Any) -> None:
+        raise BlockingIOError("no more processes")
+
+    monkeypatch.setattr(ahead.subprocess, "Popen", refuse)
+    one = Kernel(signatures=[], __name__="steps_by_sector")
+    ahead.compile_ahead(one)
+    ahead.wait_for(one)
+    assert started == []
+
+
+def test_who_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, process = Kernel(), sleeper(60.0)
+    monkeypatch.setattr(ahead, "_running", {one: process})
+    monkeypatch.setattr(ahead, "_MOST_S", 0.05)
+    ahead.wait_for(one)
+    assert process.returncode not in {None, 0}
+
+
+def test_nobody_outlives_the_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    process = sleeper(60.0)
+    monkeypatch.setattr(ahead, "_running", {Kernel(): process})
+    ahead._end_all()
+    assert process.returncode not in {None, 0}
+
+
+def test_a_kernel_is_missing_where_the_index_is_damaged_or_of_other_sources(tmp_path: Path) -> None:
+    file = KERNEL._cache._cache_file
+    index, stamp = file._index_path, file._source_stamp
+    try:
+        file._index_path = str(tmp_path / "index")
+        assert is_missing(KERNEL)
+        file._save_index({"a signature": "a file"})
+        assert not is_missing(KERNEL)
+        file._source_stamp = "of other sources"
+        assert is_missing(KERNEL)
+        (tmp_path / "index").write_bytes(b"damaged")
+        assert is_missing(KERNEL)
+    finally:
+        file._index_path, file._source_stamp = index, stamp
+
+
+@pytest.mark.slow
+def test_a_fresh_process_finds_its_step_on_disk(tmp_path: Path) -> None:
+    code = (
+        "import gymnasium, houseexpo.pseudoslam\n"
+        "from houseexpo.pseudoslam.kernels.step_pool import steps_by_sector\n"
+        "env = gymnasium.make('PseudoSLAM/ObstacleAvoidance-v0'); env.reset(seed=0); env.step(0)\n"
+        "stats = steps_by_sector.stats\n"
+        "print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    found = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert found.stdout.split() == (["1", "0"] if cores() > 1 else ["0", "1"])
