@@ -28,7 +28,6 @@ class Learned:
         from houseexpo.pseudoslam.learning.policy_file import read_policy
 
         torch.set_num_threads(1)  # one decision is too little to share, and episodes run in processes of their own
-        torch.backends.mkldnn.set_flags(False)  # oneDNN's own preparations take 0.3 ms for one small picture
         self._file, self._trained = file, read_policy(file)
         place, task = self._trained.config.environment, self._trained.task
         view = simulator_of(task, place).observation

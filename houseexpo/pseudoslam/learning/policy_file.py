@@ -65,7 +65,8 @@ class Actor:
 
     def __call__(self, observation: npt.NDArray[Any] | dict[str, Any], _info: object = None) -> Any:
         """Return an action of the environment for what it shows."""
-        with torch.inference_mode(), torch.random.fork_rng(devices=[]):  # others' chance stays as it is
+        # Others' chance stays as it is. oneDNN's own preparations take 0.3 ms for one small picture.
+        with torch.inference_mode(), torch.random.fork_rng(devices=[]), torch.backends.mkldnn.flags(enabled=False):
             torch.set_rng_state(self._chance)
             actions = self._likely(observation).get_actions(deterministic=self._deterministic).numpy()
             self._chance = torch.get_rng_state()
