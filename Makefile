@@ -8,13 +8,14 @@ RELEASE ?= data_manifests/free35k.toml
 RUNS    ?= experiments/runs
 SEEDS   ?= 0 1 2
 TRAIN   ?=
+EXPERIMENTS := avoidance exploration avoidance-cnn exploration-cnn
 PLANS   ?= 500
 PUBLISHED ?=
 EXPLORERS := chooser chooser-1 chooser-2 frontier information tour oracle random forward wall
 RESULTS ?= $(EXPLORERS:%=budget:%) $(EXPLORERS:%=quality:%) $(patsubst %,avoidance:%,random forward wall) \
   $(foreach track,navigation pointgoal,$(patsubst %,$(track):%,a-star greedy random forward))
-LEARNED ?= $(foreach seed,$(SEEDS),avoidance:experiments/paper/avoidance-$(seed)/policy.pt \
-  $(patsubst %,%:experiments/paper/exploration-$(seed)/policy.pt,budget quality))
+LEARNED ?= $(foreach seed,$(SEEDS),$(foreach net,-cnn-$(seed) -$(seed),avoidance:experiments/paper/avoidance$(net)/policy.pt \
+  $(patsubst %,%:experiments/paper/exploration$(net)/policy.pt,budget quality)))
 ABOUT   ?=
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
@@ -53,10 +54,10 @@ puffer: learn ## put PufferLib 3, without its own games, into .venv/puffer: it a
 readers: setup ## install what the tests read releases with: geopandas, DuckDB, pandas, datasets, mlcroissant
 	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[release-tests]'
 
-experiments: learn ## learn the paper's two experiments, with three seeds each: two hours on two cores; goes on where it was stopped
-	@for task in avoidance exploration; do for seed in $(SEEDS); do \
-	  $(BIN)/houseexpo train $$task --config experiments/$$task.toml --seed $$seed --resume \
-	    --out $(RUNS)/$$task-$$seed $(TRAIN) || exit; done; done
+experiments: learn ## learn the paper's two experiments, with a memory and without, three seeds each: hours; goes on where it was stopped
+	@for name in $(EXPERIMENTS); do for seed in $(SEEDS); do \
+	  $(BIN)/houseexpo train $${name%-cnn} --config experiments/$$name.toml --seed $$seed --resume \
+	    --out $(RUNS)/$$name-$$seed $(TRAIN) || exit; done; done
 
 dataset: setup ## build the demo data set: 300 houses made by the project, into datasets/demo
 	@$(BIN)/houseexpo build --config data_manifests/demo.toml --out $(DATASET)
@@ -80,8 +81,8 @@ screenshots: dataset ## take the pictures of the service's pages anew; needs Chr
 
 results: learn ## run all policies of the leaderboard on its plans, with PLANS=500 plans: hours; then `make leaderboard`
 	@for run in $(RESULTS) $(LEARNED); do \
-	  track=$${run%%:*}; policy=$${run#*:}; name=$$policy; seed=$${policy%/policy.pt}; \
-	  case $$policy in *.pt) name=learned-$${seed##*-};; esac; \
+	  track=$${run%%:*}; policy=$${run#*:}; name=$$policy; folder=$$(basename $$(dirname $$policy)); \
+	  case $$policy in *.pt) name=learned-$${folder#*-};; esac; \
 	  case $$track in avoidance) plans=100;; *) plans=$(PLANS);; esac; \
 	  id=$$($(BIN)/python -c "from houseexpo.pseudoslam.benchmark.tracks import track_of; print(track_of('$$track').id)"); \
 	  $(BIN)/houseexpo benchmark run --track $$track --policy $$policy --plans $$plans $(PUBLISHED) \

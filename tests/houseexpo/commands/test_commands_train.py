@@ -71,11 +71,13 @@ def test_the_papers_experiments_run_on_a_small_scale(tmp_path: Path) -> None:
     """As ``make experiments`` does, with its own files; only with fewer steps and fewer tests."""
     need(modules=["torch", "stable_baselines3", "sb3_contrib", "tensorboard"], how="make learn")
     plans = write_split_huts(tmp_path)
-    for task, more in (("avoidance", []), ("exploration", ["--dataset", plans])):
-        config = tmp_path / f"{task}.toml"
+    for name in ("avoidance", "exploration", "avoidance-cnn", "exploration-cnn"):
+        task = name.partition("-")[0]
+        more = ["--dataset", plans] if task == "exploration" else []
+        config = tmp_path / f"{name}.toml"
         config.write_text(re.sub("(?m)^plans = 200", "plans = 4", (ROOT / "experiments" / config.name).read_text()))
         words = [task, "--config", config, "--seed", 2, "--steps", 2048, "--threads", 1, *more, "--resume"]
-        out = tmp_path / "runs" / task
+        out = tmp_path / "runs" / name
         assert str(out / "policy.pt") in said(*words, "--out", out).replace("\n", "")
         about = json.loads((out / "policy.json").read_text())
         assert (about["task"], about["seed"]) == (task, 2)
@@ -107,8 +109,11 @@ def test_make_experiments_names_commands_that_there_are(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "experiments", tmp_path / "experiments", ignore=shutil.ignore_patterns("runs"))
     dry = ["make", "-n", "-f", str(ROOT / "Makefile"), "experiments", "SEEDS=7", f"RUNS={tmp_path}"]
     shown = subprocess.run(dry, cwd=ROOT, capture_output=True, text=True, check=True, env={**os.environ}).stdout
-    assert "for task in avoidance exploration" in shown
-    assert "train $task --config experiments/$task.toml --seed $seed --resume" in shown
+    [[names, train]] = re.findall(r"for name in (.+?); do.*?houseexpo (train .+? --resume)", shown, re.DOTALL)
+    assert {f"{name}.toml" for name in names.split()} == {
+        file.name for file in (ROOT / "experiments").glob("*.toml") if file.stem != "chooser"
+    }
+    assert train == "train ${name%-cnn} --config experiments/$name.toml --seed $seed --resume"
 
 
 def test_a_configuration_file_is_taken(installed: None, tmp_path: Path) -> None:

@@ -16,6 +16,8 @@ pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("learn")]
 
 
 def test_what_was_learned_is_a_policy_of_the_benchmark(tmp_path: Path) -> None:
+    import torch
+
     from houseexpo.pseudoslam.agents.loading import load_policy
     from houseexpo.pseudoslam.agents.protocol import Robot, robot_of
     from houseexpo.pseudoslam.benchmark.run import check_task
@@ -34,6 +36,7 @@ def test_what_was_learned_is_a_policy_of_the_benchmark(tmp_path: Path) -> None:
         assert all(env.action_space.contains(action) for action in actions)
         ways.append(actions)
     assert ways[0] == ways[1]
+    assert torch.backends.mkldnn.enabled, "a training in this process is to go as in one of its own"
     with pytest.raises(ConfigError, match="made for avoidance; track exploration-budget-v1 is exploration"):
         check_task(named, track_of("budget"))
     with pytest.raises(ConfigError, match=r"policy.pt: expected the observation that it was learned with, Box\("):

@@ -73,6 +73,8 @@ def test_the_papers_experiments_can_be_read(name: str) -> None:
     assert simulator_of(name, found.environment).max_steps == 200
     if name == "avoidance":
         assert simulator_of(name, found.environment).obstacles == ObstacleAvoidance.default.obstacles
+    without = read_config(ROOT / "experiments" / f"{name}-cnn.toml")
+    assert without == replace(found, policy="cnn"), "all but the network is the same"
 
 
 def test_a_simulator_is_the_tasks_with_changes() -> None:
