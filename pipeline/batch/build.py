@@ -7,6 +7,7 @@ and then by content. What it keeps and how: ``journal``, ``plans``, ``folder``.
 from __future__ import annotations
 
 import contextlib
+import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,14 +26,16 @@ from pipeline.batch.listing import Listing
 from pipeline.batch.lock import locked
 from pipeline.batch.planning import Planning, Progress, unheard
 from pipeline.batch.plans import DamagedPlanError, Plans
-from pipeline.batch.store import FolderStore
+from pipeline.batch.store import BUILD, FolderStore, Store
 from pipeline.config_file import BuildConfig
 from pipeline.corrections import check_ids
 from pipeline.executors import local
 from pipeline.executors.outcome import Executor
 from pipeline.overrides import Override
 
-__all__ = ["Progress", "build"]
+__all__ = ["Progress", "build", "check_alone"]
+
+_JOURNAL = "journal.jsonl"
 
 
 def build(
@@ -85,7 +88,7 @@ def build(
     folder.build.mkdir(parents=True, exist_ok=True)
     with locked(folder.build / "lock"):
         folder.check(config.digest(), others)  # again: the build that held the lock may have changed it
-        with contextlib.closing(Journal(folder.build / "journal.jsonl")) as journal:
+        with contextlib.closing(Journal(folder.build / _JOURNAL)) as journal:
             beside = _beside(journal, listing, folder, others)
             folder.start(config.digest())
             for entry in known:
@@ -150,21 +153,47 @@ class _Batch:
                     self.journal.put(msgspec.structs.replace(entry, plans=left, gone=kept == bare))
 
 
+def check_alone(listing: Listing, store: Store) -> None:
+    """Raise ConfigError where a store holds plans of sources that shards do not list: nobody says what becomes of them.
+
+    That would be found when the shards are put together, after all the work.
+    """
+    try:
+        lines = store.get(f"{BUILD}/{_JOURNAL}")
+    except OSError:
+        return
+    with tempfile.TemporaryDirectory(prefix="houseexpo-") as scratch:
+        file = Path(scratch) / _JOURNAL
+        file.write_bytes(lines)
+        with contextlib.closing(Journal(file)) as journal:
+            beside = _of_others(journal, listing)
+    if beside:
+        raise _holds(store.name, beside, "shards have a place of their own; choose another --out")
+
+
 def _beside(journal: Journal, listing: Listing, folder: Folder, others: Others) -> list[str]:
     """Return the sources whose plans stay although this build does not list them."""
     if not journal.sources() and others is not Others.REPLACE:
         _check_unknown(listing, folder)
-    found = [source for source in journal.sources() if source not in listing.sources]
-    if not found or others is Others.REPLACE:
+    if others is Others.REPLACE:
         return []
-    asked = {listing.identity(item) for _, item in listing}
-    beside = [source for source in found if not asked.issuperset(journal.names(source))]
+    beside = _of_others(journal, listing)
     if beside and others is Others.REFUSE:
-        raise ConfigError(
-            f"{folder.root}: holds plans of other sources ({', '.join(map(disk.printable, beside))}); --add keeps them "
-            "beside the new ones, --replace removes them, or choose another --out"
-        )
+        advice = "--add keeps them beside the new ones, --replace removes them, or choose another --out"
+        raise _holds(str(folder.root), beside, advice)
     return beside
+
+
+def _of_others(journal: Journal, listing: Listing) -> list[str]:
+    """Return the sources of which a journal knows an input that is not listed."""
+    found = [source for source in journal.sources() if source not in listing.sources]
+    asked = {listing.identity(item) for _, item in listing} if found else set()
+    return [source for source in found if not asked.issuperset(journal.names(source))]
+
+
+def _holds(place: str, sources: Iterable[str], advice: str) -> ConfigError:
+    named = ", ".join(map(disk.printable, sources))
+    return ConfigError(f"{place}: holds plans of other sources ({named}); {advice}")
 
 
 def _check_unknown(listing: Listing, folder: Folder) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from houseexpo.errors import ConfigError
 from pipeline.batch.assemble import DataSet
-from pipeline.batch.build import build
+from pipeline.batch.build import build, check_alone
 from pipeline.batch.entry import Entry
 from pipeline.batch.job import Plan
 from pipeline.batch.listing import Listing, absolute
@@ -37,7 +37,7 @@ def begin(config: BuildConfig, out: str, shards: int, overrides: Mapping[str, Ov
     Raises
     ------
     ConfigError
-        Where a source is none, or ``out`` holds something else, or shards of another build.
+        Where a source is none, or ``out`` holds something else, plans of other sources, or shards of another build.
     """
     listing = Listing(config)
     listing.check()
@@ -45,7 +45,10 @@ def begin(config: BuildConfig, out: str, shards: int, overrides: Mapping[str, Ov
         check_ids(overrides, (item for _, item in listing))
     sources = tuple(map(absolute, config.build.sources))
     begun = Begun(shards, replace(config, build=replace(config.build, sources=sources)), dict(overrides))
-    begun.write(open_store(out))
+    store = open_store(out)
+    if read_begun(store) is None:
+        check_alone(listing, store)
+    begun.write(store)
     return begun
 
 

@@ -154,6 +154,20 @@ def test_shards_of_another_build_and_other_things_are_refused(street: Path, tmp_
     assert [file.name for file in (tmp_path / "mine").iterdir()] == ["thesis.txt"]
 
 
+def test_a_place_with_plans_of_other_houses_is_refused_before_the_work(tmp_path: Path) -> None:
+    for name in ("one", "other"):
+        (tmp_path / name).mkdir()
+        one_room(tmp_path / name / f"{name}.ply", 9.0)
+    run_build([tmp_path / "one"], tmp_path / "out")
+    before = contents(tmp_path / "out")
+    said = r"holds plans of other sources \(.*one\); shards have a place of their own; choose another --out"
+    with pytest.raises(ConfigError, match=said):
+        run_shard(config_for([tmp_path / "other"]), tmp_path / "out", "0/1")
+    assert contents(tmp_path / "out") == before
+    run_shard(config_for([tmp_path / "one", tmp_path / "other"]), tmp_path / "out", "0/1")  # it lists them, too
+    assert len(run_assemble(tmp_path / "out").entries) == 2
+
+
 def test_assemble_waits_for_no_shard_that_is_at_work(street: Path, tmp_path: Path) -> None:
     run_shard(config_for([street]), tmp_path / "out", "0/1")
     store = open_store(str(tmp_path / "out"))

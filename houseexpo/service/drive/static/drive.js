@@ -7,6 +7,8 @@ const place = document.getElementById("panels");
 const template = document.getElementById("panel");
 const two = document.getElementById("two");
 const query = new URLSearchParams(location.search);
+const fields = new Map([...form.elements].filter((field) => field.name).map((field) => [field.name, field]));
+const usual = new Map([...fields].map(([name, field]) => [name, field.value]));
 const panels = [];
 const down = new Set(); // what is pressed: forward, back, left, right
 
@@ -47,6 +49,7 @@ function addPanel(driver) {
 }
 
 function beginAll() {
+  remember();
   for (const panel of panels) panel.begin(options());
 }
 
@@ -62,11 +65,20 @@ function lay() {
   while (place.children.length > panels.length) place.lastElementChild.remove();
 }
 
-// The address says who drives, so that it can be kept and handed on.
+// The address says who drives with which options, so that it can be kept and handed on.
 function remember() {
-  const drivers = { plan: root.dataset.plan, driver: panels[0].driver.value };
-  if (panels[1]) drivers.other = panels[1].driver.value;
-  history.replaceState(null, "", `?${new URLSearchParams(drivers)}`);
+  const said = { plan: root.dataset.plan, driver: panels[0].driver.value };
+  if (panels[1]) said.other = panels[1].driver.value;
+  for (const [name, field] of fields) if (field.value !== usual.get(name)) said[name] = field.value;
+  history.replaceState(null, "", `?${new URLSearchParams(said)}`);
+}
+
+function recall() {
+  for (const [name, field] of fields) {
+    if (!query.has(name)) continue;
+    field.value = query.get(name);
+    if (!field.value || !field.checkValidity()) field.value = usual.get(name);
+  }
 }
 
 document.addEventListener("keydown", (event) => {
@@ -90,6 +102,7 @@ two.addEventListener("change", () => {
   remember();
 });
 
+recall();
 addPanel(query.get("driver") ?? "you");
 two.checked = query.has("other");
 lay();

@@ -5,6 +5,8 @@ const ROBOT = "#1f62c8";
 const TRAIL = "#7aa6e4";
 const BODY = "#e38b1f";
 const SAVED = 2;
+const SOON_MS = 3000;
+const COMPILING = "The house is made ready… What drives here for the first time is compiled first: up to 40 seconds, once.";
 
 export class Panel {
   constructor(template, address, plan, driver) {
@@ -53,6 +55,7 @@ export class Panel {
       if (!this.failed) this.#say(event.reason || why, true);
     });
     Object.assign(this, { socket, failed: false });
+    setTimeout(() => { if (socket === this.socket && !this.hello && !this.failed && socket.readyState <= WebSocket.OPEN) this.#say(COMPILING); }, SOON_MS);
   }
 
   end() {

@@ -77,6 +77,16 @@ def test_keys_drive_and_the_map_grows(address: str, tmp_path: Path) -> None:
         wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame < 5")
 
 
+def test_one_who_waits_is_told_why(address: str) -> None:
+    with visited(address, "/houses/drive?plan=two_rooms") as page:
+        page.route_web_socket("**/*", lambda _: None)  # a server that is compiling: it is there, and says nothing
+        page.reload()
+        said = page.locator(".said").first
+        assert said.text_content() == "The house is made ready…"
+        wait_for(page, "panel.querySelector('.said').textContent.includes('compiled first: up to 40 seconds, once')")
+        look(page, "drive_compiling")
+
+
 def test_two_explorers_side_by_side(address: str) -> None:
     with visited(address, "/houses/drive?plan=two_rooms&driver=frontier&other=information") as page:
         wait_for(page, "panel.dataset.frame > 10", 2)
@@ -115,6 +125,23 @@ def test_people_and_obstacles_are_set_down_by_the_form(address: str) -> None:
         page.click("button[type=submit]")
         wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame > 30")  # people walk by themselves
         look(page, "drive-people")
+
+
+def test_the_address_sets_the_same_robot_down_again(address: str) -> None:
+    with visited(address, "/houses/drive?plan=two_rooms&noise=deafening&seed=-3&sensor=10+360") as page:
+        wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame")
+        values = [page.input_value(f"[name={name}]") for name in ("sensor", "noise", "seed", "people")]
+        assert values == ["10 360", "none", "0", "0"]  # what cannot be chosen counts as not said
+        page.select_option("[name=noise]", "some")
+        page.fill("[name=people]", "2")
+        page.fill("[name=seed]", "7")
+        page.click("button[type=submit]")
+        wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame")
+        assert page.url.partition("?")[2] == "plan=two_rooms&driver=you&sensor=10+360&noise=some&people=2&seed=7"
+        page.reload()
+        wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame")
+        values = [page.input_value(f"[name={name}]") for name in ("sensor", "noise", "seed", "people")]
+        assert values == ["10 360", "some", "7", "2"]
 
 
 def test_keys_drive_once_a_driver_is_chosen(address: str) -> None:
