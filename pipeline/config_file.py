@@ -86,11 +86,6 @@ class BuildConfig:
         chosen = {name: options[name] for name in names}
         return {"build": chosen, "limits": asdict(self.limits), **asdict(self.stages)}
 
-    def rights(self) -> dict[str, str]:
-        """Return what is stated of the sources' licence: the manifest repeats it, no plan depends on it."""
-        said = {"licence": self.build.licence, "credit": self.build.credit}
-        return {name: text for name, text in said.items() if text}
-
     def digest(self) -> str:
         """SHA-256 of the parameters, in hex digits."""
         return hashlib.sha256(msgspec.json.encode(self.parameters(), order="deterministic")).hexdigest()

@@ -80,6 +80,9 @@ def notes_lines(data_set: DataSet) -> list[str]:
         outcomes = sum(len(list(entry.outcomes)) for entry in data_set.entries)
         inputs = counted(len(data_set.entries), "input")
         lines.append(f"{inputs} gave {outcomes} outcomes: {len(several)} with several levels or buildings")
+    if len(data_set.licences) > 1:
+        named = ", ".join(name or "none" for name in data_set.licences)
+        lines.append(f"no licence holds for the whole data set: its sources state {named}")
     return lines
 
 

@@ -137,8 +137,8 @@ def _licence(path: Path, manifest: Manifest) -> Licence:
     others = [source for source in manifest.sources if not source.startswith(MADE)] or ["unknown"]
     named = ", ".join(map(repr, others[:3])) + (f" and {len(others) - 3} more" if len(others) > 3 else "")
     raise DatasetError(
-        f"{path}: the plans come from {named}, and nothing states their licence; where you may pass them on, write "
-        'licence = "CC-BY-4.0" (its SPDX identifier) under [build] in the manifest and build again'
+        f"{path}: the plans come from {named}, and nothing states one licence for all of them; where you may pass them "
+        'on, write licence = "CC-BY-4.0" (its SPDX identifier) under [build] in the manifest of each and build again'
     )
 
 

@@ -26,6 +26,7 @@ from pipeline.batch.lists import list_files
 from pipeline.batch.plans import Plans
 from pipeline.batch.publish import files_of, publish, remove_others
 from pipeline.batch.recipe import digest_of, versions
+from pipeline.batch.rights import Rights
 from pipeline.config_file import BuildConfig
 from pipeline.overrides import Override
 from pipeline.sources import is_path
@@ -38,7 +39,8 @@ class DataSet:
     """What a finished build came to: its statistics, the ids of its plans, and what a person should know of it.
 
     ``not_done`` counts the inputs that a transient fault kept from being done; ``unchanged``: it stood so before;
-    ``entries`` say what came of each input, ``ignored`` counts the files of its folders that are no houses, by suffix.
+    ``entries`` say what came of each input, ``ignored`` counts the files of its folders that are no houses, by suffix;
+    ``licences`` are those that its sources state, "" among them where one states none.
     """
 
     root: Path
@@ -49,11 +51,12 @@ class DataSet:
     unchanged: bool = False
     entries: tuple[Entry, ...] = ()
     ignored: Mapping[str, int] = field(default_factory=dict)
+    licences: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Parts:
-    """What a data set is put together from; ``entries`` are ``entry.ordered``."""
+    """What a data set is put together from; ``entries`` are ``entry.ordered``, ``rights`` what the sources agree on."""
 
     folder: Folder
     plans: Plans
@@ -61,13 +64,14 @@ class Parts:
     sources: Sequence[str]
     config: BuildConfig
     overrides: Mapping[str, Override]
+    rights: Rights
 
     def state(self) -> str:
         """Return a hash of all that the data set depends on."""
         outcomes = [(entry.plans, entry.refused, entry.versions, entry.transient) for entry in self.entries]
         words = {name: asdict(override) for name, override in self.overrides.items()}
         lists = [(str(file.relative_to(self.folder.root)), file.read_bytes()) for file in list_files(self.folder.root)]
-        sources = (public_names(self.sources), self.config.rights())
+        sources = (public_names(self.sources), self.rights)
         how = (self.config.parameters(), self.config.build.keep_stages)
         parts = (outcomes, sources, how, words, sorted(lists), digest_of(__name__))
         return hashlib.sha256(msgspec.json.encode(parts, order="deterministic")).hexdigest()
@@ -189,7 +193,7 @@ def _manifest(parts: Parts, own: Mapping[str, str], stats: Mapping[str, Any]) ->
         "format": FORMAT,
         "generator": {"name": "houseexpo", "version": version("houseexpo")},
         "sources": public_names(parts.sources),
-        **parts.config.rights(),
+        **msgspec.to_builtins(parts.rights),
         "parameters": parts.config.parameters(),
         "parameters_sha256": parts.config.digest(),
         "overrides": {name: asdict(override) for name, override in parts.overrides.items()},

@@ -26,6 +26,7 @@ from pipeline.batch.listing import Listing
 from pipeline.batch.lock import locked
 from pipeline.batch.planning import Planning, Progress, unheard
 from pipeline.batch.plans import DamagedPlanError, Plans
+from pipeline.batch.rights import Rights, agreed, licences, rights_by_source
 from pipeline.batch.store import BUILD, FolderStore, Store
 from pipeline.config_file import BuildConfig
 from pipeline.corrections import check_ids
@@ -95,18 +96,24 @@ def build(
                 if journal.get(entry.input) != entry:
                     journal.put(entry)
             planning = Planning(listing, journal, Plans(FolderStore(out.absolute())), overrides, rehash, ended=ended)
-            batch = _Batch(planning, journal, beside)
+            own = Rights(config.build.licence, config.build.credit)
+            rights = rights_by_source(folder, dict.fromkeys(listing.sources, own), beside)
+            batch = _Batch(planning, journal, beside, agreed(rights))
             data_set = batch.run(plan, folder, execute or partial(local.run, workers=workers), progress)
-            return replace(data_set, ignored=listing.ignored())
+            return replace(data_set, ignored=listing.ignored(), licences=licences(rights))
 
 
 @dataclass
 class _Batch:
-    """A build under its lock; ``beside`` are sources that it does not list and whose plans stay."""
+    """A build under its lock; ``beside`` are sources that it does not list and whose plans stay.
+
+    ``rights`` is what all of the sources agree on.
+    """
 
     planning: Planning
     journal: Journal
     beside: list[str]
+    rights: Rights
 
     def run(self, plan: Plan | None, folder: Folder, execute: Executor, progress: Progress) -> DataSet:
         """Plan what is not done, and put the data set together; a plan that was damaged since is made again."""
@@ -118,7 +125,8 @@ class _Batch:
             self.journal.sync()
             entries = ordered([*self.journal.current(), *planning.unfinished.values()])
             sources = [*planning.listing.sources, *self.beside]
-            parts = Parts(folder, planning.plans, entries, sources, planning.listing.config, planning.overrides)
+            asked = planning.listing.config, planning.overrides
+            parts = Parts(folder, planning.plans, entries, sources, *asked, self.rights)
             try:
                 return assemble(parts, progress)
             except DamagedPlanError as damaged:

@@ -62,11 +62,13 @@ class _Started(msgspec.Struct):
 
 
 class Manifest(msgspec.Struct):
-    """Of ``manifest.json``, the files that it names, each with its SHA-256, and what they were made from."""
+    """Of ``manifest.json``, the files that it names, each with its SHA-256, what they were made from, and rights."""
 
     files: dict[str, str]
     sources: list[str] = []
     parameters_sha256: str = ""
+    licence: str = ""
+    credit: str = ""
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
 from houseexpo.release import About, release
+from pipeline.batch.folder import Others
 from tests.builders.batch import one_room, run_build
 from tests.builders.plan_files import KINDS, hexed, house, pack
 
@@ -51,7 +52,7 @@ def test_nothing_empty_folders_and_other_files_are_named(tmp_path: Path) -> None
 def test_a_source_without_a_licence_is_refused_and_told_what_to_state(tmp_path: Path) -> None:
     one_room(tmp_path / "houses" / "a.ply")
     run_build([tmp_path / "houses"], tmp_path / "built")
-    _refused(tmp_path / "built", tmp_path, r"'houses', and nothing states their licence.*licence = ")
+    _refused(tmp_path / "built", tmp_path, r"'houses', and nothing states one licence for all of them.*licence = ")
 
 
 def test_a_licence_that_is_stated_later_changes_no_plan(tmp_path: Path) -> None:
@@ -64,6 +65,38 @@ def test_a_licence_that_is_stated_later_changes_no_plan(tmp_path: Path) -> None:
     assert done.licence.spdx == "CC-BY-4.0"
     assert "By C." in (done.folder / "LICENSE").read_text()
     assert "By C." in (done.folder / "README.md").read_text()
+
+
+def test_a_licence_is_of_the_sources_it_was_stated_for(tmp_path: Path) -> None:
+    sources, out = [tmp_path / name for name in "abc"], tmp_path / "built"
+    for i, source in enumerate(sources):
+        one_room(source / f"{source.name}.ply", 9.0 + i)
+
+    def add(number: int, **rights: str) -> tuple[str, str, tuple[str, ...]]:
+        done = run_build([sources[number]], out, others=Others.ADD, **rights)
+        said = json.loads((out / "manifest.json").read_text())
+        return said.get("licence", ""), said.get("credit", ""), done.licences
+
+    assert add(0, licence="CC-BY-4.0", credit="By A.") == ("CC-BY-4.0", "By A.", ("CC-BY-4.0",))
+    assert add(1, licence="cc-by-4.0", credit="By B.") == ("CC-BY-4.0", "By A.; By B.", ("CC-BY-4.0",))
+    assert add(2) == ("", "By A.; By B.", ("CC-BY-4.0", ""))
+    _refused(out, tmp_path, "nothing states one licence for all of them")
+    assert add(2, licence="CC0-1.0")[2] == ("CC-BY-4.0", "CC0-1.0")
+    assert add(2, licence="CC-BY-4.0", credit="By A.") == ("CC-BY-4.0", "By A.; By B.", ("CC-BY-4.0",))
+    (out / ".build" / "rights.json").unlink()  # a data set of an earlier version
+    assert add(1) == ("", "By A.; By B.", ("CC-BY-4.0", ""))
+    assert run_build(["procedural:1"], out, others=Others.REPLACE, licence="CC0-1.0").licences == ("CC0-1.0",)
+    run_build([sources[0]], out, others=Others.REPLACE)
+    assert run_build(["procedural:1"], out, others=Others.ADD, licence="CC0-1.0").licences == ("", "CC0-1.0")
+    _refused(out, tmp_path, "nothing states one licence for all of them")
+
+
+def test_houses_that_the_project_makes_agree_to_any_licence(tmp_path: Path) -> None:
+    one_room(tmp_path / "a" / "a.ply")
+    run_build(["procedural:1"], tmp_path / "out")
+    done = run_build([tmp_path / "a"], tmp_path / "out", others=Others.ADD, licence="CC0-1.0")
+    assert done.licences == ("CC0-1.0",)
+    assert release(tmp_path / "out", tmp_path / "released").licence.spdx == "CC0-1.0"
 
 
 def test_an_unknown_licence_names_the_nearest(rooms: Path, tmp_path: Path) -> None:
