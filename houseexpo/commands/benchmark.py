@@ -70,6 +70,7 @@ def compare(
 
     if out is not None:
         check_name(out)
+        _check_folder(out)
     _print(results)
     if out is not None:
         write_comparison(read_results(results), out, title)
@@ -91,5 +92,9 @@ def _check_out(file: Path) -> None:
     """Refuse, before hours of work, a file that cannot be written."""
     if file.suffix != ".json":
         raise ConfigError(f"--out: expected a file that ends in .json, found {file.name!r}")
+    _check_folder(file)
+
+
+def _check_folder(file: Path) -> None:
     if not file.parent.is_dir():
         raise ConfigError(f"--out: expected a folder {file.parent}, found none; make it first")

@@ -73,6 +73,10 @@ def test_a_narrow_table_goes_on_below_and_breaks_no_number(monkeypatch: pytest.M
         (("run", "--policy", "forward", "--out", "{}/run.txt"), "--out: expected a file that ends in .json"),
         (("run", "--policy", "forward", "--out", "{}/none/run.json"), "expected a folder {}/none, found none"),
         (
+            ("compare", str(RESULTS), "--out", "{}/none/a.md"),
+            "--out: expected a folder {}/none, found none; make",
+        ),
+        (
             ("run", "--policy", "forwards", "--track", "avoidance", "--out", "{}/a.json"),
             "no 'forwards'; the nearest is",
         ),
