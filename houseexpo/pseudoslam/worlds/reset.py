@@ -139,11 +139,13 @@ def _random_pose(
 ) -> Floats:
     """Anywhere in a standing cell where nothing touches; in the middle of one where chance finds no such place."""
     radius_px = config.robot.radius_m * config.pixels_per_metre
-    before = world.traversable_before if traversable is world.traversable else count_before(traversable, 1)
+    standing = traversable.view()
+    standing.flags.writeable = False  # as rasters of worlds are: the kernels are compiled once for both
+    before = world.traversable_before if traversable is world.traversable else count_before(standing, 1)
     for _ in range(_TRIES):
         number = int(rng.integers(before[-1]))
         right, down, heading = rng.random(3).tolist()
-        row, col = nth_cell(traversable, 1, before, number)
+        row, col = nth_cell(standing, 1, before, number)
         for x, y in ((col + right, row + down), (col + 0.5, row + 0.5)):
             if disc_is_free(occupied, x, y, radius_px):
                 return np.array([x, y, (2.0 * heading - 1.0) * math.pi])

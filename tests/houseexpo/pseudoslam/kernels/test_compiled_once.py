@@ -46,4 +46,6 @@ def test_no_kernel_is_compiled_for_a_constant(given: dict[str, str], kernel: str
     assert kernel in {name for name, _ in ours}
     assert ("draw_pictures" in {name for name, _ in ours}) == (kernel == "draw_pictures")  # for whom it is asked
     assert len(set(ours)) == len(ours)
+    names = [name for name, _ in ours]
+    assert (names.count("count_before"), names.count("nth_cell")) == (1, 1)  # rasters of a house and of an episode
     assert not [(name, args) for name, args in ours if "Literal" in args]
