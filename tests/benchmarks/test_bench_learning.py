@@ -1,9 +1,9 @@
 """The paper's two experiments: what was learned, beside policies that learned nothing, in the same episodes.
 
-Policies of ``experiments/paper``, learned with three seeds each (``make experiments``), 200 steps an episode. Obstacle
-avoidance: 200 episodes in the paper's room, with the reward that spinning on the spot does not win. Exploration: all
-published plans of the official test list, or so many as ``HOUSEEXPO_BENCH_PLANS`` says. Learning curves are
-drawn into the folder that ``HOUSEEXPO_BENCH_OUT`` names.
+Policies of ``experiments/paper``, with the paper's memory and without one, learned with three seeds each (``make
+experiments``), 200 steps an episode. Obstacle avoidance: 200 episodes in the paper's room, with the reward that
+spinning on the spot does not win. Exploration: all published plans of the official test list, or so many as
+``HOUSEEXPO_BENCH_PLANS`` says. Learning curves are drawn into the folder that ``HOUSEEXPO_BENCH_OUT`` names.
 """
 
 from __future__ import annotations
@@ -18,17 +18,18 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 
-from houseexpo.drawing.plots import MUTED, ONE, axes_of, svg_alone
+from houseexpo.drawing.plots import MUTED, ONE, OTHER, axes_of, svg_alone
 from houseexpo.pseudoslam.agents.policies import interface_for, policy_of
 from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate, estimate_seeds
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, ObstacleAvoidanceEnv
 from houseexpo.pseudoslam.tasks import ROOM
 from houseexpo.pseudoslam.worlds.cache import Plans
 from tests.builders.needs import need
-from tests.builders.paper_policies import PAPER, SEEDS, held_out, scores_of
+from tests.builders.paper_policies import PAPER, SEEDS, held_out, scores_of, task_of
 from tests.builders.shared import needs_shared
 
 EPISODES = 200
+LEARNED = {"learned": ("", ONE), "learned without a memory": ("-cnn", OTHER)}  # what their experiments end in; colours
 BASELINES = {"avoidance": ("random", "forward", "wall"), "exploration": ("random", "forward", "wall", "frontier")}
 MEASURES = {"avoidance": ("return", "collisions"), "exploration": ("coverage", "explored_m2", "collisions")}
 ENVS = {"avoidance": ObstacleAvoidanceEnv, "exploration": ExplorationEnv}
@@ -63,25 +64,26 @@ def told(found: Estimate, measure: str) -> str:
     return f"{mean:.1f} [{low:.1f}, {high:.1f}]"
 
 
-def curve(task: str) -> tuple[np.ndarray, np.ndarray]:
+def curve(experiment: str) -> tuple[np.ndarray, np.ndarray]:
     """Steps, (tests,), after which all seeds were tested, and each one's return or coverage then, (seeds, tests)."""
-    seeds = []
+    seeds, measure = [], MEASURES[task_of(experiment)][0]
     for seed in SEEDS:
-        with (PAPER / f"{task}-{seed}" / "evaluation.csv").open() as stream:
-            seeds.append({int(row["steps_done"]): float(row[MEASURES[task][0]]) for row in csv.DictReader(stream)})
+        with (PAPER / f"{experiment}-{seed}" / "evaluation.csv").open() as stream:
+            seeds.append({int(row["steps_done"]): float(row[measure]) for row in csv.DictReader(stream)})
     steps = sorted(set.intersection(*map(set, seeds)))
     return np.array(steps), np.array([[found[at] for at in steps] for found in seeds])
 
 
 def draw(task: str, lines: dict[str, float], folder: Path) -> None:
-    """Draw the learning curve, a band from the worst seed to the best, and a line for each other policy."""
-    steps, seeds = curve(task)
+    """Draw learning curves, each with a band from the worst seed to the best, and a line for each other policy."""
     scale = 100 if task == "exploration" else 1
     with axes_of((6.4, 3.4)) as (axes, out):
-        axes.fill_between(
-            steps, scale * seeds.min(axis=0), scale * seeds.max(axis=0), color=ONE, alpha=0.2, linewidth=0
-        )
-        axes.plot(steps, scale * seeds.mean(axis=0), color=ONE, linewidth=1.8, marker="o", markersize=3)
+        for label, (ending, colour) in LEARNED.items():
+            steps, seeds = curve(task + ending)
+            low, middle, high = scale * seeds.min(axis=0), scale * seeds.mean(axis=0), scale * seeds.max(axis=0)
+            axes.fill_between(steps, low, high, color=colour, alpha=0.2, linewidth=0)
+            axes.plot(steps, middle, color=colour, linewidth=1.8, marker="o", markersize=3, label=label)
+        axes.legend(loc="lower right")
         for k, (name, value) in enumerate(lines.items()):  # side by side: two lines may lie close together
             axes.axhline(scale * value, color=MUTED, linewidth=1, linestyle="--")
             at = steps[-1] * (k + 0.5) / len(lines), scale * value
@@ -108,10 +110,12 @@ def test_what_was_learned(task: str) -> None:
     table = Table(title=f"{task}: {episodes} episodes of 200 steps")
     for heading in ("policy", *MEASURES[task]):
         table.add_column(heading, justify="left" if heading == "policy" else "right")
-    runs = [scores_of(task, seed, plans, ids, episodes, 64) for seed in SEEDS]
-    mine = {key: estimate_seeds([[row[key] for row in rows] for rows in runs]) for key in MEASURES[task]}
-    table.add_row("learned (3 seeds)", *(told(mine[key], key) for key in MEASURES[task]))
-    lines = {}
+    lows, lines = {}, {}
+    for label, (ending, _) in LEARNED.items():
+        runs = [scores_of(task + ending, seed, plans, ids, episodes, 64) for seed in SEEDS]
+        mine = {key: estimate_seeds([[row[key] for row in rows] for rows in runs]) for key in MEASURES[task]}
+        table.add_row(f"{label} (3 seeds)", *(told(mine[key], key) for key in MEASURES[task]))
+        lows[label] = float(mine[MEASURES[task][0]].low or 0)
     for name in BASELINES[task]:
         rows = unlearned(task, name, plans, ids, episodes)
         found = {key: estimate([row[key] for row in rows]) for key in MEASURES[task]}
@@ -121,4 +125,4 @@ def test_what_was_learned(task: str) -> None:
     if folder := os.environ.get("HOUSEEXPO_BENCH_OUT"):
         draw(task, lines, Path(folder))
     beaten = {name: value for name, value in lines.items() if name != "frontier"}
-    assert float(mine[MEASURES[task][0]].low or 0) > max(beaten.values())
+    assert lows["learned"] > max(beaten.values())

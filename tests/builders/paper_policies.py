@@ -19,7 +19,7 @@ from tests.builders.shared import DATA
 PAPER = Path(__file__).parents[2] / "experiments" / "paper"
 SCORES = PAPER / "scores.json"
 EPISODES = 20
-TASKS = ("avoidance", "exploration")
+EXPERIMENTS = ("avoidance", "exploration", "avoidance-cnn", "exploration-cnn")  # the last two without a memory
 SEEDS = (0, 1, 2)
 MEASURES = {"avoidance": ("return", "collisions"), "exploration": ("coverage", "explored_m2")}
 
@@ -31,15 +31,21 @@ def held_out() -> tuple[Dataset, list[str]]:
     return plans, [name for name in listed if name in plans]
 
 
+def task_of(experiment: str) -> str:
+    """The task of an experiment."""
+    return experiment.partition("-")[0]
+
+
 def scores_of(
-    task: str, seed: int, plans: Plans, ids: Sequence[str] | None, episodes: int, number: int
+    experiment: str, seed: int, plans: Plans, ids: Sequence[str] | None, episodes: int, number: int
 ) -> list[dict[str, float]]:
     """What came of so many episodes of a policy, in plans of these ids, ``number`` of them at a time."""
     from houseexpo.pseudoslam.learning.evaluation import scores
     from houseexpo.pseudoslam.learning.places import environments
     from houseexpo.pseudoslam.learning.policy_file import read_policy
 
-    trained = read_policy(PAPER / f"{task}-{seed}" / "policy.pt", task)
+    task = task_of(experiment)
+    trained = read_policy(PAPER / f"{experiment}-{seed}" / "policy.pt", task)
     envs = environments(task, trained.config.environment, plans, number=number)
     given = tuple(ids) if ids is not None else None
     found = scores(trained.policy, envs, given, episodes, deterministic=trained.config.evaluation.deterministic)
@@ -47,13 +53,14 @@ def scores_of(
     return found
 
 
-def score(task: str, seed: int) -> dict[str, float]:
+def score(experiment: str, seed: int) -> dict[str, float]:
     """Means over the episodes; those of exploration are in plans of the published test list."""
+    task = task_of(experiment)
     plans, ids = held_out() if task == "exploration" else (ROOM, None)
-    rows = scores_of(task, seed, plans, ids, EPISODES, EPISODES)
+    rows = scores_of(experiment, seed, plans, ids, EPISODES, EPISODES)
     return {name: round(float(np.mean([row[name] for row in rows])), 4) for name in MEASURES[task]}
 
 
 if __name__ == "__main__":
-    told = {f"{task}-{seed}": score(task, seed) for task in TASKS for seed in SEEDS}
+    told = {f"{name}-{seed}": score(name, seed) for name in EXPERIMENTS for seed in SEEDS}
     SCORES.write_text(json.dumps(told, indent=2) + "\n")
