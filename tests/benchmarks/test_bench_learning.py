@@ -83,7 +83,7 @@ def draw(task: str, lines: dict[str, float], folder: Path) -> None:
             low, middle, high = scale * seeds.min(axis=0), scale * seeds.mean(axis=0), scale * seeds.max(axis=0)
             axes.fill_between(steps, low, high, color=colour, alpha=0.2, linewidth=0)
             axes.plot(steps, middle, color=colour, linewidth=1.8, marker="o", markersize=3, label=label)
-        axes.legend(loc="lower right")
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)  # above: lines go all over
         for k, (name, value) in enumerate(lines.items()):  # side by side: two lines may lie close together
             axes.axhline(scale * value, color=MUTED, linewidth=1, linestyle="--")
             at = steps[-1] * (k + 0.5) / len(lines), scale * value

@@ -51,8 +51,8 @@ class Learned:
 
 
 def _family(about: dict[str, Any]) -> str:
-    """Return a name that policies share which differ by the seed only: the network, and a hash of how they learned."""
+    """Return a name that policies share which differ by the seed only: PPO, the network, a hash of how they learned."""
     config = {key: value for key, value in about["config"].items() if key not in {"seed", "evaluation"}}
     place = {key: value for key, value in config["environment"].items() if key != "dataset"}  # it may have moved
     alike = msgspec.json.encode([about["task"], {**config, "environment": place}, about["lists"]], order="sorted")
-    return f"{config['policy']} {hashlib.sha256(alike).hexdigest()[:6]}"
+    return f"PPO {config['policy']} {hashlib.sha256(alike).hexdigest()[:6]}"

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 SUFFIXES: Final = (".html", ".md")
 _SIZE: Final = (6.2, 3.6)
+_WIDE: Final = (8.4, 3.6)  # with a legend beside it
 
 
 @dataclass(frozen=True)
@@ -48,9 +49,9 @@ def write_comparison(found: Sequence[Compared], file: Path, heading: str = HEADI
         for over, _ in compared.track.curves:
             picture = file.with_suffix("") / f"{compared.track.id}-{over}.svg"
             picture.parent.mkdir(exist_ok=True)
-            with axes_of(_SIZE) as (axes, out):
+            with axes_of(_WIDE) as (axes, out):
                 _draw(axes, compared, over)
-                axes.legend(frameon=False, fontsize=8, loc="lower right")
+                axes.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))  # beside the lines
             write_whole(picture, svg_alone(out).encode())
             pictures[compared.track.id, over] = f"{picture.parent.name}/{picture.name}"
     write_whole(file, markdown(found, heading, pictures).encode())

@@ -32,7 +32,7 @@ def test_trainings_that_differ_by_their_seed_are_one_row_of_a_table() -> None:
         found = [load_policy(str(PAPER / f"{experiment}-{seed}" / "policy.pt")).training for seed in SEEDS]
         assert [each.seed for each in found if each] == list(SEEDS)
         [rows[experiment]] = {each.family for each in found if each}
-        assert rows[experiment].partition(" ")[0] == ("cnn" if experiment.endswith("-cnn") else "cnn-lstm")
+        assert rows[experiment].startswith("PPO cnn " if experiment.endswith("-cnn") else "PPO cnn-lstm ")
     assert len(set(rows.values())) == len(rows)
 
 
