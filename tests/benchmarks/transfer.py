@@ -1,4 +1,4 @@
-"""What explorations on other maps share: what came of one, a scan on a map, and one on PseudoSLAM's own map beside."""
+"""What explorations on other maps share: the explorer, what came of it, a scan on a map, and PseudoSLAM's own map."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.loading import load_policy
-from houseexpo.pseudoslam.agents.protocol import Robot, knowledge_of
+from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot, knowledge_of
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig
+from houseexpo.pseudoslam.kernels.mapping.coarse import draw_coarse
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
 from tests.builders.real_slam import CELL_M
@@ -34,13 +35,40 @@ class Exploration:
     off_m: float = 0.0
 
 
+class Explorer:
+    """A policy of the benchmark where no environment shows it anything: it is shown views of its map if it learned so.
+
+    A view is drawn by the rules of the environments (``draw_coarse``), whoever has drawn the map.
+    """
+
+    def __init__(self, policy: str, seed: int) -> None:
+        named = load_policy(policy)
+        self._view = named.interface.view
+        self._acts = named.factory(Robot(CONFIG), seed)
+
+    def __call__(self, info: Knowledge) -> int | None:
+        """Return which of ``ACTIONS`` to take, None where it is done."""
+        action = self._acts(self.view_of(info), info)
+        return None if action is None else int(action)
+
+    def view_of(self, info: Knowledge) -> npt.NDArray[np.uint8] | None:
+        """Return the square of the map round the robot, heading up, (1, pixels, pixels); None where none is wanted."""
+        if self._view is None or self._view.pixels is None:
+            return None
+        out = np.zeros((self._view.pixels, self._view.pixels), np.uint8)
+        x, y, heading = info["pose_px"].tolist()
+        cells = 2 * int(self._view.size_m / CELL_M / 2)
+        draw_coarse(info["map"], x, y, math.cos(heading), math.sin(heading), cells / len(out), out)
+        return out[None]
+
+
 def explore_on_own_map(plan: FloorPlan, policy: str, most: int, seed: int = 0) -> Exploration:
     """Explore on PseudoSLAM's own map, without errors, for at most so many steps."""
     simulator = Simulator.of(plan, CONFIG)
     state = simulator.start(np.random.default_rng(seed))
-    acts, found = load_policy(policy).factory(Robot(CONFIG), seed), Exploration([simulator.coverage(state)])
+    acts, found = Explorer(policy, seed), Exploration([simulator.coverage(state)])
     for _ in range(most):
-        action = acts(None, knowledge_of(simulator, state))
+        action = acts(knowledge_of(simulator, state))
         if action is None:
             break
         simulator.step(state, ACTIONS[action])

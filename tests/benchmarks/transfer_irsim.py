@@ -15,11 +15,10 @@ import numpy as np
 
 from houseexpo.export import irsim as exported
 from houseexpo.floorplan import FloorPlan
-from houseexpo.pseudoslam.agents.loading import load_policy
-from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot
+from houseexpo.pseudoslam.agents.protocol import Knowledge
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE
 from houseexpo.pseudoslam.simulator import Simulator
-from tests.benchmarks.transfer import CONFIG, Exploration, add_scan
+from tests.benchmarks.transfer import CONFIG, Exploration, Explorer, add_scan
 
 _MOTIONS = {0: (3, (1.0, 0.0)), 1: (2, (0.0, math.radians(50.0))), 2: (2, (0.0, -math.radians(50.0)))}
 """Times, and metres and radians a second, of each action."""
@@ -35,7 +34,7 @@ def explore_in_irsim(plan: FloorPlan, policy: str, folder: Path, most: int) -> E
     ours = Simulator.of(plan, CONFIG)
     frame, observable = ours.world.frame, ours.world.observable != 0
     known = np.zeros(frame.shape, np.uint8)
-    acts, done = load_policy(policy).factory(Robot(CONFIG), 0), Exploration()
+    acts, done = Explorer(policy, 0), Exploration()
     for step in range(most + 1):
         x, y, heading = other.robot.state[:3, 0].tolist()
         place = np.array([*frame.pixels_from_points([x, y]).tolist(), heading])
@@ -48,7 +47,7 @@ def explore_in_irsim(plan: FloorPlan, policy: str, folder: Path, most: int) -> E
             "steps": step,
             "path_m": done.metres,
         }
-        action = acts(None, info) if step < most else None
+        action = acts(info) if step < most else None
         if action is None:
             break
         times, speeds = _MOTIONS[action]

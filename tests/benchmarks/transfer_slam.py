@@ -17,13 +17,12 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.pseudoslam.agents.loading import load_policy
-from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot
+from houseexpo.pseudoslam.agents.protocol import Knowledge
 from houseexpo.pseudoslam.io.carmen import Pose, Reading, Scanner, readings
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
 from houseexpo.pseudoslam.worlds.world import World
-from tests.benchmarks.transfer import CONFIG, RANGE_M, Exploration, add_scan
+from tests.benchmarks.transfer import CONFIG, RANGE_M, Exploration, Explorer, add_scan
 from tests.builders.real_slam import CELL_M, DRIFT, LASER_M, SETTINGS, call, convert
 
 EVERY, MARGIN_M = 20, 5.0
@@ -106,7 +105,7 @@ def explore_with_slam(plan: FloorPlan, policy: str, folder: Path, most: int, see
     """Explore with the SLAM in the loop, for at most so many steps."""
     simulator = Simulator.of(plan, CONFIG)
     state = simulator.start(np.random.default_rng(seed))
-    acts, done = load_policy(policy).factory(Robot(CONFIG), seed), Exploration([simulator.coverage(state)])
+    acts, done = Explorer(policy, seed), Exploration([simulator.coverage(state)])
     slam = SlamMap(simulator.world, folder, seed)
     slam.look(simulator.pose(state))
     slam.draw()
@@ -118,7 +117,7 @@ def explore_with_slam(plan: FloorPlan, policy: str, folder: Path, most: int, see
             "steps": step,
             "path_m": done.metres,
         }
-        action = acts(None, info)
+        action = acts(info)
         if action is None:
             break
         simulator.step(state, ACTIONS[action])
