@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.loading import load_policy
 from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot, knowledge_of
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig
+from houseexpo.pseudoslam.envs.pictures import near_px_of, side_of
 from houseexpo.pseudoslam.kernels.mapping.coarse import draw_coarse
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
@@ -43,7 +44,8 @@ class Explorer:
 
     def __init__(self, policy: str, seed: int) -> None:
         named = load_policy(policy)
-        self._view = named.interface.view
+        view = named.interface.view
+        self._shown = replace(CONFIG, observation=view) if view else None
         self._acts = named.factory(Robot(CONFIG), seed)
 
     def __call__(self, info: Knowledge) -> int | None:
@@ -52,13 +54,12 @@ class Explorer:
         return None if action is None else int(action)
 
     def view_of(self, info: Knowledge) -> npt.NDArray[np.uint8] | None:
-        """Return the square of the map round the robot, heading up, (1, pixels, pixels); None where none is wanted."""
-        if self._view is None or self._view.pixels is None:
+        """Return the square of the map round the robot, heading up, (1, side, side); None where none is wanted."""
+        if self._shown is None:
             return None
-        out = np.zeros((self._view.pixels, self._view.pixels), np.uint8)
+        out = np.zeros((side_of(self._shown), side_of(self._shown)), np.uint8)
         x, y, heading = info["pose_px"].tolist()
-        cells = 2 * int(self._view.size_m / CELL_M / 2)
-        draw_coarse(info["map"], x, y, math.cos(heading), math.sin(heading), cells / len(out), out)
+        draw_coarse(info["map"], x, y, math.cos(heading), math.sin(heading), near_px_of(self._shown), out)
         return out[None]
 
 

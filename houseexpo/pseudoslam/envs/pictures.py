@@ -34,6 +34,12 @@ def side_of(config: SimulatorConfig) -> int:
     return config.observation.pixels or config.side_px
 
 
+def near_px_of(config: SimulatorConfig) -> float:
+    """Return how many cells of the map a pixel of the near picture is wide."""
+    view = config.observation
+    return 1.0 if view.pixels is None else view.size_m * config.pixels_per_metre / view.pixels
+
+
 class Pictures:
     """The pictures of N environments: (N, channels, side, side) uint8.
 
@@ -45,9 +51,8 @@ class Pictures:
 
     def __init__(self, number: int, config: SimulatorConfig, *, several: bool) -> None:
         side, view, ppm = side_of(config), config.observation, config.pixels_per_metre
-        near_px = 1.0 if view.pixels is None else view.size_m * ppm / side
         self._scales = Scales(
-            near_px,
+            near_px_of(config),
             view.far_size_m * ppm / side,
             view.global_size_m * ppm / side,
             float(config.robot.radius_m * ppm),  # whole numbers would have the kernel compiled once more
