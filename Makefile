@@ -69,7 +69,7 @@ release: setup ## build a manifest (RELEASE=...) and release it, into releases/<
 	  --out releases/$(basename $(notdir $(RELEASE))) $(ABOUT)
 
 docs: setup ## build the pages of docs/ as a site, into docs/_build; warnings are errors
-	@$(BIN)/python -c 'import furo' 2>/dev/null || $(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[docs]'
+	@$(BIN)/python -c 'import furo, sphinx_copybutton, sphinx_design' 2>/dev/null || $(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[docs]'
 	@$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs docs/_build
 	@echo "-- open docs/_build/index.html"
 

@@ -13,9 +13,9 @@ project = "HouseExpo"
 author = copyright = "the HouseExpo project"
 version = release = houseexpo.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton", "sphinx_design"]
 exclude_patterns = ["_build", "examples"]
-highlight_language = "none"  # blocks without a language hold commands
+highlight_language = "bash"  # blocks without a language hold commands
 source_suffix = {".md": "markdown"}
 
 myst_heading_anchors = 3
