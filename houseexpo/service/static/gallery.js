@@ -126,6 +126,7 @@ document.getElementById("clear").addEventListener("click", () => {
   state = new URLSearchParams([...state].filter(([key]) => !refused && ["sort", "radius"].includes(key)));
   go();
 });
+document.querySelector('.skip[href="#plans"]').addEventListener("click", (event) => { event.preventDefault(); grid.focus(); });
 addEventListener("popstate", () => { state = new URLSearchParams(location.search); show(); });
 if (matchMedia("(max-width: 820px)").matches) document.getElementById("filters").open = false;
 

@@ -5,14 +5,15 @@ const PAGE = 100, CAPTION = 40, LEAST = 168;
 
 export class Grid {
   constructor(place, data) {
-    Object.assign(this, { place, data, query: "", found: 0, pages: new Map(), tiles: new Map(), waiting: false });
+    Object.assign(this, { place, data, query: "", found: 0, current: 0, stop: null, pages: new Map(), tiles: new Map(), waiting: false });
     addEventListener("scroll", () => this.soon(), { passive: true });
     new ResizeObserver(() => { this.measure(); this.draw(); }).observe(place);
     place.addEventListener("keydown", (event) => this.moved(event));
+    place.addEventListener("focusin", (event) => { const number = Number(event.target.dataset.number); if (!Number.isNaN(number)) this.rove(number); });
   }
 
   show(query, found) {
-    if (query !== this.query) { this.query = query; this.pages.clear(); this.clear(); }
+    if (query !== this.query) { this.query = query; this.pages.clear(); this.clear(); this.current = 0; }
     this.found = found;
     this.measure();
     this.draw();
@@ -41,18 +42,36 @@ export class Grid {
     const first = Math.max(Math.floor(top / this.tall) - 2, 0) * this.columns;
     const last = Math.min((Math.ceil((top + innerHeight) / this.tall) + 2) * this.columns, this.found);
     for (const [number, tile] of this.tiles) {
-      if (number < first || number >= last) { tile.remove(); this.tiles.delete(number); }
+      const gone = number >= this.found || ((number < first || number >= last) && !tile.contains(document.activeElement));
+      if (gone) { tile.remove(); this.tiles.delete(number); }
     }
     for (let number = first; number < last; number++) this.put(number);
     for (let page = Math.floor(first / PAGE); page * PAGE < last; page++) this.load(page);
+    const inSight = Math.min(Math.max(Math.ceil(top / this.tall), 0) * this.columns, this.found - 1);
+    this.rove(this.current >= first && this.current < last ? this.current : inSight);
+  }
+
+  // The plans are one stop of the Tab key: the one that was reached last, or else the first in sight.
+  rove(number) {
+    const next = this.tiles.get(number)?.firstChild;
+    if (!next) return;
+    if (this.stop !== next) this.stop?.setAttribute("tabindex", -1);
+    next.setAttribute("tabindex", 0);
+    Object.assign(this, { current: number, stop: next });
+  }
+
+  focus() {
+    this.draw();
+    (this.stop?.isConnected ? this.stop : this.place).focus();
   }
 
   put(number) {
     let tile = this.tiles.get(number);
     if (!tile) {
-      tile = element("div", { class: "tile", role: "listitem" }, element("a", { class: "plan waiting", "data-number": number }));
+      tile = element("div", { class: "tile", role: "listitem" }, element("a", { class: "plan waiting", "data-number": number, tabindex: -1 }));
       this.tiles.set(number, tile);
-      this.place.append(tile);
+      const after = [...this.place.children].find((each) => Number(each.firstChild.dataset.number) > number);
+      this.place.insertBefore(tile, after ?? null); // who listens to the page hears the plans in their order
     }
     const row = Math.floor(number / this.columns), column = number % this.columns;
     Object.assign(tile.style, {
@@ -92,12 +111,16 @@ export class Grid {
     }
   }
 
-  moved(event) { // arrow keys go from plan to plan, also beyond what is in sight
-    const step = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -this.columns, ArrowDown: this.columns }[event.key];
+  moved(event) { // from plan to plan, also beyond what is in sight
     const from = Number(document.activeElement?.dataset.number);
-    if (!step || Number.isNaN(from)) return;
+    if (Number.isNaN(from) || event.ctrlKey || event.metaKey || event.altKey) return;
+    const page = Math.max(Math.floor((innerHeight - 160) / this.tall), 1) * this.columns;
+    const step = {
+      ArrowLeft: -1, ArrowRight: 1, ArrowUp: -this.columns, ArrowDown: this.columns, Home: -from, End: this.found - 1 - from,
+      PageUp: -Math.min(page, from), PageDown: Math.min(page, this.found - 1 - from),
+    }[event.key];
     const to = from + step;
-    if (to < 0 || to >= this.found) return;
+    if (!step || to < 0 || to >= this.found) return;
     event.preventDefault();
     const target = Math.floor(to / this.columns) * this.tall + this.place.getBoundingClientRect().top;
     if (target < 120 || target + this.tall > innerHeight) scrollBy(0, target < 120 ? target - 140 : target + this.tall - innerHeight + 20);

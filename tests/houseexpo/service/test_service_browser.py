@@ -150,6 +150,37 @@ def test_arrow_keys_walk_from_plan_to_plan(chromium: Any, address: str) -> None:
         page.wait_for_url(re.compile("/published/plan/"))
 
 
+def test_three_keys_lead_to_the_first_plan_and_the_plans_are_one_stop(chromium: Any, address: str) -> None:
+    number = "document.activeElement.dataset.number"
+    with visit(chromium, address, "/published/") as page:
+        page.wait_for_selector('[data-number="0"][href]')
+        page.keyboard.press("Tab")
+        assert page.evaluate("document.activeElement.textContent") == "Skip to the plans"
+        assert page.locator(".skip:focus").bounding_box()["x"] >= 0
+        page.keyboard.press("Enter")
+        assert page.evaluate(number) == "0"
+        for _ in range(3):
+            page.keyboard.press("ArrowRight")
+        page.keyboard.press("Tab")
+        assert page.evaluate(number) is None  # one stop, not four hundred
+        page.keyboard.press("Shift+Tab")
+        assert page.evaluate(number) == "3"  # where it was left
+        page.keyboard.press("End")
+        assert page.evaluate(number) == "399"
+        page.keyboard.press("PageUp")
+        assert int(page.evaluate(number)) < 399
+        page.keyboard.press("Home")
+        assert page.evaluate(number) == "0"
+        page.evaluate("document.activeElement.blur()")
+        page.evaluate("scrollTo(0, document.body.scrollHeight)")
+        page.wait_for_selector('[data-number="399"][href]')
+        stops = page.locator('a.plan[tabindex="0"]')
+        assert stops.count() == 1
+        assert int(stops.get_attribute("data-number")) > 300  # the first in sight
+        numbers = page.locator("a.plan").evaluate_all("(all) => all.map((each) => Number(each.dataset.number))")
+        assert numbers == sorted(numbers)
+
+
 def test_statistics_of_nothing_are_no_figures(chromium: Any, address: str) -> None:
     with visit(chromium, address, "/homes/statistics?rooms=99") as page:
         said(page, "#what", re.compile("^0 of 4 plans"))
