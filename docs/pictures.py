@@ -1,7 +1,7 @@
 """Draw the pictures of ``docs/algorithm.md`` and ``docs/guide-homes.md``: ``make pictures``.
 
-Three of the houses of ``procedural:60 --seed 2019``: one in which a wall is cut, one with a chimney, one with a garage
-that stands apart.
+Three of the houses of ``procedural:60?style=test --seed 2019``: one in which a wall is cut, one with a chimney, one
+with a garage that stands apart.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pipeline.sources import find, reader
 
 HOMES, N_HOMES = Path(__file__).parent / "images" / "homes.png", 24
 FOLDER = Path(__file__).parent / "images" / "stages"
-CONFIG = BuildConfig(BuildOptions(sources=("procedural:60",), seed=2019))
+CONFIG = BuildConfig(BuildOptions(sources=("procedural:60?style=test",), seed=2019))
 HOUSES = {
     "b16a83220d643acf43c072de5df74a54": (
         *("door_plane", "ground_plane", "layout", "doors", "contour", "connectivity", "refine", "plan"),
@@ -50,7 +50,7 @@ def draw(folder: Path = FOLDER) -> list[Path]:
 
 def draw_homes(file: Path = HOMES) -> None:
     """Write a contact sheet of the first homes of seed 1."""
-    items = islice(find("procedural:1000?style=home", seed="1"), N_HOMES)
+    items = islice(find("procedural:1000", seed="1"), N_HOMES)
     levels = [level for item in items for level in reader(item.reader).read(item)]
     plans = [plan_house(level, PipelineConfig(), np.random.default_rng(0)) for level in levels]
     captions = [f"{plan.room_num} rooms, {plan.area:.0f} m2" for plan in plans]

@@ -54,7 +54,8 @@ def build(
         list[str] | None,
         typer.Argument(
             metavar="SOURCE",
-            help="A mesh, a folder, an IFC file, a SUNCG root or procedural:COUNT; with --verify, a data set.",
+            help="A mesh, an IFC file, a folder of such files, a SUNCG root, or procedural:COUNT for homes that "
+            "are made; with --verify, a data set.",
             show_default=False,
         ),
     ] = None,

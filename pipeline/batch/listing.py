@@ -16,6 +16,7 @@ from pipeline.batch.mirror import Mirror, mirrored
 from pipeline.batch.remote import is_url
 from pipeline.config_file import BuildConfig
 from pipeline.sources import find, is_path, made_count
+from pipeline.sources.made import made_of
 from pipeline.sources.naming import files_in
 from pipeline.values import Input
 
@@ -29,7 +30,7 @@ class Listing:
     _mirrors: dict[str, tuple[Mirror, Path]] = field(default_factory=dict)
 
     def __iter__(self) -> Iterator[tuple[str, Input]]:
-        """Yield each input once, with its source: the path in full, or ``procedural:COUNT``."""
+        """Yield each input once, with its source: the path in full, or ``procedural:COUNT?style=home``."""
         return islice(self._found(), self.config.build.limit)
 
     @property
@@ -137,7 +138,10 @@ def absolute(source: str) -> str:
 
 
 def full_name(source: str) -> str:
-    """Return a source's own name on this machine."""
+    """Return a source's own name on this machine; of made houses it states the style."""
     if is_url(source):
         return source.rstrip("/")
+    made = made_of(source)
+    if made is not None:
+        return made.name
     return printable(str(Path(source).resolve())) if is_path(source) else source

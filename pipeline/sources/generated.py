@@ -1,8 +1,9 @@
 """``procedural:COUNT``: houses that the project makes itself. A house is made where it is read, so that any worker can.
 
-``procedural:COUNT`` makes houses in SUNCG's layout, some with what the paper names as hard planted in them; they are
-written to a scratch folder and read by the SUNCG reader. ``procedural:COUNT?style=home`` makes sound houses that look
-like published ones. What a build depends on is the seed, the house's number and the statistics that homes follow.
+``procedural:COUNT``, or ``procedural:COUNT?style=home`` in full, makes sound homes whose numbers and shapes follow the
+published plans. ``procedural:COUNT?style=test`` makes houses in SUNCG's layout, in some of which the cases that the
+paper names as hard are planted; they are written to a scratch folder and read by the SUNCG reader. A house depends on
+the seed and its number, a home also on the statistics that homes follow.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from pipeline.sources import suncg
 from pipeline.sources.homes.house import home_id, make_home
 from pipeline.sources.homes.level import level_of
 from pipeline.sources.homes.tables import table_digest
-from pipeline.sources.made import made_of
+from pipeline.sources.made import HOME, made_of
 from pipeline.sources.procedural import scene_id, write_house
 from pipeline.values import MADE, Input, Level, RejectedLevel
 
@@ -26,9 +27,9 @@ def find(path: str, **options: str) -> Iterator[Input]:
     """List COUNT houses of a seed, one by one; option ``seed`` (default 0)."""
     made, seed = made_of(path), options.get("seed", "0")
     if made is None or made.count < 1:
-        expected = "expected procedural:COUNT or procedural:COUNT?style=home with a COUNT of at least 1"
+        expected = "expected procedural:COUNT or procedural:COUNT?style=test with a COUNT of at least 1"
         raise ConfigError(f"source {path!r}: {expected}")
-    homes = made.style == "home"
+    homes = made.style == HOME
     kind = f":home:{table_digest()}" if homes else ""
     for index in range(made.count):
         name = home_id(index, int(seed)) if homes else scene_id(index, int(seed))

@@ -59,7 +59,9 @@ def test_every_input_ends_as_a_plan_a_rejection_or_a_duplicate(street: Path, tmp
 
 @pytest.mark.slow
 def test_a_build_counts_the_plans_in_which_a_rule_had_something_to_do(tmp_path: Path) -> None:
-    outcomes = run_build([Path("procedural:40")], tmp_path / "out", seed=7, plan=plan_level).stats["outcomes"]
+    outcomes = run_build([Path("procedural:40?style=test")], tmp_path / "out", seed=7, plan=plan_level).stats[
+        "outcomes"
+    ]
     plans = [decode(file.read_bytes()) for file in (tmp_path / "out" / "json").iterdir()]
     notes = [(plan.provenance or {})["notes"] for plan in plans]
     assert outcomes["rules"]["boundary:floor_edge"] == sum("boundary" in note for note in notes) > 0

@@ -11,6 +11,7 @@ import pytest
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.splits import split, write_split
 from houseexpo.errors import ConfigError
+from pipeline.algorithm import plan_level
 from pipeline.batch.folder import Others
 from pipeline.overrides import Override
 from tests.builders.batch import contents, killed_once, lines, one_room, run_build, three_rooms
@@ -206,6 +207,20 @@ def test_more_made_houses_are_no_other_source(tmp_path: Path) -> None:
     assert run_build([Path("procedural:2")], tmp_path / "out").stats["outcomes"]["inputs"] == 2
     with pytest.raises(ConfigError, match="plans of other sources"):
         run_build([Path("procedural:1")], tmp_path / "out")
+
+
+def test_a_build_of_test_houses_that_did_not_name_the_style_is_not_replaced_by_homes(tmp_path: Path) -> None:
+    """Before homes were the default, the source ``procedural:2`` meant what ``?style=test`` means now."""
+    out = tmp_path / "out"
+    first = run_build(["procedural:2?style=test"], out, plan=plan_level)
+    for file in (out / "manifest.json", *(out / ".build").glob("*.json*")):
+        file.write_text(file.read_text().replace("procedural:2?style=test", "procedural:2"))
+    before = contents(out)
+    with pytest.raises(ConfigError, match=r"plans of other sources \(procedural:2\)"):
+        run_build(["procedural:2"], out, plan=plan_level)
+    assert contents(out) == before
+    for name in ("procedural:2?style=plain", "procedural:2?style=test"):
+        assert run_build([name], out, plan=plan_level).ids == first.ids
 
 
 def test_a_source_that_does_not_exist_is_an_error_before_anything_is_touched(street: Path, tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from tests.builders.batch import contents, run_build
 
 @pytest.mark.slow
 def test_made_houses_become_plans_whatever_the_workers(tmp_path: Path) -> None:
-    house = [Path("procedural:8")]
+    house = [Path("procedural:8?style=test")]
     one = run_build(house, tmp_path / "one", workers=1, seed=5, plan=plan_level)
     run_build(house, tmp_path / "two", workers=2, seed=5, plan=plan_level)
     assert contents(tmp_path / "one") == contents(tmp_path / "two")

@@ -56,14 +56,14 @@ def test_a_build_on_a_disk_that_fills_up_goes_on_when_there_is_room(
 @pytest.mark.slow
 def test_houses_that_the_temporary_folder_has_no_room_for_are_done_later(disk: Disk, tmp_path: Path) -> None:
     out, scratch = tmp_path / "out", disk("scratch", "64k")
-    full = build("procedural:4", out, TMPDIR=str(scratch))
+    full = build("procedural:4?style=test", out, TMPDIR=str(scratch))
     assert full.returncode == NOT_DONE, full.stderr
     assert "not done yet: 4" in full.stdout
     assert {line["reason"] for line in lines(out / "rejected.jsonl")} == {"not_yet"}
     assert {line["detail"] for line in lines(out / "rejected.jsonl")} == {"No space left on device"}
     disk("scratch", "50m")
-    assert build("procedural:4", out, TMPDIR=str(scratch)).returncode == 0
-    build("procedural:4", tmp_path / "calm")
+    assert build("procedural:4?style=test", out, TMPDIR=str(scratch)).returncode == 0
+    build("procedural:4?style=test", tmp_path / "calm")
     assert contents(out) == contents(tmp_path / "calm")
 
 

@@ -20,7 +20,17 @@ HOUSES, KILLS = 16, 6
 
 
 def command(out: Path) -> list[str]:
-    return [sys.executable, "-m", "houseexpo", "build", f"procedural:{HOUSES}", "--seed", "3", "--out", str(out)]
+    return [
+        sys.executable,
+        "-m",
+        "houseexpo",
+        "build",
+        f"procedural:{HOUSES}?style=test",
+        "--seed",
+        "3",
+        "--out",
+        str(out),
+    ]
 
 
 @pytest.fixture(scope="module")

@@ -32,7 +32,7 @@ ROBOT_M = 0.2
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Fourteen houses that the project makes, half of them furnished."""
     out = tmp_path_factory.mktemp("furnished") / "built"
-    run_build([Path("procedural:14")], out, seed=11, plan=plan_level, furnished=0.5)
+    run_build([Path("procedural:14?style=test")], out, seed=11, plan=plan_level, furnished=0.5)
     return out
 
 
@@ -40,7 +40,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def plain(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The same houses, empty."""
     out = tmp_path_factory.mktemp("plain") / "built"
-    run_build([Path("procedural:14")], out, seed=11, plan=plan_level)
+    run_build([Path("procedural:14?style=test")], out, seed=11, plan=plan_level)
     return out
 
 
@@ -66,7 +66,7 @@ def test_a_share_of_the_houses_is_furnished_and_the_others_are_as_they_were(buil
 
 
 def test_furniture_is_the_same_whatever_the_workers(built: Path, tmp_path: Path) -> None:
-    run_build([Path("procedural:14")], tmp_path / "two", seed=11, plan=plan_level, furnished=0.5, workers=2)
+    run_build([Path("procedural:14?style=test")], tmp_path / "two", seed=11, plan=plan_level, furnished=0.5, workers=2)
     assert contents(tmp_path / "two") == contents(built)
 
 
