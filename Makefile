@@ -3,7 +3,7 @@
 PYTHON  ?= python3
 VENV    := .venv
 BIN     := $(VENV)/bin
-DATASET ?= datasets/demo
+DATASET ?= plans/demo
 RELEASE ?= data_manifests/free35k.toml
 RUNS    ?= experiments/runs
 SEEDS   ?= 0 1 2
@@ -59,13 +59,13 @@ experiments: learn ## learn the paper's two experiments, with a memory and witho
 	  $(BIN)/houseexpo train $${name%-cnn} --config experiments/$$name.toml --seed $$seed --resume \
 	    --out $(RUNS)/$$name-$$seed $(TRAIN) || exit; done; done
 
-dataset: setup ## build the demo data set: 300 houses made by the project, into datasets/demo
+dataset: setup ## build the demo data set: 300 houses made by the project, into plans/demo
 	@$(BIN)/houseexpo build --config data_manifests/demo.toml --out $(DATASET)
 	@$(BIN)/houseexpo stats $(DATASET) --out $(DATASET)/.build/statistics.html
 
 release: setup ## build a manifest (RELEASE=...) and release it, into releases/<its name>
-	@$(BIN)/houseexpo build --config $(RELEASE) --out datasets/$(basename $(notdir $(RELEASE)))
-	@$(BIN)/houseexpo release datasets/$(basename $(notdir $(RELEASE))) \
+	@$(BIN)/houseexpo build --config $(RELEASE) --out plans/$(basename $(notdir $(RELEASE)))
+	@$(BIN)/houseexpo release plans/$(basename $(notdir $(RELEASE))) \
 	  --out releases/$(basename $(notdir $(RELEASE))) $(ABOUT)
 
 docs: setup ## build the pages of docs/ as a site, into docs/_build; warnings are errors

@@ -32,7 +32,7 @@ def copy(tmp_path: Path) -> Path:
     for name in ("houseexpo", "pipeline", "stats", "tests", "docs/examples", "data_manifests"):
         shutil.copytree(ROOT / name, tmp_path / "copy" / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copyfile(ROOT / "pyproject.toml", tmp_path / "copy" / "pyproject.toml")
-    run_build([Path("procedural:2")], tmp_path / "copy" / "datasets" / "demo", seed=3, plan=plan_level)
+    run_build([Path("procedural:2")], tmp_path / "copy" / "plans" / "demo", seed=3, plan=plan_level)
     return tmp_path / "copy"
 
 

@@ -39,36 +39,31 @@ INSTALLED_BY = {"stable_baselines3": "make learn", "geopandas": "make readers", 
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder that holds the data set that the lines open, and its release."""
     found = tmp_path_factory.mktemp("readme")
-    run_build([Path("procedural:8")], found / "plans", seed=3, plan=plan_level)
-    plans = open_dataset(found / "plans")
-    write_split(split(plans, {"train": 0.7, "val": 0.1, "test": 0.2}, 0, 1), found / "plans")
-    (found / "datasets").mkdir()
-    (found / "datasets" / "demo").symlink_to(found / "plans", target_is_directory=True)
-    release(found / "plans", found / "releases" / "demo")
+    demo = found / "plans" / "demo"
+    run_build([Path("procedural:8")], demo, seed=3, plan=plan_level)
+    plans = open_dataset(demo)
+    write_split(split(plans, {"train": 0.7, "val": 0.1, "test": 0.2}, 0, 1), demo)
+    release(demo, found / "releases" / "demo")
     return found
 
 
 @pytest.fixture(scope="module")
 def address(folder: Path) -> Iterator[str]:
     """Where the data set is served."""
-    with running(service_of(folder / "plans")) as found:
-        yield f"{found}/plans"
+    with running(service_of(folder / "plans" / "demo")) as found:
+        yield f"{found}/demo"
 
 
 def slowly(lines: dict[str, str]) -> list[object]:
     """Lines that simulate compile kernels first."""
     return [
-        pytest.param(text, id=name, marks=[pytest.mark.slow] * ("simulator" in name)) for text, name in lines.items()
+        pytest.param(text, id=name, marks=[pytest.mark.slow] * ("pseudoslam" in text)) for text, name in lines.items()
     ]
 
 
 @pytest.mark.parametrize("lines", slowly(PYTHON))
 def test_lines_of_python_run(lines: str, folder: Path, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module, how in (
-        ("stable_baselines3", "make learn"),
-        ("geopandas", "make readers"),
-        ("datasets", "make readers"),
-    ):
+    for module, how in INSTALLED_BY.items():
         if re.search(rf"^(import|from) {module}\b", lines, re.MULTILINE):
             need(modules=[module], how=how)
     monkeypatch.chdir(folder)

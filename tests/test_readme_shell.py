@@ -68,7 +68,7 @@ def environment(folder: Path) -> dict[str, str]:
 def test_a_line_runs(line: str, folder: Path) -> None:
     builds = line.startswith("houseexpo build")
     if not builds and "assemble" not in line:
-        place = folder / ("datasets/demo" if "datasets/demo" in line else "plans")
+        place = folder / "plans" / "demo"
         place.parent.mkdir(exist_ok=True)
         (folder / "data").rename(place)
     run = line.replace("procedural:1000", "procedural:3").replace("/shared", str(folder))  # sooner done, and not at /
@@ -87,7 +87,8 @@ def test_a_line_runs(line: str, folder: Path) -> None:
 @pytest.mark.parametrize("line", SERVED)
 def test_a_service_starts_answers_and_ends(line: str, folder: Path) -> None:
     pytest.importorskip("starlette")
-    (folder / "data").rename(folder / "plans")
+    (folder / "plans").mkdir()
+    (folder / "data").rename(folder / "plans" / "demo")
     with subprocess.Popen(
         f"{line} --port 0".split(), cwd=folder, env=environment(folder), stdout=subprocess.PIPE, text=True
     ) as service:

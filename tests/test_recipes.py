@@ -42,21 +42,21 @@ NOT_RUN = {
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with what the recipes name: a demo data set, a published archive, houses."""
     monkeypatch.chdir(tmp_path)
-    run_build([Path("procedural:6")], tmp_path / "datasets" / "demo", seed=3, plan=plan_level)
+    run_build([Path("procedural:6")], tmp_path / "plans" / "demo", seed=3, plan=plan_level)
     shutil.copytree(FILE.parent, tmp_path / "docs" / "examples")
     (tmp_path / "houses").mkdir()
     house = trimesh.load(FILE)
     house.apply_transform(trimesh.transformations.rotation_matrix(-1.5707963267948966, (1, 0, 0)))  # glTF: y up
     house.export(tmp_path / "house.glb")
     shutil.copyfile(tmp_path / "house.glb", tmp_path / "houses" / "villa.glb")
-    plans = open_dataset(tmp_path / "datasets" / "demo")
+    plans = open_dataset(tmp_path / "plans" / "demo")
     files = export(plans, "json", tmp_path / "published")
     shutil.copyfile(files[0], tmp_path / "a_plan.json")
     with tarfile.open(tmp_path / "json.tar.gz", "w:gz") as archive:
         for file in files:
             archive.add(file, f"json/{file.name}")
     (tmp_path / "bad.txt").write_text(f"{plans.ids[0]}\n")
-    shutil.copytree(tmp_path / "datasets" / "demo", tmp_path / "plans")
+    shutil.copytree(tmp_path / "plans" / "demo", tmp_path / "plans" / "homes")
     return tmp_path
 
 
@@ -78,7 +78,7 @@ def test_recipes_run_as_they_are_printed(page: Path, place: Path) -> None:
             continue
         words = shlex.split(recipe)
         if words[1] == "build" and words[2] != built:  # the recipes of a page are alternatives
-            shutil.rmtree(place / "plans", ignore_errors=True)
+            shutil.rmtree(place / words[words.index("--out") + 1], ignore_errors=True)
             built = words[2]
         target = words[words.index(">") + 1] if ">" in words else ""
         words = words[1 : words.index(">")] if target else words[1:]
@@ -92,4 +92,4 @@ def test_recipes_run_as_they_are_printed(page: Path, place: Path) -> None:
 
 def test_recipes_are_found_on_every_page() -> None:
     assert all(recipes(page) for page in PAGES)
-    assert "houseexpo export plans --to ros --out maps" in recipes(ROOT / "README.md")
+    assert "houseexpo export plans/demo --to ros --out maps" in recipes(ROOT / "README.md")

@@ -1,6 +1,6 @@
 """PPO in one file, in the form of CleanRL, on a PseudoSLAM vector environment.
 
-    python docs/examples/ppo.py PseudoSLAM/Exploration-v0 --dataset datasets/demo --total-steps 200000
+    python docs/examples/ppo.py PseudoSLAM/Exploration-v0 --dataset plans/demo --total-steps 200000
 
 Needs the extra `learn`. Read it, copy it, change it: nothing here is hidden in a library.
 """

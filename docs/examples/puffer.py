@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.envs.puffer import PseudoSlamPufferEnv
 def main() -> None:
     """Step, and say what came of the episodes."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--dataset", default="datasets/demo")
+    parser.add_argument("--dataset", default="plans/demo")
     parser.add_argument("--num-envs", type=int, default=64)
     parser.add_argument("--steps", type=int, default=1000)
     given = parser.parse_args()

@@ -69,6 +69,6 @@ def _plans(dataset: Path | None, plan: str | None, task: TaskName) -> Plans:
         return data_set(dataset)
     except ConfigError as error:
         raise ConfigError(
-            f"{task}: which houses? Name a data set or a plan's file: `make dataset` builds datasets/demo, `houseexpo "
+            f"{task}: which houses? Name a data set or a plan's file: `make dataset` builds plans/demo, `houseexpo "
             "fetch` brings the published one, which is taken where none is named"
         ) from error

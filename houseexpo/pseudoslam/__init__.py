@@ -5,7 +5,7 @@ Importing this registers the environments with gymnasium::
     import gymnasium
     import houseexpo.pseudoslam
 
-    env = gymnasium.make("PseudoSLAM/Exploration-v0", dataset="datasets/demo")
+    env = gymnasium.make("PseudoSLAM/Exploration-v0", dataset="plans/demo")
 
 An episode's length is ``SimulatorConfig.max_steps``; no wrapper cuts it off.
 """

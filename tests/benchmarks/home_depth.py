@@ -1,6 +1,6 @@
 """How many doors lead from a room called Entryway to the farthest room, in made homes and in published plans.
 
-    python -m tests.benchmarks.home_depth datasets/free35k plans_33717.jsonl.gz [HOUSES]
+    python -m tests.benchmarks.home_depth plans/free35k plans_33717.jsonl.gz [HOUSES]
 
 Some 2% of plans have such a room, so that the 2,000 of ``home_comparison`` have 40: two draws of 40 published plans are
 0.24 deviations apart in the median. Here up to HOUSES of each are looked at, 1,000 by default.

@@ -11,6 +11,12 @@ from pathlib import Path
 import pytest
 
 
+def is_installed(module: str) -> bool:
+    """Whether a module can be imported; a folder that happens to have its name is no module."""
+    found = find_spec(module)
+    return found is not None and found.origin is not None
+
+
 def need(
     *,
     modules: Sequence[str] = (),
@@ -20,7 +26,7 @@ def need(
     how: str,
 ) -> None:
     """Skip where modules, programs or folders are missing; ``how`` says how to install them."""
-    missing = [name for name in modules if find_spec(name) is None]
+    missing = [name for name in modules if not is_installed(name)]
     missing += [name for name in programs if shutil.which(name) is None]
     missing += [folder.name for folder in folders if not folder.is_dir()]
     if root and os.getuid() != 0:

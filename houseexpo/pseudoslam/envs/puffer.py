@@ -2,7 +2,7 @@
 
 >>> import pufferlib.vector  # doctest: +SKIP
 >>> from houseexpo.pseudoslam.envs.puffer import PseudoSlamPufferEnv  # doctest: +SKIP
->>> env = pufferlib.vector.make(PseudoSlamPufferEnv, env_kwargs={"num_envs": 64, "dataset": "datasets/demo"})
+>>> env = pufferlib.vector.make(PseudoSlamPufferEnv, env_kwargs={"num_envs": 64, "dataset": "plans/demo"})
 ... # doctest: +SKIP
 """
 

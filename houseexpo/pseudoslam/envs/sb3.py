@@ -1,7 +1,7 @@
 """Vector environments for Stable-Baselines3, which has an interface of its own.
 
 >>> from houseexpo.pseudoslam.envs.sb3 import SB3VecEnv  # doctest: +SKIP
->>> env = gymnasium.make_vec("PseudoSLAM/Exploration-v0", 16, autoreset_mode="SameStep", dataset="datasets/demo")
+>>> env = gymnasium.make_vec("PseudoSLAM/Exploration-v0", 16, autoreset_mode="SameStep", dataset="plans/demo")
 ... # doctest: +SKIP
 >>> PPO("CnnPolicy", VecMonitor(SB3VecEnv(env))).learn(100_000)  # doctest: +SKIP
 """

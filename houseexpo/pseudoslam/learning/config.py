@@ -9,7 +9,7 @@ An example, in which all that is left out keeps its default::
     learning_rate = 2.5e-4
 
     [environment]
-    dataset = "datasets/demo"
+    dataset = "plans/demo"
     preset = "view-10m"
     task = { reward = "coverage" }
     simulator = { max_steps = 200 }
