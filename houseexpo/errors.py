@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 INTERRUPTED = 130
 """The exit code of a command that Ctrl-C ended."""
 
 
 def installing(extra: str) -> str:
-    """Return what to type for one of the project's extras; the package is on no index, so it is done in a clone."""
-    return f"in a clone of the project, pip install -e '.[{extra}]'"
+    """Return the command that installs one of the project's extras: from the clone, or from the index."""
+    root = Path(__file__).resolve().parents[1]
+    if (root / "pyproject.toml").is_file() and (root / "pipeline").is_dir():
+        return f"in a clone of the project, pip install -e '.[{extra}]'"
+    return f"pip install 'houseexpo[{extra}]'"
 
 
 class HouseExpoError(Exception):

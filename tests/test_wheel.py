@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import email
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -32,7 +34,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     copy = folder / "source"
     for name in (*PACKAGES, "data_manifests"):
         shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
+    for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, copy)
     pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "wheel", "--quiet")
     call(*pip, "--no-deps", "--no-build-isolation", "--wheel-dir", folder, copy, cwd=folder)
@@ -71,6 +73,26 @@ def test_every_package_and_its_marker_travels(wheel: Path) -> None:
     assert {*manifests, "houseexpo/plan/houseexpo-2.schema.json", "houseexpo/__init__.pyi"} <= names
     assert "houseexpo/release/templates/README.md.j2" in names
     assert not [name for name in names if name.startswith(("tests/", "data_manifests/"))]
+
+
+@pytest.mark.slow
+def test_an_index_page_can_show_what_the_wheel_says_of_itself(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+        said = email.message_from_bytes(archive.read(name))
+    assert {"Author", "Keywords", "Classifier", "Project-URL", "License-Expression"} <= set(said.keys())
+    page = said.get_payload()
+    assert page.startswith("# HouseExpo")
+    links = re.findall(r"\]\(([^)]+)\)", page)
+    assert not [link for link in links if not link.startswith(("https://", "#"))]
+
+
+@pytest.mark.slow
+def test_away_from_a_clone_an_extra_comes_from_the_index(installed: Path, tmp_path: Path) -> None:
+    said = call(
+        installed / "python", "-c", "from houseexpo.errors import installing; print(installing('serve'))", cwd=tmp_path
+    )
+    assert said.strip() == "pip install 'houseexpo[serve]'"
 
 
 @pytest.mark.slow

@@ -27,7 +27,6 @@ LIBRARIES = (
     "numba",
     "numpy",
     "opencv-python-headless",
-    "pycollada",
     "scipy",
     "shapely",
     "trimesh",
