@@ -7,6 +7,9 @@ from pathlib import Path
 INTERRUPTED = 130
 """The exit code of a command that Ctrl-C ended."""
 
+NO_PLAN = 4
+"""The exit code of a build of which nothing became a plan: every input was rejected."""
+
 
 def installing(extra: str) -> str:
     """Return the command that installs one of the project's extras: from the clone, or from the index."""

@@ -42,6 +42,11 @@ def _in_lines(items: Iterable[T], what: str, total: int | None) -> Iterator[T]:
         yield item
 
 
+def is_verbose() -> bool:
+    """Whether the logger ``houseexpo`` is told to say what is done (``houseexpo -v``)."""
+    return logging.getLogger("houseexpo").getEffectiveLevel() <= logging.INFO
+
+
 def is_quiet() -> bool:
     """Whether the logger ``houseexpo`` is told to report errors only (``houseexpo -q``)."""
     return logging.getLogger("houseexpo").level > logging.WARNING

@@ -13,7 +13,7 @@ import typer
 from pipeline.batch.disk import printable
 from pipeline.cli_build import Work, build_all, build_one_shard, verify_all
 from pipeline.cli_cluster import assemble_all
-from pipeline.cli_parts import NOT_DONE, ended_cleanly, settings_of, show_inspection, show_unheard
+from pipeline.cli_parts import ended_cleanly, settings_of, show_inspection, show_unheard
 
 REJECTED = 1
 """An exit code: the house that is inspected gives no plan."""
@@ -94,7 +94,7 @@ def build(
 
     Every input ends as a plan, a rejection with its reason, or a duplicate.
 
-    A build that was interrupted goes on where it stopped.
+    A build that was interrupted goes on where it stopped. Ends with 4 if nothing became a plan.
     """
     if verify:
         verify_all([*(sources or ()), *([out] if out else [])])
@@ -126,13 +126,13 @@ def build(
     work = Work(config, given, overrides, out, workers, executor, address, rehash)
     with ended_cleanly() as check:
         if shard is not None:
-            not_done = build_one_shard(work, shard, check)
+            code = build_one_shard(work, shard, check)
         elif "://" in out:
-            not_done = build_one_shard(work, "0/1", check) or assemble_all(out, check, partial=False)
+            code = build_one_shard(work, "0/1", check) or assemble_all(out, check, partial=False)
         else:
-            not_done = build_all(work, others, check)
-    if not_done:
-        raise typer.Exit(NOT_DONE)
+            code = build_all(work, others, check)
+    if code:
+        raise typer.Exit(code)
 
 
 def inspect(

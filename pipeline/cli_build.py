@@ -13,14 +13,14 @@ import typer
 from houseexpo.plan.overrides import NAME
 from houseexpo.progress import is_quiet
 from houseexpo.words import counted
-from pipeline.cli_parts import settings_of, show_outcomes
+from pipeline.cli_parts import NOT_DONE, settings_of, show_outcomes
 
 if TYPE_CHECKING:
     from houseexpo.dataset.build_record import BuildRecord
     from pipeline.executors.outcome import Executor
 
 DAMAGED = 1
-"""An exit code, beside 0, 2 (the command cannot be carried out), NOT_DONE and that of Ctrl-C."""
+"""An exit code, beside 0, 2 (the command cannot be carried out), NOT_DONE, NO_PLAN and that of Ctrl-C."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Work:
 
 
 def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
-    """Build, show what came of it, and return how many inputs are not done yet."""
+    """Build, show what came of it, and return the exit code."""
     from houseexpo.dataset.build_record import record_build, recorded_build
     from pipeline.batch.build import build as run_build
     from pipeline.batch.folder import Others
@@ -83,7 +83,7 @@ def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
     from pipeline.batch.store import FolderStore
     from pipeline.display import watching
     from pipeline.overrides import load_overrides
-    from pipeline.plausible import implausible_lines
+    from pipeline.report import index_rows
     from pipeline.report_page import write_report
 
     check()
@@ -105,12 +105,11 @@ def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
         if not data_set.unchanged:
             end_shards(FolderStore(root))
             write_report(data_set, display.progress)
-    show_outcomes(data_set, work.out, implausible_lines(data_set.root))
-    return data_set.not_done
+    return show_outcomes(data_set, index_rows(data_set.root), work.out)
 
 
 def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
-    """Do one shard, say what came of it, and return how many of its inputs are not done yet."""
+    """Do one shard, say what came of it, and return the exit code."""
     from pipeline.batch.shard_build import begin, build_shard
     from pipeline.batch.shards import Shard
     from pipeline.display import watching
@@ -136,7 +135,7 @@ def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
         typer.echo(f"shard {asked}: {done.inputs - len(done.not_done)} of {counted(done.inputs, 'house')} done")
     for name, why in list(done.not_done.items())[:8]:
         typer.secho(f"{name}: {why}; run the shard again when it has passed", fg=typer.colors.YELLOW)
-    return len(done.not_done)
+    return NOT_DONE if done.not_done else 0
 
 
 def record_shards(out: str, record: BuildRecord) -> None:

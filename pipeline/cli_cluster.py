@@ -24,12 +24,12 @@ def assemble(
 ) -> None:
     """Put a data set together from the plans of its shards: duplicates, index, statistics, manifest.
 
-    Where houses are not done yet it says which, and ends with 3.
+    Ends with 3 if houses are not done yet, and says which; with 4 if nothing became a plan.
     """
     with ended_cleanly() as check:
-        not_done = assemble_all(dataset, check, partial=partial)
-    if not_done:
-        raise typer.Exit(NOT_DONE)
+        code = assemble_all(dataset, check, partial=partial)
+    if code:
+        raise typer.Exit(code)
 
 
 def slurm(
@@ -79,10 +79,10 @@ def slurm(
 
 
 def assemble_all(out: str, check: Callable[[], None], *, partial: bool) -> int:
-    """Assemble where nothing is left to do; return how many inputs are not done."""
+    """Assemble where nothing is left to do; return the exit code."""
     from pipeline.batch.shard_build import assembled, begun_at, left_of
     from pipeline.display import watching
-    from pipeline.plausible import implausible_lines
+    from pipeline.report import index_rows
     from pipeline.report_page import write_report
 
     begun = begun_at(out)
@@ -98,13 +98,12 @@ def assemble_all(out: str, check: Callable[[], None], *, partial: bool) -> int:
             f"not done: {counted(count, 'house')} of {counted(len(left), 'shard')}; run what is missing, or leave it "
             "out with --partial"
         )
-        return count
+        return NOT_DONE
     with (
         watching(check) as display,
         assembled(begun, out, display.progress) as data_set,
     ):
         if not data_set.unchanged:
             write_report(data_set, display.progress)
-        implausible = list(implausible_lines(data_set.root))  # the root of one in an object store is gone after this
-    show_outcomes(data_set, out, implausible)
-    return data_set.not_done
+        rows = index_rows(data_set.root)  # the root of one in an object store is gone after this
+    return show_outcomes(data_set, rows, out)

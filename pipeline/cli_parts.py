@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from houseexpo.commands.printing import console, print_named, typed_command
-from houseexpo.errors import INTERRUPTED
-from houseexpo.progress import is_quiet
+from houseexpo.errors import INTERRUPTED, NO_PLAN
+from houseexpo.progress import is_quiet, is_verbose
 from pipeline.batch.transient import transient_fault
 from pipeline.interrupts import interruptible
 
@@ -61,35 +61,17 @@ def ended_cleanly() -> Iterator[Callable[[], None]]:
         raise typer.Exit(NOT_DONE) from None
 
 
-def show_outcomes(data_set: DataSet, out: str, implausible: Iterable[str]) -> None:
-    """Say what came of a build, which plans are no house, and where all is."""
-    from pipeline.report import longest_table, notes_lines, outcome_table, plans_line, reasons_lines
+def show_outcomes(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str) -> int:
+    """Say what came of a build whose index has these rows; return the command's exit code."""
+    from pipeline.report import show
 
-    printed = console(quiet=is_quiet())
-    if data_set.unchanged:
-        printed.print("nothing to do: the data set stands as its inputs are")
-    printed.print(outcome_table(data_set.stats))
-    if len(data_set.entries) > 1 and not data_set.unchanged:
-        printed.print(longest_table(data_set))
-    for note in notes_lines(data_set):
-        printed.print(note, highlight=False)
-    if (line := plans_line(data_set.stats)) is not None:
-        printed.print(line, highlight=False)
-    for line in implausible:
-        printed.print(line, style="yellow", highlight=False, soft_wrap=True)
-    for line in reasons_lines(data_set, out):
-        printed.print(line, style="red", highlight=False)
+    show(data_set, rows, out, console(quiet=is_quiet()), verbose=is_verbose())
     if data_set.not_done:
-        printed.print(
-            f"not done yet: {data_set.not_done}; build again when what kept them from it has passed", style="yellow"
-        )
-    for what, path in {
-        "data set": out,
-        "pictures": f"{out}/.build/pictures",
-        "report": f"{out}/.build/report.html",
-    }.items():
-        printed.print(f"{what:10}", style="bold", end="")
-        printed.print(path, highlight=False, soft_wrap=True)
+        return NOT_DONE
+    if data_set.is_fruitless:
+        typer.secho(f"nothing became a plan; {out}/rejected.jsonl says why", fg=typer.colors.RED, err=True)
+        return NO_PLAN
+    return 0
 
 
 def show_inspection(found: Inspection, source: str, out: Path) -> None:

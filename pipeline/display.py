@@ -1,6 +1,7 @@
 """What a person sees while a build runs: how far each part is, and what has come of the inputs so far.
 
-In a terminal bars that are drawn anew; elsewhere, as in a log, a plain line now and then and at the end of each part.
+In a terminal these are bars that vanish at the end; elsewhere, as in a log, plain lines now and then. A part that is
+done at once leaves no line.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from rich.console import Console, RenderableType
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.text import Text
 
-from houseexpo.progress import is_quiet
+from houseexpo.progress import is_quiet, is_verbose
 from houseexpo.words import counted
 from pipeline.batch.entry import Entry
 
@@ -29,7 +30,7 @@ _LOG = logging.getLogger("pipeline")
 
 @dataclass
 class Tally:
-    """What has come of the inputs so far: plans, rejections by reason, and the input that took longest."""
+    """What has come of the inputs so far: plans, rejections by reason, and with ``-v`` the input that took longest."""
 
     plans: int = 0
     reasons: Counter[str] = field(default_factory=Counter)
@@ -50,7 +51,7 @@ class Tally:
             counts.append("...")
         refused = f", {self.reasons.total()} rejected ({', '.join(counts)})" if counts else ""
         seconds, file = self.longest
-        longest = f", longest {seconds:.1f} s: {file}" if file else ""
+        longest = f", longest {seconds:.1f} s: {file}" if file and is_verbose() else ""
         return f"{counted(self.plans, 'plan')}{refused}{longest}"
 
 
@@ -101,7 +102,8 @@ class _Bars(Progress):
         self.tally = tally
         self.named: dict[str, int] = {}
         columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-        super().__init__(*columns, TextColumn("{task.fields[rate]}"), TimeRemainingColumn(), console=console)
+        rest = (TextColumn("{task.fields[rate]}"), TimeRemainingColumn())
+        super().__init__(*columns, *rest, console=console, transient=True)
 
     def get_renderables(self) -> Iterable[RenderableType]:
         yield self.make_tasks_table(self.tasks)
@@ -127,7 +129,7 @@ class _Part:
 
 
 class _Lines:
-    """A line for each part now and then, and when it is done."""
+    """A line for each part now and then, and when it is done if a line was said before."""
 
     def __init__(self, console: Console, tally: Tally) -> None:
         self.console, self.tally = console, tally
@@ -142,7 +144,7 @@ class _Lines:
     def show(self, what: str, done: int, total: int) -> None:
         now = time.monotonic()
         part = self.parts.setdefault(what, _Part(now, done, now))
-        is_end = done >= total and not part.ended
+        is_end = done >= total and not part.ended and (part.said > part.began or is_verbose())
         if not is_end and now - part.said < EVERY_S:
             return
         part.said, part.ended = now, part.ended or is_end

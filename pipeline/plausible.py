@@ -6,9 +6,8 @@ R2  A room of less than ``MIN_ROOM_M2`` in the mean is a cupboard; it comes of u
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Final
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Final
 
 MAX_ROOM_M2: Final = 500.0
 MIN_ROOM_M2: Final = 2.5
@@ -26,11 +25,8 @@ def implausible(rooms: int, area_m2: float) -> str:
     return f"{what} of {each:,.{0 if each > 10 else 1}f} m2" + (" in the mean" if rooms > 1 else "")
 
 
-def implausible_lines(folder: Path) -> Iterator[str]:
-    """Yield a line for each plan of a data set that is no house, and one that counts those beyond the first."""
-    import pyarrow.parquet as pq
-
-    rows = pq.read_table(folder / "index.parquet", columns=["id", "room_num", "area"]).to_pylist()
+def implausible_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """Yield a line for each plan that is no house, by the rows of the index, and one that counts those left out."""
     found = [(row["id"], odd) for row in rows if (odd := implausible(row["room_num"], row["area"]))]
     for name, odd in found[:_NAMED]:
         yield f"implausible: {name}: {odd}; {ADVICE}"

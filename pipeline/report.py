@@ -1,10 +1,19 @@
-"""What came of a build, for people, in the terminal: tables and lines; ``pipeline.report_page`` writes the page."""
+"""What came of a build, for people, in the terminal: tables and lines; ``pipeline.report_page`` writes the page.
+
+R1  First the counts, then the plans by id, then what gave no plan and what to do about it, then where all is, and the
+    commands that people run next.
+R2  A list longer than a screen bears is cut, and the last line says where the rest is.
+R3  What took how long, and how often a rule had something to do, is said with ``-v`` only.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
 
+from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -13,11 +22,158 @@ from houseexpo.plan.quality import SURE
 from houseexpo.words import counted
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.entry import Entry, Refused
+from pipeline.batch.ids import settle
+from pipeline.plausible import implausible_lines
+from pipeline.sources import is_path
 from pipeline.sources.other_programs import how_to_export
+
+_LISTED: Final = 12
+"""So many plans are listed one by one; of more the first ``_FIRST`` are."""
+
+_FIRST: Final = 8
+_REFUSED: Final = 8
+
+
+def index_rows(root: Path) -> list[dict[str, Any]]:
+    """Return what the index of a data set says of each plan: id, room_num, n_doors, area (m2), quality."""
+    import pyarrow.parquet as pq
+
+    columns = ["id", "room_num", "n_doors", "area", "quality"]
+    rows: list[dict[str, Any]] = pq.read_table(root / "index.parquet", columns=columns).to_pylist()
+    return rows
+
+
+def show(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str, printed: Console, *, verbose: bool) -> None:
+    """Say what came of a build.
+
+    Parameters
+    ----------
+    rows
+        The data set's ``index_rows``.
+    out
+        The data set as the person named it.
+    verbose
+        Show tables of rules and times too (R3).
+    """
+    if data_set.unchanged:
+        printed.print("nothing to do: the data set stands as its inputs are", highlight=False)
+    printed.print(headline(data_set.stats), style="bold", highlight=False)
+    if (line := means_line(rows)) is not None:
+        printed.print(line, highlight=False)
+    if rows:
+        printed.print()
+        printed.print(plans_table(data_set, rows, out))
+    if data_set.refused:
+        printed.print()
+    for refused in refused_lines(data_set, out):
+        printed.print(refused, soft_wrap=True)
+    notes = [(note, "none") for note in notes_lines(data_set)] + [(odd, "yellow") for odd in implausible_lines(rows)]
+    if notes:
+        printed.print()
+    for note, style in notes:
+        printed.print(note, style=style, highlight=False, soft_wrap=True)
+    if verbose:
+        printed.print(outcome_table(data_set.stats))
+        if len(data_set.entries) > 1 and not data_set.unchanged:
+            printed.print(longest_table(data_set))
+    if data_set.not_done:
+        again = f"not done yet: {data_set.not_done}; build again when what kept them from it has passed"
+        printed.print(again, style="yellow", highlight=False, soft_wrap=True)
+    printed.print()
+    for what, where in places(data_set, out):
+        printed.print(f"{what:10}", style="bold", end="")
+        printed.print(where, soft_wrap=True)
+
+
+def headline(stats: Mapping[str, Any]) -> str:
+    """Say in a line what became of the inputs."""
+    outcomes = stats["outcomes"]
+    plans = counted(outcomes["plans"], "plan") if outcomes["plans"] else "no plan"
+    beside = {
+        "doubtful": outcomes["doubtful"],
+        counted(outcomes["duplicates"], "duplicate").partition(" ")[2]: outcomes["duplicates"],
+        "rejected": outcomes["rejected"],
+        "not done": outcomes["not_done"],
+    }
+    said = ", ".join(f"{count:,} {what}" for what, count in beside.items() if count)
+    return f"{plans} from {counted(outcomes['inputs'], 'house')}" + (f" ({said})" if said else "")
+
+
+def means_line(rows: Sequence[Mapping[str, Any]]) -> str | None:
+    """Say in a line what the plans are like; None where there are not several. ``houseexpo stats`` says more."""
+    if len(rows) < 2:
+        return None
+    rooms, doors, area = (sum(row[name] or 0 for row in rows) / len(rows) for name in ("room_num", "n_doors", "area"))
+    return f"{rooms:.1f} rooms, {doors:.1f} doors and {area:.0f} m2 a plan, in the mean"
+
+
+def plans_table(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str) -> Table:
+    """List the plans by id (R2), those of this build first, each with the file that it was read from, if any."""
+    files = _files(data_set)
+    own = sorted(rows, key=lambda row: (row["id"] not in files, row["id"]))
+    shown = own if len(own) <= _LISTED else own[:_FIRST]
+    named = any(files.get(row["id"]) for row in shown)
+    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="dim")
+    table.add_column("plan", overflow="fold")
+    if named:
+        table.add_column("file", overflow="fold", style="dim")
+    for head in ("rooms", "doors", "area", "quality"):
+        table.add_column(head, justify="right", no_wrap=True)
+    for row in shown:
+        quality = row["quality"]
+        sure = Text("" if quality is None else f"{quality:.2f}", "" if quality is None or quality >= SURE else "yellow")
+        counts = (str(row["room_num"]), str(row["n_doors"] or 0), f"{row['area']:.0f} m2")
+        table.add_row(Text(row["id"]), *([Text(files.get(row["id"], ""))] if named else []), *counts, sure)
+    if len(shown) < len(own):
+        table.add_row(Text(f"and {len(own) - len(shown):,} more in {out}/json", "dim"))
+    return table
+
+
+def _files(data_set: DataSet) -> dict[str, str]:
+    """Return the file by the plan's id, of the inputs that this build listed; "" for a house that was made."""
+    made = [(entry, kept) for entry in data_set.entries for kept in entry.plans]
+    ids = settle([kept.id for _, kept in made], [kept.content for _, kept in made])
+    return {
+        name: entry.file if is_path(entry.source) else ""
+        for name, (entry, _) in zip(ids, made, strict=True)
+        if not data_set.sources or entry.source in data_set.sources
+    }
+
+
+def refused_lines(data_set: DataSet, out: str) -> Iterator[Text]:
+    """Say why each input was rejected and what to do; of many (R2) say how many for which reason, and where more is."""
+    if len(data_set.refused) > _REFUSED:
+        reasons = data_set.stats["outcomes"]["reasons"]
+        said = ", ".join(f"{reason} {count:,}" for reason, count in reasons.items())
+        yield Text.assemble((f"rejected: {said}", "red"), f"; why, and what to do: {out}/rejected.jsonl")
+        return
+    for file, refused in refused_of(data_set):
+        named = refused.id if file in {"", refused.id} else f"{file} ({refused.id})"
+        yield Text.assemble(("rejected ", "red"), (named, "bold"), f": {refused.detail}")
+        if refused.advice:
+            yield Text(f"         {refused.advice}", "dim")
+
+
+def places(data_set: DataSet, out: str) -> Iterator[tuple[str, Text]]:
+    """Yield what is where, and what to run next."""
+    yield "data set", Text(out)
+    yield "pictures", Text(f"{out}/.build/pictures")
+    doubtful = f"  (first the doubtful plans: quality below {SURE:g})" if data_set.stats["outcomes"]["doubtful"] else ""
+    yield "report", Text.assemble(f"{out}/.build/report.html", (doubtful, "yellow"))
+    for number, command in enumerate(next_commands(data_set, out)):
+        yield "" if number else "next", Text(command, "cyan")
+
+
+def next_commands(data_set: DataSet, out: str) -> list[str]:
+    """Return the commands that people run next on a folder of plans."""
+    if "://" in out or not data_set.ids:
+        return []
+    place, some = shlex.quote(out), " --sample 12" if len(data_set.ids) > _LISTED else ""
+    return [f"houseexpo serve {place}", f"houseexpo show {place}{some} --out {shlex.quote(Path(out).name)}.png"]
 
 
 def outcome_table(stats: Mapping[str, Any]) -> Table:
-    """Show what became of the inputs, rejections by reason."""
+    """Show what became of the inputs, rejections by reason, and in how many plans a rule had something to do."""
     outcomes = stats["outcomes"]
     table = Table(title="Outcomes", title_justify="left", show_header=False)
     table.add_column(style="bold")
@@ -36,30 +192,6 @@ def outcome_table(stats: Mapping[str, Any]) -> Table:
         for rule, count in outcomes["rules"].items():
             table.add_row(f"  {explanations.NOTES.get(rule, rule)}", str(count), style="dim")
     return table
-
-
-def plans_line(stats: Mapping[str, Any]) -> str | None:
-    """Say in a line what the plans are like; None where there are none, or nothing is installed that summarises them.
-
-    ``houseexpo stats`` says more.
-    """
-    plans = stats.get("plans")
-    if not plans or not plans["rooms"]["count"]:
-        return None
-    named = {"Rooms a house": ("rooms", ""), "free area": ("area_m2", " m2"), "doors a house": ("doors", "")}
-    found = [f"{name} {plans[key]['mean']:.1f}{unit}" for name, (key, unit) in named.items() if plans[key]["count"]]
-    return f"{', '.join(found)} (means)"
-
-
-def reasons_lines(data_set: DataSet, out: str, most: int = 8) -> list[str]:
-    """Say why each input was rejected where they are few; where they are many, where in ``out`` that is written."""
-    if len(data_set.refused) > most:
-        return [f"why each of the {len(data_set.refused)} was rejected: {out}/rejected.jsonl"]
-    return [
-        f"{refused.id}{f' ({file})' if file not in {'', refused.id} else ''}: {refused.detail}"
-        + (f" ({refused.advice})" if refused.advice else "")
-        for file, refused in refused_of(data_set)
-    ]
 
 
 def refused_of(data_set: DataSet) -> list[tuple[str, Refused]]:

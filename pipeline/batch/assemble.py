@@ -29,6 +29,7 @@ from pipeline.batch.recipe import digest_of, versions
 from pipeline.batch.rights import Rights
 from pipeline.config_file import BuildConfig
 from pipeline.overrides import Override
+from pipeline.rejection import Reason
 from pipeline.sources import is_path
 
 _BESIDE = ("duplicates.jsonl", "index.parquet", "rejected.jsonl", "stats.json")
@@ -40,7 +41,8 @@ class DataSet:
 
     ``not_done`` counts the inputs that a transient fault kept from being done; ``unchanged``: it stood so before;
     ``entries`` say what came of each input, ``ignored`` counts the files of its folders that are no houses, by suffix;
-    ``licences`` are those that its sources state, "" among them where one states none.
+    ``licences`` are those that its sources state, "" among them where one states none; ``sources`` are those of this
+    build, without others that it was added to.
     """
 
     root: Path
@@ -52,6 +54,14 @@ class DataSet:
     entries: tuple[Entry, ...] = ()
     ignored: Mapping[str, int] = field(default_factory=dict)
     licences: tuple[str, ...] = ()
+    sources: tuple[str, ...] = ()
+
+    @property
+    def is_fruitless(self) -> bool:
+        """Whether none of this build's own inputs became a plan or a duplicate; what a person dropped is left aside."""
+        own = [entry for entry in self.entries if not self.sources or entry.source in self.sources]
+        refused = [each for entry in own for each in entry.refused if each.reason != Reason.DROPPED_BY_HAND]
+        return bool(refused) and not any(entry.plans for entry in own)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -48,8 +49,13 @@ def test_build_shows_outcomes_and_writes_a_data_set(houses: Path, tmp_path: Path
     (houses / "broken.obj").write_bytes(b"\x00\xff" * 50)
     done = shell("houseexpo", "build", houses, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
-    for word in ("Outcomes", "plans", "duplicates", "rejected", "Rooms a house", "broken.obj"):
-        assert word in done.stdout
+    out = str(tmp_path / "out")
+    assert done.stdout.startswith("2 plans from 4 houses (1 duplicate, 1 rejected)")
+    assert "rejected houses/broken.obj" in done.stdout
+    assert re.search(r"^a +houses/a.ply +1 +\d+ +\d+ m2", done.stdout, re.MULTILINE)
+    assert f"houseexpo serve {out}" in done.stdout.splitlines()[-2]
+    for telemetry in ("Longest", "Outcomes", "planning"):
+        assert telemetry not in done.stdout + done.stderr
     assert "Traceback" not in done.stdout + done.stderr
     assert {"json/a.json", "json/c.json", "manifest.json"} <= set(contents(tmp_path / "out"))
     build = tmp_path / "out" / ".build"
@@ -103,10 +109,25 @@ def test_a_usage_error_says_what_to_do_and_ends_with_2(
     assert not (tmp_path / "out").exists()
 
 
-def test_all_rejected_is_no_failure(tmp_path: Path) -> None:
+def test_v_says_what_took_how_long_and_what_rules_did(houses: Path, tmp_path: Path) -> None:
+    command = ["build", str(houses), "--out", str(tmp_path / "out"), "--workers", "1", "-v"]
+    said = runner.invoke(make_app(), command).output
+    assert all(word in said for word in ("Longest", "Outcomes", "duplicates", " s "))
+
+
+def test_a_build_of_which_nothing_became_a_plan_ends_with_4(houses: Path, tmp_path: Path) -> None:
     (tmp_path / "none.ply").touch()
-    result = runner.invoke(make_app(), ["build", str(tmp_path / "none.ply"), "--out", str(tmp_path / "out")])
-    assert result.exit_code == 0
+    command = ["build", str(tmp_path / "none.ply"), "--workers", "1", "--out", str(tmp_path / "out")]
+    for _ in range(2):  # as often as it is asked
+        result = runner.invoke(make_app(), command)
+        assert result.exit_code == 4
+        assert "no plan from 1 house (1 rejected)" in result.output
+        assert "nothing became a plan" in result.stderr
+        assert "houseexpo serve" not in result.output
+    added = ["build", str(houses), "--workers", "1", "--out", str(tmp_path / "street")]
+    assert runner.invoke(make_app(), added).exit_code == 0
+    beside = ["build", str(tmp_path / "none.ply"), "--workers", "1", "--out", str(tmp_path / "street"), "--add"]
+    assert runner.invoke(make_app(), beside).exit_code == 4
     [line] = lines(tmp_path / "out" / "rejected.jsonl")
     assert (line["stage"], line["reason"]) == ("source", "empty")
     assert "none.ply" in result.output
@@ -129,5 +150,13 @@ def test_a_second_source_is_refused_added_or_put_in_the_place_of_the_first(house
 
 def test_what_is_built_is_said_once(houses: Path, tmp_path: Path) -> None:
     said = runner.invoke(make_app(), ["build", str(houses), "--out", str(tmp_path / "out"), "--workers", "1"]).output
-    assert said.count("Rooms a house") == 1
+    assert said.count("in the mean") == 1
     assert "Labels" not in said  # those are the business of `houseexpo stats`
+
+
+def test_of_many_plans_the_first_are_named(tmp_path: Path) -> None:
+    command = ["build", "procedural:13", "--out", str(tmp_path / "out"), "--workers", "1"]
+    said = runner.invoke(make_app(), command).output
+    ids = sorted(Path(name).stem for name in contents(tmp_path / "out") if name.startswith("json/"))
+    assert [name for name in ids if name in said] == ids[:8]
+    assert f"and {len(ids) - 8} more in" in said

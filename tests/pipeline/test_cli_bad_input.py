@@ -76,7 +76,7 @@ def test_millimetres_taken_for_metres_are_rejected_and_left_alone_are_understood
     mesh.apply_scale(1000.0)
     mesh.export(tmp_path / "house.ply")
     command = ["build", str(tmp_path / "house.ply"), "--workers", "1", "--out"]
-    assert RUN.invoke(make_app(), [*command, str(tmp_path / "forced"), "--units", "m"]).exit_code == 0
+    assert RUN.invoke(make_app(), [*command, str(tmp_path / "forced"), "--units", "m"]).exit_code == 4
     [line] = lines(tmp_path / "forced" / "rejected.jsonl")
     assert line["reason"] in {"bad_units", "too_large"}
     assert "--units" in line["advice"] or "unit" in line["detail"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from io import StringIO
 
 import pytest
@@ -45,7 +46,7 @@ def test_a_log_gets_a_line_now_and_then_and_one_at_the_end(clock: list[float]) -
         shown.progress("planning", 40, 40)
         shown.progress("planning", 40, 40)  # said already
     said = console.file.getvalue().splitlines()  # type: ignore[attr-defined]
-    tally = "3 plans, 1 rejected (not_enclosed 1), longest 3.0 s: 1.glb"
+    tally = "3 plans, 1 rejected (not_enclosed 1)"
     assert said == [f"planning: 20 of 40, 2.0 a second, 10 s left; {tally}", f"planning: 40 of 40; {tally}"]
 
 
@@ -68,7 +69,21 @@ def test_a_terminal_shows_bars_and_what_came_of_the_inputs() -> None:
     said = console.file.getvalue()  # type: ignore[attr-defined]
     assert "planning" in said
     assert "3/3" in said
-    assert "0 plans, 4 rejected (units 1, not_enclosed 1, no_level 1, ...), longest 2.0 s: a.glb" in said
+    assert "0 plans, 4 rejected (units 1, not_enclosed 1, no_level 1, ...)" in said
+    assert "longest" not in said  # that is for -v
+
+
+def test_a_log_of_a_build_that_is_done_at_once_stays_empty_but_with_v(clock: list[float]) -> None:
+    quick = Console(file=StringIO(), force_terminal=False)
+    verbose = Console(file=StringIO(), force_terminal=False)
+    for console, level in ((quick, logging.WARNING), (verbose, logging.INFO)):
+        logging.getLogger("houseexpo").setLevel(level)
+        with Display(console, _fine) as shown:
+            shown.ended(_entry("a.glb", 2.0))
+            shown.progress("planning", 1, 1)
+    logging.getLogger("houseexpo").setLevel(logging.NOTSET)
+    assert not quick.file.getvalue()  # type: ignore[attr-defined]
+    assert "planning: 1 of 1; 1 plan, longest 2.0 s: a.glb" in verbose.file.getvalue()  # type: ignore[attr-defined]
 
 
 def test_each_step_asks_whether_to_go_on() -> None:

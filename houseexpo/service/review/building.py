@@ -26,7 +26,7 @@ import msgspec
 
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.build_record import recorded_build
-from houseexpo.errors import ConfigError, HouseExpoError
+from houseexpo.errors import NO_PLAN, ConfigError, HouseExpoError
 from houseexpo.service.collection import Collection
 from houseexpo.service.records import read_records
 from houseexpo.service.review.decisions import Decisions
@@ -130,7 +130,7 @@ class Building:
         assert process.stdout is not None  # noqa: S101  # it is a pipe
         with process.stdout as lines:
             self._lines.extend(line.rstrip() for line in lines)
-        return not process.wait()
+        return process.wait() in {0, NO_PLAN}
 
     def _finish(self, rest: Sequence[Sequence[str]], touched: Sequence[str], reviewer: str, upto: int) -> None:
         dataset, manifest = self._collection.dataset, _look(self.root)
