@@ -13,7 +13,7 @@ import typer
 from pipeline.batch.disk import printable
 from pipeline.cli_build import Work, build_all, build_one_shard, verify_all
 from pipeline.cli_cluster import assemble_all
-from pipeline.cli_parts import ended_cleanly, settings_of, show_inspection, show_unheard
+from pipeline.cli_parts import ended_cleanly, named_manifest, settings_of, show_inspection, show_unheard
 
 REJECTED = 1
 """An exit code: the house that is inspected gives no plan."""
@@ -21,7 +21,12 @@ REJECTED = 1
 Up = Literal["auto", "y", "z"]
 
 _Config = Annotated[
-    Path | None, typer.Option(help="Manifest: sources and parameters, a TOML file.", show_default=False)
+    Path | None,
+    typer.Option(
+        help="Manifest: sources and parameters, a TOML file; or one that comes with houseexpo, by its name: demo.",
+        show_default=False,
+        callback=named_manifest,
+    ),
 ]
 _Overrides = Annotated[
     Path | None, typer.Option(help="Corrections by hand.", show_default="overrides.toml beside --config")

@@ -39,6 +39,7 @@ class Work:
     def record(self, *, add: bool) -> BuildRecord:
         """Return the command that builds the same again, from whatever folder it is run in."""
         from houseexpo.dataset.build_record import BuildRecord
+        from houseexpo.dataset.manifest import is_bundled
         from pipeline.batch.listing import absolute
         from pipeline.config_file import folders_in_full
         from pipeline.overrides import beside
@@ -49,7 +50,7 @@ class Work:
         arguments = [absolute(source) for source in self.given["sources"]]
         overrides = self.overrides
         if self.config is not None:
-            arguments += ["--config", str(self.config.absolute())]
+            arguments += ["--config", self.config.stem if is_bundled(self.config) else str(self.config.absolute())]
             overrides = overrides or beside(self.config)
         for name, value in sorted(options.items()):
             option = name.replace("_", "-")
@@ -58,9 +59,12 @@ class Work:
         return BuildRecord((*arguments, *(["--add"] if add else [])), str(overrides.absolute()) if overrides else "")
 
     def own_overrides(self) -> Path | None:
-        """Return the decisions that a review left in the data set's folder, where no manifest is beside its own."""
+        """Return the decisions that a review left in the data set's folder, where no manifest has its own."""
+        from pipeline.overrides import beside
+
         file = Path(self.out) / NAME
-        return file if self.config is None and file.is_file() else None
+        has_own = self.config is not None and beside(self.config) is not None
+        return file if not has_own and file.is_file() else None
 
     def execute(self) -> Executor:
         """Return the executor."""

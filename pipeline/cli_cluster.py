@@ -10,7 +10,7 @@ import typer
 
 from houseexpo.errors import HouseExpoError
 from houseexpo.words import counted
-from pipeline.cli_parts import NOT_DONE, ended_cleanly, settings_of, show_outcomes
+from pipeline.cli_parts import NOT_DONE, ended_cleanly, named_manifest, settings_of, show_outcomes
 
 _NAMED = 8
 """How many houses are named that a shard has not done."""
@@ -33,7 +33,9 @@ def assemble(
 
 
 def slurm(
-    manifest: Annotated[Path, typer.Argument(metavar="MANIFEST", help="What to build: a TOML file.")],
+    manifest: Annotated[
+        Path, typer.Argument(metavar="MANIFEST", help="What to build: a TOML file.", callback=named_manifest)
+    ],
     shards: Annotated[int, typer.Option(min=1, help="How many parts.")],
     out: Annotated[str, typer.Option(help="The data set folder; a path that all nodes share, s3://... or gs://...")],
     partition: Annotated[str | None, typer.Option(help="Partition of the cluster.", show_default=False)] = None,

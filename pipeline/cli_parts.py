@@ -25,6 +25,13 @@ NOT_DONE = 3
 """The exit code where a transient fault kept some inputs from being done, or a shard has not done them yet."""
 
 
+def named_manifest(given: Path | None) -> Path | None:
+    """Return the file of a manifest that the command line names by its path, or by the name under which it is known."""
+    from pipeline.config_file import manifest_file
+
+    return None if given is None else manifest_file(given)
+
+
 def settings_of(config: Path | None, given: Mapping[str, Any]) -> BuildConfig:
     """Return the manifest's settings, or the defaults, with what the command line gives in their place.
 

@@ -24,6 +24,7 @@ from typing import Any, Literal, TypeVar, get_type_hints
 
 import msgspec
 
+from houseexpo.dataset.manifest import manifest_path
 from houseexpo.errors import ConfigError
 from pipeline.config import PipelineConfig
 
@@ -89,6 +90,35 @@ class BuildConfig:
     def digest(self) -> str:
         """SHA-256 of the parameters, in hex digits."""
         return hashlib.sha256(msgspec.json.encode(self.parameters(), order="deterministic")).hexdigest()
+
+
+def manifest_file(given: Path) -> Path:
+    """Return the manifest that a person names: a file, or by its bare name one that comes with the project.
+
+    Raises
+    ------
+    ConfigError
+        Where there is neither.
+
+    Examples
+    --------
+    >>> manifest_file(Path("demo")).name
+    'demo.toml'
+    """
+    if given.is_file():
+        return given
+    known = _bundled()
+    if given.stem in known and given.name == str(given) == given.stem:
+        return known[given.stem]
+    near = difflib.get_close_matches(given.stem, known, n=1)
+    advice = f"did you mean --config {near[0]}? Known by name: " if near else "check the path; known by name: "
+    raise ConfigError(f"manifest {str(given)!r}: there is no such file; {advice}{', '.join(known)}")
+
+
+def _bundled() -> dict[str, Path]:
+    """Return the manifests of builds that come with the project, by name."""
+    files = sorted(manifest_path("demo").parent.glob("*.toml"))
+    return {file.stem: file for file in files if "." not in file.stem and "build" in load_toml(file)}
 
 
 def load_config(path: Path) -> BuildConfig:

@@ -29,6 +29,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from houseexpo.dataset.manifest import is_bundled
 from houseexpo.errors import ConfigError
 from houseexpo.plan.overrides import LISTS, MIN_DOOR_M, NAME, as_list
 from pipeline.config import PipelineConfig
@@ -67,13 +68,16 @@ class Override:
         )
 
 
-def beside(manifest: Path) -> Path:
+def beside(manifest: Path) -> Path | None:
     """Return a manifest's own overrides, ``houses.overrides.toml`` for ``houses.toml``; where there are none, ``NAME``.
 
-    A folder may hold several manifests, and an id that is of none of a build's inputs is an error.
+    A folder may hold several manifests, and an id that is of none of a build's inputs is an error. A manifest that
+    comes with the project has its own overrides or None: nobody's decisions go into the installed package.
     """
     own = manifest.with_name(f"{manifest.stem}.{NAME}")
-    return own if own.exists() else manifest.with_name(NAME)
+    if own.exists():
+        return own
+    return None if is_bundled(manifest) else manifest.with_name(NAME)
 
 
 def load_overrides(manifest: Path | None, file: Path | None = None) -> Mapping[str, Override]:

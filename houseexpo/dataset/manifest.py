@@ -68,3 +68,8 @@ def manifest_path(name: str) -> Path:
             return file
     known = sorted(file.stem for home in _HOMES for file in home.glob("*.toml"))
     raise ConfigError(f"no manifest {name!r}; known: {', '.join(known)}")
+
+
+def is_bundled(file: Path) -> bool:
+    """Whether a file is a manifest that comes with the project, in the wheel or beside it in a clone."""
+    return file.absolute().parent in {home.absolute() for home in _HOMES}

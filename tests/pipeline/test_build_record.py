@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from houseexpo.dataset.build_record import BuildRecord, record_build, recorded_build
+from houseexpo.dataset.manifest import manifest_path
 from pipeline.cli_build import Work
 from pipeline.cli_parts import settings_of
 
@@ -36,6 +38,17 @@ def test_paths_are_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     found = work({}, Path("homes.toml")).record(add=False)
     assert found.overrides == str(tmp_path / "homes.overrides.toml")
     assert work({}, Path("homes.toml"), Path("mine.toml")).record(add=False).overrides == str(tmp_path / "mine.toml")
+
+
+def test_a_manifest_of_the_project_is_recorded_by_its_name_and_keeps_no_decisions(tmp_path: Path) -> None:
+    found = work({}, manifest_path("demo"))
+    assert found.record(add=False) == BuildRecord(("--config", "demo"))
+    own = work({}, manifest_path("free35k")).record(add=False).overrides
+    assert own == str(manifest_path("free35k").with_name("free35k.overrides.toml"))
+    found = replace(found, out=str(tmp_path))
+    assert found.own_overrides() is None
+    (tmp_path / "overrides.toml").touch()  # a review's decisions lie in the data set
+    assert found.own_overrides() == tmp_path / "overrides.toml"
 
 
 def test_model_folders_are_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

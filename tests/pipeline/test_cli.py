@@ -90,6 +90,7 @@ def test_a_manifest_says_it_all_and_the_command_line_wins(houses: Path, tmp_path
         (["build", "procedural:none", "--out", "OUT"], "procedural:COUNT"),
         (["build", "HOUSES", "--out", "HOUSES"], "expected an empty folder or an earlier build"),
         (["build", "HOUSES", "--out", "OUT", "--config", "BAD"], "did you mean 'planes.door_m'?"),
+        (["build", "HOUSES", "--out", "OUT", "--config", "dmo"], "did you mean --config demo?"),
         (["build", "HOUSES"], "--out"),
         (["build", "HOUSES", "--out", "OUT", "--workers", "0"], "--workers"),
         (["build", "HOUSES", "--out", "OUT", "--up", "x"], "--up"),

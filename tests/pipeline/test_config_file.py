@@ -1,13 +1,15 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import pytest
 
+from houseexpo.dataset.manifest import manifest_path
 from houseexpo.errors import ConfigError
 from pipeline.config import PipelineConfig
-from pipeline.config_file import BuildConfig, load_config
+from pipeline.config_file import BuildConfig, load_config, manifest_file
 from pipeline.overrides import Override, load_overrides
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -137,3 +139,31 @@ def test_manifests_of_the_project_can_be_read() -> None:
     read = {manifest.name: load_config(manifest) for manifest in manifests}
     assert read["demo.toml"].build.sources
     assert read["suncg.toml"].stages == PipelineConfig()  # the paper's parameters are the defaults
+
+
+def test_a_manifest_that_comes_with_the_project_is_known_by_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert load_config(manifest_file(Path("demo"))).build.sources == ("procedural:300",)
+    (tmp_path / "demo").mkdir()  # a folder is no manifest
+    assert manifest_file(Path("demo")) == manifest_path("demo")
+    (tmp_path / "suncg").write_text("[build]\n")  # a file that is named is believed
+    assert manifest_file(Path("suncg")) == Path("suncg")
+
+
+@pytest.mark.parametrize(
+    ("given", "advice"),
+    [
+        ("dmeo", "did you mean --config demo?"),
+        ("data_manifests/demo.toml", "did you mean --config demo?"),
+        ("zzz.toml", "check the path"),
+        ("benchmark", "known by name: demo, free35k, suncg"),  # nothing can be built from it
+    ],
+)
+def test_a_manifest_that_is_not_there_is_answered_with_the_nearest(
+    given: str, advice: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ConfigError, match=f"there is no such file; .*{re.escape(advice)}"):
+        manifest_file(Path(given))
