@@ -60,7 +60,8 @@ def test_what_cannot_be_is_refused_before_a_run_begins(
     assert not (tmp_path / "run").exists()
 
 
-def test_lists_that_share_plans_are_refused(installed: None, tmp_path: Path) -> None:
+def test_lists_that_share_plans_are_refused(tmp_path: Path) -> None:
+    need(modules=["torch", "stable_baselines3", "sb3_contrib", "tensorboard"], how="make learn")
     plans = write_split_huts(tmp_path, test=("hut_a",))
     with pytest.raises(ConfigError, match="share 1 of their plans"):
         said("exploration", "--out", tmp_path / "run", "--dataset", plans)
