@@ -100,10 +100,8 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
     if before is not None and before.state == state and _stands(folder, before):
         return _as_it_was(parts, before)
     progress("putting together", 0, 1)
-    kept = _settled(parts)
-    refused = sorted(
-        (r for entry in parts.entries for r in entry.refused), key=lambda r: (r.id, r.stage, r.reason, r.detail)
-    )
+    plans, refused = _settled(parts.entries)
+    kept = _stored(parts, plans)
     dropped = _dropped(parts, kept)
     for duplicate in dropped:
         del kept[duplicate.id]
@@ -138,7 +136,7 @@ def _stands(folder: Folder, finished: Finished) -> bool:
 
 def _as_it_was(parts: Parts, finished: Finished) -> DataSet:
     stats = msgspec.json.decode((parts.folder.root / "stats.json").read_bytes())
-    refused = sorted(r for entry in parts.entries for r in entry.refused)
+    _, refused = _settled(parts.entries)
     ids = sorted(Path(name).stem for name in finished.files if name.startswith("json/"))
     not_done = stats["outcomes"]["not_done"]
     return DataSet(parts.folder.root, stats, tuple(ids), tuple(refused), not_done, True, tuple(parts.entries))
@@ -153,17 +151,45 @@ def _dropped(parts: Parts, kept: Mapping[str, Kept]) -> list[Duplicate]:
     return dedupe(list(kept), pairs, keep)
 
 
-def _settled(parts: Parts) -> dict[str, Kept]:
-    """Return the plans by final id, sorted; a plan whose id had to change is kept anew."""
-    found = [kept for entry in parts.entries for kept in entry.plans]
-    names = settle([kept.id for kept in found], [kept.content for kept in found])
-    plans = {}
-    for name, kept in sorted(zip(names, found, strict=True), key=lambda pair: pair[0]):
-        plans[name] = kept
+def _settled(entries: Sequence[Entry]) -> tuple[list[tuple[str, Kept]], list[Refused]]:
+    """Return the plans with their final ids, sorted, and what was refused; no two inputs share an id."""
+    plans = [(number, kept) for number, entry in enumerate(entries) for kept in entry.plans]
+    own = {(number, kept.id) for number, kept in plans}
+    others = {
+        (number, refused.id): _content(entry)
+        for number, entry in enumerate(entries)
+        for refused in entry.refused
+        if (number, refused.id) not in own
+    }
+    ids = [kept.id for _, kept in plans] + [name for _, name in others]
+    names = settle(ids, [kept.content for _, kept in plans] + list(others.values()))
+    of_plans, of_others = names[: len(plans)], names[len(plans) :]
+    named = {(number, kept.id): name for (number, kept), name in zip(plans, of_plans, strict=True)}
+    named |= dict(zip(others, of_others, strict=True))
+    refused = [
+        msgspec.structs.replace(each, id=named[number, each.id])
+        for number, entry in enumerate(entries)
+        for each in entry.refused
+    ]
+    refused.sort(key=lambda each: (each.id, each.stage, each.reason, each.detail))
+    return sorted(zip(of_plans, (kept for _, kept in plans), strict=True), key=lambda pair: pair[0]), refused
+
+
+def _stored(parts: Parts, plans: Iterable[tuple[str, Kept]]) -> dict[str, Kept]:
+    """Return the plans by final id; one whose id had to change is kept anew."""
+    found = {}
+    for name, kept in plans:
+        found[name] = kept
         if name != kept.id:
             renamed = parts.plans.put(name, kept.content, encode(replace(_load(parts, kept), id=name)) + b"\n")
-            plans[name] = msgspec.structs.replace(renamed, stages=kept.stages, by_hand=kept.by_hand)
-    return plans
+            found[name] = msgspec.structs.replace(renamed, stages=kept.stages, by_hand=kept.by_hand)
+    return found
+
+
+def _content(entry: Entry) -> str:
+    """Return a hash of what an input held, by which it can be told from another of the same id."""
+    held = [(file.name, file.sha256) for file in entry.files] or [("", entry.input)]
+    return hashlib.sha256(msgspec.json.encode(held)).hexdigest()
 
 
 def _load(parts: Parts, kept: Kept) -> FloorPlan:
