@@ -7,6 +7,7 @@ duplicates, plans drawn at random, and where the time went.
 from __future__ import annotations
 
 import base64
+import logging
 import random
 from collections.abc import Iterator, Sequence
 from itertools import groupby
@@ -29,6 +30,7 @@ from pipeline.batch.build import Progress
 from pipeline.batch.entry import Refused
 from pipeline.batch.plans import DamagedPlanError, Plans
 from pipeline.batch.store import FolderStore
+from pipeline.canvas import Picture
 from pipeline.html import figure, page, section, table
 from pipeline.png import as_png
 from pipeline.quality import main_grounds
@@ -40,12 +42,28 @@ SHOWN: Final = 50
 MAX_SHOWN: Final = 200
 """How many doubtful plans, and how many duplicates, are drawn; the data set has all of them."""
 
+_LOG = logging.getLogger(__name__)
 _ROWS: Final = 2000
 _TILE_PX: Final = 320
 
 
 def write_report(data_set: DataSet, progress: Progress) -> None:
-    """Write the page and the pictures that it shows."""
+    """Write the page and the pictures that it shows; a page that cannot be made is said, and costs nothing else.
+
+    Raises
+    ------
+    OSError
+        Where the folder cannot be written to.
+    """
+    try:
+        _write(data_set, progress)
+    except OSError:
+        raise
+    except Exception as error:  # noqa: BLE001 - the data set stands already
+        _LOG.warning("%s: the report cannot be made: %s", data_set.root, error)
+
+
+def _write(data_set: DataSet, progress: Progress) -> None:
     folder = data_set.root / ".build" / "pictures"
     folder.mkdir(exist_ok=True)
     for old in folder.rglob("*.png"):
@@ -57,12 +75,14 @@ def write_report(data_set: DataSet, progress: Progress) -> None:
     wanted = dict.fromkeys([*doubtful, *others, *(copy.kept_id for copy in copies[:MAX_SHOWN])])
     plans = {name: load_plan(data_set.root / "json" / f"{name}.json") for name in wanted}
     plans |= _kept_apart(data_set, [copy.id for copy in copies[:MAX_SHOWN]])
-    images = {}
-    for name, plan in plans.items():
-        images[name] = draw_plan(plan, size=_TILE_PX)
-        (folder / f"{name}.png").write_bytes(as_png(images[name]))
-        progress("drawing", len(images), len(plans))
-    if sheet_of := [*doubtful, *others][:SHOWN]:
+    images: dict[str, Picture] = {}
+    for done, (name, plan) in enumerate(plans.items(), 1):
+        image = _drawn(plan)
+        if image is not None:
+            images[name] = image
+            (folder / f"{name}.png").write_bytes(as_png(image))
+        progress("drawing", done, len(plans))
+    if sheet_of := [name for name in (*doubtful, *others) if name in images][:SHOWN]:
         sheet = contact_sheet([images[name] for name in sheet_of], 6, [name[:20] for name in sheet_of])
         (folder / "sheet.png").write_bytes(as_png(sheet))
     count = data_set.stats["outcomes"]["doubtful"]
@@ -78,6 +98,15 @@ def write_report(data_set: DataSet, progress: Progress) -> None:
     )
     html = page(data_set.root.name, parts)
     write_whole(data_set.root / ".build" / "report.html", html.encode(), durable=True)
+
+
+def _drawn(plan: FloorPlan) -> Picture | None:
+    """Draw a plan; one that cannot be drawn is said and passed over, and costs no other plan its picture."""
+    try:
+        return draw_plan(plan, size=_TILE_PX)
+    except Exception as error:  # noqa: BLE001 - one plan's picture never ends a build
+        _LOG.warning("%s: it cannot be drawn: %s", plan.id, error)
+        return None
 
 
 def doubtful_ids(data_set: DataSet) -> list[str]:

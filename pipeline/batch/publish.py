@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -11,11 +12,13 @@ from typing import Any
 from houseexpo.dataset.index import row
 from houseexpo.files import write_whole
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.summaries import new_summaries
+from houseexpo.summaries import Summary, new_summaries
 from pipeline.batch.entry import Kept
 from pipeline.batch.folder import Finished, Folder, Written
 from pipeline.batch.lists import valid_parts
 from pipeline.batch.plans import Plans
+
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,7 @@ def publish(
     """
     summaries, parts_of = new_summaries(), valid_parts(folder.root, kept)
     rules: Counter[str] = Counter()
-    rows, doubtful = [], 0
+    rows, doubtful, unmeasured = [], 0, 0
     written: dict[str, Written] = {}
     if any(_picture(name) in files for name in kept):
         folder.stages.mkdir(exist_ok=True)
@@ -57,14 +60,26 @@ def publish(
         rows.append({**row(plan), "split": parts_of.get(name)})
         rules.update(_rules(plan))
         doubtful += plan.quality is not None and plan.quality.is_doubtful
-        for summary in summaries.values():
-            summary.add(plan)
+        unmeasured += not _measured(summaries.values(), plan)
         reads = {_plan(name): partial(bytes, data), _picture(name): partial(plans.picture, plan_kept)}
         for file, read in reads.items():
             if file in files:
                 written[file] = _written(folder, file, files[file], read, before)
-    counts = {"doubtful": doubtful, "rules": dict(sorted(rules.items()))}
+    counts: dict[str, Any] = {"doubtful": doubtful, "rules": dict(sorted(rules.items()))}
+    if unmeasured:
+        counts["unmeasured"] = unmeasured
     return Published(written, rows, {name: summary.report() for name, summary in summaries.items()}, counts)
+
+
+def _measured(summaries: Iterable[Summary], plan: FloorPlan) -> bool:
+    """Add a plan to the summaries; one that cannot be measured is said, and left out of them."""
+    try:
+        for summary in summaries:
+            summary.add(plan)
+    except Exception as error:  # noqa: BLE001 - one plan never ends a build
+        _LOG.warning("%s: it is left out of the statistics: %s", plan.id, error)
+        return False
+    return True
 
 
 def remove_others(folder: Folder, written: Iterable[str]) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from houseexpo.dataset.store.folders import refused_picture
+from houseexpo.drawing import draw_plan
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
 from pipeline.batch.assemble import DataSet
@@ -17,6 +18,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.report import longest, notes_lines, outcome_table, stage_seconds
 from pipeline.report_page import write_report
 from pipeline.values import Level, RejectedLevel
+from stats.summary import PlanSummary
 from tests.builders.batch import boxed, one_room, run_build
 from tests.builders.doubts import doubting
 
@@ -138,3 +140,30 @@ def test_the_table_counts_the_doubtful(street: Path, tmp_path: Path) -> None:
     table = outcome_table(run_build([street], tmp_path / "out", plan=doubting).stats)
     names, counts = ([str(cell) for cell in column.cells] for column in table.columns)
     assert dict(zip(names, counts, strict=True))["  doubtful: quality below 0.8"] == "2"
+
+
+def test_a_plan_that_cannot_be_drawn_or_measured_costs_nothing_else(
+    street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def draw(plan: FloorPlan, **options: int) -> np.ndarray:
+        if plan.id == "c_sure_20":
+            raise ValueError("grid: too many cells")
+        return draw_plan(plan, **options)
+
+    def add(self: PlanSummary, plan: FloorPlan) -> None:
+        if plan.id == "b_sure_70":
+            raise ValueError("no numbers")
+        whole_add(self, plan)
+
+    whole_add = PlanSummary.add
+    monkeypatch.setattr("pipeline.report_page.draw_plan", draw)
+    monkeypatch.setattr(PlanSummary, "add", add)
+    data_set = run_build([street], tmp_path / "out", plan=doubting)
+    page = _page(data_set)
+    assert data_set.stats["outcomes"]["plans"] == 4
+    assert data_set.stats["outcomes"]["unmeasured"] == 1
+    assert "c_sure_20" in page
+    pictures = {file.name for file in (data_set.root / ".build" / "pictures").glob("*.png")}
+    assert pictures == {"a_sure_95.png", "b_sure_70.png", "e.png", "sheet.png"}
+    assert "c_sure_20: it cannot be drawn: grid: too many cells" in caplog.text
+    assert "b_sure_70: it is left out of the statistics: no numbers" in caplog.text

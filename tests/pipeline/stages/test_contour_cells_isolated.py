@@ -8,6 +8,7 @@ from pipeline.config import CellsConfig, IsolatedConfig
 from pipeline.geometry.bridge import Bridge
 from pipeline.geometry.cells import cells
 from pipeline.geometry.overlay import united
+from pipeline.rejection import Rejection
 from pipeline.stages.cells import fill_cells
 from pipeline.stages.contour import trace_contour
 from pipeline.stages.isolated import erase_isolated
@@ -96,3 +97,9 @@ def test_a_tiny_garage_close_by_is_kept_and_far_ones_all_go() -> None:
     found = erase_isolated(spaces, IsolatedConfig())
     assert found.notes == {"erased_parts": 2}
     assert [r.area for r in found.rooms] == [40.0, 4.0]
+
+
+def test_a_house_as_long_as_a_town_is_a_wrong_unit() -> None:
+    long = Spaces(shapely.box(0, 0, 3600, 20), (shapely.box(1, 1, 3599, 19),), ())
+    with pytest.raises(Rejection, match=r"at most 500 m a side, found 3,600 x 20 m.*--units"):
+        trace_contour(long)
