@@ -29,6 +29,11 @@ SHORT = {
     "suburb_house_5": "a porch on posts is taken for a room",
 }
 """Cases that fall short of their row, and why; they must give a sound plan all the same."""
+NOT_YET = {
+    "mamm3d_office": "a phone's scan, open on one side: its rooms come out wrong",
+    "ubiquiti_floorplan": "a scan of which no level becomes a plan",
+}
+"""Cases that give no sound plan yet, and why: expected to fail, and to be moved from here as soon as they do not."""
 SLOW = {"office_a", "office_a_leaves", "fl_39", "suburb_house_5", "smiley_west_0"}
 TABLE = {  # free_iou, rooms recall and precision, doors recall and precision, cuts beyond those needed
     "solid": (0.97, 0.9, 0.75, 0.9, 0.75, 0),
@@ -39,7 +44,13 @@ TABLE = {  # free_iou, rooms recall and precision, doors recall and precision, c
 
 
 def slowly(names):
-    return [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in names]
+    return [pytest.param(name, marks=marks(name)) for name in names]
+
+
+def marks(name):
+    if name in NOT_YET:
+        return [pytest.mark.xfail(reason=NOT_YET[name], strict=True)]
+    return [pytest.mark.slow] if name in SLOW else []
 
 
 def scores(name, key, **changed):
