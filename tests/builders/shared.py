@@ -24,6 +24,11 @@ from pipeline.values import Level
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 DATA = SHARED / "data"
 CASES = sorted(path.stem for path in (DATA / "cases").glob("*.json"))
+NOT_YET = {
+    "mamm3d_office": "a phone's scan, open on one side: its rooms come out wrong",
+    "ubiquiti_floorplan": "a scan of which no level becomes a plan",
+}
+"""Cases that give no sound plan yet, and why: expected to fail, and to be moved from here as soon as they do not."""
 
 needs_shared = pytest.mark.skipif(not DATA.is_dir(), reason="needs the development data in ../shared")
 
@@ -71,7 +76,10 @@ def plan_nearest(path: Path, floor_z: float) -> FloorPlan:
 
 
 def plans_nearest(path: Path, floor_z: float) -> list[FloorPlan]:
-    """The plans of the level whose floor lies nearest to ``floor_z``, one a building."""
+    """The plans of the level whose floor lies nearest to ``floor_z``, one a building.
+
+    LookupError where no level becomes a plan.
+    """
     found: list[tuple[tuple[float, int], list[FloorPlan]]] = []
     for level in levels(path):
         try:
@@ -80,6 +88,8 @@ def plans_nearest(path: Path, floor_z: float) -> list[FloorPlan]:
             continue
         plans = [plan for plan in made if isinstance(plan, FloorPlan)]
         found.append(((abs(level.frame.floor - floor_z), level.frame.level), plans))
+    if not found:
+        raise LookupError(f"{path.name}: no level became a plan")
     return min(found, key=lambda each: each[0])[1]
 
 

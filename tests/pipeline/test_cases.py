@@ -11,6 +11,7 @@ from pipeline.config import EvidenceConfig, PipelineConfig
 from tests.builders.shared import (
     CASES,
     DATA,
+    NOT_YET,
     as_json,
     case,
     levels,
@@ -29,11 +30,6 @@ SHORT = {
     "suburb_house_5": "a porch on posts is taken for a room",
 }
 """Cases that fall short of their row, and why; they must give a sound plan all the same."""
-NOT_YET = {
-    "mamm3d_office": "a phone's scan, open on one side: its rooms come out wrong",
-    "ubiquiti_floorplan": "a scan of which no level becomes a plan",
-}
-"""Cases that give no sound plan yet, and why: expected to fail, and to be moved from here as soon as they do not."""
 SLOW = {"office_a", "office_a_leaves", "fl_39", "suburb_house_5", "smiley_west_0"}
 TABLE = {  # free_iou, rooms recall and precision, doors recall and precision, cuts beyond those needed
     "solid": (0.97, 0.9, 0.75, 0.9, 0.75, 0),
