@@ -2,6 +2,7 @@ from .analysis.graph import rooms_graph
 from .analysis.navigability import navigability
 from .analysis.similarity import find_duplicates
 from .dataset import Dataset, open_dataset
+from .dataset.building import build
 from .dataset.fetch import fetch
 from .dataset.plan_files import load_plan, save_plan
 from .drawing import contact_sheet, draw_plan, svg
@@ -15,6 +16,7 @@ from .errors import (
     UnknownPlanError,
     WorkerError,
 )
+from .exports import export
 from .floorplan import FloorPlan, decode
 from .grids.frame import GridFrame
 from .grids.raster import door_mask, free_mask, room_mask
@@ -45,12 +47,14 @@ __all__ = [
     "TrainingError",
     "UnknownPlanError",
     "WorkerError",
+    "build",
     "canonical",
     "contact_sheet",
     "decode",
     "door_mask",
     "draw_plan",
     "encode",
+    "export",
     "fetch",
     "find_duplicates",
     "free_mask",

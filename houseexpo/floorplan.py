@@ -8,9 +8,11 @@ method here says what it gives and calls one of them; it computes nothing, and i
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,11 +25,12 @@ from houseexpo.plan.repair import even_odd
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
-    from typing import Any
 
     import networkx as nx
+    from matplotlib.axes import Axes
     from shapely import MultiPolygon, Polygon
 
+    from houseexpo.analysis.features import Layer
     from houseexpo.grids.frame import GridFrame
     from houseexpo.plan.parts import Box, Door, Frame, PlanObject, Room
     from houseexpo.plan.quality import Quality
@@ -172,6 +175,88 @@ class FloorPlan(PlanData):
     def to_world(self, cells: npt.ArrayLike, pixels_per_metre: float = 25.0) -> npt.NDArray[np.float64]:
         """Cells (..., 2) of ``grid`` as (row, col) to the plan metres (..., 2) of their centres as (x, y)."""
         return self.grid_frame(pixels_per_metre).points_from_cells(cells)
+
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        rooms: bool = True,
+        labels: bool = True,
+        doors: bool = True,
+        objects: bool = True,
+        walls: bool = True,
+        wall_thickness: float = 0.1,
+        title: str | None = None,
+    ) -> Axes:
+        """Draw the plan on a matplotlib axis, x right and y up, in metres.
+
+        Parameters
+        ----------
+        ax
+            The axis to draw on; by default that of a new figure.
+        rooms, labels, doors, objects, walls
+            What is drawn: rooms in their label's colour, their labels, doors by kind, furniture, walls.
+            Rooms and doors of a published plan, which records none, are found first (``divided``).
+        wall_thickness
+            How thick the walls around the outline are drawn, metres.
+        title
+            A title of the axis.
+
+        Returns
+        -------
+        The axis.
+
+        Raises
+        ------
+        MissingDependencyError
+            matplotlib is not installed.
+
+        Examples
+        --------
+        >>> plan = FloorPlan("square", [(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)], 1, {})
+        >>> ax = plan.plot(title="4 x 4 m")
+        >>> ax.get_xlabel()
+        'x (m)'
+        """
+        from houseexpo.drawing.axes import plot_plan
+
+        return plot_plan(
+            self.divided if rooms or doors else self,
+            ax,
+            rooms=rooms,
+            labels=labels,
+            doors=doors,
+            objects=objects,
+            walls=walls,
+            wall_thickness=wall_thickness,
+            title=title,
+        )
+
+    def to_geopandas(self, layer: Layer = "rooms") -> Any:
+        """Return the plan's rooms, doors or furniture as a ``geopandas.GeoDataFrame``, a row each, in metres.
+
+        Parameters
+        ----------
+        layer
+            "rooms", "doors", "objects" (furniture), or "plans" (one row: the free space). Rooms and doors of a
+            published plan are found first (``divided``).
+
+        Raises
+        ------
+        ConfigError
+            There is no such layer.
+        MissingDependencyError
+            GeoPandas is not installed.
+        """
+        from houseexpo.analysis.features import features
+
+        return features([self.divided], layer)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the plan to a JSON file; a file of that name is replaced only by a whole one."""
+        from houseexpo.files import write_whole
+
+        write_whole(Path(path), json_codec.encode(self) + b"\n")
 
     def _repr_svg_(self) -> str:
         """Show the plan in a notebook."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +17,7 @@ from pipeline.cli_parts import NOT_DONE, settings_of, show_outcomes
 
 if TYPE_CHECKING:
     from houseexpo.dataset.build_record import BuildRecord
+    from pipeline.batch.assemble import DataSet
     from pipeline.executors.outcome import Executor
 
 DAMAGED = 1
@@ -80,6 +81,34 @@ class Work:
 
 def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
     """Build, show what came of it, and return the exit code."""
+    from pipeline.report import index_rows
+
+    data_set = built(work, others, check)
+    return show_outcomes(data_set, index_rows(data_set.root), work.out)
+
+
+def from_python(
+    sources: Sequence[str],
+    out: str,
+    *,
+    config: Path | None,
+    overrides: Path | None,
+    workers: int | None,
+    others: str,
+    **given: Any,
+) -> int:
+    """Build for ``houseexpo.build``; return how many inputs a passing fault kept from being done."""
+    from pipeline.config_file import manifest_file
+
+    options = {**given, "sources": tuple(sources)}
+    chosen = None if config is None else manifest_file(config)
+    return built(
+        Work(chosen, options, overrides, out, workers, "local", None, rehash=False), others, lambda: None
+    ).not_done
+
+
+def built(work: Work, others: str, check: Callable[[], None]) -> DataSet:
+    """Build a data set folder with its report and the record of how it was made."""
     from houseexpo.dataset.build_record import record_build, recorded_build
     from pipeline.batch.build import build as run_build
     from pipeline.batch.folder import Others
@@ -87,7 +116,6 @@ def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
     from pipeline.batch.store import FolderStore
     from pipeline.display import watching
     from pipeline.overrides import load_overrides
-    from pipeline.report import index_rows
     from pipeline.report_page import write_report
 
     check()
@@ -109,7 +137,7 @@ def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
         if not data_set.unchanged:
             end_shards(FolderStore(root))
             write_report(data_set, display.progress)
-    return show_outcomes(data_set, index_rows(data_set.root), work.out)
+    return data_set
 
 
 def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:

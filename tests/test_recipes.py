@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
 from houseexpo.dataset import open_dataset
-from houseexpo.export import export
+from houseexpo.exports import export
 from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
 from tests.builders.bungalow import FILE

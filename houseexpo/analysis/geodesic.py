@@ -149,7 +149,7 @@ def _with_doors(room: Room, doors: list[Door]) -> Polygon | MultiPolygon:
     """The room with the openings that lead out of it: a door's middle lies in the wall, not in the room."""
     import shapely
 
-    return shapely.union_all([room.shape, *(door.shape for door in doors)])
+    return shapely.union_all([room.polygon, *(door.polygon for door in doors)])
 
 
 def _middle(door: Door) -> tuple[float, float]:
@@ -161,9 +161,9 @@ def _inside(room: Room) -> tuple[float, float]:
     """The centroid where it lies in the room, else the middle of the widest disc."""
     import shapely
 
-    centre = room.shape.centroid
-    if not room.shape.contains(centre):
-        centre = shapely.Point(shapely.maximum_inscribed_circle(room.shape, tolerance=0.05).coords[0])
+    centre = room.polygon.centroid
+    if not room.polygon.contains(centre):
+        centre = shapely.Point(shapely.maximum_inscribed_circle(room.polygon, tolerance=0.05).coords[0])
     return round(centre.x, 3), round(centre.y, 3)
 
 

@@ -57,7 +57,7 @@ def export(
     """
     from houseexpo.commands.given import plan_ids
     from houseexpo.commands.printing import console, print_refused
-    from houseexpo.export.formats import export as write
+    from houseexpo.exports.formats import export as write
 
     given = {
         "resolution": resolution,

@@ -35,7 +35,7 @@ def show(
     """Draw plans: rooms coloured by label, doors by kind, scale bar, legend. Several make a contact sheet."""
     from houseexpo.commands.given import named_plans
     from houseexpo.drawing import contact_sheet, draw_plan, svg, svg_sheet
-    from houseexpo.export.files import image
+    from houseexpo.exports.files import image
     from houseexpo.files import make_folder, write_whole
     from houseexpo.progress import watched
 

@@ -10,11 +10,21 @@ from typing import TYPE_CHECKING, Any, TypeAlias, overload
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.errors import ConfigError, DatasetError, PlanError, UnknownPlanError
+from houseexpo.errors import (
+    ConfigError,
+    DatasetError,
+    MissingDependencyError,
+    PlanError,
+    UnknownPlanError,
+    installing,
+)
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.words import counted
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from houseexpo.analysis.features import Layer
     from houseexpo.dataset.store.catalogue import Catalogue
 
 Range: TypeAlias = tuple[float | None, float | None]
@@ -126,9 +136,99 @@ class Dataset(Sequence[FloorPlan]):
 
         return column(self._catalogue, self._rows, name, compute=compute)
 
-    def index_table(self) -> Any:
-        """Return the index as a ``pyarrow.Table``, one row a plan."""
+    def index(self, item: Any, start: int = 0, stop: int | None = None) -> int:
+        """Return the number of a plan, by the plan or its id: ``plans[plans.index(item)]`` is that plan.
+
+        Raises
+        ------
+        ValueError
+            The plan is not in the data set, or not from ``start`` up to ``stop``.
+        """
+        name = item.id if isinstance(item, FloorPlan) else item
+        number = self.ids.index(name)
+        if number not in range(len(self))[start:stop]:
+            raise ValueError(f"{name!r} is not in the data set from {start} to {stop}")
+        return number
+
+    def to_arrow(self) -> Any:
+        """Return what is known of each plan as a ``pyarrow.Table``, one row a plan (docs/format.md, "The index")."""
         return self._catalogue.table.take(self._rows)
+
+    def to_pandas(self) -> Any:
+        """Return what is known of each plan as a ``pandas.DataFrame``, one row a plan, by id.
+
+        The columns are those of ``to_arrow``. No plan is read.
+
+        Raises
+        ------
+        MissingDependencyError
+            pandas is not installed.
+        """
+        try:
+            import pandas  # noqa: F401 - pyarrow looks for it
+        except ImportError:
+            raise MissingDependencyError(f"to_pandas needs pandas: {installing('frames')}") from None
+        return self.to_arrow().to_pandas().set_index("id")
+
+    def to_geopandas(self, layer: Layer = "rooms") -> Any:
+        """Return the rooms, doors, furniture or free spaces of all plans as a ``geopandas.GeoDataFrame``.
+
+        Every plan is read. Rooms and doors of published plans are found first.
+
+        Parameters
+        ----------
+        layer
+            "rooms", "doors", "objects" (furniture), or "plans" (the free spaces).
+
+        Raises
+        ------
+        ConfigError
+            There is no such layer.
+        MissingDependencyError
+            GeoPandas is not installed.
+        """
+        from houseexpo.analysis.features import features
+
+        return features((plan.divided for plan in self), layer)
+
+    def plot(self, n: int = 12, *, columns: int = 4, size: float = 3.0, **options: Any) -> Figure:
+        """Draw the first plans side by side, with matplotlib.
+
+        Parameters
+        ----------
+        n
+            How many plans.
+        columns
+            How many stand side by side.
+        size
+            Side of each picture, inches.
+        **options
+            Those of ``FloorPlan.plot``: ``rooms``, ``labels``, ``doors``, ...
+
+        Returns
+        -------
+        The figure.
+
+        Raises
+        ------
+        MissingDependencyError
+            matplotlib is not installed.
+        """
+        from houseexpo.drawing.axes import plot_sheet
+
+        shown = [plan.divided for plan in self[:n]]
+        options = {"labels": False, **options}
+        return plot_sheet(shown, columns=min(columns, max(len(shown), 1)), titles=_described, size=size, **options)
+
+    @property
+    def rejected(self) -> list[dict[str, str]]:
+        """What gave no plan when the data set was built: dictionaries of id, stage, reason, detail and advice."""
+        file = self.path / "rejected.jsonl"
+        if not file.is_file():
+            return []
+        import json
+
+        return [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines() if line]
 
     def derived(self, name: str, measure: Callable[[FloorPlan], Any], workers: int = 1) -> list[Any]:
         """Return ``measure(plan)`` for each plan; kept under ``name`` in the user's cache (``store.derived``).
@@ -222,13 +322,10 @@ class Dataset(Sequence[FloorPlan]):
         return f"Dataset({self.path.name!r}, {some}{counted(len(self._catalogue.ids), 'plan')})"
 
     def _repr_html_(self) -> str:
-        """Show the data set in a notebook: what it is, and the first plans as pictures."""
-        from html import escape
+        """Show the data set in a notebook: counts, the first plans as pictures, and a table of some plans."""
+        from houseexpo.dataset.notebook import as_html
 
-        from houseexpo.drawing import svg
-
-        pictures = (f'<div style="margin: 4px">{svg(plan, size=160)}</div>' for plan in self[:6])
-        return f'<p>{escape(repr(self))}</p><div style="display: flex; flex-wrap: wrap">{"".join(pictures)}</div>'
+        return as_html(self)
 
     def _row(self, plan_id: str) -> int:
         row = self._catalogue.row_of.get(plan_id, -1)
@@ -244,6 +341,11 @@ class Dataset(Sequence[FloorPlan]):
         if plan.id != expected:
             raise PlanError(f"expected {expected!r}, as the index of {self.path} says; it was changed", "id", plan.id)
         return plan
+
+
+def _described(plan: FloorPlan) -> str:
+    """Say what a plan is, for people: its rooms and its free space."""
+    return f"{counted(plan.room_num, 'room')}, {plan.area:.0f} m2"
 
 
 def _reopened(address: str | Path, ids: list[str]) -> Dataset:

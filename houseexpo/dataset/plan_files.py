@@ -6,9 +6,7 @@ import os
 from pathlib import Path
 
 from houseexpo.errors import PlanError
-from houseexpo.files import write_whole
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.plan.json_codec import encode
 
 
 def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
@@ -21,5 +19,5 @@ def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
 
 
 def save_plan(plan: FloorPlan, path: str | os.PathLike[str]) -> None:
-    """Write a plan to a JSON file; a file of that name is replaced only by a whole one."""
-    write_whole(Path(path), encode(plan) + b"\n")
+    """Write a plan to a JSON file, as ``plan.save(path)`` does."""
+    plan.save(path)

@@ -127,7 +127,7 @@ def _inside(plan: PlanData) -> Polygon | MultiPolygon:
 
 
 def _rooms(plan: PlanData) -> list[_Space]:
-    return [_Space((room.label,), room.shape) for room in plan.rooms]
+    return [_Space((room.label,), room.polygon) for room in plan.rooms]
 
 
 def _boxes(plan: PlanData) -> list[_Space]:
@@ -164,8 +164,8 @@ def _overlap(one: Polygon, other: Polygon) -> float:
 
 def _furniture(plan: PlanData) -> Iterator[Area]:
     for thing in plan.objects:
-        yield Area(thing.shape, FURNITURE_EDGE)
-        if not (inside := thing.shape.buffer(-_EDGE_M, join_style="mitre")).is_empty:
+        yield Area(thing.polygon, FURNITURE_EDGE)
+        if not (inside := thing.polygon.buffer(-_EDGE_M, join_style="mitre")).is_empty:
             yield Area(inside, FURNITURE)
 
 
@@ -173,7 +173,7 @@ def _doors(plan: PlanData) -> Iterator[Area]:
     import shapely
 
     for door in plan.doors:
-        yield Area(door.shape, _TINTS[door.kind])
+        yield Area(door.polygon, _TINTS[door.kind])
         yield Area(shapely.LineString(door.segment).buffer(_LEAF_M / 2, cap_style="flat"), DOOR_COLOURS[door.kind])
 
 

@@ -111,7 +111,7 @@ def _ids(parts: Iterable[Room | Door], frame: GridFrame) -> npt.NDArray[np.int32
     mask = np.full(frame.shape, NOTHING, dtype=np.int32)
     for part in parts:
         holes = part.holes if isinstance(part, Room) else ()
-        _fill(mask, [part.polygon, *holes], frame, part.id)
+        _fill(mask, [part.ring, *holes], frame, part.id)
     return mask
 
 

@@ -84,6 +84,6 @@ def _door(door_id: int, found: Doorway, room_id: dict[int, int]) -> Door:
         kind="door",
         segment=((x1, y1), (x2, y2)),
         width=round(((x2 - x1) ** 2 + (y2 - y1) ** 2) ** 0.5, 2),
-        polygon=grid_rings(found.polygon)[0],
+        ring=grid_rings(found.polygon)[0],
         rooms=(one, other),
     )

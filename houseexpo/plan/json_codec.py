@@ -186,7 +186,7 @@ def _room_record(room: Room) -> keys.Room:
         id=room.id,
         label=room.label,
         source_labels=list(room.source_labels),
-        polygon=room.polygon.tolist(),
+        polygon=room.ring.tolist(),
         holes=[hole.tolist() for hole in room.holes],
         area=round(room.area, 4),  # exact for vertices on the 1 cm grid: areas are multiples of half a cm2
     )
@@ -198,14 +198,14 @@ def _door_record(door: Door) -> keys.Door:
         kind=door.kind,
         segment=door.segment,
         width=door.width,
-        polygon=door.polygon.tolist(),
+        polygon=door.ring.tolist(),
         rooms=door.rooms,
     )
 
 
 def _object_record(thing: PlanObject) -> keys.Object:
     return keys.Object(
-        id=thing.id, label=thing.label, room=thing.room, polygon=thing.polygon.tolist(), height=thing.height
+        id=thing.id, label=thing.label, room=thing.room, polygon=thing.ring.tolist(), height=thing.height
     )
 
 

@@ -91,7 +91,7 @@ class PlanData(Value):
     @cached_property
     def floor(self) -> Polygon | MultiPolygon:
         """All that is inside the walls, metres: the free space, and what furniture in rooms stands on."""
-        things = [thing.shape for thing in self.objects if thing.room is not None]
+        things = [thing.polygon for thing in self.objects if thing.room is not None]
         if not things:
             return self.free_space
         import shapely

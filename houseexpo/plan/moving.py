@@ -25,12 +25,12 @@ def moved(plan: _Plan, dx: float, dy: float) -> _Plan:
         verts=plan.verts + by,
         room_category=boxes,
         holes=tuple(hole + by for hole in plan.holes),
-        rooms=tuple(replace(r, polygon=r.polygon + by, holes=tuple(h + by for h in r.holes)) for r in plan.rooms),
+        rooms=tuple(replace(r, ring=r.ring + by, holes=tuple(h + by for h in r.holes)) for r in plan.rooms),
         doors=tuple(
-            replace(d, polygon=d.polygon + by, segment=tuple((x + dx, y + dy) for x, y in d.segment))  # type: ignore[arg-type]
+            replace(d, ring=d.ring + by, segment=tuple((x + dx, y + dy) for x, y in d.segment))  # type: ignore[arg-type]
             for d in plan.doors
         ),
-        objects=tuple(replace(thing, polygon=thing.polygon + by) for thing in plan.objects),
+        objects=tuple(replace(thing, ring=thing.ring + by) for thing in plan.objects),
         frame=None if plan.frame is None else _moved_frame(plan.frame, dx, dy),
     )
 

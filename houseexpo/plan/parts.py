@@ -119,28 +119,28 @@ class Room(Value):
 
     id: int
     label: str
-    polygon: Ring
+    ring: Ring
     holes: tuple[Ring, ...] = ()
     source_labels: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         checks.count(self.id, "id")
         checks.one_of(self.label, (*LABELS, UNLABELLED), "label")
-        self._set("polygon", checks.ring(self.polygon, "polygon"))
+        self._set("ring", checks.ring(self.ring, "polygon"))
         self._set("holes", checks.rings(self.holes, "holes"))
         self._set("source_labels", tuple(self.source_labels))
 
     @cached_property
-    def shape(self) -> Polygon:
+    def polygon(self) -> Polygon:
         """The room as a shapely polygon, metres."""
         from shapely import Polygon
 
-        return Polygon(self.polygon, self.holes)
+        return Polygon(self.ring, self.holes)
 
     @property
     def area(self) -> float:
         """Square metres."""
-        return float(self.shape.area)
+        return float(self.polygon.area)
 
     def __repr__(self) -> str:
         return f"Room({self.id}, {self.label!r}, {self.area:.2f} m2)"
@@ -157,7 +157,7 @@ class Door(Value):
     kind: DoorKind
     segment: tuple[tuple[float, float], tuple[float, float]]
     width: float
-    polygon: Ring
+    ring: Ring
     rooms: tuple[int | None, int | None]
 
     def __post_init__(self) -> None:
@@ -167,7 +167,7 @@ class Door(Value):
             raise PlanError(f"expected the two ends of the opening, found {len(self.segment)}", "segment")
         self._set("segment", tuple(checks.numbers(end, 2, f"segment[{i}]") for i, end in enumerate(self.segment)))
         self._set("width", checks.number(self.width, "width"))
-        self._set("polygon", checks.ring(self.polygon, "polygon"))
+        self._set("ring", checks.ring(self.ring, "polygon"))
         self._set("rooms", tuple(self.rooms))
         inside = sum(isinstance(room, int) for room in self.rooms)
         if len(self.rooms) != 2 or self.rooms[0] is None or inside != (1 if self.kind == "entrance" else 2):
@@ -175,11 +175,11 @@ class Door(Value):
             raise PlanError(f"expected {expected} for kind {self.kind!r}, found {list(self.rooms)}", "rooms")
 
     @cached_property
-    def shape(self) -> Polygon:
+    def polygon(self) -> Polygon:
         """The freed area as a shapely polygon, metres."""
         from shapely import Polygon
 
-        return Polygon(self.polygon)
+        return Polygon(self.ring)
 
     def __repr__(self) -> str:
         return f"Door({self.id}, {self.kind!r}, {self.width:.2f} m, rooms {self.rooms[0]} and {self.rooms[1]})"
@@ -196,7 +196,7 @@ class PlanObject(Value):
     id: int
     label: str
     room: int | None
-    polygon: Ring
+    ring: Ring
     height: float
 
     def __post_init__(self) -> None:
@@ -204,17 +204,17 @@ class PlanObject(Value):
         checks.text(self.label, "label")
         if self.room is not None:
             checks.count(self.room, "room")
-        self._set("polygon", checks.ring(self.polygon, "polygon"))
+        self._set("ring", checks.ring(self.ring, "polygon"))
         self._set("height", checks.number(self.height, "height"))
         if self.height < 0:
             raise PlanError(f"expected metres, 0 or more, found {self.height}", "height")
 
     @cached_property
-    def shape(self) -> Polygon:
+    def polygon(self) -> Polygon:
         """The footprint as a shapely polygon, metres."""
         from shapely import Polygon
 
-        return Polygon(self.polygon)
+        return Polygon(self.ring)
 
     def __repr__(self) -> str:
         return f"PlanObject({self.id}, {self.label!r}, {self.height:.2f} m high, room {self.room})"

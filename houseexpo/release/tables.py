@@ -79,7 +79,7 @@ def _room_rows(placed: Placed) -> Iterator[Row]:
             "label": room.label,
             "source_labels": list(room.source_labels),
             "area": round(room.area, 2),
-            "geometry": wkb(room.shape),
+            "geometry": wkb(room.polygon),
         }
 
 
@@ -95,7 +95,7 @@ def _door_rows(placed: Placed) -> Iterator[Row]:
             "width": door.width,
             "room_a": door.rooms[0],
             "room_b": door.rooms[1],
-            "geometry": wkb(door.shape),
+            "geometry": wkb(door.polygon),
             "segment": wkb(shapely.LineString(door.segment)),
         }
 
@@ -109,7 +109,7 @@ def _object_rows(placed: Placed) -> Iterator[Row]:
             "label": thing.label,
             "room": thing.room,
             "height": thing.height,
-            "geometry": wkb(thing.shape),
+            "geometry": wkb(thing.polygon),
         }
 
 

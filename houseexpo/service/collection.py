@@ -67,7 +67,7 @@ class Opened:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        table: Any = self.data.index_table()
+        table: Any = self.data.to_arrow()
         if "digest" not in table.column_names:
             digests = [self.data.digest(number).hex() for number in range(len(self.data))]
             table = table.append_column("digest", pa.array(digests))

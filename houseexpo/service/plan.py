@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.export import FORMATS
+from houseexpo.exports import FORMATS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.collection import Opened
 from houseexpo.service.evidence import evidence_of

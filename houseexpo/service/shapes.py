@@ -41,7 +41,7 @@ def drawn(plan: FloorPlan) -> dict[str, Any]:
             for box in found
         ],
         "objects": [
-            {"label": thing.label, "height": thing.height, "rings": _points([thing.polygon])} for thing in plan.objects
+            {"label": thing.label, "height": thing.height, "rings": _points([thing.ring])} for thing in plan.objects
         ],
         "frame": None if plan.frame is None else {"matrix": plan.frame.matrix, "up": plan.frame.up},
         **divided(plan),
@@ -56,8 +56,8 @@ def divided(plan: FloorPlan) -> dict[str, Any]:
             "label": room.label.replace("_", " "),
             "area": room.area,
             "colour": colour(room.label),
-            "rings": _points([room.polygon, *room.holes]),
-            "at": _middle(room.shape),
+            "rings": _points([room.ring, *room.holes]),
+            "at": _middle(room.polygon),
             **_unfurnished(room, plan),
         }
         for room in plan.rooms
@@ -70,7 +70,7 @@ def divided(plan: FloorPlan) -> dict[str, Any]:
             "rooms": list(door.rooms),
             "colour": DOOR_COLOURS[door.kind],
             "segment": [list(end) for end in door.segment],
-            "rings": _points([door.polygon]),
+            "rings": _points([door.ring]),
         }
         for door in plan.doors
     ]
@@ -160,10 +160,10 @@ def _unfurnished(room: Room, plan: FloorPlan) -> dict[str, Any]:
     """Return a furnished room's rings and middle as if it were empty: its name may stand on its furniture."""
     import shapely
 
-    things = [thing.shape for thing in plan.objects if thing.room == room.id]
+    things = [thing.polygon for thing in plan.objects if thing.room == room.id]
     if not things:
         return {}
-    whole = shapely.union_all([room.shape, *things])
+    whole = shapely.union_all([room.polygon, *things])
     return {"empty": {"rings": _rings(whole), "at": _middle(whole)}}
 
 

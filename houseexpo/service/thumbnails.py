@@ -49,9 +49,9 @@ def thumbnail(plan: FloorPlan) -> bytes:
         f"<title>{escape(plan.id)}</title>",
         f'<path d="{whole}" fill="{_FLOOR}"/>',
         *(_rooms(plan, path) if plan.rooms else _boxes(plan, box, whole)),
-        *(f'<path d="{path([thing.polygon])}" fill="{_FURNITURE}"/>' for thing in plan.objects),
+        *(f'<path d="{path([thing.ring])}" fill="{_FURNITURE}"/>' for thing in plan.objects),
         f'<path d="{whole}" fill="none" stroke="{_WALL}" stroke-width="20" stroke-linejoin="round"/>',
-        *(f'<path d="{path([door.polygon])}" fill="{DOOR_COLOURS[door.kind]}"/>' for door in plan.doors),
+        *(f'<path d="{path([door.ring])}" fill="{DOOR_COLOURS[door.kind]}"/>' for door in plan.doors),
         "</svg>",
     ]
     return "".join(parts).encode()
@@ -60,7 +60,7 @@ def thumbnail(plan: FloorPlan) -> bytes:
 def _rooms(plan: FloorPlan, path: Callable[[Iterable[Any]], str]) -> Iterable[str]:
     yield f'<g stroke="{_WALL}" stroke-width="10">'
     for room in plan.rooms:
-        yield f'<path d="{path([room.polygon, *room.holes])}" fill="{colour(room.label)}"/>'
+        yield f'<path d="{path([room.ring, *room.holes])}" fill="{colour(room.label)}"/>'
     yield "</g>"
 
 

@@ -11,17 +11,20 @@ import gc
 import multiprocessing
 import os
 import signal
+import sys
 import tempfile
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from multiprocessing import connection as pipes
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
+from types import ModuleType
 from typing import Any, Generic
 
 from houseexpo.errors import HouseExpoError
@@ -74,7 +77,8 @@ def start(function: Callable[[Item], Any], limits: Limits, preload: Sequence[str
     near, far = context.Pipe()
     process = context.Process(target=serve, args=(far, function, limits), daemon=True)  # type: ignore[attr-defined]
     try:
-        with _uninterrupted():  # Ctrl-C is the parent's business: what starts here never sees it
+        # Ctrl-C is the parent's business: what starts here never sees it
+        with _uninterrupted(), _without_main(function):
             process.start()
     except BaseException:
         near.close()
@@ -82,6 +86,25 @@ def start(function: Callable[[Item], Any], limits: Limits, preload: Sequence[str
     finally:
         far.close()
     return Worker(process, near)
+
+
+@contextmanager
+def _without_main(function: Callable[..., Any]) -> Iterator[None]:
+    """Let a worker start without importing the caller's script, which may have no ``if __name__ == "__main__"``.
+
+    multiprocessing imports the script in each process that it starts, for what may be pickled from it. What runs here
+    stands in modules, unless ``function`` itself comes from the script.
+    """
+    main = sys.modules.get("__main__")
+    whole = function.func if isinstance(function, partial) else function
+    if main is None or getattr(whole, "__module__", "__main__") == "__main__":
+        yield
+        return
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
 
 
 def serve(pipe: Connection, function: Callable[[Item], Any], limits: Limits) -> None:

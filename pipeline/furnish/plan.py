@@ -62,11 +62,11 @@ def _cut(plan: FloorPlan, found: _Furniture) -> FloorPlan | None:
         return None
     rooms = []
     for room in plan.rooms:
-        left = shapely.difference(in_cm(room.shape), shapely.union_all(shapes.get(room.id, [])))
+        left = shapely.difference(in_cm(room.polygon), shapely.union_all(shapes.get(room.id, [])))
         if not is_plain(left):
             return None
         polygon, holes = grid_rings(_in_metres(left))
-        rooms.append(replace(room, polygon=polygon, holes=holes))
+        rooms.append(replace(room, ring=polygon, holes=holes))
     verts, holes = grid_rings(_in_metres(outline))
     return replace(
         plan, verts=verts, holes=holes, rooms=tuple(rooms), objects=tuple(_objects(found)), navigability=Reach()
@@ -95,7 +95,7 @@ def _not_reached(before: FloorPlan, after: FloorPlan) -> set[int]:
     cut_off = now[1:] if len(now) > len(was) else []
     wrong = {
         room.id
-        for room, shape in ((room, room.shape) for room in before.rooms if room.id in furnished_rooms)
+        for room, shape in ((room, room.polygon) for room in before.rooms if room.id in furnished_rooms)
         if (was and shape.intersects(was[0]) and not shape.intersects(now[0]))
         or any(shape.intersects(part) for part in cut_off)
     }

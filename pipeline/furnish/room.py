@@ -56,14 +56,14 @@ class Furnishing:
     """A room that is being furnished; all in centimetres."""
 
     def __init__(self, room: Room, doors: Sequence[Door], rng: np.random.Generator) -> None:
-        shape = shapely.orient_polygons(in_cm(room.shape))
+        shape = shapely.orient_polygons(in_cm(room.polygon))
         self._room, self._edge, self._rng = shape, shape.boundary, rng
         self._area_m2, self._wants = room.area, WANTS.get(room.label, ())
         rings = (shape.exterior, *shape.interiors)
         self._walls = walls_of([np.round(shapely.get_coordinates(ring)[:-1]).astype(np.int64) for ring in rings])
         self._bounds: Boxes = np.round(np.array(shape.bounds)).astype(np.int64)
         self._doors = shapely.union_all(list(self._before_doors(doors)))
-        inner = [in_cm(door.shape) for door in doors if door.kind != "entrance"]
+        inner = [in_cm(door.polygon) for door in doors if door.kind != "entrance"]
         floor = shapely.union_all([shape, *inner])
         self._entries = shapely.points([_entry(door, shape) for door in doors]) if doors else np.array([])
         # corners count for a little more than a disc needs; what a piece takes is its box, grown
@@ -148,7 +148,7 @@ class Furnishing:
             along = np.array([bx - ax, by - ay])
             extra = along / max(float(np.hypot(*along)), 1.0) * GAP_CM
             line = shapely.LineString([np.array([ax, ay]) - extra, np.array([bx, by]) + extra])
-            wall = door.shape.area / max(door.width, 0.1) * CM
+            wall = door.polygon.area / max(door.width, 0.1) * CM
             yield shapely.buffer(line, reach + wall / 2, cap_style="flat")
 
 
@@ -181,6 +181,6 @@ def _entry(door: Door, room: Polygon) -> npt.NDArray[np.float64]:
     """Return the point before a door's middle, on the room's side, where a person stands."""
     a, b = np.array(door.segment) * CM
     across = np.array([a[1] - b[1], b[0] - a[0]]) / max(float(np.hypot(*(b - a))), 1.0)
-    wall = door.shape.area / max(door.width, 0.1) * CM / 2
+    wall = door.polygon.area / max(door.width, 0.1) * CM / 2
     sides = [(a + b) / 2 + sign * across * (wall + WAY_CM + 2) for sign in (1, -1)]
     return min(sides, key=lambda point: room.distance(shapely.Point(point)))

@@ -139,7 +139,7 @@ def _room(k: int, shape: Polygon, name: NamedRoom, shift: Points) -> Room:
     return Room(
         id=k,
         label=name.labels[0] if name.labels else UNLABELLED,
-        polygon=polygon,
+        ring=polygon,
         holes=holes,
         source_labels=name.words,
     )
@@ -166,7 +166,7 @@ def _door(k: int, passage: Passage, shape: Polygon, rooms: tuple[int, int | None
         kind=passage.kind,
         segment=((float(a[0]), float(a[1])), (float(b[0]), float(b[1]))),
         width=round(float(np.hypot(*(b - a))), 2),
-        polygon=grid_rings(shape, shift)[0],
+        ring=grid_rings(shape, shift)[0],
         rooms=rooms,
     )
 

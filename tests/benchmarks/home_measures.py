@@ -104,7 +104,7 @@ def _reach(plan: FloorPlan) -> dict[str, list[float]]:
 
 def _walls_m(found: FloorPlan) -> list[float]:
     """Thickness of the walls that doors go through."""
-    return [shapely.Polygon(door.polygon).area / max(door.width, 0.1) for door in found.doors]
+    return [door.polygon.area / max(door.width, 0.1) for door in found.doors]
 
 
 def _clear_m(found: FloorPlan) -> list[float]:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from houseexpo.export import irsim as exported
+from houseexpo.exports import irsim as exported
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.protocol import Knowledge
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE

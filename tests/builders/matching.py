@@ -40,7 +40,7 @@ def bare(plan: FloorPlan, *, holes: bool = True) -> FloorPlan:
 def matches(known: FloorPlan, found: FloorPlan) -> Matches:
     """Rooms match at an intersection over union of 0.6, inner doors where their centres lie within 0.35 m."""
     rooms = [
-        (one.shape.intersection(other.shape).area / one.shape.union(other.shape).area, i, k)
+        (one.polygon.intersection(other.polygon).area / one.polygon.union(other.polygon).area, i, k)
         for (i, one), (k, other) in product(enumerate(known.rooms), enumerate(found.rooms))
     ]
     inner, ours = ([d for d in plan.doors if d.kind != "entrance"] for plan in (known, found))

@@ -38,7 +38,7 @@ def two_rooms(name: str, width: float = 4.0, quality: float = 0.9, label: str = 
     rooms = (Room(0, label, box(0.1, 0.1, a, 3.1)), Room(1, "Bedroom", box(b, 0.1, c, 3.1)))
     middle = round((a + b) / 2, 2)
     door = Door(0, "door", ((middle, 1.1), (middle, 1.9)), 0.8, box(a, 1.1, b, 1.9), (0, 1))
-    boxes = {label: (rooms[0].shape.bounds,), "Bedroom": (rooms[1].shape.bounds,)}
+    boxes = {label: (rooms[0].polygon.bounds,), "Bedroom": (rooms[1].polygon.bounds,)}
     told = {"source": "made", "file": f"{name}.glb"}
     return FloorPlan(
         name,

@@ -26,7 +26,7 @@ def test_walls_enclose_the_free_space(two_rooms):
     assert together.intersection(two_rooms.free_space).area == pytest.approx(0)
     assert together.area == pytest.approx(7.5 * 3.4 - 7.1 * 3.0 + 2 * 1.1 * 0.1 + 0.16 - 0.02, abs=0.03)
     assert any(wall.equals(shapely.box(1.0, 1.0, 1.4, 1.4)) for wall in walls)  # the pillar, whole
-    door = two_rooms.doors[0].shape
+    door = two_rooms.doors[0].polygon
     assert together.intersection(door).area == pytest.approx(0)
 
 

@@ -35,7 +35,7 @@ DOOR = Hole(1.0, 1.9)
 def test_two_rooms_and_a_door_come_out_to_the_centimetre() -> None:
     plan = plan_of(two_rooms(DOOR))
     assert plan.free_space.equals(TWO_ROOMS)
-    assert [room.shape.area for room in plan.rooms] == pytest.approx([12.0, 9.0])
+    assert [room.polygon.area for room in plan.rooms] == pytest.approx([12.0, 9.0])
     (door,) = plan.doors
     assert (door.kind, door.width) == ("door", 0.9)
     assert sorted(door.segment) == [(4.2, 1.1), (4.2, 2.0)]

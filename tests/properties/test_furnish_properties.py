@@ -31,7 +31,7 @@ def rooms(draw: st.DrawFn) -> Room:
 
 def door_below(room: Room) -> Door:
     """A door of up to 0.8 m in the wall at y = 0."""
-    width = min(0.8, float(room.polygon[:, 0].max()) - 0.2)
+    width = min(0.8, float(room.ring[:, 0].max()) - 0.2)
     ring = [(0.1, -0.1), (0.1, 0.0), (0.1 + width, 0.0), (0.1 + width, -0.1)]
     return Door(0, "entrance", ((0.1, -0.05), (0.1 + width, -0.05)), width, np.round(ring, 2), (0, None))
 
@@ -48,7 +48,7 @@ def test_furniture_keeps_its_rules_in_any_room(room: Room, seed: int) -> None:
     door = door_below(room)
     standing = Furnishing(room, [door], np.random.default_rng(seed)).furnish()
     boxes = [shapely.box(*each.box.tolist()) for each in standing]
-    shape = in_cm(room.shape)
+    shape = in_cm(room.polygon)
     assert all(shape.covers(box) for box in boxes)
     assert all(one.distance(other) >= GAP_CM for one, other in combinations(boxes, 2))
     before = shapely.LineString(in_cm(shapely.LineString(door.segment))).buffer(45, cap_style="flat")

@@ -81,10 +81,10 @@ quick = settings(deadline=None, max_examples=12, derandomize=True)
 
 def sound(plan: FloorPlan) -> None:
     """The plan is valid, tiles, in one piece for the robot, and JSON keeps it."""
-    rings = [plan.verts, *plan.holes, *(room.polygon for room in plan.rooms), *(door.polygon for door in plan.doors)]
+    rings = [plan.verts, *plan.holes, *(room.ring for room in plan.rooms), *(door.ring for door in plan.doors)]
     assert all(shapely.Polygon(ring).is_valid for ring in rings)
     assert plan.verts.min(axis=0) == pytest.approx([0.1, 0.1])
-    parts = [room.shape for room in plan.rooms] + [d.shape for d in plan.doors if d.kind != "entrance"]
+    parts = [room.polygon for room in plan.rooms] + [d.polygon for d in plan.doors if d.kind != "entrance"]
     assert shapely.union_all(parts).symmetric_difference(plan.free_space).area < 0.05
     assert sum(part.area for part in parts) - shapely.union_all(parts).area < 0.05
     assert len(standing_pieces(plan.free_space, 0.2)) == 1
@@ -103,7 +103,7 @@ def placed(shape: shapely.Geometry) -> shapely.Geometry:
 
 def without_cuts(plan: FloorPlan) -> shapely.Geometry:
     """Free space less what was cut: where a cut is made depends on the sample, and that on the axes."""
-    return plan.free_space.difference(shapely.union_all([d.shape for d in plan.doors if d.kind == "cut"]))
+    return plan.free_space.difference(shapely.union_all([d.polygon for d in plan.doors if d.kind == "cut"]))
 
 
 @given(houses)
@@ -156,7 +156,7 @@ def test_the_frame_maps_the_plan_between_the_walls(house: House) -> None:
     free = walls_in_source(plan)
     boxes = [shapely.box(*part.bounds[0, :2], *part.bounds[1, :2]) for part in house.parts() if part.bounds[0, 2] < 0.2]
     standing = shapely.union_all(boxes)
-    cut = [d.shape.area for d in plan.doors if d.kind == "cut"]
+    cut = [d.polygon.area for d in plan.doors if d.kind == "cut"]
     assert free.intersection(standing).area < sum(cut) + 0.01 * free.length
     assert shapely.union_all([free, standing]).area == pytest.approx(shapely.box(*standing.bounds).area, rel=0.005)
 
@@ -184,7 +184,7 @@ def test_walls_of_any_thickness_leave_the_rooms_their_size(house: House, thickne
     other = replace(house, thickness=thickness)
     plan = plan_of(other.parts())
     assert sorted(room.area for room in plan.rooms) == pytest.approx(other.areas(), abs=0.05)
-    assert [d.shape.area / d.width for d in plan.doors] == pytest.approx([thickness] * len(plan.doors), abs=0.02)
+    assert [d.polygon.area / d.width for d in plan.doors] == pytest.approx([thickness] * len(plan.doors), abs=0.02)
 
 
 @given(houses, st.floats(5.0, 85.0))

@@ -52,12 +52,12 @@ def rooms(plan: PlanData) -> Iterator[Broken]:
     """Rooms are valid, lie in the free space, do not overlap, and tile it together with the doors (to 0.05 m2)."""
     import shapely
 
-    shapes = [room.shape for room in plan.rooms]
+    shapes = [room.polygon for room in plan.rooms]
     for i, shape in enumerate(shapes):
         if not shape.is_valid:
             yield f"rooms[{i}].polygon", f"expected a simple ring, found {shapely.is_valid_reason(shape)}"
             return
-    doors = [door.shape for door in plan.doors if door.kind != "entrance" and door.shape.is_valid]
+    doors = [door.polygon for door in plan.doors if door.kind != "entrance" and door.polygon.is_valid]
     together = shapely.union_all([*shapes, *doors])
     overlap = sum(shape.area for shape in shapes) - shapely.union_all(shapes).area
     if overlap > _SPECK_M2:
@@ -78,13 +78,13 @@ def doors(plan: PlanData) -> Iterator[Broken]:
     import shapely
 
     for i, door in enumerate(plan.doors):
-        if not door.shape.is_valid:
-            yield f"doors[{i}].polygon", f"expected a simple ring, found {shapely.is_valid_reason(door.shape)}"
+        if not door.polygon.is_valid:
+            yield f"doors[{i}].polygon", f"expected a simple ring, found {shapely.is_valid_reason(door.polygon)}"
             continue
         length = dist(*door.segment)
         if abs(length - door.width) > 2 * _CM:
             yield f"doors[{i}].width", f"expected the segment's length, {length:.2f} m, found {door.width:.2f} m"
-        if shapely.LineString(door.segment).interpolate(0.5, normalized=True).distance(door.shape) > 2 * _CM:
+        if shapely.LineString(door.segment).interpolate(0.5, normalized=True).distance(door.polygon) > 2 * _CM:
             yield f"doors[{i}].segment", "expected it to run through the door's polygon, found it elsewhere"
 
 
@@ -93,11 +93,11 @@ def objects(plan: PlanData) -> Iterator[Broken]:
     import shapely
 
     for i, thing in enumerate(plan.objects):
-        if not thing.shape.is_valid:
-            yield f"objects[{i}].polygon", f"expected a simple ring, found {shapely.is_valid_reason(thing.shape)}"
+        if not thing.polygon.is_valid:
+            yield f"objects[{i}].polygon", f"expected a simple ring, found {shapely.is_valid_reason(thing.polygon)}"
             continue
-        free = thing.shape.intersection(plan.free_space).area
-        if free > _SPECK_M2 + _CM * thing.shape.length:
+        free = thing.polygon.intersection(plan.free_space).area
+        if free > _SPECK_M2 + _CM * thing.polygon.length:
             yield f"objects[{i}].polygon", f"expected an obstacle, found {free:.3f} m2 of free space in it"
 
 

@@ -26,10 +26,10 @@ def rings(plan: PlanData) -> Iterator[tuple[str, Ring, bool]]:
 
 def grid(plan: PlanData) -> Iterator[Broken]:
     """Coordinates of every ring lie on the 1 cm grid."""
-    parts = [(f"rooms[{i}].polygon", room.polygon) for i, room in enumerate(plan.rooms)]
+    parts = [(f"rooms[{i}].polygon", room.ring) for i, room in enumerate(plan.rooms)]
     parts += [(f"rooms[{i}].holes[{k}]", h) for i, room in enumerate(plan.rooms) for k, h in enumerate(room.holes)]
-    parts += [(f"doors[{i}].polygon", door.polygon) for i, door in enumerate(plan.doors)]
-    parts += [(f"objects[{i}].polygon", thing.polygon) for i, thing in enumerate(plan.objects)]
+    parts += [(f"doors[{i}].polygon", door.ring) for i, door in enumerate(plan.doors)]
+    parts += [(f"objects[{i}].polygon", thing.ring) for i, thing in enumerate(plan.objects)]
     for key, ring in [*((key, ring) for key, ring, _ in rings(plan)), *parts]:
         cells = ring * 100
         off = np.abs(cells - np.round(cells)).max(axis=1) > _EPS

@@ -13,7 +13,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.export import FORMATS
+from houseexpo.exports import FORMATS
 from houseexpo.plan.categories import LABELS
 from houseexpo.service.caching import hashed, values
 from houseexpo.service.collection import Collection, Opened

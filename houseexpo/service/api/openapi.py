@@ -9,7 +9,7 @@ from starlette.responses import RedirectResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo import __version__
-from houseexpo.export import FORMATS
+from houseexpo.exports import FORMATS
 from houseexpo.service.api.listing import MAX_LIMIT
 from houseexpo.service.caching import values
 from houseexpo.service.measures import MEASURES, RADII

@@ -12,7 +12,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo.drawing import svg
-from houseexpo.export import FORMATS
+from houseexpo.exports import FORMATS
 from houseexpo.files import as_zip
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.caching import hashed

@@ -27,7 +27,7 @@ def test_two_doors_between_two_rooms_are_two_edges(two_rooms):
     from dataclasses import replace
 
     first = two_rooms.doors[0]
-    second = Door(7, "cut", first.segment, 0.8, first.polygon, (1, 0))
+    second = Door(7, "cut", first.segment, 0.8, first.ring, (1, 0))
     graph = rooms_graph(replace(two_rooms, doors=(first, second)))
     assert graph.number_of_edges(0, 1) == 2
 

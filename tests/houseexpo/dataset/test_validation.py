@@ -30,7 +30,7 @@ def found(tmp_path: Path, data: bytes, name: str = hexed(7)) -> dict[str, str]:
 def whole(two_rooms):
     """A plan of ours that keeps every rule."""
     pillar, (room, other), (door, entrance) = two_rooms.holes[0], two_rooms.rooms, two_rooms.doors
-    room = replace(room, polygon=[(0.1, 0.1), (0.1, 3.1), (4.1, 3.1), (4.1, 1.9), (4.1, 1.1), (4.1, 0.1)])
+    room = replace(room, ring=[(0.1, 0.1), (0.1, 3.1), (4.1, 3.1), (4.1, 1.9), (4.1, 1.1), (4.1, 0.1)])
     reach = {f"{radius:.2f}": Navigability(1, 1.0, 0.8) for radius in (0.1, 0.15, 0.2, 0.25, 0.3, 0.35)}
     return replace(two_rooms, holes=(pillar,), rooms=(room, other), doors=(door, entrance), navigability=reach)
 
@@ -95,9 +95,9 @@ def test_our_plans(tmp_path, whole):
     door, entrance = whole.doors
     broken = {
         "collinear": replace(whole, verts=[(0.1, 0.1), (0.1, 1.1), *whole.verts[1:].tolist()]),
-        "rooms": replace(whole, rooms=(room, replace(other, polygon=other.polygon + np.array([0.5, 0])))),
+        "rooms": replace(whole, rooms=(room, replace(other, ring=other.ring + np.array([0.5, 0])))),
         "doors": replace(whole, doors=(replace(door, width=0.9), entrance)),
-        "objects": replace(whole, objects=(PlanObject(0, "bed", 1, other.polygon, 0.5),)),
+        "objects": replace(whole, objects=(PlanObject(0, "bed", 1, other.ring, 0.5),)),
         "grid": replace(whole, objects=(PlanObject(0, "oven", 0, whole.holes[0] + 0.003, 0.5),)),
         "navigability": replace(whole, navigability={"0.20": Navigability(1, 1.5, 0.8)}),
         "direction": replace(whole, holes=(whole.holes[0][::-1],)),

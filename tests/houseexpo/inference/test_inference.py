@@ -49,7 +49,7 @@ def test_a_door_in_a_wall_parts_two_rooms(door):
     assert found.rooms == (0, 1)
     assert found.width == pytest.approx(y2 - y1, abs=0.03)
     assert np.mean(found.segment, axis=0) == pytest.approx(((x1 + x2) / 2, (y1 + y2) / 2), abs=0.03)
-    assert found.shape.equals(door)
+    assert found.polygon.equals(door)
 
 
 @pytest.mark.parametrize("thickness", [0.02, 0.05, 0.25, 0.5])
@@ -153,27 +153,25 @@ def test_boxes_change_no_geometry(published_lines):
     plan = decode(published_lines[0])
     without = with_rooms(FloorPlan(plan.id, plan.verts, plan.room_num, {}))
     for one, other in zip(with_rooms(plan).rooms, without.rooms, strict=True):
-        assert np.array_equal(one.polygon, other.polygon)
+        assert np.array_equal(one.ring, other.ring)
 
 
 def assert_tiled(plan: FloorPlan) -> None:
     """Rings are valid, on the grid, without vertices in line; they tile the free space; doors touch their rooms."""
-    rings = [ring for room in plan.rooms for ring in (room.polygon, *room.holes)] + [
-        door.polygon for door in plan.doors
-    ]
+    rings = [ring for room in plan.rooms for ring in (room.ring, *room.holes)] + [door.ring for door in plan.doors]
     for ring in rings:
         cells = np.round(ring * 100)
         assert np.allclose(ring * 100, cells, atol=1e-6), plan.id
         before, after = cells - np.roll(cells, 1, axis=0), np.roll(cells, -1, axis=0) - cells
         assert (before[:, 0] * after[:, 1] != before[:, 1] * after[:, 0]).all(), plan.id
-    shapes = [part.shape for part in (*plan.rooms, *plan.doors)]
+    shapes = [part.polygon for part in (*plan.rooms, *plan.doors)]
     assert all(shape.is_valid for shape in shapes), plan.id
     tiled = shapely.union_all(shapes)
     assert sum(shape.area for shape in shapes) == pytest.approx(tiled.area, abs=0.05)
     assert tiled.symmetric_difference(plan.free_space).area <= 0.05, plan.id
-    shape_of = {room.id: room.shape for room in plan.rooms}
+    shape_of = {room.id: room.polygon for room in plan.rooms}
     for door in plan.doors:
-        assert all(shape_of[room].distance(door.shape) < 0.005 for room in door.rooms if room is not None), plan.id
+        assert all(shape_of[room].distance(door.polygon) < 0.005 for room in door.rooms if room is not None), plan.id
 
 
 def test_published_plans_are_tiled_and_rooms_are_about_as_many_as_stated(published_lines):
@@ -182,7 +180,7 @@ def test_published_plans_are_tiled_and_rooms_are_about_as_many_as_stated(publish
         plan = with_rooms(decode(line))
         assert_tiled(plan)
         off.append(abs(len(plan.rooms) - plan.room_num))
-        doors = [door.shape for door in plan.doors]
+        doors = [door.polygon for door in plan.doors]
         assert not any(one.intersects(other) and one.intersection(other).area for one, other in combinations(doors, 2))
     assert np.median(off) <= 1
 

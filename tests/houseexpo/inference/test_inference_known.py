@@ -34,7 +34,7 @@ def test_labels_of_the_pipelines_plans_come_back(made):
     for plan in made:
         ours = with_rooms(bare(plan))
         for room in plan.rooms:
-            twin = max(ours.rooms, key=lambda other: other.shape.intersection(room.shape).area)
+            twin = max(ours.rooms, key=lambda other: other.polygon.intersection(room.polygon).area)
             if room.label != "Unlabelled":
                 known += 1
                 found += room.label in twin.source_labels

@@ -20,8 +20,8 @@ def test_measures_of_a_plan_with_a_hole(two_rooms):
     assert two_rooms.outline.area == pytest.approx(12 + 9 + 0.08)
     assert two_rooms.bbox == (0.1, 0.1, 7.2, 3.1)
     assert two_rooms.room(0).area == pytest.approx(11.84)
-    assert two_rooms.doors[0].shape.area == pytest.approx(0.08)
-    tiled = sum(room.area for room in two_rooms.rooms) + two_rooms.doors[0].shape.area
+    assert two_rooms.doors[0].polygon.area == pytest.approx(0.08)
+    tiled = sum(room.area for room in two_rooms.rooms) + two_rooms.doors[0].polygon.area
     assert tiled == pytest.approx(two_rooms.area)
 
 
@@ -93,7 +93,7 @@ def test_objects_have_ids_of_their_own_and_stand_in_rooms_that_exist(furnished):
 
 def test_objects_move_with_the_plan(furnished):
     moved = furnished.moved(2.0, -1.0)
-    np.testing.assert_allclose(moved.objects[0].polygon, furnished.objects[0].polygon + np.array([2.0, -1.0]))
+    np.testing.assert_allclose(moved.objects[0].ring, furnished.objects[0].ring + np.array([2.0, -1.0]))
     assert moved.quality == furnished.quality
 
 
@@ -115,7 +115,7 @@ def test_centred_moves_everything_and_the_frame_leads_to_the_same_place(two_room
     np.testing.assert_allclose(source_from_plan(centred.frame, centred.verts), before, atol=1e-12)
     shift = centred.verts[0] - two_rooms.verts[0]
     for part, part_ in zip((*two_rooms.rooms, *two_rooms.doors), (*centred.rooms, *centred.doors), strict=True):
-        np.testing.assert_allclose(part_.polygon - part.polygon, np.broadcast_to(shift, part.polygon.shape))
+        np.testing.assert_allclose(part_.ring - part.ring, np.broadcast_to(shift, part.ring.shape))
     np.testing.assert_allclose(np.array(centred.doors[0].segment) - two_rooms.doors[0].segment, [shift, shift])
     np.testing.assert_allclose(centred.room_category["Living_Room"][0][:2], np.array([0.1, 0.1]) + shift)
 
@@ -198,4 +198,4 @@ def test_errors_survive_pickling():
 
 def test_door_of_equal_values_is_equal(two_rooms):
     door = two_rooms.doors[0]
-    assert Door(0, "door", door.segment, 0.8, door.polygon.tolist(), (0, 1)) == door
+    assert Door(0, "door", door.segment, 0.8, door.ring.tolist(), (0, 1)) == door

@@ -113,7 +113,7 @@ def test_geopandas_reads_metres_without_a_reference_system(made: Path, released:
     assert doors.geometry.name == "geometry"
     assert set(doors["segment"].geom_type) == {"LineString"}
     plan = open_dataset(made)[rooms.plan_id[0]]
-    assert rooms.geometry[0].equals(plan.rooms[0].shape)
+    assert rooms.geometry[0].equals(plan.rooms[0].polygon)
 
 
 def test_geopandas_reads_all_parts_at_once(released: Path) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from houseexpo.export import FORMATS
+from houseexpo.exports import FORMATS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.app import make_app
 from tests.builders.services import BASE, built, service_of, two_rooms

@@ -18,7 +18,7 @@ from houseexpo.analysis.navigability import navigability, standing_pieces
 from houseexpo.analysis.similarity import compare, comparison_mask
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.validation import validate
-from houseexpo.export import geojson, glb, irsim, ros, sdf, stage, svg
+from houseexpo.exports import geojson, glb, irsim, ros, sdf, stage, svg
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
 from pipeline.furnish import furnished
@@ -73,11 +73,11 @@ def test_furniture_is_the_same_whatever_the_workers(built: Path, tmp_path: Path)
 def test_pieces_do_not_collide_with_each_other_walls_or_doors(pairs: list[tuple[FloorPlan, FloorPlan]]) -> None:
     assert sum(len(full.objects) for _, full in pairs) > 5 * len(pairs)
     for empty, full in pairs:
-        shapes = [thing.shape for thing in full.objects]
+        shapes = [thing.polygon for thing in full.objects]
         assert all(one.distance(other) > 0.045 for one, other in combinations(shapes, 2))
         for thing in full.objects:
             room = empty.room(thing.room if thing.room is not None else -1)
-            assert room.shape.buffer(1e-6).covers(thing.shape)
+            assert room.polygon.buffer(1e-6).covers(thing.polygon)
         for door in full.doors:
             before = shapely.LineString(door.segment).buffer(0.4, cap_style="flat")
             assert not any(before.intersection(shape).area > 1e-6 for shape in shapes)
@@ -85,7 +85,7 @@ def test_pieces_do_not_collide_with_each_other_walls_or_doors(pairs: list[tuple[
 
 def test_the_free_space_is_what_is_left(pairs: list[tuple[FloorPlan, FloorPlan]]) -> None:
     for empty, full in pairs:
-        taken = shapely.union_all([thing.shape for thing in full.objects])
+        taken = shapely.union_all([thing.polygon for thing in full.objects])
         assert full.free_space.symmetric_difference(empty.free_space.difference(taken)).area < 1e-6
         assert full.floor.symmetric_difference(empty.free_space).area < 1e-6
         assert full.bbox == empty.bbox
@@ -99,7 +99,7 @@ def test_a_robot_gets_wherever_it_got_before(pairs: list[tuple[FloorPlan, FloorP
         was, now = standing_pieces(empty.free_space, ROBOT_M), standing_pieces(full.free_space, ROBOT_M)
         assert len(now) <= len(was)
         for room in empty.rooms:
-            assert room.shape.intersects(now[0]) or not room.shape.intersects(was[0])
+            assert room.polygon.intersects(now[0]) or not room.polygon.intersects(was[0])
         if full.objects:
             assert full.navigability["0.20"] == navigability(full)["0.20"]
 
@@ -122,7 +122,7 @@ def test_the_simulator_meets_it(pairs: list[tuple[FloorPlan, FloorPlan]]) -> Non
     _, full = max(pairs, key=lambda pair: len(pair[1].objects))
     grid = full.grid(25)
     for thing in full.objects:
-        row, col = full.to_cell(np.array(thing.shape.centroid.coords[0]), 25)
+        row, col = full.to_cell(np.array(thing.polygon.centroid.coords[0]), 25)
         assert grid[row, col] == 1
 
 
@@ -137,7 +137,7 @@ def test_exports_build_it_as_high_as_it_is(pairs: list[tuple[FloorPlan, FloorPla
     scene = trimesh.load(io.BytesIO(glb(full)[f"{full.id}.glb"]), file_type="glb")
     furniture = scene.geometry["furniture"]
     assert furniture.is_watertight
-    assert furniture.volume == pytest.approx(sum(t.shape.area * t.height for t in full.objects), rel=1e-3)
+    assert furniture.volume == pytest.approx(sum(t.polygon.area * t.height for t in full.objects), rel=1e-3)
     walls = scene.geometry["walls"]
     assert walls.is_watertight
     bare = trimesh.load(io.BytesIO(glb(empty)[f"{full.id}.glb"]), file_type="glb").geometry["walls"]
@@ -157,6 +157,6 @@ def test_flat_worlds_have_it_as_obstacles_beside_whole_walls(pairs: list[tuple[F
     walls, bare = (shapely.union_all(plan.walls()) for plan in (full, empty))
     assert walls.symmetric_difference(bare).area < 1e-6
     maps = [np.asarray(Image.open(io.BytesIO(ros(plan)[f"{full.id}.pgm"]))) for plan in (empty, full)]
-    taken = sum(thing.shape.area for thing in full.objects)
+    taken = sum(thing.polygon.area for thing in full.objects)
     more = (maps[1] == 0).sum() - (maps[0] == 0).sum()
     assert more * 0.05**2 == pytest.approx(taken, rel=0.05)

@@ -35,7 +35,7 @@ def _furnished(room: Room, *doors: Door, seed: int = 0) -> list[tuple[str, shape
 @pytest.mark.parametrize("label", sorted(WANTS))
 def test_pieces_stand_in_the_room_apart_and_clear_of_the_door(label: str) -> None:
     room, door = _room(label, 6.0, 5.0), _door_below(2.0)
-    shape, way = in_cm(room.shape), shapely.box(200, 10, 290, 10 + 75)
+    shape, way = in_cm(room.polygon), shapely.box(200, 10, 290, 10 + 75)
     count = 0
     for seed in SEEDS:
         boxes = [box for _, box in _furnished(room, door, seed=seed)]
@@ -94,7 +94,7 @@ def test_a_corridor_between_two_doors_stays_open() -> None:
     ]
     for seed in SEEDS:
         boxes = [box for _, box in _furnished(room, *ends, seed=seed)]
-        left = shapely.difference(in_cm(room.shape), shapely.union_all(boxes)) if boxes else in_cm(room.shape)
+        left = shapely.difference(in_cm(room.polygon), shapely.union_all(boxes)) if boxes else in_cm(room.polygon)
         places = shapely.get_parts(shapely.buffer(left, -30))
         assert len([part for part in places if part.area > 1000]) == 1
 
@@ -103,7 +103,7 @@ def test_walls_at_an_angle_bear_nothing_but_keep_their_distance() -> None:
     diamond = Room(0, "Living_Room", [(0, 4), (4, 8), (8, 4), (4, 0)])
     for seed in SEEDS:
         found = [box for _, box in _furnished(diamond, seed=seed)]
-        assert all(box.distance(in_cm(diamond.shape).exterior) > GAP_CM for box in found)
+        assert all(box.distance(in_cm(diamond.polygon).exterior) > GAP_CM for box in found)
     cut = Room(0, "Bedroom", [(0.1, 0.1), (0.1, 4.1), (3.1, 4.1), (5.1, 2.1), (5.1, 0.1)])
     found = [box for seed in SEEDS for _, box in _furnished(cut, _door_below(), seed=seed)]
     slope = shapely.LineString([(310, 410), (510, 210)])

@@ -45,7 +45,7 @@ def check_rings(plan: FloorPlan) -> None:
     assert plan.verts.min(axis=0) == pytest.approx([0.1, 0.1])
     assert not shapely.LinearRing(plan.verts).is_ccw
     assert all(shapely.LinearRing(hole).is_ccw for hole in plan.holes)
-    parts = [room.shape for room in plan.rooms] + [d.shape for d in plan.doors if d.kind != "entrance"]
+    parts = [room.polygon for room in plan.rooms] + [d.polygon for d in plan.doors if d.kind != "entrance"]
     assert shapely.union_all(parts).symmetric_difference(plan.free_space).area < 0.05
     assert sum(p.area for p in parts) == pytest.approx(plan.free_space.area, abs=0.05)
 
@@ -67,7 +67,7 @@ def test_two_rooms_and_a_door() -> None:
     (door,) = plan.doors
     assert (door.kind, door.width, set(door.rooms)) == ("door", 0.9, {0, 1})
     assert sorted(door.segment) == [(4.2, 1.15), (4.2, 2.05)]
-    assert door.shape.equals(shapely.box(4.1, 1.15, 4.3, 2.05))
+    assert door.polygon.equals(shapely.box(4.1, 1.15, 4.3, 2.05))
 
 
 def test_an_entrance_stays_closed_in_the_outline_and_comes_last() -> None:

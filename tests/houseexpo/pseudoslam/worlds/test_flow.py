@@ -121,7 +121,7 @@ def test_each_room_has_a_goal_where_it_is_widest(two_rooms: FloorPlan) -> None:
     flow = make_flow(world.occupied, world.frame, 0.2, two_rooms)
     places = [world.frame.points_from_cells(flow.spots[block]) for block in flow.goals]
     assert len(places) == 2
-    assert two_rooms.rooms[1].shape.centroid.distance(shapely.Point(places[1])) < 0.3
+    assert two_rooms.rooms[1].polygon.centroid.distance(shapely.Point(places[1])) < 0.3
 
 
 def test_without_rooms_goals_are_far_apart() -> None:

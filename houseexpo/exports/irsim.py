@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 
-from houseexpo.export.files import Files, number
-from houseexpo.export.orientation import Orientation
-from houseexpo.export.solid import ROBOT_RADIUS_M, WALL_THICKNESS_M, solid, start_and_goal
-from houseexpo.export.trapezoids import trapezoids
+from houseexpo.exports.files import Files, number
+from houseexpo.exports.orientation import Orientation
+from houseexpo.exports.solid import ROBOT_RADIUS_M, WALL_THICKNESS_M, solid, start_and_goal
+from houseexpo.exports.trapezoids import trapezoids
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
 
@@ -21,7 +21,7 @@ def irsim(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientat
     built = solid(plan, wall_thickness=wall_thickness, orientation=orientation)
     x1, y1, x2, y2 = built.bounds
     start, goal = start_and_goal(built.free)
-    solids = (*built.walls, *(thing.shape for thing in built.furniture))
+    solids = (*built.walls, *(thing.polygon for thing in built.furniture))
     lines = [
         f"# plan {json.dumps(plan.id)}; metres",
         "world:",

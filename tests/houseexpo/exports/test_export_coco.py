@@ -7,7 +7,7 @@ import pytest
 import shapely
 from PIL import Image
 
-from houseexpo.export import export
+from houseexpo.exports import export
 from houseexpo.plan.categories import LABELS
 
 coco = pytest.importorskip("pycocotools.coco")

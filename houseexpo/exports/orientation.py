@@ -74,12 +74,11 @@ def oriented(plan: FloorPlan, orientation: Orientation = "world") -> FloorPlan:
         verts=ring(plan.verts),
         room_category={label: tuple(map(box, boxes)) for label, boxes in plan.room_category.items()},
         holes=tuple(map(ring, plan.holes)),
-        rooms=tuple(replace(r, polygon=ring(r.polygon), holes=tuple(map(ring, r.holes))) for r in plan.rooms),
+        rooms=tuple(replace(r, ring=ring(r.ring), holes=tuple(map(ring, r.holes))) for r in plan.rooms),
         doors=tuple(
-            replace(d, polygon=ring(d.polygon), segment=(point(*d.segment[0]), point(*d.segment[1])))
-            for d in plan.doors
+            replace(d, ring=ring(d.ring), segment=(point(*d.segment[0]), point(*d.segment[1]))) for d in plan.doors
         ),
-        objects=tuple(replace(thing, polygon=ring(thing.polygon)) for thing in plan.objects),
+        objects=tuple(replace(thing, ring=ring(thing.ring)) for thing in plan.objects),
         frame=_flipped(plan.frame, shift),
     )
 

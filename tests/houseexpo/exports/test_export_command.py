@@ -1,4 +1,4 @@
-"""``houseexpo export`` and ``houseexpo.export.export``: options, ids, bad input, and the picture in a browser."""
+"""``houseexpo export`` and ``houseexpo.exports.export``: options, ids, bad input, and the picture in a browser."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from houseexpo import save_plan
 from houseexpo.commands import export as command
 from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError, PlanError
-from houseexpo.export import FORMATS, export, svg
+from houseexpo.exports import FORMATS, export, svg
 
 
 @pytest.fixture

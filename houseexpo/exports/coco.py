@@ -9,9 +9,9 @@ import numpy as np
 import shapely
 
 from houseexpo.errors import ConfigError
-from houseexpo.export.files import as_json, image
-from houseexpo.export.orientation import Orientation, oriented
-from houseexpo.export.slits import without_holes
+from houseexpo.exports.files import as_json, image
+from houseexpo.exports.orientation import Orientation, oriented
+from houseexpo.exports.slits import without_holes
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import free_mask
@@ -74,9 +74,9 @@ def coco(
 
 def _instances(plan: FloorPlan, frame: GridFrame) -> Iterator[dict[str, Any]]:
     for room in plan.rooms:
-        yield _instance(room.shape, room.label, frame) | {"room": room.id}
+        yield _instance(room.polygon, room.label, frame) | {"room": room.id}
     for door in plan.doors:
-        yield _instance(door.shape, door.kind, frame) | {"door": door.id}
+        yield _instance(door.polygon, door.kind, frame) | {"door": door.id}
     if plan.rooms:
         return
     for label, boxes in plan.room_category.items():
@@ -101,5 +101,5 @@ def _instance(shape: BaseGeometry, label: str, frame: GridFrame) -> dict[str, An
 
 def _bounds(plan: FloorPlan) -> list[float]:
     """Bounds of the free space and of all doors: entrances lie in the outer walls."""
-    bounds: list[float] = shapely.total_bounds([plan.free_space, *(door.shape for door in plan.doors)]).tolist()
+    bounds: list[float] = shapely.total_bounds([plan.free_space, *(door.polygon for door in plan.doors)]).tolist()
     return bounds

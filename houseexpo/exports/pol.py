@@ -7,8 +7,8 @@ from fractions import Fraction
 import shapely
 
 from houseexpo.errors import PlanError
-from houseexpo.export.files import Files
-from houseexpo.export.orientation import Orientation, oriented
+from houseexpo.exports.files import Files
+from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.floorplan import FloorPlan
 
 _DENOMINATOR = 10_000  # a tenth of a millimetre; the published centimetres come out exact

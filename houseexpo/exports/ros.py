@@ -9,9 +9,9 @@ import numpy.typing as npt
 import shapely
 
 from houseexpo.errors import ConfigError
-from houseexpo.export.files import Files, image, number
-from houseexpo.export.orientation import Orientation, oriented
-from houseexpo.export.solid import WALL_THICKNESS_M
+from houseexpo.exports.files import Files, image, number
+from houseexpo.exports.orientation import Orientation, oriented
+from houseexpo.exports.solid import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import fill
@@ -41,7 +41,7 @@ def ros(
     wall_thickness
         Of outer walls; at least a pixel. What lies beyond is unknown.
     orientation
-        See ``houseexpo.export.orientation``.
+        See ``houseexpo.exports.orientation``.
     """
     pixels, frame = occupancy(plan, resolution, max(wall_thickness, resolution), orientation)
     return map_files(plan.id, pixels, resolution, frame.origin_m)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from houseexpo.errors import ConfigError
-from houseexpo.export.files import Files, image
-from houseexpo.export.orientation import Orientation, oriented
+from houseexpo.exports.files import Files, image
+from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import free_mask
 

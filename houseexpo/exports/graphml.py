@@ -6,8 +6,8 @@ import io
 import re
 from typing import Any
 
-from houseexpo.export.files import Files
-from houseexpo.export.orientation import Orientation, oriented
+from houseexpo.exports.files import Files
+from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.floorplan import FloorPlan
 
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")

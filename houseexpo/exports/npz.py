@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.export.files import Files
-from houseexpo.export.orientation import Orientation, oriented, world_from_plan
+from houseexpo.exports.files import Files
+from houseexpo.exports.orientation import Orientation, oriented, world_from_plan
 from houseexpo.floorplan import FloorPlan
 
 RESOLUTION_M = 0.04

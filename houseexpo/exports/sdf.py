@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import shapely
 
-from houseexpo.export.files import Files, numbers
-from houseexpo.export.orientation import Orientation
-from houseexpo.export.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
-from houseexpo.export.trapezoids import trapezoids
+from houseexpo.exports.files import Files, numbers
+from houseexpo.exports.orientation import Orientation
+from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
+from houseexpo.exports.trapezoids import trapezoids
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
 
@@ -73,7 +73,7 @@ def _pieces(built: Solid) -> Iterator[_Piece]:
 
 def _furniture(built: Solid) -> Iterator[_Piece]:
     for thing in built.furniture:
-        rings = trapezoids(thing.shape) if thing.height > 0 else []
+        rings = trapezoids(thing.polygon) if thing.height > 0 else []
         for i, ring in enumerate(rings):
             name = f"{thing.label.replace(' ', '_')}_{thing.id}" + (f"_{i}" if len(rings) > 1 else "")
             yield _Piece(name, _FURNITURE, ring, 0.0, thing.height)

@@ -11,7 +11,7 @@ import trimesh
 import yaml
 from PIL import Image
 
-from houseexpo.export import (
+from houseexpo.exports import (
     glb,
     obj,
     oriented,
@@ -19,7 +19,7 @@ from houseexpo.export import (
     sdf,
     stage,
 )
-from tests.houseexpo.export.readers import box_of, enclosed, near, parsed, polyline_of, solid_at, stage_blocks
+from tests.houseexpo.exports.readers import box_of, enclosed, near, parsed, polyline_of, solid_at, stage_blocks
 
 
 def test_ros_map_through_yaml_and_pillow(plans):
@@ -82,7 +82,7 @@ def test_stage_blocks_stand_where_their_points_say(plans):
 
 def test_irsim_opens_its_world(plans, tmp_path):
     irsim = pytest.importorskip("irsim")
-    from houseexpo.export import irsim as write
+    from houseexpo.exports import irsim as write
 
     for plan in plans[:4]:
         file = tmp_path / "world.yaml"

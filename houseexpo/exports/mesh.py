@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import shapely
 
-from houseexpo.export.files import Files
-from houseexpo.export.orientation import Orientation
-from houseexpo.export.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
+from houseexpo.exports.files import Files
+from houseexpo.exports.orientation import Orientation
+from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import rings_of
 
@@ -37,7 +37,7 @@ def glb(
 
     x and y are the plan's (mirrored back where the plan is mirrored), z the height above the floor. Two nodes,
     ``walls`` (doors are gaps under lintels) and ``floor``, and ``furniture`` where there is some, each a closed body.
-    Options are those of ``houseexpo.export.solid.solid``.
+    Options are those of ``houseexpo.exports.solid.solid``.
     """
     built = solid(
         plan,
@@ -108,7 +108,7 @@ def _floor(built: Solid) -> Manifold:
 def _furniture(built: Solid) -> Manifold:
     from manifold3d import Manifold, OpType
 
-    pieces = [_extruded(thing.shape, thing.height) for thing in built.furniture if thing.height > 0]
+    pieces = [_extruded(thing.polygon, thing.height) for thing in built.furniture if thing.height > 0]
     return Manifold.batch_boolean(pieces, OpType.Add)
 
 

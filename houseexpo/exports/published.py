@@ -7,9 +7,9 @@ from typing import Literal
 import shapely
 
 from houseexpo.errors import ConfigError, PlanError
-from houseexpo.export.files import Files
-from houseexpo.export.orientation import Orientation, oriented
-from houseexpo.export.slits import without_holes
+from houseexpo.exports.files import Files
+from houseexpo.exports.orientation import Orientation, oriented
+from houseexpo.exports.slits import without_holes
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
 from houseexpo.plan.json_codec import encode
@@ -21,7 +21,7 @@ def published(plan: FloorPlan, *, holes: Literal["slit", "drop"] = "slit", orien
     A plan without holes keeps every value of ``verts``. The format knows no holes, and a reader would drive through
     what stands free:
 
-    - "slit": each hole is joined to the outline by a wall of 1 cm (``houseexpo.export.slits``);
+    - "slit": each hole is joined to the outline by a wall of 1 cm (``houseexpo.exports.slits``);
     - "drop": pillars and free-standing walls are left out.
 
     Raises
@@ -44,7 +44,7 @@ def _one_ring(plan: FloorPlan) -> Ring:
         pieces = len(shapely.get_parts(space))
         raise PlanError(f"expected one piece of free space, found {pieces}; drop the holes instead", "holes", plan.id)
     try:
-        joined = without_holes(space, [door.shape for door in plan.doors])
+        joined = without_holes(space, [door.polygon for door in plan.doors])
     except PlanError as error:
         raise error.within(plan=plan.id) from None
     ring: Ring = shapely.get_coordinates(shapely.orient_polygons(joined, exterior_cw=True))[:-1]

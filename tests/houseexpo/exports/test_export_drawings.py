@@ -13,7 +13,7 @@ import shapely
 from PIL import Image
 
 from houseexpo import FloorPlan, decode
-from houseexpo.export import (
+from houseexpo.exports import (
     FORMATS,
     geojson,
     graphml,
@@ -26,7 +26,7 @@ from houseexpo.export import (
 )
 from houseexpo.plan import PlanObject, Quality
 from tests.builders.needs import need
-from tests.houseexpo.export.readers import enclosed, near, parsed
+from tests.houseexpo.exports.readers import enclosed, near, parsed
 
 
 def _filled(rings):
@@ -79,8 +79,8 @@ def test_geojson_and_svg_carry_furniture_and_quality(flat):
 def test_furniture_of_a_mirrored_house_is_turned_back_with_it(mirrored):
     oven = PlanObject(0, "oven", 0, mirrored.holes[0][::-1], 0.9)
     (turned,) = oriented(replace(mirrored, objects=(oven,))).objects
-    assert turned.shape.equals(shapely.Polygon(oriented(mirrored).holes[0]))
-    assert not turned.shape.equals(oven.shape)
+    assert turned.polygon.equals(shapely.Polygon(oriented(mirrored).holes[0]))
+    assert not turned.polygon.equals(oven.polygon)
 
 
 def test_graphml_through_networkx(flat):
@@ -89,7 +89,7 @@ def test_graphml_through_networkx(flat):
     assert {frozenset(edge) for edge in graph.edges()} == {frozenset((0, 1)), frozenset((0, 2))}
     assert sorted(nx.get_edge_attributes(graph, "kind").values()) == ["door", "opening"]
     assert graph.graph["area"] == near(flat)
-    doors = sum(door.shape.area for door in flat.doors if door.kind != "entrance")
+    doors = sum(door.polygon.area for door in flat.doors if door.kind != "entrance")
     assert sum(nx.get_node_attributes(graph, "area").values()) + doors == near(flat)
 
 

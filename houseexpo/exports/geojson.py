@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import shapely
 
-from houseexpo.export.files import Files, as_json
-from houseexpo.export.orientation import Orientation, oriented, world_from_plan
-from houseexpo.export.solid import WALL_THICKNESS_M
+from houseexpo.exports.files import Files, as_json
+from houseexpo.exports.orientation import Orientation, oriented, world_from_plan
+from houseexpo.exports.solid import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
 
 if TYPE_CHECKING:
@@ -56,13 +56,13 @@ def _features(plan: FloorPlan, wall_thickness: float) -> Iterator[dict[str, Any]
     for room in plan.rooms:
         labels = list(room.source_labels)
         area = round(room.area, 4)
-        yield _feature(room.shape, "room", room=room.id, label=room.label, source_labels=labels, area=area)
+        yield _feature(room.polygon, "room", room=room.id, label=room.label, source_labels=labels, area=area)
     for door in plan.doors:
         rooms = list(door.rooms)
-        yield _feature(door.shape, "door", door=door.id, door_kind=door.kind, width=door.width, rooms=rooms)
+        yield _feature(door.polygon, "door", door=door.id, door_kind=door.kind, width=door.width, rooms=rooms)
     for thing in plan.objects:
         about = {"object": thing.id, "label": thing.label, "room": thing.room, "height": thing.height}
-        yield _feature(thing.shape, "object", **about)
+        yield _feature(thing.polygon, "object", **about)
     for label, boxes in plan.room_category.items():
         for box in boxes:
             yield _feature(shapely.box(*box), "label_box", label=label)

@@ -10,19 +10,19 @@ from pathlib import Path
 from typing import Any, Final
 
 from houseexpo.errors import ConfigError, PlanError
-from houseexpo.export.coco import coco
-from houseexpo.export.geojson import geojson
-from houseexpo.export.graphml import graphml
-from houseexpo.export.irsim import irsim
-from houseexpo.export.mesh import glb, obj
-from houseexpo.export.npz import npz
-from houseexpo.export.png import png
-from houseexpo.export.pol import pol
-from houseexpo.export.published import published
-from houseexpo.export.ros import ros
-from houseexpo.export.sdf import sdf
-from houseexpo.export.stage import stage
-from houseexpo.export.svg import svg
+from houseexpo.exports.coco import coco
+from houseexpo.exports.geojson import geojson
+from houseexpo.exports.graphml import graphml
+from houseexpo.exports.irsim import irsim
+from houseexpo.exports.mesh import glb, obj
+from houseexpo.exports.npz import npz
+from houseexpo.exports.png import png
+from houseexpo.exports.pol import pol
+from houseexpo.exports.published import published
+from houseexpo.exports.ros import ros
+from houseexpo.exports.sdf import sdf
+from houseexpo.exports.stage import stage
+from houseexpo.exports.svg import svg
 from houseexpo.files import write_whole
 from houseexpo.floorplan import FloorPlan
 

@@ -11,7 +11,7 @@ import numpy as np
 from houseexpo.analysis.navigability import standing_pieces
 from houseexpo.analysis.walls import walls_around
 from houseexpo.errors import ConfigError
-from houseexpo.export.orientation import Orientation, oriented
+from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import PlanObject
 
@@ -78,7 +78,7 @@ def solid(
     wall_height, door_height
         Metres above the floor; equal heights leave doors without lintels.
     orientation
-        See ``houseexpo.export.orientation``.
+        See ``houseexpo.exports.orientation``.
     """
     import shapely
 
@@ -89,12 +89,12 @@ def solid(
     space = shapely.set_precision(turned.floor.simplify(_JAG_M), _GRID_M)
     things = tuple(thing for thing in turned.objects if thing.room is not None)
     walls = shapely.set_precision(_without_hollows(space, walls_around(space, wall_thickness)), _GRID_M)
-    doors = [door.shape for door in turned.doors if door.kind in _UNDER_LINTELS] if door_height < wall_height else []
+    doors = [door.polygon for door in turned.doors if door.kind in _UNDER_LINTELS] if door_height < wall_height else []
     lintels = (_polygons(shapely.intersection(door, space)) for door in doors)
     return Solid(
         plan=turned,
         space=space,
-        free=shapely.difference(space, shapely.union_all([thing.shape for thing in things])) if things else space,
+        free=shapely.difference(space, shapely.union_all([thing.polygon for thing in things])) if things else space,
         walls=tuple(_polygons(walls)),
         lintels=tuple(part for parts in lintels for part in parts),
         wall_height=wall_height,

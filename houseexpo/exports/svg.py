@@ -10,9 +10,9 @@ import shapely
 
 from houseexpo.drawing.scene import FURNITURE
 from houseexpo.drawing.svg_paths import path_data
-from houseexpo.export.files import Files, number
-from houseexpo.export.orientation import Orientation, oriented
-from houseexpo.export.solid import WALL_THICKNESS_M
+from houseexpo.exports.files import Files, number
+from houseexpo.exports.orientation import Orientation, oriented
+from houseexpo.exports.solid import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import rings_of
 from houseexpo.plan.categories import colour
@@ -41,9 +41,9 @@ def svg(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
         f"<title>{escape(plan.id)}</title>",
         *_layer("walls", [(wall, _WALL, "wall") for wall in walls]),
         *_layer("free-space", [(turned.free_space, _FREE, "free space")]),
-        *_layer("rooms", [(room.shape, colour(room.label), room.label) for room in turned.rooms]),
-        *_layer("doors", [(door.shape, _DOOR, door.kind) for door in turned.doors if door.kind != "entrance"]),
-        *_layer("objects", [(thing.shape, FURNITURE, thing.label) for thing in turned.objects]),
+        *_layer("rooms", [(room.polygon, colour(room.label), room.label) for room in turned.rooms]),
+        *_layer("doors", [(door.polygon, _DOOR, door.kind) for door in turned.doors if door.kind != "entrance"]),
+        *_layer("objects", [(thing.polygon, FURNITURE, thing.label) for thing in turned.objects]),
         "</svg>\n",
     ]
     return {f"{plan.id}.svg": "\n".join(lines).encode()}

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 
-from houseexpo.export.files import Files, number, numbers
-from houseexpo.export.orientation import Orientation
-from houseexpo.export.solid import (
+from houseexpo.exports.files import Files, number, numbers
+from houseexpo.exports.orientation import Orientation
+from houseexpo.exports.solid import (
     ROBOT_RADIUS_M,
     WALL_HEIGHT_M,
     WALL_THICKNESS_M,
     solid,
     start_and_goal,
 )
-from houseexpo.export.trapezoids import trapezoids
+from houseexpo.exports.trapezoids import trapezoids
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
 
@@ -37,7 +37,7 @@ def stage(
 
     Stage scales a model's blocks to the model's size and centres them on its pose; both are set so that blocks stand
     where their points say. It draws blocks as convex polygons, so walls come in convex pieces. One robot with a laser
-    stands at the widest place. Options are those of ``houseexpo.export.solid.solid``.
+    stands at the widest place. Options are those of ``houseexpo.exports.solid.solid``.
     """
     built = solid(
         plan,
@@ -66,7 +66,7 @@ def stage(
         "  gui_move 0",
         "  obstacle_return 1",
         *(_block(ring, built.wall_height) for wall in built.walls for ring in trapezoids(wall)),
-        *(_block(ring, thing.height) for thing in built.furniture for ring in trapezoids(thing.shape)),
+        *(_block(ring, thing.height) for thing in built.furniture for ring in trapezoids(thing.polygon)),
         ")",
         f'robot ( name "robot" pose [{numbers(x, y, 0, 0)}] )',
     ]

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 from houseexpo import decode
 from houseexpo.errors import ConfigError
-from houseexpo.export import published, sdf
-from houseexpo.export.slits import without_holes
-from houseexpo.export.solid import solid, start_and_goal
-from houseexpo.export.trapezoids import trapezoids
-from tests.houseexpo.export.readers import enclosed
+from houseexpo.exports import published, sdf
+from houseexpo.exports.slits import without_holes
+from houseexpo.exports.solid import solid, start_and_goal
+from houseexpo.exports.trapezoids import trapezoids
+from tests.houseexpo.exports.readers import enclosed
 
 
 def test_a_frame_of_walls_is_four_boxes():
@@ -76,7 +76,7 @@ def test_published_json_slits_or_drops(flat):
     assert not shapely.LinearRing(back.verts).is_ccw
     assert not back.free_space.contains(shapely.Point(1.2, 1.2))
     assert flat.area - 0.02 < back.area < flat.area
-    doors = [door.shape for door in flat.doors if door.kind != "entrance"]
+    doors = [door.polygon for door in flat.doors if door.kind != "entrance"]
     assert all(back.free_space.covers(door.buffer(-1e-6)) for door in doors)
     with pytest.raises(ConfigError, match="expected 'slit' or 'drop', found 'fill'"):
         published(flat, holes="fill")

@@ -1,0 +1,96 @@
+"""Plans, rooms, doors and furniture as rows with a shape, for tables: pandas, GeoPandas.
+
+Columns have the names that the tables of a release have (``houseexpo.release.tables``); shapes are shapely's, metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, Final, Literal, TypeAlias, get_args
+
+from houseexpo.errors import ConfigError, MissingDependencyError, installing
+from houseexpo.plan.model import PlanData
+
+Layer: TypeAlias = Literal["plans", "rooms", "doors", "objects"]
+Row: TypeAlias = dict[str, Any]
+
+
+def _plans(plan: PlanData) -> Iterator[Row]:
+    yield {
+        "id": plan.id,
+        "room_num": plan.room_num,
+        "area": round(plan.area, 2),
+        "n_doors": len(plan.doors),
+        "n_objects": len(plan.objects),
+        "quality": None if plan.quality is None else plan.quality.score,
+        "geometry": plan.free_space,
+    }
+
+
+def _rooms(plan: PlanData) -> Iterator[Row]:
+    for room in plan.rooms:
+        yield {
+            "plan_id": plan.id,
+            "room": room.id,
+            "label": room.label,
+            "source_labels": list(room.source_labels),
+            "area": round(room.area, 2),
+            "geometry": room.polygon,
+        }
+
+
+def _doors(plan: PlanData) -> Iterator[Row]:
+    import shapely
+
+    for door in plan.doors:
+        yield {
+            "plan_id": plan.id,
+            "door": door.id,
+            "kind": door.kind,
+            "width": door.width,
+            "room_a": door.rooms[0],
+            "room_b": door.rooms[1],
+            "segment": shapely.LineString(door.segment),
+            "geometry": door.polygon,
+        }
+
+
+def _objects(plan: PlanData) -> Iterator[Row]:
+    for thing in plan.objects:
+        yield {
+            "plan_id": plan.id,
+            "object": thing.id,
+            "label": thing.label,
+            "room": thing.room,
+            "height": thing.height,
+            "geometry": thing.polygon,
+        }
+
+
+_LAYERS: Final[dict[str, tuple[Callable[[PlanData], Iterator[Row]], tuple[str, ...]]]] = {
+    "plans": (_plans, ("id", "room_num", "area", "n_doors", "n_objects", "quality", "geometry")),
+    "rooms": (_rooms, ("plan_id", "room", "label", "source_labels", "area", "geometry")),
+    "doors": (_doors, ("plan_id", "door", "kind", "width", "room_a", "room_b", "segment", "geometry")),
+    "objects": (_objects, ("plan_id", "object", "label", "room", "height", "geometry")),
+}
+
+
+def features(plans: Iterable[PlanData], layer: Layer) -> Any:
+    """Return one layer of some plans as a ``geopandas.GeoDataFrame``, a row each, metres, without a CRS.
+
+    Raises
+    ------
+    ConfigError
+        There is no such layer.
+    MissingDependencyError
+        GeoPandas is not installed.
+    """
+    if layer not in _LAYERS:
+        raise ConfigError(f"layer: expected one of {', '.join(get_args(Layer))}, found {layer!r}")
+    try:
+        import geopandas
+    except ImportError:
+        raise MissingDependencyError(f"to_geopandas needs GeoPandas: {installing('frames')}") from None
+    rows, columns = _LAYERS[layer]
+    found = [row for plan in plans for row in rows(plan)]
+    return geopandas.GeoDataFrame(found, columns=list(columns), geometry="geometry", crs=None)
