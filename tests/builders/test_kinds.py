@@ -50,6 +50,7 @@ def clearance(points, walls):
     return (apart - np.array([w.thickness for w in walls]) / 2).min(axis=1)
 
 
+@pytest.mark.slow
 def test_rooms_are_where_no_wall_is(made):
     for storey in made:
         for room in storey.rooms:
@@ -60,6 +61,7 @@ def test_rooms_are_where_no_wall_is(made):
         assert whole.area == pytest.approx(sum(r.area for r in storey.rooms), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_each_opening_goes_through_its_wall_from_one_side_to_the_other(made):
     for storey in made:
         for opening in storey.openings:
@@ -73,6 +75,7 @@ def test_each_opening_goes_through_its_wall_from_one_side_to_the_other(made):
             assert (OUTSIDE in wall.sides) == (opening.kind not in LEADS_IN)
 
 
+@pytest.mark.slow
 def test_openings_of_a_wall_lie_apart(made):
     for storey in made:
         for wall in range(len(storey.walls)):
@@ -80,6 +83,7 @@ def test_openings_of_a_wall_lie_apart(made):
             assert all(a.end < b.start for a, b in itertools.pairwise(openings))
 
 
+@pytest.mark.slow
 def test_one_can_walk_through_every_unit_but_from_none_to_another(made):
     for storey in made:
         doors = [storey.gap(o, 0.01) for o in storey.openings if o.kind in LEADS_IN]
@@ -87,6 +91,7 @@ def test_one_can_walk_through_every_unit_but_from_none_to_another(made):
         assert len(shapely.get_parts(free)) == len({c.unit for c in storey.cells})
 
 
+@pytest.mark.slow
 def test_nobody_steps_into_a_stairs_void():
     for seed in range(6):
         for storey in random_storeys(np.random.default_rng(seed), Style(), 2):
@@ -94,11 +99,13 @@ def test_nobody_steps_into_a_stairs_void():
             assert not any(voids & set(storey.walls[o.wall].sides) for o in storey.openings if o.kind in LEADS_IN)
 
 
+@pytest.mark.slow
 def test_zones_are_all_cells_once(made):
     for storey in made:
         assert sorted(k for zone in storey.zones for k in zone) == list(range(len(storey.cells)))
 
 
+@pytest.mark.slow
 def test_layouts_differ_and_are_homes(made):
     homes = made[:24]
     assert len({len(s.cells) for s in homes}) > 4
@@ -128,6 +135,7 @@ def sections(member, height_m):
 
 
 @pytest.mark.parametrize("kind", each(k for k in KINDS if k not in {"ifc", "scan5", "scan20"}))
+@pytest.mark.slow
 def test_walls_of_the_file_stand_at_the_edges_of_the_true_rooms(kind, tmp_path):
     member = make_member(kind, 2, 7, tmp_path)
     for truth, lines in sections(member, 0.63):
@@ -149,6 +157,7 @@ def between(rooms):
 
 
 @pytest.mark.parametrize("kind", each(["front3d", "procthor", "gazebo", "scan5"]))
+@pytest.mark.slow
 def test_nothing_stands_in_the_doorways(kind, tmp_path):
     member = make_member(kind, 3, 7, tmp_path)
     for truth, lines in sections(member, 1.3):
@@ -157,6 +166,7 @@ def test_nothing_stands_in_the_doorways(kind, tmp_path):
                 assert lines.distance(shapely.Point(door["centre"])) > 0.2
 
 
+@pytest.mark.slow
 def test_a_truth_has_the_form_of_a_case(made):
     truth = truth_of(made[0], Placing(), "solid", "house")
     assert set(truth) == {"id", "kind", "floor_z", "rooms", "doors", "zones"}
@@ -164,6 +174,7 @@ def test_a_truth_has_the_form_of_a_case(made):
     assert all(set(d) == {"centre", "width", "thickness", "direction", "interior"} for d in truth["doors"])
 
 
+@pytest.mark.slow
 def test_a_house_on_another_axis_in_another_unit_has_its_truth_in_metres_on_that_plan(made):
     z_up = truth_of(made[0], Placing(), "solid", "house")
     y_up = truth_of(made[0], Placing(up="y", unit_m=0.01), "solid", "house")

@@ -67,6 +67,7 @@ def test_doubtful_plans_come_first_then_rejections_then_the_rest(street: Path, t
     assert all((tmp_path / "out" / ".build" / name).stat().st_size > 500 for name in pictures[:2] + pictures[3:])
 
 
+@pytest.mark.slow
 def test_pictures_of_what_was_refused_are_kept_for_the_service(street: Path, tmp_path: Path) -> None:
     data_set = run_build([street], tmp_path / "out")
     _page(data_set)
@@ -97,6 +98,7 @@ def test_a_duplicate_is_shown_beside_the_plan_that_it_repeats(tmp_path: Path) ->
     assert all((tmp_path / "out" / ".build" / picture).is_file() for picture in pair.groups())
 
 
+@pytest.mark.slow
 def test_a_build_without_doubts_says_nothing_of_them(tmp_path: Path) -> None:
     one_room(tmp_path / "a.ply")
     data_set = run_build([tmp_path / "a.ply"], tmp_path / "out")
@@ -104,6 +106,7 @@ def test_a_build_without_doubts_says_nothing_of_them(tmp_path: Path) -> None:
     assert "doubtful" not in str([list(column.cells) for column in outcome_table(data_set.stats).columns])
 
 
+@pytest.mark.slow
 def test_the_time_of_each_stage_and_the_longest_inputs_are_told(tmp_path: Path) -> None:
     one_room(tmp_path / "a.ply")
     data_set = run_build([tmp_path / "a.ply"], tmp_path / "out", plan=plan_level)
@@ -116,6 +119,7 @@ def test_the_time_of_each_stage_and_the_longest_inputs_are_told(tmp_path: Path) 
     assert 0 < sum(stage_seconds(data_set).values()) <= seconds
 
 
+@pytest.mark.slow
 def test_what_was_ignored_and_why_there_are_more_outcomes_than_inputs_is_said(
     street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -155,6 +155,7 @@ def test_what_is_built_is_said_once(houses: Path, tmp_path: Path) -> None:
     assert "Labels" not in said  # those are the business of `houseexpo stats`
 
 
+@pytest.mark.slow
 def test_of_many_plans_the_first_are_named(tmp_path: Path) -> None:
     command = ["build", "procedural:13", "--out", str(tmp_path / "out"), "--workers", "1"]
     said = runner.invoke(make_app(), command).output

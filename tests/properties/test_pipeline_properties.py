@@ -180,6 +180,7 @@ def test_how_the_mesh_is_written_down_does_not_matter(house: House, random: obje
 
 @given(houses, st.integers(5, 40).map(lambda k: k / 100))
 @quick
+@pytest.mark.slow
 def test_walls_of_any_thickness_leave_the_rooms_their_size(house: House, thickness: float) -> None:
     other = replace(house, thickness=thickness)
     plan = plan_of(other.parts())
@@ -189,6 +190,7 @@ def test_walls_of_any_thickness_leave_the_rooms_their_size(house: House, thickne
 
 @given(houses, st.floats(5.0, 85.0))
 @settings(deadline=None, max_examples=8, derandomize=True)
+@pytest.mark.slow
 def test_a_house_askew_keeps_its_areas_and_doors(house: House, degrees: float) -> None:
     mesh = joined(house.parts())
     plan, askew = plan_of(level(mesh)), plan_of(level(turned(mesh, degrees)))

@@ -35,6 +35,7 @@ def test_findings_are_told_by_the_exit_code(tmp_path: Path) -> None:
     assert unread("validate", other_name, "--list", "--workers", "1") == (1, "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("command", "last"), [("build", "manifest.json"), ("inspect", "stages.png")])
 def test_a_house_is_read_to_its_end(command: str, last: str, tmp_path: Path) -> None:
     code, errors = unread(command, one_room(tmp_path / "in" / "villa.ply"), "--out", tmp_path / "out")

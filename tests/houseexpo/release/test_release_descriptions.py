@@ -7,6 +7,7 @@ import json
 import re
 from pathlib import Path
 
+import pytest
 import typer
 import yaml
 from PIL import Image
@@ -73,6 +74,7 @@ def test_the_card_has_a_header_and_pictures_that_are_there(made: Path, released:
     assert not re.search(r"\{%|\{\{ |\bNone\b|\n\n\n", body)
 
 
+@pytest.mark.slow
 def test_the_card_counts_the_furniture_too(tmp_path: Path) -> None:
     run_build([Path("procedural:2")], tmp_path / "two", seed=3, plan=plan_level, furnished=1.0)
     card = (release(tmp_path / "two", tmp_path / "out").folder / "README.md").read_text()

@@ -55,6 +55,7 @@ def test_a_source_without_a_licence_is_refused_and_told_what_to_state(tmp_path: 
     _refused(tmp_path / "built", tmp_path, r"'houses', and nothing states one licence for all of them.*licence = ")
 
 
+@pytest.mark.slow
 def test_a_licence_that_is_stated_later_changes_no_plan(tmp_path: Path) -> None:
     one_room(tmp_path / "houses" / "a.ply")
     run_build([tmp_path / "houses"], tmp_path / "built")
@@ -67,6 +68,7 @@ def test_a_licence_that_is_stated_later_changes_no_plan(tmp_path: Path) -> None:
     assert "By C." in (done.folder / "README.md").read_text()
 
 
+@pytest.mark.slow
 def test_a_licence_is_of_the_sources_it_was_stated_for(tmp_path: Path) -> None:
     sources, out = [tmp_path / name for name in "abc"], tmp_path / "built"
     for i, source in enumerate(sources):

@@ -49,6 +49,7 @@ def test_an_input_that_changed_is_done_again(street: Path, tmp_path: Path) -> No
     assert contents(out) == contents(fresh)
 
 
+@pytest.mark.slow
 def test_only_the_ids_that_a_person_spoke_of_are_done_again(street: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run_build([street], out)
@@ -56,6 +57,7 @@ def test_only_the_ids_that_a_person_spoke_of_are_done_again(street: Path, tmp_pa
     assert journal(out) == ["a", "b", "c", "b"]
 
 
+@pytest.mark.slow
 def test_fewer_inputs_leave_no_plan_of_the_others(street: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run_build([street], out)
@@ -68,6 +70,7 @@ def divided(out: Path) -> None:
     write_split(split(open_dataset(out), {"train": 0.67, "test": 0.33}, seed=0), out)
 
 
+@pytest.mark.slow
 def test_lists_of_the_same_plans_stay(street: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run_build([street], out)
@@ -78,6 +81,7 @@ def test_lists_of_the_same_plans_stay(street: Path, tmp_path: Path) -> None:
     assert contents(out) == before
 
 
+@pytest.mark.slow
 def test_lists_of_other_plans_are_removed(street: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run_build([street], out)
@@ -91,6 +95,7 @@ def test_lists_of_other_plans_are_removed(street: Path, tmp_path: Path) -> None:
     assert open_dataset(out).splits == {}
 
 
+@pytest.mark.slow
 def test_a_list_of_ones_own_beside_them_is_not_removed(street: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run_build([street], out)
@@ -166,6 +171,7 @@ def test_other_parameters_are_refused(street: Path, tmp_path: Path) -> None:
     assert run_build([street], out, seed=3, others=Others.REPLACE).ids == ("a", "b", "c")
 
 
+@pytest.mark.slow
 def test_a_data_set_without_its_build_folder_is_left_alone(street: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run_build([street], out)
@@ -179,6 +185,7 @@ def test_a_data_set_without_its_build_folder_is_left_alone(street: Path, tmp_pat
     assert [name for name in contents(out) if name.startswith("json/")] == ["json/a.json"]
 
 
+@pytest.mark.slow
 def test_plans_of_other_sources_are_never_removed_unasked(street: Path, tmp_path: Path) -> None:
     out, other = tmp_path / "out", one_room(tmp_path / "villa.ply", 9.0, 7.0)
     run_build([street], out)

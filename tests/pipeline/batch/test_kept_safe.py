@@ -67,6 +67,7 @@ def test_plans_share_no_inode_with_the_store(out: Path) -> None:
 
 @pytest.mark.parametrize("how", ["edited", "truncated", "empty", "deleted"])
 @pytest.mark.parametrize("name", ["json/b.json", "index.parquet", "stats.json", "manifest.json", "rejected.jsonl"])
+@pytest.mark.slow
 def test_a_file_that_was_spoilt_after_the_build_is_written_again(street: Path, out: Path, name: str, how: str) -> None:
     before = contents(out)
     spoil(out / name, how)
@@ -75,6 +76,7 @@ def test_a_file_that_was_spoilt_after_the_build_is_written_again(street: Path, o
 
 
 @pytest.mark.parametrize("how", ["edited", "same size and time", "truncated", "empty", "deleted"])
+@pytest.mark.slow
 def test_a_plan_that_the_store_has_lost_too_is_made_again(street: Path, out: Path, how: str) -> None:
     before = contents(out)
     for file in store(out):
@@ -108,6 +110,7 @@ def test_a_damaged_record_makes_no_folder_unusable(street: Path, out: Path, reco
 
 
 @pytest.mark.parametrize("others", [Others.REFUSE, Others.ADD])
+@pytest.mark.slow
 def test_without_a_journal_plans_of_other_sources_stay(street: Path, out: Path, others: Others) -> None:
     villa = one_room(street.parent / "villa.ply", 9.0, 7.0)
     before = contents(out)
@@ -121,6 +124,7 @@ def test_without_a_journal_plans_of_other_sources_stay(street: Path, out: Path, 
     assert run_build([villa], out, others=Others.REPLACE).ids == (f"{street.parent.name}_villa",)
 
 
+@pytest.mark.slow
 def test_a_copy_that_a_person_keeps_stays_when_other_sources_are_added(street: Path, out: Path) -> None:
     one_room(street / "d.ply", 4.0, 4.0)  # as a is
     assert "d" in run_build([street], out, overrides={"d": Override(keep=True)}).ids

@@ -78,6 +78,7 @@ def test_the_option_comes_and_goes_and_nothing_is_planned_twice_for_it(houses: P
     assert done(out) == 6
 
 
+@pytest.mark.slow
 def test_workers_and_shards_give_the_same_bytes(houses: Path, tmp_path: Path) -> None:
     keep(houses, tmp_path / "one")
     keep(houses, tmp_path / "two", workers=2)
@@ -148,6 +149,7 @@ def test_a_house_that_is_gone_a_copy_and_an_id_that_is_taken(tmp_path: Path) -> 
     assert pictures(out).keys() == {"stages/a.png", "stages/c_d.png"}
 
 
+@pytest.mark.slow
 def test_a_plan_of_another_source_stays_where_its_picture_is_lost(houses: Path, tmp_path: Path) -> None:
     out, other = tmp_path / "out", one_room(tmp_path / "other" / "z.ply", 12.0)
     add = partial(keep, houses, out, others=Others.ADD)

@@ -102,6 +102,7 @@ def test_assemble_says_which_houses_of_which_shards_are_not_done(
     assert contents(out) == serial
 
 
+@pytest.mark.slow
 def test_what_was_assembled_says_how_it_can_be_built_again(tmp_path: Path) -> None:
     words = ["build", "procedural:2", "--seed", "4", "--out", str(tmp_path / "out"), "--workers", "1"]
     for shard in ("1/2", "2/2"):
@@ -110,6 +111,7 @@ def test_what_was_assembled_says_how_it_can_be_built_again(tmp_path: Path) -> No
     assert recorded_build(tmp_path / "out") == BuildRecord(("procedural:2", "--seed", "4"))
 
 
+@pytest.mark.slow
 def test_what_a_later_build_made_of_a_data_set_is_not_taken_back(tmp_path: Path) -> None:
     words, out = ["build", "procedural:3", "--out", str(tmp_path / "out"), "--workers", "1"], tmp_path / "out"
     for command in ([*words, "--limit", "1", "--shard", "0/1"], ["assemble", str(out)], words):

@@ -65,6 +65,7 @@ def test_a_share_of_the_houses_is_furnished_and_the_others_are_as_they_were(buil
     assert not validate(built).findings
 
 
+@pytest.mark.slow
 def test_furniture_is_the_same_whatever_the_workers(built: Path, tmp_path: Path) -> None:
     run_build([Path("procedural:14?style=test")], tmp_path / "two", seed=11, plan=plan_level, furnished=0.5, workers=2)
     assert contents(tmp_path / "two") == contents(built)

@@ -54,6 +54,7 @@ def test_number_of_rooms_is_that_of_published_plans(plans: list[Truth]) -> None:
     assert max(numbers) >= 20
 
 
+@pytest.mark.slow
 def test_labels_are_drawn_from_published_counts(plans: list[Truth]) -> None:
     published = {"Bedroom": 0.180, "Room": 0.159, "Bathroom": 0.134, "Toilet": 0.116, "Kitchen": 0.096, "Office": 0.050}
     found = Counter(label for truth in plans for room in truth.rooms for label in room.labels)

@@ -60,6 +60,7 @@ HOUSES = {
 
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("name", HOUSES)
+@pytest.mark.slow
 def test_planning_every_pair_makes_the_same_cuts(name: str, seed: int) -> None:
     spaces = snapshots(level(HOUSES[name]))["isolated"]
     quick = connect(spaces, CONFIG, 2.0, np.random.default_rng(seed))
