@@ -70,7 +70,7 @@ def build(
     config: _Config = None,
     overrides: Annotated[
         Path | None,
-        typer.Option(help="Corrections by hand.", show_default="overrides.toml beside --config, without one in OUT"),
+        typer.Option(help="Corrections by hand.", show_default="overrides.toml beside --config, and in OUT"),
     ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
     limit: Annotated[int | None, typer.Option(min=1, help="Take the first N inputs only.", show_default=False)] = None,

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from houseexpo.plan.overrides import NAME
 from houseexpo.progress import is_quiet
 from houseexpo.words import counted
 from pipeline.cli_parts import NOT_DONE, settings_of, show_outcomes
@@ -39,33 +38,21 @@ class Work:
 
     def record(self, *, add: bool) -> BuildRecord:
         """Return the command that builds the same again, from whatever folder it is run in."""
-        from houseexpo.dataset.build_record import BuildRecord
+        from houseexpo.dataset.build_record import Build, BuildRecord
         from houseexpo.dataset.manifest import is_bundled
         from pipeline.batch.listing import absolute
         from pipeline.config_file import folders_in_full
-        from pipeline.overrides import beside
 
         options = {name: value for name, value in self.given.items() if name != "sources" and value is not None}
         if "model_path" in options:
             options["model_path"] = folders_in_full(options["model_path"], Path())
-        arguments = [absolute(source) for source in self.given["sources"]]
-        overrides = self.overrides
-        if self.config is not None:
-            arguments += ["--config", self.config.stem if is_bundled(self.config) else str(self.config.absolute())]
-            overrides = overrides or beside(self.config)
-        for name, value in sorted(options.items()):
-            option = name.replace("_", "-")
-            switch = f"--{option}" if value is not False else f"--no-{option}"
-            arguments += [switch] if isinstance(value, bool) else [switch, str(value)]
-        return BuildRecord((*arguments, *(["--add"] if add else [])), str(overrides.absolute()) if overrides else "")
-
-    def own_overrides(self) -> Path | None:
-        """Return the decisions that a review left in the data set's folder, where no manifest has its own."""
-        from pipeline.overrides import beside
-
-        file = Path(self.out) / NAME
-        has_own = self.config is not None and beside(self.config) is not None
-        return file if not has_own and file.is_file() else None
+        for name, path in (("config", self.config), ("overrides", self.overrides)):
+            if path is not None:
+                options[name] = path.stem if name == "config" and is_bundled(path) else str(path.absolute())
+        if add:
+            options["add"] = True
+        sources = tuple(absolute(source) for source in self.given["sources"])
+        return BuildRecord(Build(sources, {name: str(value) for name, value in sorted(options.items())}))
 
     def execute(self) -> Executor:
         """Return the executor."""
@@ -124,7 +111,7 @@ def built(work: Work, others: str, check: Callable[[], None]) -> DataSet:
         data_set = run_build(
             settings_of(work.config, work.given),
             root,
-            overrides=load_overrides(work.config, work.overrides or work.own_overrides()),
+            overrides=load_overrides(work.config, work.overrides, root),
             workers=work.workers or 1,
             progress=display.progress,
             others=Others(others),
@@ -149,9 +136,8 @@ def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
 
     check()
     asked = Shard.of(shard)
-    begun = begin(
-        settings_of(work.config, work.given), work.out, asked.count, load_overrides(work.config, work.overrides)
-    )
+    overrides = load_overrides(work.config, work.overrides, None if "://" in work.out else Path(work.out))
+    begun = begin(settings_of(work.config, work.given), work.out, asked.count, overrides)
     record_shards(out=work.out, record=work.record(add=False))
     with watching(check) as display:
         done = build_shard(
@@ -172,10 +158,12 @@ def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
 
 def record_shards(out: str, record: BuildRecord) -> None:
     """Keep the record where shards are built: when they are assembled, the data set says how it can be built again."""
-    from houseexpo.dataset.build_record import FILE, encoded
-    from pipeline.batch.store import open_store
+    from houseexpo.dataset.build_record import FILE, encoded, note_built_here
+    from pipeline.batch.store import FolderStore, open_store
 
     store, data = open_store(out), encoded(record)
+    if isinstance(store, FolderStore):
+        note_built_here(store.root, record)
     with suppress(FileNotFoundError):
         if store.get(FILE) == data:
             return

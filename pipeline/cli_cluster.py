@@ -61,7 +61,8 @@ def slurm(
     from pipeline.overrides import load_overrides
 
     with ended_cleanly():
-        begun = begin(settings_of(manifest, {}), out, shards, load_overrides(manifest))
+        overrides = load_overrides(manifest, None, None if is_url(out) else Path(out))
+        begun = begin(settings_of(manifest, {}), out, shards, overrides)
         place = out if is_url(out) else str(Path(out).absolute())
         command = [*program(), "build", "--config", str(manifest.absolute()), "--out", place, "--workers", str(cores)]
         folder = scripts or Path("houseexpo-slurm" if is_url(out) else Path(out) / ".build" / "slurm")

@@ -1,4 +1,8 @@
-"""What a person decided otherwise: ``overrides.toml`` beside a manifest, or ``--overrides``, one table for each id.
+"""What people decided about single houses: ``overrides.toml``, with one table for each id.
+
+A build reads up to two such files: the one that ``--overrides`` names, or else the one beside the manifest; and the one
+in the data set itself, to which reviews write. Where they contradict each other, the data set's own counts: who wrote
+it saw what the other file had led to.
 
 ::
 
@@ -23,13 +27,15 @@ edges of its picture of the evidence.
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from houseexpo.dataset.manifest import is_bundled
+from houseexpo.dataset.store.folders import overrides_file
 from houseexpo.errors import ConfigError
 from houseexpo.plan.overrides import LISTS, MIN_DOOR_M, NAME, as_list
 from pipeline.config import PipelineConfig
@@ -37,6 +43,9 @@ from pipeline.config_file import fill, load_toml
 
 Point = tuple[float, float]
 Segment = tuple[Point, Point]
+
+_T = TypeVar("_T")
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -80,19 +89,69 @@ def beside(manifest: Path) -> Path | None:
     return None if is_bundled(manifest) else manifest.with_name(NAME)
 
 
-def load_overrides(manifest: Path | None, file: Path | None = None) -> Mapping[str, Override]:
-    """Read the overrides of ``file``, else those beside a manifest, by id; none where neither is there.
+def load_overrides(
+    manifest: Path | None, file: Path | None = None, data_set: Path | None = None
+) -> Mapping[str, Override]:
+    """Read what people decided, by id; nothing where there is no file.
+
+    Parameters
+    ----------
+    manifest
+        The overrides beside it are read, unless ``file`` is given.
+    file
+        A file of overrides; it has to be there.
+    data_set
+        The folder of a data set; the overrides in it are read as well, and come first.
 
     Raises
     ------
     ConfigError
-        Where ``file`` cannot be read, a key is unknown, a value of the wrong type or out of range, or two of them
-        contradict each other.
+        A file cannot be read, a key is unknown, a value has the wrong type or is out of range, two values contradict
+        each other, or the file in the data set is a link.
     """
-    path = file or (None if manifest is None else beside(manifest))
-    if path is None or (file is None and not path.exists()):
-        return {}
+    named = file or (None if manifest is None else beside(manifest))
+    if named is not None and (file is not None or named.exists()):
+        first = _read(named)
+    else:
+        named, first = None, {}
+    own = overrides_file(data_set) if data_set is not None and data_set.is_dir() else None
+    if own is None or (named is not None and own.exists() and own.samefile(named)):
+        return first
+    if own.is_symlink():
+        raise ConfigError(f"{own}: expected a file, found a link, which is not followed; name it with --overrides")
+    second = _read(own) if own.is_file() else {}
+    for name in sorted(set(first) & set(second)):
+        if (first[name].keep, first[name].drop) == (second[name].drop, second[name].keep) != (False, False):
+            said = "drop" if second[name].drop else "keep"
+            _LOG.warning("%s: %s and %s contradict each other; %s counts: %s", name, named, own, own, said)
+    return {
+        name: _both(first.get(name, Override()), second.get(name, Override())) for name in sorted({*first, *second})
+    }
+
+
+def _read(path: Path) -> Mapping[str, Override]:
     return {name: _override(name, table, path) for name, table in sorted(load_toml(path).items())}
+
+
+def _both(first: Override, second: Override) -> Override:
+    """Return what two files say of one id; the second counts where they contradict each other."""
+    decided = second if second.keep or second.drop else first
+    heights = second if second.h_g is not None or second.h_d is not None else first
+    return Override(
+        keep=decided.keep,
+        drop=decided.drop,
+        h_g=heights.h_g,
+        h_d=heights.h_d,
+        door=_each_once(first.door, second.door),
+        no_room=_each_once(first.no_room, second.no_room),
+        scale=first.scale if second.scale is None else second.scale,
+        drop_nodes=_each_once(first.drop_nodes, second.drop_nodes),
+        why=second.why or first.why,
+    )
+
+
+def _each_once(first: tuple[_T, ...], second: tuple[_T, ...]) -> tuple[_T, ...]:
+    return tuple(dict.fromkeys((*first, *second)))
 
 
 def _override(name: str, table: Any, path: Path) -> Override:

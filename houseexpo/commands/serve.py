@@ -64,6 +64,8 @@ def serve(
             for name in ("n_doors", "navigability") if measure else ():
                 shown.dataset.column(name)
             typer.echo(f"{shown.name}: {counted(len(shown.now.views.table), 'plan')}")
+            if review:
+                typer.echo(f"decisions go to {_checked_decisions(shown.path)}")
         typer.echo(f"open {address(settings)} in a browser; Ctrl-C ends it")
         _run(service, listening)
 
@@ -73,6 +75,16 @@ def address(settings: Settings) -> str:
     host = f"[{settings.host}]" if ":" in settings.host else settings.host
     host = settings.names[0] if settings.names else host
     return f"http://{host}:{settings.port}/" + (f"?token={settings.token}" if settings.token else "")
+
+
+def _checked_decisions(dataset: Path) -> Path:
+    """Return the file that decisions on a data set go to; ConfigError where they could not be written."""
+    from houseexpo.dataset.store.folders import overrides_file
+    from houseexpo.service.review.decisions import Decisions
+
+    decisions = Decisions(overrides_file(dataset))
+    decisions.check()
+    return decisions.file
 
 
 def _fetched() -> Path:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Any, Final
 
 NAME: Final = "overrides.toml"
+LOG: Final = "overrides.log.jsonl"
+"""The log of a review, beside the file that its decisions go to."""
 MIN_DOOR_M: Final = 0.3
 """The least distance between the jambs of a door that a person gives."""
 LISTS: Final = {"door": 2, "no_room": 1}

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import pyarrow as pa
 
-from houseexpo.dataset.store.records import ARCHIVE
+from houseexpo.dataset.store.folders import ARCHIVE
 from houseexpo.files import sha256_of
 from houseexpo.release.tables import IMAGE, Column, Table
 from houseexpo.release.words import KEYWORDS, Facts, bibtex

@@ -17,7 +17,7 @@ import msgspec
 
 from houseexpo.dataset.splits import list_bytes
 from houseexpo.dataset.store import files_at
-from houseexpo.dataset.store.records import ARCHIVE
+from houseexpo.dataset.store.folders import ARCHIVE
 from houseexpo.drawing import draw_plan
 from houseexpo.exports.files import image
 from houseexpo.files import as_json, write_whole

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from houseexpo.dataset import Dataset, open_dataset
+from houseexpo.dataset.store.folders import plan_stamp
 from houseexpo.errors import ConfigError, HouseExpoError, UnknownPlanError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.measures import measured
@@ -149,7 +150,9 @@ def _stamp(path: Path) -> object:
     for file in (path / "manifest.json", path / "json", path):
         try:
             found = file.stat()
-        except OSError:
+            if file == path and path.is_dir():  # a folder of plan files: decisions are written beside them
+                return plan_stamp(path)
+        except (OSError, HouseExpoError):
             continue
         return (str(file), found.st_size, found.st_mtime_ns)
     return None

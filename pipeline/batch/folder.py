@@ -5,7 +5,8 @@ Rules:
 1. A folder that holds other things, and no data set, is never built into.
 2. A data set without its ``.build`` is left alone: nothing says where its plans come from. So is a file in ``json/``
    or ``stages/`` that no build wrote. Only REPLACE removes them.
-3. Links are never followed into, and never removed: not even REPLACE does.
+3. Links are never followed into, and never removed: not even REPLACE does. Nothing in ``.build`` may be one: a data set
+   may come from anybody, and a build appends to files there and removes some.
 4. A damaged record in ``.build`` makes no folder unusable: what it said is found again, or done again. Where parameters
    and sources stand in no record, the manifest's count.
 """
@@ -13,6 +14,7 @@ Rules:
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
@@ -106,7 +108,7 @@ class Folder:
             raise ConfigError(f"{self.root}: expected a folder, found a file; choose another --out")
         if not any(self.root.iterdir()):
             return
-        self._check_links()
+        self.check_links()
         if not self.build.is_dir():
             if not (self.root / MANIFEST).is_file():  # R1
                 raise self._other("expected an empty folder or an earlier build, found other files")
@@ -163,9 +165,10 @@ class Folder:
             return False
         return (found.st_size, found.st_mtime_ns) == (written.size, written.mtime_ns)
 
-    def _check_links(self) -> None:
+    def check_links(self) -> None:
+        """Raise ConfigError where a link leads out of what a build writes to (R3)."""
         folders = (self.build, self.json, self.stages)
-        for path in (*folders, *self._plans()):
+        for path in (*folders, *self._plans(), *self._links_of_builds()):
             if path.is_symlink() or (path.exists() and path.is_dir() != (path in folders)):
                 what = "a link" if path.is_symlink() else "a folder" if path.is_dir() else "a file"
                 raise self._other(f"{path.relative_to(self.root)} is {what}; move it away")  # R3
@@ -189,6 +192,16 @@ class Folder:
                 f"{folders} holds {len(foreign)} files that no build wrote ({named}); move them away, "
                 "or --replace removes them"
             )
+
+    def _links_of_builds(self) -> Iterator[Path]:
+        waiting = [self.build] if self.build.is_dir() and not self.build.is_symlink() else []
+        while waiting:
+            with os.scandir(waiting.pop()) as found:
+                for each in found:
+                    if each.is_symlink():
+                        yield Path(each.path)
+                    elif each.is_dir():
+                        waiting.append(Path(each.path))
 
     def _plans(self) -> Iterator[Path]:
         for folder in (self.json, self.stages):

@@ -91,7 +91,8 @@ class Begun(msgspec.Struct, frozen=True):
                 else "other sources, overrides or pictures"
             )
             raise ConfigError(
-                f"{store.name}: a build with {what} was begun there; go on with those, or choose another --out"
+                f"{store.name}: a build with {what} was begun there; go on with those, or choose another --out (in a "
+                "folder, a build without --shard takes over what the shards have done)"
             )
 
     def _put(self, store: Store) -> None:

@@ -129,6 +129,7 @@ class FolderStore:
     @contextlib.contextmanager
     def shared(self) -> Iterator[None]:
         """Hold the folder's lock together with other shards."""
+        Folder(self.root).check_links()
         (self.root / BUILD).mkdir(parents=True, exist_ok=True)
         with locked(self.root / BUILD / "lock", shared=True):
             yield

@@ -3,88 +3,114 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
+import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from houseexpo.dataset.build_record import BuildRecord, record_build, recorded_build
+from houseexpo.dataset.build_record import FILE, Build, BuildRecord, built_here, record_build, recorded_build
 from houseexpo.dataset.manifest import manifest_path
 from pipeline.cli_build import Work
 from pipeline.cli_parts import settings_of
 
 NOTHING: dict[str, Any] = {"sources": (), "limit": None, "seed": None, "furniture": None, "scale": None}
+OUT = Path("/plans")
 
 
 def work(given: dict[str, Any], config: Path | None = None, overrides: Path | None = None) -> Work:
-    return Work(config, {**NOTHING, **given}, overrides, "plans", 1, "local", None, rehash=False)
+    return Work(config, {**NOTHING, **given}, overrides, "plans", 1, "ray", "10.0.0.1:6379", rehash=False)
 
 
-def test_options_that_were_given_are_given_again() -> None:
+def test_options_that_were_given_are_given_again_but_not_where_the_work_is_done() -> None:
     found = work({"sources": ("procedural:3",), "limit": 1, "seed": 0, "scale": 1.0}).record(add=False)
-    assert found == BuildRecord(("procedural:3", "--limit", "1", "--scale", "1.0", "--seed", "0"))
-    assert work({"furniture": True}).record(add=True).arguments == ("--furniture", "--add")
-    assert work({"furniture": False}).record(add=False).arguments == ("--no-furniture",)
+    assert found == BuildRecord(Build(("procedural:3",), {"limit": "1", "scale": "1.0", "seed": "0"}))
+    words = ["build", "--limit=1", "--scale=1.0", "--seed=0", "--out", "/plans", "--", "procedural:3"]
+    assert found.commands(OUT) == [words]
+    assert "--furniture" in work({"furniture": True}).record(add=True).commands(OUT)[0]
+    assert "--add" in work({"furniture": True}).record(add=True).commands(OUT)[0]
+    assert "--no-furniture" in work({"furniture": False}).record(add=False).commands(OUT)[0]
 
 
 def test_paths_are_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "houses").mkdir()
-    found = work({"sources": ("houses",)}, Path("homes.toml")).record(add=False)
-    assert found.arguments == (str(tmp_path / "houses"), "--config", str(tmp_path / "homes.toml"))
-    assert found.overrides == str(tmp_path / "overrides.toml")
-    (tmp_path / "homes.overrides.toml").touch()
-    found = work({}, Path("homes.toml")).record(add=False)
-    assert found.overrides == str(tmp_path / "homes.overrides.toml")
-    assert work({}, Path("homes.toml"), Path("mine.toml")).record(add=False).overrides == str(tmp_path / "mine.toml")
+    found = work({"sources": ("houses",)}, Path("homes.toml"), Path("mine.toml")).record(add=False).build
+    assert found.sources == (str(tmp_path / "houses"),)
+    assert found.options == {"config": str(tmp_path / "homes.toml"), "overrides": str(tmp_path / "mine.toml")}
+    assert work({}, Path("homes.toml")).record(add=False).build.options == {"config": str(tmp_path / "homes.toml")}
 
 
-def test_a_manifest_of_the_project_is_recorded_by_its_name_and_keeps_no_decisions(tmp_path: Path) -> None:
-    found = work({}, manifest_path("demo"))
-    assert found.record(add=False) == BuildRecord(("--config", "demo"))
-    own = work({}, manifest_path("free35k")).record(add=False).overrides
-    assert own == str(manifest_path("free35k").with_name("free35k.overrides.toml"))
-    found = replace(found, out=str(tmp_path))
-    assert found.own_overrides() is None
-    (tmp_path / "overrides.toml").touch()  # a review's decisions lie in the data set
-    assert found.own_overrides() == tmp_path / "overrides.toml"
+def test_a_manifest_of_the_project_is_recorded_by_its_name() -> None:
+    record = work({}, manifest_path("demo")).record(add=False)
+    assert record == BuildRecord(Build((), {"config": "demo"}))
+    assert record.build.words(OUT) == ["build", "--config=demo", "--out", str(OUT)]
 
 
 def test_model_folders_are_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     full = f"{tmp_path / 'models'}{os.pathsep}{os.sep}far"
     given = {"model_path": f"models{os.pathsep}{os.sep}far"}
-    assert work(given).record(add=False).arguments == ("--model-path", full)
+    assert work(given).record(add=False).build.options == {"model_path": full}
     assert settings_of(None, given).build.model_path == full
 
 
 def test_a_build_that_kept_the_plans_of_others_knows_how_these_were_made() -> None:
-    first, second = BuildRecord(("a",)), BuildRecord(("b", "--add"))
+    a, b = Build(("a",), {"overrides": "/mine.toml"}), Build(("b",), {"add": "True"})
+    added = Build(("a",), {"overrides": "/mine.toml", "add": "True"})
+    first, second = BuildRecord(a), BuildRecord(b)
     assert second.beside(None) == second
     both = second.beside(first)
-    assert both.commands() == (("a", "--add"), ("b", "--add"))
-    again = BuildRecord(("a", "--add")).beside(both)
-    assert again.commands() == (("b", "--add"), ("a", "--add"))
+    assert both == BuildRecord(b, (added,))
+    assert [words[-1] for words in both.commands(OUT)] == ["a", "b"]
+    again = BuildRecord(added).beside(both)
+    assert again == BuildRecord(added, (b,))
     assert second.beside(again) == both
-
-
-def test_earlier_builds_keep_the_file_that_corrected_them() -> None:
-    first = BuildRecord(("a",), "/mine.toml")
-    assert BuildRecord(("b", "--add")).beside(first) == BuildRecord(("b", "--add"), "/mine.toml", (("a", "--add"),))
-    other = BuildRecord(("b", "--add"), "/other.toml")
-    assert other.beside(first) == other
 
 
 def test_a_record_is_read_as_it_was_written_and_else_there_is_none(tmp_path: Path) -> None:
     (tmp_path / ".build").mkdir()
     assert recorded_build(tmp_path) is None
-    record = BuildRecord(("procedural:3",), "/somewhere/overrides.toml")
+    record = BuildRecord(Build(("procedural:3",), {"seed": "2"}))
     record_build(tmp_path, record)
     assert recorded_build(tmp_path) == record
-    file = tmp_path / ".build" / "command.json"
+    file = tmp_path / FILE
     before = file.stat().st_mtime_ns
     record_build(tmp_path, record)
     assert file.stat().st_mtime_ns == before
-    file.write_bytes(b'{"arguments": 3')
-    assert recorded_build(tmp_path) is None
+    for other in (
+        b'{"arguments": 3',
+        b'{"arguments": ["houses"], "overrides": "/etc/x"}',
+        b'{"build": {"sources": ["\\u0000"]}}',
+    ):
+        file.write_bytes(other)
+        assert recorded_build(tmp_path) is None
+
+
+def test_only_options_that_say_what_plans_are_like_are_taken_from_a_record() -> None:
+    hostile = {
+        "executor": "ray",
+        "address": "10.0.0.1:6379",
+        "out": "/home",
+        "workers": "9",
+        "seed": "1",
+        "up": "--rehash",
+    }
+    found = BuildRecord(Build(("--verify", "houses"), hostile))
+    assert found.commands(OUT) == [
+        ["build", "--seed=1", "--up=--rehash", "--out", "/plans", "--", "--verify", "houses"]
+    ]
+    assert found.typed(OUT) == ["houseexpo build --seed=1 --up=--rehash --out /plans -- --verify houses"]
+
+
+def test_who_built_it_where_is_known_of_the_folder_alone(tmp_path: Path) -> None:
+    plans, copy = tmp_path / "plans", tmp_path / "copy"
+    (plans / ".build").mkdir(parents=True)
+    record = BuildRecord(Build(("procedural:3",)))
+    record_build(plans, record)
+    shutil.copytree(plans, copy)
+    assert built_here(plans, record)
+    assert not built_here(copy, record)
+    assert not built_here(plans, BuildRecord(Build(("procedural:4",))))
+    (tmp_path / "link").symlink_to(plans)
+    assert built_here(tmp_path / "link", record)

@@ -98,6 +98,39 @@ def test_a_manifests_own_overrides_come_before_those_of_its_folder(tmp_path: Pat
     assert list(load_overrides(barns)) == ["a"]
 
 
+def test_what_a_review_left_in_the_data_set_is_read_too_and_comes_first(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    plans = tmp_path / "plans"
+    plans.mkdir()
+    first = '[a]\nkeep = true\nno_room = [1, 2]\n[b]\ndrop = true\nwhy = "hall"\n[c]\nh_g = 0.4\nscale = 20.0\n'
+    manifest = written(tmp_path, "", "homes.toml")
+    mine = written(tmp_path, first, "homes.overrides.toml")
+    own = written(
+        plans, "[a]\ndrop = true\nno_room = [[1, 2], [3, 4]]\n[b]\n[c]\nh_d = 1.2\n[d]\nkeep = true\n", "overrides.toml"
+    )
+    assert load_overrides(None, None, plans) == load_overrides(None, own) == load_overrides(None, own, plans)
+    for found in (load_overrides(manifest, None, plans), load_overrides(None, mine, plans)):
+        assert found == {
+            "a": Override(drop=True, no_room=((1.0, 2.0), (3.0, 4.0))),
+            "b": Override(drop=True, why="hall"),
+            "c": Override(h_d=1.2, scale=20.0),
+            "d": Override(keep=True),
+        }
+    assert f"a: {mine} and {own} contradict each other; {own} counts: drop" in caplog.text
+    assert "b: " not in caplog.text
+    assert load_overrides(manifest, None, tmp_path / "new") == load_overrides(manifest)
+
+
+def test_a_link_in_the_data_set_is_not_read_unless_somebody_names_it(tmp_path: Path) -> None:
+    plans = tmp_path / "plans"
+    plans.mkdir()
+    (plans / "overrides.toml").symlink_to(written(tmp_path, "[a]\nkeep = true\n", "mine.toml"))
+    with pytest.raises(ConfigError, match="found a link, which is not followed; name it with --overrides"):
+        load_overrides(None, None, plans)
+    assert list(load_overrides(None, plans / "overrides.toml", plans)) == ["a"]
+
+
 def test_one_door_or_point_is_written_as_it_is_and_several_as_a_list(tmp_path: Path) -> None:
     manifest = written(tmp_path, "")
     text = "[one]\ndoor = [[1, 2], [1, 3]]\nno_room = [5, 6.5]\n[more]\ndoor = [[[1, 2], [1, 3]], [[0, 0], [1, 0]]]\n"

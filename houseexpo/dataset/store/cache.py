@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from houseexpo.dataset.store.folders import plan_files, plan_folder
+from houseexpo.dataset.store.folders import look, plan_files, plan_folder, plan_stamp
 from houseexpo.dataset.store.records import broken
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL, whole_folder, write_whole
@@ -66,19 +66,10 @@ def stored(path: Path, build: Callable[[Path], None], is_whole: Callable[[Path],
 def _stamp(path: Path) -> str:
     digest = hashlib.sha256(os.fsencode(path.resolve()))
     if path.is_dir():
-        folder = plan_folder(path)
-        names = set(plan_files(folder))
-        with os.scandir(folder) as entries:
-            found = sorted((e.name, *_look(e.stat())) for e in entries if e.name in names)
-        digest.update(repr(found).encode())
+        digest.update(plan_stamp(plan_folder(path)).encode())
     else:
-        digest.update(repr(_look(path.stat())).encode())
+        digest.update(repr(look(path.stat())).encode())
     return digest.hexdigest()
-
-
-def _look(found: os.stat_result) -> tuple[int, int, int]:
-    """What shows that a file was changed: size, time, and the time that no program can set back."""
-    return found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
 def _content(path: Path) -> str:

@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import IO, Final, NamedTuple
 
-from houseexpo.dataset.store.folders import instead_of_plans, is_plan, plan_files, plan_folder
+from houseexpo.dataset.store.folders import ARCHIVE, instead_of_plans, is_plan, is_release, plan_files, plan_folder
 from houseexpo.errors import DatasetError
 
 MAX_PLAN_BYTES: Final = 64 * 2**20
@@ -24,9 +24,6 @@ MAX_PLAN_BYTES: Final = 64 * 2**20
 
 MAX_BYTES: Final = 64 * 2**30
 MAX_PLANS: Final = 5_000_000
-
-ARCHIVE: Final = "json.tar.gz"
-"""The archive of all plans in the folder of a release (``houseexpo.release``)."""
 
 KINDS: Final = ("a folder", ".tar.gz", ".tgz", ".zip", ".jsonl", ".jsonl.gz")
 _BROKEN: Final = (
@@ -45,9 +42,7 @@ class Record(NamedTuple):
 
 def plans_in(path: Path) -> Path:
     """Return where the plans of a data set are: in the archive of a release, else in the path itself."""
-    archive = path / ARCHIVE
-    is_release = archive.is_file() and (path / "croissant.json").is_file() and not (path / "json").is_dir()
-    return archive if is_release else path
+    return path / ARCHIVE if is_release(path) else path
 
 
 def records(path: Path) -> Iterator[Record]:

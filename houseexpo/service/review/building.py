@@ -5,11 +5,14 @@ R2  The plans decided on are kept as they were before, in memory, to be shown be
 R3  What is decided while it is built counts as decided after it.
 R4  A build that fails changes nothing of what was decided; its last lines say why.
 R5  Where the last build kept the plans of others (``--add``), those are built again before it, with the same decisions.
+R6  What runs is what was shown: whoever begins a build says which commands they saw. A data set that this user did not
+    build in this place is not built by what it says of itself (``houseexpo.dataset.build_record``).
 """
 
 from __future__ import annotations
 
 import atexit
+import hashlib
 import os
 import signal
 import subprocess
@@ -25,10 +28,11 @@ from typing import Any, Final, Literal
 import msgspec
 
 from houseexpo.dataset import open_dataset
-from houseexpo.dataset.build_record import recorded_build
+from houseexpo.dataset.build_record import BuildRecord, built_here, recorded_build
 from houseexpo.errors import NO_PLAN, ConfigError, HouseExpoError
 from houseexpo.service.collection import Collection
 from houseexpo.service.records import read_records
+from houseexpo.service.review.changes import DecidedOtherwiseError
 from houseexpo.service.review.decisions import Decisions
 
 Phase = Literal["idle", "building", "built", "failed", "stopped"]
@@ -61,33 +65,58 @@ class Building:
 
     def refusal(self) -> str:
         """Return why it cannot be built again, "" where it can."""
-        if not (self.root / "manifest.json").is_file():
-            return f"{self.root.name} comes from no houseexpo build: decisions are kept, nothing is built again"
-        if recorded_build(self.root) is None:
-            return f"{self.root.name} does not say how it was built; run its houseexpo build once more, then it does"
+        root = self.root
+        if not (root / "manifest.json").is_file():
+            return f"{root.name} comes from no houseexpo build: decisions are kept, nothing is built again"
+        record = recorded_build(root)
+        if record is None:
+            return f"{root.name} does not say how it was built; run its houseexpo build once more, then it does"
+        if not built_here(root, record):
+            typed = "; ".join(record.typed(root.resolve()))
+            return (
+                f"{root.name} was built in another place or by somebody else, so what it says of its build is not run "
+                f"from here. Look at it and, if it is what you want, run it once in a terminal: {typed}"
+            )
         return ""
 
     def status(self) -> dict[str, Any]:
         """Return how it stands, as plain values."""
         return {
             "phase": self.phase,
-            "refusal": self.refusal(),
+            "refusal": (refusal := self.refusal()),
+            **({} if refusal else self._shown(self._record())),
             "waiting": len(self._decisions.since_build()),
             "lines": list(self._lines),
             "outcomes": msgspec.to_builtins(self.outcomes),
         }
 
-    def start(self, reviewer: str) -> None:
-        """Begin to build; ConfigError where it cannot be, cannot be started, or is being built (R1)."""
+    def start(self, reviewer: str, confirmed: str) -> None:
+        """Begin to build.
+
+        Parameters
+        ----------
+        confirmed
+            What ``status`` said under "confirm" when the commands were shown (R6).
+
+        Raises
+        ------
+        DecidedOtherwiseError
+            Other commands were shown.
+        ConfigError
+            It cannot be built again, cannot be started, or is being built (R1).
+        """
         if why := self.refusal():
             raise ConfigError(why)
+        record = self._record()
+        if not built_here(self.root, record) or confirmed != self._shown(record)["confirm"]:
+            raise DecidedOtherwiseError("these are not the commands that were shown; look at them and confirm them")
         with self._lock:
             if self.phase == "building":
                 raise ConfigError(f"{self.root.name} is being built already; wait until that has ended")
             upto = self._decisions.last()  # before the build reads the file: what comes later waits for the next one
             touched, dataset = self._decisions.since_build(), self._collection.dataset
             before = {name: dataset.raw(name) for name in touched[:_MAX_SHOWN] if name in dataset}  # R2
-            commands = self._commands()
+            commands = self._commands(record)
             try:
                 self._process = _begun(commands[0])
             except OSError as error:
@@ -105,12 +134,20 @@ class Building:
             with suppress(ProcessLookupError):  # it has ended meanwhile
                 os.killpg(process.pid, signal.SIGINT)
 
-    def _commands(self) -> list[list[str]]:
+    def _shown(self, record: BuildRecord) -> dict[str, Any]:
+        """Return the commands as a person reads them, and what stands for them when they are confirmed."""
+        typed = record.typed(self.root.resolve())
+        return {"commands": typed, "confirm": hashlib.sha256("\n".join(typed).encode()).hexdigest()[:16]}
+
+    def _commands(self, record: BuildRecord) -> list[list[str]]:
         """Return the builds to run, one after another: those whose plans the last one kept, and that one (R5)."""
+        return [[sys.executable, "-m", "houseexpo", *words] for words in record.commands(self.root.resolve())]
+
+    def _record(self) -> BuildRecord:
         record = recorded_build(self.root)
-        overrides = ["--overrides", str(self._decisions.file)] if self._decisions.file.exists() else []
-        command, out = [sys.executable, "-m", "houseexpo", "build"], ["--out", str(self.root)]
-        return [[*command, *arguments, *overrides, *out] for arguments in (record.commands() if record else ((),))]
+        if record is None:
+            raise ConfigError(f"{self.root.name}: the record of its build is gone; run its houseexpo build once more")
+        return record
 
     def _follow(self, rest: Sequence[Sequence[str]], touched: Sequence[str], reviewer: str, upto: int) -> None:
         try:

@@ -8,6 +8,7 @@ R3  Where the process was killed between the line and the name, the next one fin
 R4  A decision on a plan on which somebody decided meanwhile, unseen, is refused, with what that was. The name does not
     count: two people may go by one, and one person may have two pages open.
 R5  An undo takes back the reviewer's latest decision; what others decided since stays, or the undo is refused.
+R6  No link is followed: a data set may come from anybody, and its links may lead to any file of this user.
 """
 
 from __future__ import annotations
@@ -44,14 +45,25 @@ class Decisions:
     """The decisions on one data set; ``file`` is its ``overrides.toml``, which need not be there yet."""
 
     def __init__(self, file: Path) -> None:
-        self.file = file.resolve()
+        self.file = file.parent.resolve() / file.name
         self.log = Log(self.file.with_suffix(".log.jsonl"))
+        self._lock = self.file.with_name(f".{self.file.stem}.lock")
         self._thread = RLock()
+
+    def check(self) -> None:
+        """Raise ConfigError where decisions could not be written, before somebody makes one."""
+        self._check_links()
+        needed = [self.file.parent, *(file for file in (self.log.path, self._lock) if file.exists())]
+        if not all(map(_may_write, needed)):
+            raise ConfigError(
+                f"{self.file}: decisions go to this file, and it cannot be written; copy the data set to a folder that "
+                "you may write to, or serve it without --review"
+            )
 
     def judged(self) -> dict[str, Judged]:
         """Return what is decided, by plan."""
         with self._thread:
-            self.log.catch_up()
+            self._catch_up()
             found: dict[str, Judged] = {}
             for line in self.log.active:
                 before = found[line.plan].actions if line.plan in found else ()
@@ -61,7 +73,7 @@ class Decisions:
     def latest(self) -> dict[str, Line]:
         """Return the last line about each plan, undos among them."""
         with self._thread:
-            self.log.catch_up()
+            self._catch_up()
             return {line.plan: line for line in self.log.lines}
 
     def table(self, plan: str) -> dict[str, Any]:
@@ -116,21 +128,32 @@ class Decisions:
     def last(self) -> int:
         """Return the number of the last line, 0 where there is none."""
         with self._thread:
-            self.log.catch_up()
+            self._catch_up()
             return self.log.lines[-1].number if self.log.lines else 0
 
     def since_build(self) -> list[str]:
         """Return the plans on which something was decided, or undone, that the last build was not told of."""
         with self._thread:
-            self.log.catch_up()
+            self._catch_up()
             builds = [line for line in self.log.lines if line.action == "build"]
             built = max((line.number if line.upto is None else line.upto for line in builds), default=0)
             return sorted({line.plan for line in self.log.lines if line.number > built and line.action != "build"})
 
+    def _catch_up(self) -> None:
+        self._check_links()
+        self.log.catch_up()
+
+    def _check_links(self) -> None:
+        """Raise ConfigError where a link, a folder or a device has the name of a file that is read or written (R6)."""
+        for file in (self.file, self.log.path, self._lock):
+            if file.is_symlink() or (file.exists() and not file.is_file()):
+                what = "a link" if file.is_symlink() else "a folder" if file.is_dir() else "a device or a pipe"
+                raise ConfigError(f"{file}: expected a file or nothing, found {what}, which is not followed; remove it")
+
     @contextmanager
     def _locked(self) -> Iterator[None]:
         with self._thread, self._lock_file():
-            self.log.catch_up()
+            self._catch_up()
             for left in self.file.parent.glob(f"{PARTIAL}{self.file.name}-*"):
                 left.unlink(missing_ok=True)
             self._go_on()
@@ -138,8 +161,9 @@ class Decisions:
 
     @contextmanager
     def _lock_file(self) -> Iterator[None]:
+        self._check_links()
         try:
-            descriptor = os.open(self.file.with_name(f".{self.file.stem}.lock"), os.O_RDWR | os.O_CREAT, 0o644)
+            descriptor = os.open(self._lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
         except OSError as error:
             raise _not_written(self.file, error) from None
         try:
@@ -188,6 +212,7 @@ class Decisions:
         return line
 
     def _text(self) -> str:
+        self._check_links()
         try:
             return self.file.read_bytes().decode()
         except FileNotFoundError:
@@ -227,5 +252,9 @@ def _hash(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def _may_write(path: Path) -> bool:
+    return os.access(path, os.W_OK)
+
+
 def _not_written(file: Path, error: OSError) -> ConfigError:
-    return ConfigError(f"{file.name}: cannot be written ({error.strerror}); nothing was changed")
+    return ConfigError(f"{file}: cannot be written ({error.strerror}); nothing was changed")

@@ -3,6 +3,7 @@
 R1  A line is on the disk before anybody is told that it is noted.
 R2  A line that was cut off was never answered: it is passed over, and the next one starts on a line of its own.
 R3  Nothing is taken back in the log: an undo is a line that names the line that it undoes.
+R4  A log that is one file with another, as in a copy made of hard links, becomes a file of its own first.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from houseexpo.files import sync_folder
+from houseexpo.files import sync_folder, write_whole
 
 Action = Literal["keep", "drop", "door", "no_room", "note", "undo", "build"]
 
@@ -95,7 +96,9 @@ class Log:
             It cannot be written; nothing is left of it then.
         """
         is_new = not self.path.exists()
-        descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+        if not is_new and self.path.stat().st_nlink > 1:  # R4
+            write_whole(self.path, self.path.read_bytes(), durable=True)
+        descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW, 0o644)
         try:
             size = os.fstat(descriptor).st_size
             torn = size > 0 and os.pread(descriptor, 1, size - 1) != b"\n"

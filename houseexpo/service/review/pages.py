@@ -12,6 +12,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from houseexpo.dataset.store.folders import overrides_file
 from houseexpo.drawing import svg
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
@@ -20,10 +21,9 @@ from houseexpo.service.collection import Collection
 from houseexpo.service.review.building import Building
 from houseexpo.service.review.changes import DecidedOtherwiseError
 from houseexpo.service.review.decisions import Decisions
-from houseexpo.service.review.overrides_file import overrides_file
 from houseexpo.service.review.page_values import SIZE_PX, history, marks, plan_values
 from houseexpo.service.review.queue import Move, Queue
-from houseexpo.service.review.request_bodies import Decision, Undo, plain, read, value_of
+from houseexpo.service.review.request_bodies import Begin, Decision, Undo, plain, read, value_of
 from houseexpo.service.service import Service
 from houseexpo.service.settings import is_loopback
 
@@ -81,7 +81,7 @@ def routes(service: Service) -> list[BaseRoute]:
 
     def page(request: Request) -> Response:
         shown = service.collection(request)
-        file = review(request).decisions.file.name
+        file = review(request).decisions.file
         reviewer = _user() if is_loopback(service.settings.host) else ""  # others' browsers are not this machine's user
         return service.page(request, "review/review.html", here="review", shown=shown, reviewer=reviewer, file=file)
 
@@ -106,24 +106,18 @@ def routes(service: Service) -> list[BaseRoute]:
         if found.building.phase == "building" and asked.action in {"door", "no_room"}:
             raise HTTPException(409, "the data set is being built; draw when that has ended")
         plan = found.queue.dataset[asked.plan]
-        try:
-            line = found.decisions.decide(
-                asked.plan, asked.action, _reviewer(asked.reviewer), value_of(asked, plan), asked.seen
-            )
-        except DecidedOtherwiseError as error:
-            raise HTTPException(409, str(error)) from None
+        value, reviewer = value_of(asked, plan), _reviewer(asked.reviewer)
+        line = found.decisions.decide(asked.plan, asked.action, reviewer, value, asked.seen)
         return {**found.state(asked.plan), "noted": line.number}
 
     def undone(found: Review, body: bytes) -> dict[str, Any]:
-        try:
-            line = found.decisions.undo(_reviewer(read(body, Undo).reviewer))
-        except DecidedOtherwiseError as error:
-            raise HTTPException(409, str(error)) from None
+        line = found.decisions.undo(_reviewer(read(body, Undo).reviewer))
         there = line.plan if line.plan in found.queue.dataset else None
         return {**found.state(there), "undone": line.plan}
 
     def started(found: Review, body: bytes) -> dict[str, Any]:
-        found.building.start(_reviewer(read(body, Undo).reviewer))
+        asked = read(body, Begin)
+        found.building.start(_reviewer(asked.reviewer), asked.confirm)
         return found.building.status()
 
     def stopped(found: Review, body: bytes) -> dict[str, Any]:  # noqa: ARG001  # each is called alike
@@ -137,7 +131,10 @@ def routes(service: Service) -> list[BaseRoute]:
         async def answer(request: Request) -> Response:
             body = await request.body()
             found = await run_in_threadpool(review, request)
-            return Json(await run_in_threadpool(work, found, body))
+            try:
+                return Json(await run_in_threadpool(work, found, body))
+            except DecidedOtherwiseError as error:
+                raise HTTPException(409, str(error)) from None
 
         return answer
 

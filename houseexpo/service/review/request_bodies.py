@@ -36,6 +36,13 @@ class Decision(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     text: Annotated[str, Meta(max_length=500)] = ""
 
 
+class Begin(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Build again; ``confirm`` stands for the commands that were shown (``Building.status``)."""
+
+    reviewer: Name
+    confirm: Annotated[str, Meta(max_length=64)]
+
+
 class Undo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Take back the reviewer's latest decision."""
 

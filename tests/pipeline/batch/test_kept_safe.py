@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -217,3 +218,32 @@ def test_what_interrupted_writes_left_is_swept(street: Path, out: Path) -> None:
         file.touch()
     run_build([street], out)
     assert not [file for file in left if file.exists()]
+
+
+@pytest.mark.parametrize("name", ["lock", "journal.jsonl", "pictures", "plans", "report.html", "json"])
+@pytest.mark.parametrize("others", list(Others))
+def test_no_link_in_a_data_set_is_written_through(
+    street: Path, out: Path, tmp_path: Path, name: str, others: Others
+) -> None:
+    target, link = tmp_path / "mine", out / "json" if name == "json" else out / ".build" / name
+    if link.is_dir():
+        shutil.rmtree(link)
+        target.mkdir()
+        (target / "holidays.png").write_bytes(b"mine")
+        (target / "a.json").write_bytes(b"mine")
+    else:
+        link.unlink(missing_ok=True)
+        target.write_bytes(b"mine")
+    link.symlink_to(target)
+    with pytest.raises(ConfigError, match=f"{link.relative_to(out)} is a link; move it away"):
+        run_build([street], out, others=others)
+    mine = sorted(target.iterdir()) if target.is_dir() else [target]
+    assert [file.read_bytes() for file in mine] == [b"mine"] * len(mine)
+
+
+def test_a_copy_made_of_hard_links_is_built_apart(street: Path, out: Path, tmp_path: Path) -> None:
+    shutil.copytree(out, tmp_path / "copy", copy_function=os.link)
+    before = contents(out), (out / ".build" / "journal.jsonl").read_bytes()
+    one_room(street / "d.ply", 7.0)
+    run_build([street], tmp_path / "copy")
+    assert (contents(out), (out / ".build" / "journal.jsonl").read_bytes()) == before

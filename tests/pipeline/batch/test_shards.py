@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
-from houseexpo.dataset.build_record import BuildRecord, recorded_build
+from houseexpo.dataset.build_record import Build, BuildRecord, recorded_build
 from houseexpo.errors import ConfigError
 from pipeline.batch.shard_build import begin, begun_at, left_of
 from pipeline.batch.shards import Shard, ShardJournal, number_of, read_begun
@@ -108,7 +108,7 @@ def test_what_was_assembled_says_how_it_can_be_built_again(tmp_path: Path) -> No
     for shard in ("1/2", "2/2"):
         assert CliRunner().invoke(make_app(), [*words, "--shard", shard]).exit_code == 0
     assert CliRunner().invoke(make_app(), ["assemble", str(tmp_path / "out")]).exit_code == 0
-    assert recorded_build(tmp_path / "out") == BuildRecord(("procedural:2", "--seed", "4"))
+    assert recorded_build(tmp_path / "out") == BuildRecord(Build(("procedural:2",), {"seed": "4"}))
 
 
 @pytest.mark.slow

@@ -12,6 +12,8 @@ export function showBuild(found, base, readOnly) {
   at("build-words").textContent = found.refusal || words[found.phase];
   at("build").disabled = readOnly || is("building") || found.refusal !== "";
   at("stop").hidden = !is("building");
+  if (is("building")) at("confirm").hidden = true;
+  at("commands").textContent = (found.commands ?? []).join("\n");
   at("lines").hidden = !(is("building") || is("failed"));
   at("lines").textContent = found.lines.join("\n");
   const key = JSON.stringify([found.phase, found.outcomes]);

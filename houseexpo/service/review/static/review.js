@@ -12,6 +12,7 @@ let now = null; // what the server said of the plan that is shown
 const seen = new Map(); // by plan, the number of the latest line about it that was shown here
 let busy = Promise.resolve(); // one request after the other: keys may come faster than answers
 let buildPhase = "";
+let buildShown = ""; // stands for the commands that are shown, when they are confirmed
 let nextLook = 0; // the timer of the next look at a build
 let leaving = false; // a plan is judged and the next is on its way: a key that is too fast is not for it
 
@@ -157,15 +158,37 @@ function closeNote() {
   at("stage").focus({ preventScroll: true });
 }
 
+// What a build runs is shown first; it begins when that is confirmed.
 function build() {
   if (readOnly) return say("This service is read-only.", "bad");
   if (!reviewer()) { at("reviewer").focus(); return say("Write your name first.", "bad"); }
-  return inTurn(async () => setBuild(await ask("build", { reviewer: reviewer() })));
+  if (at("build").disabled) return say(at("build-words").textContent, "bad");
+  at("confirm").hidden = false;
+  at("run").focus();
+  return undefined;
+}
+
+function cancel() {
+  at("confirm").hidden = true;
+  at("stage").focus({ preventScroll: true });
+}
+
+function run() {
+  at("confirm").hidden = true;
+  return inTurn(async () => {
+    try {
+      setBuild(await ask("build", { reviewer: reviewer(), confirm: buildShown }));
+    } catch (error) { // the data set says something else now: it is shown, and to be confirmed again
+      setBuild(await ask("build"));
+      throw error;
+    }
+  });
 }
 
 function setBuild(found) {
   const ended = buildPhase === "building" && found.phase !== "building";
   buildPhase = found.phase;
+  buildShown = found.confirm ?? "";
   showBuild(found, base, readOnly);
   if (found.phase === "building") lookSoon();
   else clearTimeout(nextLook);
@@ -201,6 +224,7 @@ document.addEventListener("keydown", (event) => {
     event.preventDefault();
     return;
   }
+  if (event.key === "Escape" && !at("confirm").hidden) { cancel(); event.preventDefault(); return; }
   if (event.target.matches("button, a, pre") && (event.key === " " || event.key === "Enter")) return;
   const work = KEYS[event.key.toLowerCase()];
   if (work) { event.preventDefault(); work(); }
@@ -212,6 +236,8 @@ for (const id of ["next", "previous", "open"]) at(id).addEventListener("click", 
 at("undo").addEventListener("click", undo);
 at("note").addEventListener("click", openNote);
 at("build").addEventListener("click", build);
+at("run").addEventListener("click", run);
+at("cancel").addEventListener("click", cancel);
 at("stop").addEventListener("click", () => inTurn(async () => setBuild(await ask("stop", {}))));
 at("note-form").addEventListener("submit", (event) => {
   event.preventDefault();

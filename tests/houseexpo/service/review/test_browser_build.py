@@ -1,4 +1,4 @@
-"""Build again in the browser: a door is drawn, one key builds, before and after stand side by side."""
+"""Build again in the browser: what runs is shown and confirmed; before and after stand side by side."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.browser]
 LONG_MS = 180_000
 
 
-def test_one_key_builds_and_shows_before_and_after(tmp_path: Path) -> None:
+def test_what_is_confirmed_is_built_and_before_and_after_are_shown(tmp_path: Path) -> None:
     (tmp_path / "houses").mkdir()
     shutil.copy(FILE, tmp_path / "houses")
     plans = tmp_path / "plans"
@@ -36,6 +36,10 @@ def test_one_key_builds_and_shows_before_and_after(tmp_path: Path) -> None:
         page.keyboard.press("Enter")
         page.wait_for_function("() => document.getElementById('said').textContent.includes('Marked no room')")
         page.keyboard.press("b")
+        assert str(tmp_path / "houses") in page.inner_text("#commands")
+        assert str(plans / "overrides.toml") in page.inner_text("#confirm")
+        look(page, "review-confirm")
+        page.keyboard.press("Enter")
         page.wait_for_selector(".outcome", timeout=LONG_MS)
         assert "changed" in page.inner_text(".outcome h3")
         page.locator(".outcome").scroll_into_view_if_needed()
@@ -44,4 +48,4 @@ def test_one_key_builds_and_shows_before_and_after(tmp_path: Path) -> None:
         )
         look(page, "review-built")
         assert page.inner_text("#build-words") == "Built."
-    assert (plans / "overrides.toml").exists()  # no manifest was named: it lies in the data set's folder
+    assert (plans / "overrides.toml").exists()

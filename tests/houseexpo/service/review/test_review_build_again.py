@@ -58,7 +58,7 @@ def post(client: TestClient, path: str, **words: Any) -> dict[str, Any]:
 
 
 def built(client: TestClient) -> dict[str, Any]:
-    post(client, "build")
+    post(client, "build", confirm=client.get("/plans/review/build").json()["confirm"])
     for _ in range(1200):
         found: dict[str, Any] = client.get("/plans/review/build").json()
         if found["phase"] != "building":
@@ -70,12 +70,11 @@ def built(client: TestClient) -> dict[str, Any]:
 def test_a_build_says_how_it_was_made(home: Path) -> None:
     found = recorded_build(home / "plans")
     assert found is not None
-    assert found.arguments[:2] == ("--config", str(home / "homes.toml"))
-    assert found.overrides == str(home / "overrides.toml")
+    assert found.build.options == {"config": str(home / "homes.toml")}
 
 
 def test_build_again_does_what_was_decided(client: TestClient, home: Path) -> None:
-    (home / "overrides.toml").write_text("# seen on site\n")
+    (home / "plans" / "overrides.toml").write_text("# seen on site\n")
     hut = home / "plans" / "json"
     name = client.get("/plans/review/state").json()["plan"]
     assert "bungalow" in name
@@ -93,7 +92,8 @@ def test_build_again_does_what_was_decided(client: TestClient, home: Path) -> No
     assert after["quality"] > frame["quality"]
     assert after["doors"] == 3
     assert {file: file.stat().st_mtime_ns for file in untouched} == untouched
-    assert (home / "overrides.toml").read_text().startswith("# seen on site\n")
+    assert (home / "plans" / "overrides.toml").read_text().startswith("# seen on site\n")
+    assert not (home / "overrides.toml").exists()  # what lies beside the manifest is the person's own
 
 
 def test_what_is_dropped_is_gone_and_says_why(client: TestClient) -> None:
@@ -119,7 +119,7 @@ def test_a_build_that_fails_says_why_and_loses_no_decision(client: TestClient, h
         assert found["phase"] == "failed"
         assert any("mine_quality" in line for line in found["lines"])
         assert found["waiting"] == 1
-        assert "keep = true" in (home / "overrides.toml").read_text()
+        assert "keep = true" in (home / "plans" / "overrides.toml").read_text()
     finally:
         manifest.write_text(MANIFEST)
 

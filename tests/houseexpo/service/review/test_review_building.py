@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from houseexpo.dataset.build_record import BuildRecord, record_build
+from houseexpo.dataset.build_record import Build, BuildRecord, record_build
 from houseexpo.errors import ConfigError
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.building import Building
@@ -31,7 +31,7 @@ def begun(tmp_path: Path, decisions: Decisions, monkeypatch: pytest.MonkeyPatch)
     """Begin to build with a shell script in the place of Python."""
     folder = built(tmp_path / "homes", some_plans())
     (folder / ".build").mkdir()
-    record_build(folder, BuildRecord(("houses",)))
+    record_build(folder, BuildRecord(Build(("houses",))))
 
     def start(script: str) -> Building:
         python = tmp_path / "python"
@@ -39,7 +39,7 @@ def begun(tmp_path: Path, decisions: Decisions, monkeypatch: pytest.MonkeyPatch)
         python.chmod(0o755)
         monkeypatch.setattr(sys, "executable", str(python))
         found = Building(Collection("homes", folder), decisions)
-        found.start("ann")
+        found.start("ann", found.status()["confirm"])
         return found
 
     return start
@@ -82,7 +82,7 @@ def test_a_build_that_cannot_be_started_leaves_the_next_one_free(
     assert ended(building) == "built"
     monkeypatch.setattr(sys, "executable", str(tmp_path / "gone"))
     with pytest.raises(ConfigError, match="cannot be started"):
-        building.start("ann")
+        building.start("ann", building.status()["confirm"])
     assert building.phase == "built"
 
 
