@@ -21,6 +21,10 @@ PARTIAL = ".partial-"
 """What is being written bears a name that begins so; what is left of it was interrupted."""
 
 
+CACHE_VARIABLE = "HOUSEEXPO_CACHE"
+"""The variable that moves the user's cache."""
+
+
 def as_json(values: Any) -> bytes:
     """Return JSON that people can read and diff, keys as they come."""
     return msgspec.json.format(msgspec.json.encode(values), indent=2) + b"\n"
@@ -106,6 +110,22 @@ def make_folder(folder: Path) -> Path:
     except (FileExistsError, NotADirectoryError):
         taken = next(part for part in (folder, *folder.parents) if part.exists())
         raise ConfigError(f"{folder}: expected a folder or nothing, found the file {taken}; name another") from None
+    return folder
+
+
+def cache_folder(*parts: str) -> Path:
+    """Return a folder in the user's cache, made where it is absent; the variable HOUSEEXPO_CACHE moves the cache."""
+    root = os.environ.get(CACHE_VARIABLE)
+    if root is None:
+        from platformdirs import user_cache_path
+
+        root = str(user_cache_path("houseexpo", appauthor=False))
+    folder = Path(root).expanduser().joinpath(*parts)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        why = f"cannot be made ({error.strerror}); name another folder in {CACHE_VARIABLE}"
+        raise ConfigError(f"{folder}: {why}") from None
     return folder
 
 

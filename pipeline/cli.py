@@ -156,6 +156,7 @@ def inspect(
     storey_height: _StoreyHeight = None,
     furniture: _Furniture = None,
     model_path: _ModelPath = None,
+    replace: Annotated[bool, typer.Option("--replace", help="Write over files that houseexpo did not write.")] = False,
 ) -> None:
     """Show what each stage makes of one house: a PNG for each, and all on one sheet.
 
@@ -176,7 +177,7 @@ def inspect(
     }
     with ended_cleanly():
         words = load_overrides(config, overrides)
-        found = inspect_house(settings_of(config, given), words, level, out, id_)
+        found = inspect_house(settings_of(config, given), words, level, out, id_, replace=replace)
     show_inspection(found, source, out)
     show_unheard(found, tuple(words))
     if found.rejection is not None:

@@ -8,7 +8,9 @@ from pathlib import Path
 
 from houseexpo.dataset.store.catalogue import nearest
 from houseexpo.errors import ConfigError
+from houseexpo.files import make_folder
 from houseexpo.floorplan import FloorPlan
+from houseexpo.outputs import Output
 from houseexpo.plan import Quality
 from houseexpo.progress import watched
 from pipeline.algorithm import Snapshot, stages
@@ -68,7 +70,13 @@ class Inspection:
 
 @quiet()
 def inspect_house(
-    config: BuildConfig, overrides: Mapping[str, Override], number: int, out: Path, name: str | None = None
+    config: BuildConfig,
+    overrides: Mapping[str, Override],
+    number: int,
+    out: Path,
+    name: str | None = None,
+    *,
+    replace: bool = False,
 ) -> Inspection:
     """Write a picture of each stage that a house passes, and all of them on one sheet.
 
@@ -82,25 +90,35 @@ def inspect_house(
         Folder for the pictures; made where it is absent.
     name
         Id of the house, or of one of its levels; the first house of the source by default.
+    replace
+        Whether files of the same names are written over that houseexpo did not write.
 
     Raises
     ------
     ConfigError
-        Where the source is none, has no house of that id, or the house has no such level.
+        Where the source is none, has no house of that id, or the house has no such level; where a file is there that is
+        not to be written over.
     """
+    with Output(out, replace=replace, folder=True) as output:
+        return _inspected(config, overrides, number, name, output)
+
+
+def _inspected(
+    config: BuildConfig, overrides: Mapping[str, Override], number: int, name: str | None, output: Output
+) -> Inspection:
     inputs = list(list_inputs(config))
     place = _place(inputs, name)
     item = corrected_input(inputs[place], overrides)
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(output.out)
     try:
         levels = list(watched(reader(item.reader).read(item), f"reading {item.id}"))
     except Rejection as rejection:
-        return Inspection(None, _picture_of(rejection, out), rejection)
+        return Inspection(None, _picture_of(rejection, output), rejection)
     number = _number(item, levels, number, name)
     level = levels[number]
     shown = Shown(level.id, number, len(levels), item.id, place, len(inputs))
     if isinstance(level, RejectedLevel):
-        return Inspection(shown, _picture_of(level.rejection, out), level.rejection)
+        return Inspection(shown, _picture_of(level.rejection, output), level.rejection)
     override = word_on(level.id, overrides)
     level = corrected_level(level, override)
     snapshots: list[Snapshot] = []
@@ -111,10 +129,10 @@ def inspect_house(
     except Rejection as rejection:
         rejection_ = rejection
     if rejection_ is not None and not snapshots:
-        return Inspection(shown, _picture_of(rejection_.pictured(top_view(level.walls)), out), rejection_)
+        return Inspection(shown, _picture_of(rejection_.pictured(top_view(level.walls)), output), rejection_)
     snapshots = _of_one_building(snapshots, level.id)
     plans = [snapshot.value for snapshot in snapshots if isinstance(snapshot.value, FloorPlan)]
-    return Inspection(shown, _write(snapshots, level, out), rejection_, plans[0] if plans else None)
+    return Inspection(shown, _write(snapshots, level, output), rejection_, plans[0] if plans else None)
 
 
 def _of_one_building(snapshots: list[Snapshot], level_id: str) -> list[Snapshot]:
@@ -144,18 +162,18 @@ def _number(item: Input, levels: Sequence[Level | RejectedLevel], number: int, n
     return number
 
 
-def _write(snapshots: list[Snapshot], level: Level, out: Path) -> tuple[str, ...]:
+def _write(snapshots: list[Snapshot], level: Level, output: Output) -> tuple[str, ...]:
     pictures = stage_pictures(snapshots, level.frame)
     names = [f"{i:02d}_{name.replace(' ', '_')}.png" for i, (name, _) in enumerate(pictures)]
     for name, (_, image) in zip(names, pictures, strict=True):
-        (out / name).write_bytes(as_png(image))
-    (out / SHEET).write_bytes(sheet_of(pictures))
+        output.write(output.out / name, as_png(image))
+    output.write(output.out / SHEET, sheet_of(pictures))
     return (*names, SHEET)
 
 
-def _picture_of(rejection: Rejection, out: Path) -> tuple[str, ...]:
+def _picture_of(rejection: Rejection, output: Output) -> tuple[str, ...]:
     """Write what the reader shows of a house that it rejects."""
     if not rejection.picture:
         return ()
-    (out / REJECTED).write_bytes(rejection.picture)
+    output.write(output.out / REJECTED, rejection.picture)
     return (REJECTED,)

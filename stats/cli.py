@@ -44,6 +44,7 @@ def stats(
         bool, typer.Option("--geometry", help="Find rooms and doors of plans that have none; some minutes, once.")
     ] = False,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
+    replace: Annotated[bool, typer.Option("--replace", help="Write over files that houseexpo did not write.")] = False,
 ) -> None:
     """Say what a data set is made of: rooms, labels, areas, doors, what a robot reaches, repeats, splits.
 
@@ -51,6 +52,7 @@ def stats(
     out.
     """
     from houseexpo.commands.printing import console, print_json, print_named
+    from houseexpo.outputs import Output
     from stats.gather import measured
     from stats.listed import judge, read_list
     from stats.report import Report
@@ -63,6 +65,8 @@ def stats(
         raise ConfigError("--radius: the report is for fixed radii, another one is for --list-bad; add that")
     listed = None if unusable is None else read_list(unusable)
     with ExitStack() as opened:
+        for path in files:
+            opened.enter_context(Output(path, [dataset, compare, unusable], replace=replace))
         one = opened.enter_context(measured(dataset, geometry=geometry, workers=workers))
         _say_broken(one)
         if list_bad:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from houseexpo.commands.given import REPLACE_HELP
 from houseexpo.errors import ConfigError
 
 benchmark = typer.Typer(
@@ -32,6 +33,7 @@ def run(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the policy; starts are the same for all.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
     decision_limit: Annotated[float, typer.Option(min=0.001, help="Seconds that an action may take.")] = 60.0,
+    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Run a policy in fixed plans from fixed starts, and write what it came to.
 
@@ -39,6 +41,7 @@ def run(
     """
     from houseexpo.commands.given import data_set
     from houseexpo.commands.printing import console, print_named
+    from houseexpo.outputs import Output
     from houseexpo.pseudoslam.benchmark.result import write_result
     from houseexpo.pseudoslam.benchmark.run import Settings
     from houseexpo.pseudoslam.benchmark.run import run as run_benchmark
@@ -47,10 +50,11 @@ def run(
 
     _check_out(out)
     wanted = track_of(track)
-    houses = data_set(dataset) if wanted.needs_plans else None
     settings = Settings(split, plans, seed, workers or cores(), decision_limit)
-    result = run_benchmark(wanted, policy, houses, settings)
-    write_result(result, out)
+    with Output(out, [dataset], replace=replace):  # before hours of work
+        houses = data_set(dataset) if wanted.needs_plans else None
+        result = run_benchmark(wanted, policy, houses, settings)
+        write_result(result, out)
     _print([out])
     print_named(console(), "written", str(out))
 
@@ -62,9 +66,11 @@ def compare(
         Path | None, typer.Option(help="A page with curves (.html), or the tables (.md).", show_default=False)
     ] = None,
     title: Annotated[str, typer.Option(help="The page's heading.")] = "Policies compared",
+    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Put results side by side, a table for each track; they have to be of the same plans."""
     from houseexpo.commands.printing import console, print_named
+    from houseexpo.outputs import Output
     from houseexpo.pseudoslam.benchmark.comparison import read_results
     from houseexpo.pseudoslam.benchmark.page import check_name, write_comparison
 
@@ -73,7 +79,8 @@ def compare(
         _check_folder(out)
     _print(results)
     if out is not None:
-        write_comparison(read_results(results), out, title)
+        with Output(out, (each for each in results if each.is_file()), replace=replace) as output:
+            write_comparison(read_results(results), out, title, output.write)
         print_named(console(), "written", str(out))
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from houseexpo.commands.given import IDS_HELP, is_plan_file
+from houseexpo.commands.given import IDS_HELP, REPLACE_HELP, is_plan_file
 from houseexpo.words import counted
 
 if TYPE_CHECKING:
@@ -50,6 +50,7 @@ def export(
         typer.Option(help="As seen from above, or the plan's own axes.", show_default=_OWN),
     ] = None,
     find_rooms: Annotated[bool, typer.Option("--find-rooms", help="Find rooms and doors of plans without.")] = False,
+    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Write plans for other programs: maps, worlds, meshes, features, graphs, pictures, grids.
 
@@ -72,7 +73,7 @@ def export(
     if find_rooms:
         plans = _with_rooms(plans)
     refused: list[PlanError] = []
-    files = write(plans, to, out, refused=refused.append, **options)
+    files = write(plans, to, out, refused=refused.append, replace=replace, sources=[dataset], **options)
     if refused and len(refused) == count:
         raise refused[0]
     said = f"{counted(count - len(refused), 'plan')}, {counted(len(files), 'file')} in {out}"

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from houseexpo.dataset import Dataset
     from houseexpo.floorplan import FloorPlan
 
+REPLACE_HELP = "Write over files that houseexpo did not write."
 IDS_HELP = "Ids, by commas, or @FILE with one a line; may be repeated."
 
 

@@ -36,12 +36,14 @@ def observe(
 
     from houseexpo.commands.given import data_set
     from houseexpo.commands.printing import console, print_refused
+    from houseexpo.outputs import check_apart
     from houseexpo.pseudoslam.config import SimulatorConfig
     from houseexpo.pseudoslam.io.observe import observe as run_observe
     from houseexpo.pseudoslam.io.pairs import USUAL_NOISE, PairConfig
     from houseexpo.words import counted
     from houseexpo.workers import cores
 
+    check_apart(out, [dataset])
     simulator = SimulatorConfig.from_yaml(config) if config else SimulatorConfig()
     if noise:
         simulator = replace(simulator, noise=USUAL_NOISE)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from houseexpo.commands.environment import TaskName
+from houseexpo.commands.given import REPLACE_HELP
 
 if TYPE_CHECKING:
     from houseexpo.pseudoslam.render.terminal import Terminal
@@ -32,15 +33,21 @@ def play(
         Path | None, typer.Option(help="YAML file of a SimulatorConfig.", show_default="the task's, without an end")
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of plan, start and noise.", show_default="at random")] = None,
+    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Drive a robot through a house with the arrow keys, and see the map that it draws."""
     from houseexpo.commands.environment import environment
     from houseexpo.commands.printing import console
     from houseexpo.files import make_folder
-    from houseexpo.pseudoslam.agents.driving import Drive, drive
+    from houseexpo.outputs import Output
+    from houseexpo.pseudoslam.agents.driving import FILES, Drive, drive
 
-    if out:
-        make_folder(out)  # now: at the end there would be a drive to lose
+    output = None if out is None else Output(out, [dataset], replace=replace, folder=True)
+    if out is not None and output is not None:  # now: at the end there would be a drive to lose
+        make_folder(out)
+        with output:
+            for name in FILES:
+                output.check(out / name)
     screen = _screen(window)  # first: without one there is nothing to wait for
     printed = console()
     with printed.status("making the house ready"):
@@ -49,8 +56,10 @@ def play(
     with screen:
         drive(session, screen)
     printed.print(session.caption.split("\n")[0], highlight=False)
-    for file in session.save(out) if out else ():
-        printed.print(file, highlight=False, soft_wrap=True)
+    if out is not None and output is not None:
+        with output:
+            for file in session.save(out, output.write):
+                printed.print(file, highlight=False, soft_wrap=True)
 
 
 def _screen(window: bool) -> Terminal | Window:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
 import typer
 
 from houseexpo.commands.environment import TaskName
+from houseexpo.commands.given import REPLACE_HELP
 
 _POLICIES: Final[dict[TaskName, str]] = {"exploration": "frontier", "avoidance": "wall", "navigation": "a-star"}
 
@@ -45,11 +47,13 @@ def record(
     config: Annotated[
         Path | None, typer.Option(help="YAML file of a SimulatorConfig.", show_default="the task's")
     ] = None,
+    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Write a movie of a policy at work, or a ROS bag of what its robot knows and reads."""
     from houseexpo.commands.environment import environment
     from houseexpo.commands.printing import console
     from houseexpo.errors import ConfigError
+    from houseexpo.outputs import Output
     from houseexpo.pseudoslam.agents.policies import interface_for, policy_of
     from houseexpo.pseudoslam.io.races import Racer, record_race
     from houseexpo.pseudoslam.io.record import record as write
@@ -60,7 +64,7 @@ def record(
     if len(names) > 1:
         if out is None or bag is not None or shows == "beside":
             raise ConfigError("--policy: several make a movie, --out FILE; no bag, and no --shows beside")
-        with printed.status(f"recording {counted(steps, 'step')}"):
+        with Output(out, [dataset], replace=replace), printed.status(f"recording {counted(steps, 'step')}"):
             interfaces = [interface_for(name, task) for name in names]
             racers = [
                 (name, *environment(dataset, plan, task, config, steps, interface=interface))
@@ -73,7 +77,11 @@ def record(
         for racer in runners:
             printed.print(f"{racer.name}: {racer.caption()}", highlight=False, soft_wrap=True)
         return
-    with printed.status(f"recording {counted(steps, 'step')}"):
+    with ExitStack() as opened:
+        for file in (out, bag):
+            if file is not None:
+                opened.enter_context(Output(file, [dataset], replace=replace))
+        opened.enter_context(printed.status(f"recording {counted(steps, 'step')}"))
         interface = interface_for(names[0], task)
         env, options = environment(dataset, plan, task, config, steps, interface=interface, ranges=bag is not None)
         acts = policy_of(names[0], env, seed)

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from houseexpo.commands.given import IDS_HELP
+from houseexpo.commands.given import IDS_HELP, REPLACE_HELP
 from houseexpo.errors import ConfigError
+from houseexpo.words import counted
 
 if TYPE_CHECKING:
     from houseexpo.floorplan import FloorPlan
@@ -31,28 +32,32 @@ def show(
     size: Annotated[int, typer.Option(min=64, max=8000, help="Longer side of a plan, pixels.")] = 800,
     columns: Annotated[int | None, typer.Option(min=1, help="Pictures in a row, where there are several.")] = None,
     find_rooms: Annotated[bool, typer.Option(help="Find rooms and doors where the plan records none.")] = True,
+    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Draw plans: rooms coloured by label, doors by kind, scale bar, legend. Several make a contact sheet."""
     from houseexpo.commands.given import named_plans
+    from houseexpo.commands.printing import console
     from houseexpo.drawing import contact_sheet, draw_plan, svg, svg_sheet
     from houseexpo.exports.files import image
-    from houseexpo.files import make_folder, write_whole
+    from houseexpo.files import write_whole
+    from houseexpo.outputs import Output
     from houseexpo.progress import watched
 
     if out.suffix not in (".png", ".svg"):
         raise ConfigError(f"--out: expected a file that ends in .png or .svg, found {out.name!r}")
-    found = _chosen(named_plans(what, data, ids), limit, sample, seed)
-    across = columns or math.ceil(math.sqrt(len(found)))
-    names = [plan.id for plan in found]
-    shown = watched((plan.divided if find_rooms else plan for plan in found), "drawing", len(found))
-    if out.suffix == ".svg":
-        documents = [svg(plan, size=size) for plan in shown]
-        content = (documents[0] if len(found) == 1 else svg_sheet(documents, across, names)).encode()
-    else:
-        images = [draw_plan(plan, size=size) for plan in shown]
-        content = image(images[0] if len(found) == 1 else contact_sheet(images, across, names), "PNG")
-    make_folder(out.parent)
-    write_whole(out, content)
+    with Output(out, [*what, data], replace=replace):
+        found = _chosen(named_plans(what, data, ids), limit, sample, seed)
+        across = columns or math.ceil(math.sqrt(len(found)))
+        names = [plan.id for plan in found]
+        shown = watched((plan.divided if find_rooms else plan for plan in found), "drawing", len(found))
+        if out.suffix == ".svg":
+            documents = [svg(plan, size=size) for plan in shown]
+            content = (documents[0] if len(found) == 1 else svg_sheet(documents, across, names)).encode()
+        else:
+            images = [draw_plan(plan, size=size) for plan in shown]
+            content = image(images[0] if len(found) == 1 else contact_sheet(images, across, names), "PNG")
+        write_whole(out, content)
+    console().print(f"{counted(len(found), 'plan')} drawn in {out}", highlight=False, soft_wrap=True)
 
 
 def _chosen(found: Sequence[FloorPlan], limit: int | None, sample: int | None, seed: int) -> Sequence[FloorPlan]:

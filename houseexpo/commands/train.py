@@ -35,7 +35,9 @@ def train(
     explorations, without PyTorch; its folder holds weights.json.
     """
     from houseexpo.commands.printing import typed_command
+    from houseexpo.outputs import check_apart
 
+    check_apart(out, [dataset])
     if task == "chooser" and steps is not None:
         raise ConfigError("train chooser: --steps is not for it; its file says how many generations and plans")
     try:

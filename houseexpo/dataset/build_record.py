@@ -19,9 +19,8 @@ from typing import Final
 
 import msgspec
 
-from houseexpo.dataset.store.cache import cache_folder
 from houseexpo.errors import HouseExpoError
-from houseexpo.files import as_json, write_whole
+from houseexpo.files import as_json, cache_folder, write_whole
 
 FILE = ".build/command.json"
 """Where the record lies in a data set."""

@@ -9,9 +9,9 @@ from pathlib import Path, PurePosixPath
 from typing import Any, Final, Literal, get_args
 
 from houseexpo.dataset.manifest import Manifest, Source, load_manifest
-from houseexpo.dataset.store.cache import cache_folder
 from houseexpo.dataset.unpack import member_names, unpack
 from houseexpo.errors import ConfigError, DatasetError
+from houseexpo.files import cache_folder
 
 Subset = Literal["10", "100", "1000", "all"]
 Progress = Callable[[str, int, int], None]

@@ -23,8 +23,8 @@ from houseexpo.exports.ros import ros
 from houseexpo.exports.sdf import sdf
 from houseexpo.exports.stage import stage
 from houseexpo.exports.svg import svg
-from houseexpo.files import write_whole
 from houseexpo.floorplan import FloorPlan
+from houseexpo.outputs import Output
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,8 @@ def export(
     out: str | os.PathLike[str],
     *,
     refused: Callable[[PlanError], object] | None = None,
+    replace: bool = False,
+    sources: Iterable[str | os.PathLike[str]] = (),
     **options: Any,
 ) -> list[Path]:
     """Write plans in another format.
@@ -89,9 +91,13 @@ def export(
     to
         A key of ``FORMATS`` or of ``ALIASES``.
     out
-        Folder, made where it is missing; files of the same name are replaced, each by a whole one.
+        Folder, made where it is missing. It may not lie in the data set that the plans come from.
     refused
         Is told of each plan that the format cannot hold, which is then left out; by default the first one ends it all.
+    replace
+        Whether files of the same name are written over that ``export`` did not write, or that were changed since.
+    sources
+        Files and folders that the plans come from, where ``plans`` is no ``Dataset``; nothing is written into them.
     **options
         Those of the format's function, such as ``resolution``, ``wall_thickness``, ``door_height``, ``orientation``.
 
@@ -102,7 +108,7 @@ def export(
     Raises
     ------
     ConfigError
-        No such format, or no such option of it.
+        No such format, no such option of it, ``out`` lies in what is read, or a file is not to be written over.
     PlanError
         A plan that the format cannot hold, or two of one id; what was written before is whole.
     """
@@ -119,11 +125,11 @@ def export(
         made = chosen.files(distinct, **options)
     else:
         made = _held(chosen, distinct, refused, options)
-    for name, content in made:
-        file = folder / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(file, content)
-        written.append(file)
+    read = [*(os.fspath(each) for each in sources), getattr(plans, "path", None)]
+    with Output(folder, read, replace=replace, folder=True) as output:
+        for name, content in made:
+            output.write(folder / name, content)
+            written.append(folder / name)
     return written
 
 

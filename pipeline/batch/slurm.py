@@ -21,8 +21,8 @@ from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
 
-from houseexpo.errors import HouseExpoError
-from houseexpo.files import write_whole
+from houseexpo.errors import ConfigError, HouseExpoError
+from houseexpo.files import make_folder, write_whole
 
 ARRAY_LIMIT = 1000
 """Tasks of an array where the cluster cannot be asked; its own default is 1001."""
@@ -86,7 +86,8 @@ class Scripts:
 
     def write(self, shards: Iterable[int], limit: int, queue: Queue) -> int:
         """Write the scripts for these shards but those in the queue, and ``submit.sh``; return how many they are."""
-        self.folder.mkdir(parents=True, exist_ok=True)
+        make_folder(self.folder)
+        self._check()
         wanted = sorted(set(shards) - queue.shards)  # R1
         logs = {name: self.folder / f"{name}.txt" for name in ("task-%A_%a", "assemble-%j")}
         task = self.request.head(logs["task-%A_%a"], self.name)
@@ -100,6 +101,13 @@ class Scripts:
         for name, text in scripts.items():
             write_whole(self.folder / name, text.encode(), durable=True)
         return len(wanted)
+
+    def _check(self) -> None:
+        """Raise ConfigError where a file of a script's name is there that is not of this command."""
+        for name in ("task.sbatch", "assemble.sbatch", "submit.sh"):
+            file = self.folder / name
+            if file.exists() and b"houseexpo" not in file.read_bytes():
+                raise ConfigError(f"{file}: a file is there already that houseexpo did not write; name another folder")
 
     def _submission(self, shards: Sequence[int], limit: int, queue: Queue) -> Iterator[str]:
         folder = shlex.quote(str(self.folder))

@@ -13,29 +13,12 @@ from typing import Final
 
 from houseexpo.dataset.store.folders import look, plan_files, plan_folder, plan_stamp
 from houseexpo.dataset.store.records import broken
-from houseexpo.errors import ConfigError
-from houseexpo.files import PARTIAL, whole_folder, write_whole
+from houseexpo.files import PARTIAL, cache_folder, whole_folder, write_whole
 
-VARIABLE: Final = "HOUSEEXPO_CACHE"
 VERSION: Final = "2"
 """Goes into every key: what another layout wrote is not read."""
 
 _LEFT_S: Final = 3600.0
-
-
-def cache_folder(*parts: str) -> Path:
-    """Return a folder in the user's cache, made where it is absent; the variable HOUSEEXPO_CACHE moves the cache."""
-    root = os.environ.get(VARIABLE)
-    if root is None:
-        from platformdirs import user_cache_path
-
-        root = str(user_cache_path("houseexpo", appauthor=False))
-    folder = Path(root).expanduser().joinpath(*parts)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigError(f"{folder}: cannot be made ({error.strerror}); name another folder in {VARIABLE}") from None
-    return folder
 
 
 def stored(path: Path, build: Callable[[Path], None], is_whole: Callable[[Path], bool]) -> Path:

@@ -22,11 +22,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from houseexpo.dataset.index import SCHEMA
-from houseexpo.dataset.store.cache import cache_folder
 from houseexpo.dataset.store.catalogue import Catalogue, read_ids
 from houseexpo.dataset.store.records import MAX_PLAN_BYTES
 from houseexpo.errors import DatasetError
-from houseexpo.files import write_whole
+from houseexpo.files import cache_folder, write_whole
 from houseexpo.plan import checks
 
 _COLUMNS: Final = pa.schema([*SCHEMA, ("digest", pa.string())])

@@ -16,7 +16,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final, TypeVar
 
-from houseexpo.dataset.store.cache import VERSION, cache_folder
+from houseexpo.dataset.store.cache import VERSION
+from houseexpo.files import cache_folder
 
 _COMMIT_S: Final = 2.0
 _TIMEOUT_S: Final = 60.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol
 
@@ -12,7 +13,7 @@ import numpy.typing as npt
 
 from houseexpo.exports.files import image as as_file
 from houseexpo.exports.ros import FREE, UNKNOWN, WALL, map_files
-from houseexpo.files import make_folder
+from houseexpo.files import make_folder, write_whole
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.kernels.mapping import merge as mapping
 from houseexpo.pseudoslam.render.canvas import Image
@@ -24,6 +25,8 @@ KEYS: Final[dict[str, Action]] = {
     "up": "forward", "w": "forward", "left": "left", "a": "left", "right": "right", "d": "right",
 }  # fmt: skip
 HELP: Final = "arrows or w a d: drive   r: again   t: truth   q: quit"
+FILES: Final = ("map.pgm", "map.png", "map.yaml", "trajectory.csv")
+"""What is kept of a drive."""
 _WAIT_S = 0.5
 
 
@@ -131,12 +134,12 @@ class Drive:
         files["trajectory.csv"] = stream.getvalue().encode()
         return files
 
-    def save(self, folder: Path) -> list[Path]:
+    def save(self, folder: Path, write: Callable[[Path, bytes], object] = write_whole) -> list[Path]:
         """Write ``files`` into a folder; return where they are."""
         files = self.files()
         make_folder(folder)
         for name, data in files.items():
-            (folder / name).write_bytes(data)
+            write(folder / name, data)
         return [folder / name for name in sorted(files)]
 
 

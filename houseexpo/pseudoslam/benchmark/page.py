@@ -5,7 +5,7 @@ Both have tables, and curves with bands.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -38,11 +38,16 @@ def check_name(file: Path) -> None:
         raise ConfigError(f"--out: expected a file that ends in {' or '.join(SUFFIXES)}, found {file.name!r}")
 
 
-def write_comparison(found: Sequence[Compared], file: Path, heading: str = HEADING) -> None:
+def write_comparison(
+    found: Sequence[Compared],
+    file: Path,
+    heading: str = HEADING,
+    write: Callable[[Path, bytes], object] = write_whole,
+) -> None:
     """Write a comparison as the file's name says, HTML or Markdown; curves of ``page.md`` lie in a folder ``page``."""
     check_name(file)
     if file.suffix == ".html":
-        write_whole(file, page(found, heading).encode())
+        write(file, page(found, heading).encode())
         return
     pictures = {}
     for compared in found:
@@ -52,9 +57,9 @@ def write_comparison(found: Sequence[Compared], file: Path, heading: str = HEADI
             with axes_of(_WIDE) as (axes, out):
                 _draw(axes, compared, over)
                 axes.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))  # beside the lines
-            write_whole(picture, svg_alone(out).encode())
+            write(picture, svg_alone(out).encode())
             pictures[compared.track.id, over] = f"{picture.parent.name}/{picture.name}"
-    write_whole(file, markdown(found, heading, pictures).encode())
+    write(file, markdown(found, heading, pictures).encode())
 
 
 def page(found: Sequence[Compared], heading: str = HEADING) -> str:

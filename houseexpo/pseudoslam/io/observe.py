@@ -27,6 +27,7 @@ from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.files import as_json, make_folder, write_whole
 from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.outputs import check_run_folder
 from houseexpo.processes import in_processes
 from houseexpo.progress import watched
 from houseexpo.pseudoslam.config import SimulatorConfig
@@ -128,8 +129,7 @@ def _claim(out: Path, recipe: dict[str, Any]) -> None:
     """Write the recipe; ConfigError where the folder has another (R4)."""
     file = out / RECIPE
     if not file.exists():
-        if any(out.glob("pairs-*.npz")):
-            raise ConfigError(f"{out}: expected an empty folder or one with {RECIPE}, found pairs; name another")
+        check_run_folder(out, [RECIPE])
         write_whole(file, as_json(recipe))
         return
     try:

@@ -31,6 +31,7 @@ from houseexpo.dataset import Dataset
 from houseexpo.dataset.splits import list_bytes
 from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.files import as_json, make_folder, write_whole
+from houseexpo.outputs import check_run_folder
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import above_zero, number, whole
 from houseexpo.pseudoslam.kernels.types import Floats
@@ -198,6 +199,7 @@ def _begin(folder: Path, run: dict[str, Any], *, resume: bool) -> None:
         raise TrainingError(f"{folder}: holds a run; go on with it by --resume, or name another folder")
     if record.exists() and record.read_bytes() != as_json(run):
         raise TrainingError(f"{folder}: holds another run than was asked for, see {record}; name another folder")
+    check_run_folder(folder, [record.name])
     make_folder(folder)
     write_whole(record, as_json(run))
 

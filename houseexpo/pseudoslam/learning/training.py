@@ -26,6 +26,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 import houseexpo
 from houseexpo.errors import TrainingError
 from houseexpo.files import as_json, make_folder, write_whole
+from houseexpo.outputs import check_run_folder
 from houseexpo.progress import watched
 from houseexpo.pseudoslam.learning import checkpoints
 from houseexpo.pseudoslam.learning.commits import commit
@@ -207,6 +208,7 @@ def _begun(run: Run, *, resume: bool) -> checkpoints.Checkpoint | None:
     record = folder / "run.json"
     if not resume and (record.exists() or checkpoints.files(kept)):
         raise TrainingError(f"{folder}: holds a run; go on with it by --resume, or name another folder")
+    check_run_folder(folder, [record.name, CHECKPOINTS])
     if record.exists():
         checkpoints.check_run(msgspec.json.decode(record.read_bytes(), type=dict[str, Any]), run.record(), record)
     found = checkpoints.last_whole(kept) if resume else None

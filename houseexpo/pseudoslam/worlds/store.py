@@ -21,8 +21,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from houseexpo.dataset.store.cache import cache_folder
 from houseexpo.errors import ConfigError
+from houseexpo.files import cache_folder
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.worlds.records import WORLDS, RecordError, decode_world
 from houseexpo.pseudoslam.worlds.shards import Shard, ShardError, write_shard

@@ -95,7 +95,7 @@ def test_ctrl_c_says_the_command_that_goes_on(
         raise KeyboardInterrupt
 
     monkeypatch.setattr("houseexpo.dataset.open_dataset", interrupted)
-    words = [task, "--dataset", str(tmp_path), "--out", str(tmp_path / "run"), *resumed]
+    words = [task, "--dataset", str(tmp_path / "plans"), "--out", str(tmp_path / "run"), *resumed]
     monkeypatch.setattr(sys, "argv", ["houseexpo", "train", *words])
     app = typer.Typer()
     app.command()(train)

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from houseexpo import DatasetError, open_dataset
-from houseexpo.dataset.store.cache import VERSION, cache_folder
+from houseexpo.dataset.store.cache import VERSION
+from houseexpo.files import cache_folder
 from tests.builders.plan_files import houses, pack
 
 

@@ -13,8 +13,9 @@ import pytest
 from houseexpo import HouseExpoError, encode, open_dataset
 from houseexpo.dataset.index import index_table, row
 from houseexpo.dataset.store import records
-from houseexpo.dataset.store.cache import VERSION, cache_folder
+from houseexpo.dataset.store.cache import VERSION
 from houseexpo.dataset.store.catalogue import read_ids
+from houseexpo.files import cache_folder
 from tests.builders.plan_files import KINDS, hexed, house, houses, pack, tar
 
 

@@ -110,9 +110,10 @@ def interrupted(*_: object) -> None:
 
 
 def test_the_size_is_that_of_the_shards_whatever_else_the_folder_holds(plans: Dataset, tmp_path: Path) -> None:
-    (tmp_path / "map.pgm").write_bytes(bytes(100_000))
-    done = observe(plans, tmp_path, SMALL, limit=2, seed=4)
-    assert done.size == (tmp_path / "pairs-000000.npz").stat().st_size
+    observe(plans, tmp_path / "out", SMALL, limit=2, seed=4)
+    (tmp_path / "out" / "map.pgm").write_bytes(bytes(100_000))
+    done = observe(plans, tmp_path / "out", SMALL, limit=2, seed=4)
+    assert done.size == (tmp_path / "out" / "pairs-000000.npz").stat().st_size
 
 
 def test_a_folder_holds_pairs_of_one_recipe(plans: Dataset, tmp_path: Path) -> None:
@@ -135,7 +136,7 @@ def test_a_folder_holds_pairs_of_one_recipe(plans: Dataset, tmp_path: Path) -> N
     with pytest.raises(ConfigError, match=r"recipe.json: expected JSON"):
         observe(plans, out, SMALL, limit=2, seed=4)
     (out / RECIPE).unlink()
-    with pytest.raises(ConfigError, match=r"expected an empty folder or one with recipe\.json, found pairs"):
+    with pytest.raises(ConfigError, match=r"expected an empty folder or a former run, found manifest\.json"):
         observe(plans, out, SMALL, limit=2, seed=4)
 
 
