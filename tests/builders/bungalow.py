@@ -20,7 +20,7 @@ from typing import Final
 import numpy as np
 import trimesh
 
-FILE: Final = Path(__file__).resolve().parents[2] / "docs" / "examples" / "bungalow.obj"
+FILE: Final = Path(__file__).resolve().parents[2] / "pipeline" / "examples" / "houses" / "bungalow.obj"
 HEIGHT_M: Final = 2.6
 HEAD_M: Final = 2.0
 

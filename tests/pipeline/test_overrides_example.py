@@ -13,8 +13,8 @@ from pipeline.overrides import load_overrides
 from tests.builders.batch import run_build
 from tests.builders.bungalow import BEDROOM_DOOR, FILE, PATIO, ROOMS_M2, write_bungalow
 
-OVERRIDES = FILE.with_name("overrides.toml")
-GUIDE = FILE.parents[1] / "guide-pipeline.md"
+OVERRIDES = FILE.parents[1] / "corrections.toml"
+GUIDE = Path(__file__).resolve().parents[2] / "docs" / "guide-pipeline.md"
 
 
 def built(out: Path, *, corrected: bool) -> FloorPlan:
