@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -83,30 +83,40 @@ def slurm(
 
 def assemble_all(out: str, check: Callable[[], None], *, partial: bool) -> int:
     """Assemble where nothing is left to do; return the exit code."""
-    from pipeline.batch.shard_build import assembled, begun_at, left_of
+    from pipeline.batch.shard_build import DamagedShardsError, assembled, begun_at, left_of
     from pipeline.display import watching
     from pipeline.report import index_rows
     from pipeline.report_page import write_report
 
     begun = begun_at(out)
     left = left_of(begun, out)
+    _show_left(left, begun.shards, "not done")
+    if left and not partial:
+        return NOT_DONE
+    try:
+        with (
+            watching(check) as display,
+            assembled(begun, out, display.progress, partial=partial) as data_set,
+        ):
+            if not data_set.unchanged:
+                write_report(data_set, display.progress)
+            rows = index_rows(data_set.root)  # the root of one in an object store is gone after this
+    except DamagedShardsError as damaged:
+        _show_left(damaged.left, begun.shards, "damaged")
+        return NOT_DONE
+    return show_outcomes(data_set, rows, out)
+
+
+def _show_left(left: Mapping[int, Sequence[str]], shards: int, what: str) -> None:
+    """Name what the shards have not done, and what to do about it, on standard error; -q hides none of it."""
     for number, ids in left.items():
         named = ", ".join(ids[:_NAMED]) + (", ..." if len(ids) > _NAMED else "")
-        typer.secho(
-            f"shard {number}/{begun.shards}: not done: {counted(len(ids), 'house')}: {named}", fg=typer.colors.YELLOW
-        )
+        said = f"shard {number}/{shards}: {what}: {counted(len(ids), 'house')}: {named}"
+        typer.secho(said, fg=typer.colors.YELLOW, err=True)
     count = sum(map(len, left.values()))
-    if count and not partial:
+    if count:
         typer.echo(
-            f"not done: {counted(count, 'house')} of {counted(len(left), 'shard')}; run what is missing, or leave it "
-            "out with --partial"
+            f"{what}: {counted(count, 'house')} of {counted(len(left), 'shard')}; run these shards again, or leave the "
+            "houses out with --partial",
+            err=True,
         )
-        return NOT_DONE
-    with (
-        watching(check) as display,
-        assembled(begun, out, display.progress) as data_set,
-    ):
-        if not data_set.unchanged:
-            write_report(data_set, display.progress)
-        rows = index_rows(data_set.root)  # the root of one in an object store is gone after this
-    return show_outcomes(data_set, rows, out)

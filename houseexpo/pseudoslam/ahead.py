@@ -34,7 +34,7 @@ def compile_ahead(kernel: Any) -> None:
         return
     if cores() > 1 and multiprocessing.parent_process() is None and sys.executable and is_missing(kernel):
         paths = str(Path(houseexpo.__file__).parents[1]), *filter(None, sys.path)
-        command = [sys.executable, "-m", "houseexpo.pseudoslam.compile_step", kernel.__name__]
+        command = [sys.executable, "-P", "-m", "houseexpo.pseudoslam.compile_step", kernel.__name__]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONSAFEPATH": "1"}
         with suppress(OSError):  # no more processes are allowed: it is compiled here
             _running[kernel] = subprocess.Popen(  # noqa: S603  # this interpreter, and a name of ours

@@ -1,7 +1,8 @@
 """Connections that are held open for nothing are closed: uvicorn bounds the time after an answer, and no other.
 
 R1  A connection on which no request was begun since the last look, and none is being answered, is closed; one looks
-    every ``IDLE_TIMEOUT_S``. A head of which only a part has come is no request.
+    every ``IDLE_TIMEOUT_S``. A head of which only a part has come is no request. Neither is a request whose body is not
+    whole at the second look: bodies are small here, and one that never comes would hold a worker's place.
 R2  An address has a number of connections. Together with R1 no client without the token takes all descriptors.
 """
 
@@ -38,7 +39,8 @@ class LimitedProtocol(H11Protocol):
     def _looked(self) -> None:
         if self.transport.get_protocol() is not self:  # it became a socket, which has limits of its own
             return
-        if self.cycle is self._before and (self.cycle is None or self.cycle.response_complete):  # R1
+        cycle = self.cycle
+        if cycle is self._before and (cycle is None or cycle.response_complete or cycle.more_body):  # R1
             self.transport.close()
             return
         self._before = self.cycle

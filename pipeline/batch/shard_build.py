@@ -6,16 +6,16 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
-from houseexpo.errors import ConfigError
+from houseexpo.errors import ConfigError, HouseExpoError
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.build import build, check_alone
 from pipeline.batch.entry import Entry
 from pipeline.batch.job import Plan
 from pipeline.batch.listing import Listing, absolute
 from pipeline.batch.planning import Planning, Progress, unheard
-from pipeline.batch.plans import Plans, places_of
+from pipeline.batch.plans import DamagedPlanError, Plans, places_of
 from pipeline.batch.shards import Begun, Shard, ShardJournal, number_of, read_begun
-from pipeline.batch.store import open_store
+from pipeline.batch.store import FolderStore, Store, open_store
 from pipeline.config_file import BuildConfig
 from pipeline.corrections import check_ids
 from pipeline.executors.outcome import Executor, Failure, Item, Limits, Result
@@ -97,15 +97,31 @@ def left_of(begun: Begun, out: str) -> dict[int, list[str]]:
     return dict(sorted(left.items()))
 
 
+class DamagedShardsError(HouseExpoError):
+    """Stored plans are no longer what was written; ``left`` has their inputs' ids by shard, as ``left_of``."""
+
+    def __init__(self, left: dict[int, list[str]]) -> None:
+        super().__init__(f"plans of {', '.join(id_ for ids in left.values() for id_ in ids)} are damaged")
+        self.left = left
+
+
 @contextmanager
-def assembled(begun: Begun, out: str, progress: Progress) -> Iterator[DataSet]:
+def assembled(begun: Begun, out: str, progress: Progress, *, partial: bool = False) -> Iterator[DataSet]:
     """Yield the data set that the shards' plans make; what is not done by now is counted apart, and not planned.
 
     It lies in a folder of this machine; ``out`` holds it when this is left.
+
+    Raises
+    ------
+    DamagedShardsError
+        Stored plans are damaged, and it is not ``partial``. Nothing is written, and the store forgets these plans, so
+        that their shards make them again.
     """
     store = open_store(out)
     entries = list(ShardJournal(store, None).entries())
     with store.workplace([place for entry in entries for kept in entry.plans for place in places_of(kept)]) as root:
+        if _forget_damaged(entries, FolderStore(root), store) and not partial:
+            raise DamagedShardsError(left_of(begun, out))
         yield build(
             begun.config,
             root,
@@ -115,6 +131,21 @@ def assembled(begun: Begun, out: str, progress: Progress) -> Iterator[DataSet]:
             execute=_leave,
             known=entries,
         )
+
+
+def _forget_damaged(entries: Iterable[Entry], copy: Store, store: Store) -> bool:
+    """Have a store forget the plans that a copy of it shows to be damaged; tell if there were any."""
+    plans, any_damaged = Plans(copy), False
+    for entry in entries:
+        for kept in entry.plans:
+            try:
+                plans.get(kept)
+                plans.picture(kept)
+            except DamagedPlanError:
+                any_damaged = True
+                for place in places_of(kept):
+                    store.remove(place)
+    return any_damaged
 
 
 def _leave(

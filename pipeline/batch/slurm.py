@@ -152,7 +152,7 @@ def ranges(numbers: Sequence[int]) -> str:
 
 def program() -> list[str]:
     """Return how this program is called on a node that shares its folders."""
-    return [sys.executable, "-m", "houseexpo"]
+    return [sys.executable, "-P", "-m", "houseexpo"]
 
 
 def _said(*command: str) -> str:

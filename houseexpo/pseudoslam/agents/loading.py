@@ -7,7 +7,8 @@ import hashlib
 import importlib
 import importlib.util
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from traceback import extract_tb
@@ -69,8 +70,8 @@ class NamedPolicy:
 def load_policy(name: str) -> NamedPolicy:
     """Return a policy by a name of ``NAMES``, a file, ``FILE.py:function``, or ``module:function``.
 
-    A file's suffix says how it is read (``LOADERS``). Modules are looked for where Python does, and in the working
-    directory.
+    A file's suffix says how it is read (``LOADERS``). Modules are looked for where Python does. The working directory
+    is looked in only for a module that a person named and that lies there: nothing else is imported from it.
 
     Raises
     ------
@@ -118,11 +119,24 @@ def _parted(name: str) -> tuple[Path, str]:
 
 def _imported(name: str, place: str) -> NamedPolicy:
     module_name, _, attribute = place.rpartition(":")
-    if "" not in sys.path and str(Path.cwd()) not in sys.path:
-        sys.path.insert(0, str(Path.cwd()))
-    module = _run(name, lambda: importlib.import_module(module_name))
+    with _working_directory(module_name):
+        module = _run(name, lambda: importlib.import_module(module_name))
     file = getattr(module, "__file__", None)
     return _checked(name, _attribute(name, module, attribute), place, Path(file) if file else None)
+
+
+@contextmanager
+def _working_directory(module_name: str) -> Iterator[None]:
+    """Let a module be found that lies in the working directory, after all others: it hides no library."""
+    here, top = Path.cwd(), module_name.partition(".")[0]
+    if not ((here / f"{top}.py").is_file() or (here / top).is_dir()) or str(here) in sys.path:
+        yield
+        return
+    sys.path.append(str(here))
+    try:
+        yield
+    finally:
+        sys.path.remove(str(here))
 
 
 def _from_python(path: Path, attribute: str) -> PolicyFactory:

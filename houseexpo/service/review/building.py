@@ -141,7 +141,7 @@ class Building:
 
     def _commands(self, record: BuildRecord) -> list[list[str]]:
         """Return the builds to run, one after another: those whose plans the last one kept, and that one (R5)."""
-        return [[sys.executable, "-m", "houseexpo", *words] for words in record.commands(self.root.resolve())]
+        return [[sys.executable, "-P", "-m", "houseexpo", *words] for words in record.commands(self.root.resolve())]
 
     def _record(self) -> BuildRecord:
         record = recorded_build(self.root)

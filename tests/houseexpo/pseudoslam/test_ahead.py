@@ -75,7 +75,7 @@ def test_a_kernel_that_is_not_on_disk_is_compiled_once(started: list[list[str]])
     one = Kernel(signatures=[], __name__="steps_by_sector")
     ahead.compile_ahead(one)
     ahead.compile_ahead(one)
-    assert started == [[sys.executable, "-m", "houseexpo.pseudoslam.compile_step", "steps_by_sector"]]
+    assert started == [[sys.executable, "-P", "-m", "houseexpo.pseudoslam.compile_step", "steps_by_sector"]]
     ahead.wait_for(one)
     assert not ahead._running
 

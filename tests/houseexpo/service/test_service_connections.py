@@ -31,6 +31,9 @@ async def app(scope: dict[str, Any], receive: Any, send: Any) -> None:
         await send({"type": "websocket.send", "text": (await receive())["text"]})
         await receive()
         return
+    if scope["path"] == "/body":
+        while (await receive()).get("more_body"):
+            pass
     if scope["path"] == "/slow":
         await anyio.sleep(3 * IDLE_TIMEOUT_S)
     await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"2")]})
@@ -107,3 +110,30 @@ def answers(client: socket.socket) -> bool:
         return client.recv(1000).startswith(b"HTTP/1.1 200")
     except OSError:  # it was cut off
         return False
+
+
+@pytest.mark.parametrize("drip", [False, True])
+def test_a_body_that_never_comes_holds_no_connection(port: int, *, drip: bool) -> None:  # R1
+    with asking(port) as client:
+        client.sendall(b"POST /body HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000\r\n\r\n")
+        start = time.monotonic()
+        client.settimeout(0.1)
+        while time.monotonic() - start < 20 * IDLE_TIMEOUT_S:
+            try:
+                if drip:
+                    client.sendall(b"x")
+                if client.recv(100) == b"":
+                    break
+            except TimeoutError:
+                continue
+            except ConnectionError:
+                break
+        assert time.monotonic() - start < 10 * IDLE_TIMEOUT_S
+
+
+def test_a_body_in_two_parts_is_answered(port: int) -> None:
+    with asking(port) as client:
+        client.sendall(b"POST /body HTTP/1.1\r\nHost: localhost\r\nContent-Length: 2\r\n\r\na")
+        time.sleep(IDLE_TIMEOUT_S / 3)
+        client.sendall(b"b")
+        assert client.recv(1000).startswith(b"HTTP/1.1 200")

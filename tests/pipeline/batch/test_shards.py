@@ -102,6 +102,25 @@ def test_assemble_says_which_houses_of_which_shards_are_not_done(
     assert contents(out) == serial
 
 
+def test_a_stored_plan_that_was_damaged_is_named_and_nothing_is_written(
+    street: Path, serial: dict[str, bytes], tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    for number in range(2):
+        run_shard(config_for([street]), out, f"{number}/2", plan=boxed)
+    before = contents(out)
+    stored = sorted(file for file in (out / ".build" / "plans").rglob("*") if file.is_file())
+    file = next(each for each in stored if b'"id":"a"' in each.read_bytes())
+    file.write_bytes(file.read_bytes().replace(b'"id":"a"', b'"id":"z"'))
+    said = CliRunner().invoke(make_app(), ["-q", "assemble", str(out)])
+    assert said.exit_code == 3
+    assert f"shard {shard_of_a(2)}: damaged: 1 house: a" in said.output
+    assert contents(out) == before
+    run_shard(config_for([street]), out, shard_of_a(2))
+    assert CliRunner().invoke(make_app(), ["assemble", str(out)]).exit_code == 0
+    assert contents(out) == serial
+
+
 @pytest.mark.slow
 def test_what_was_assembled_says_how_it_can_be_built_again(tmp_path: Path) -> None:
     words = ["build", "procedural:2", "--seed", "4", "--out", str(tmp_path / "out"), "--workers", "1"]
