@@ -42,6 +42,8 @@ def read_tree(path: Path) -> tuple[dict[str, Any], bytes]:
         if length > len(data):
             raise ValueError(f"it announces {length:,} bytes and has {len(data):,}: it is truncated")
         (size,) = struct.unpack_from("<I", data, 12)
+        if 20 + size > len(data):
+            raise ValueError(f"its first chunk announces {size:,} bytes and has {len(data) - 20:,}: it is truncated")
         text, rest = data[20 : 20 + size], data[20 + size :]
         if len(rest) >= 8:
             (size,) = struct.unpack_from("<I", rest)

@@ -59,6 +59,8 @@ def _count_gltf(path: Path, head: bytes) -> int | None:
     try:
         if path.suffix.lower() == ".glb":
             (length,) = struct.unpack("<I", head[12:16])
+            if 20 + length > path.stat().st_size:
+                return None  # it is cut off, or says so of itself; the loader says what is wrong
             with path.open("rb") as stream:
                 tree = json.loads(stream.read(20 + length)[20:])
         else:

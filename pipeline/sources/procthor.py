@@ -48,7 +48,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
     lines = _lines(file)
     first = next(lines, None)
     second = next(lines, None)
-    if first is None or second is None or not _is_house(file, first):
+    if first is None or second is None or not any(_is_house(file, line) for line in (first, second)):
         yield Input(base, "procthor", str(file), options=settings)
         return
     for number, line in enumerate(_chained(first, second, lines)):

@@ -11,7 +11,12 @@ from __future__ import annotations
 import hashlib
 import http.client
 import re
+import socket
 import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -31,6 +36,8 @@ from houseexpo.plan import checks
 _COLUMNS: Final = pa.schema([*SCHEMA, ("digest", pa.string())])
 _INDEX_BYTES: Final = 1 << 30
 _TIMEOUT_S: Final = 60.0
+"""Without a byte; and for the head of an answer, and each mebibyte of it, to come whole."""
+_CHUNK: Final = 1 << 16
 _DIGEST: Final = re.compile("[0-9a-f]{40}")
 
 
@@ -66,6 +73,11 @@ def open_remote(address: str) -> RemoteCatalogue:
             checks.plan_id(name)
             if not _DIGEST.fullmatch(digest or ""):
                 raise DatasetError(f"{server.plain}: {name}: expected the SHA-1 of the plan, found {digest!r}")
+        names = table.column("id").to_pylist()
+        if len(set(names)) < len(names):
+            twice = next(name for name, count in Counter(names).items() if count > 1)
+            tag.unlink(missing_ok=True)
+            raise DatasetError(f"{server.plain}: expected ids that differ, found {twice!r} more than once")
     except (pa.ArrowException, OSError, KeyError) as error:
         tag.unlink(missing_ok=True)
         raise DatasetError(f"{server.plain}: expected the index of a data set, found {error}") from None
@@ -175,11 +187,49 @@ class _Server:
 
 def _exchanged(connection: http.client.HTTPConnection, path: str, headers: dict[str, str], most_bytes: int) -> _Answer:
     connection.request("GET", path, headers=headers)
-    answer = connection.getresponse()
-    data = answer.read(most_bytes + 1)
+    with _cut_off(connection, _TIMEOUT_S):
+        answer = connection.getresponse()
+    data = _body(answer, most_bytes)
     if not answer.isclosed():
         connection.close()
     return _Answer(answer.status, data, answer.getheader("etag", ""))
+
+
+@contextmanager
+def _cut_off(connection: http.client.HTTPConnection, seconds: float) -> Iterator[None]:
+    """End what a server sends a byte at a time: no single byte is late, but the whole is."""
+    late = threading.Event()
+
+    def end() -> None:
+        late.set()
+        if connection.sock is not None:
+            with suppress(OSError):
+                connection.sock.shutdown(socket.SHUT_RDWR)
+
+    timer = threading.Timer(seconds, end)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    except (OSError, http.client.HTTPException):
+        if late.is_set():
+            raise TimeoutError(f"it was not whole after {seconds:.0f} s") from None
+        raise
+    finally:
+        timer.cancel()
+
+
+def _body(answer: http.client.HTTPResponse, most_bytes: int) -> bytes:
+    start, parts, size = time.monotonic(), [], 0
+    while size <= most_bytes and (part := answer.read1(min(_CHUNK, most_bytes + 1 - size))):
+        parts.append(part)
+        size += len(part)
+        patience = _TIMEOUT_S * (1 + size / 2**20)
+        if time.monotonic() - start > patience:
+            raise TimeoutError(f"{size:,} bytes came in {patience:.0f} s; that is too slow")
+    if answer.length == 0:
+        answer.close()  # ``read1`` leaves it open at its end, and the connection could not be used again
+    return b"".join(parts)
 
 
 def _reason(found: _Answer) -> str:

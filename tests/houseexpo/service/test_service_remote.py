@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import io
+import os
 import pickle
+import socket
+import threading
+import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from houseexpo import open_dataset
@@ -127,3 +135,41 @@ def test_an_address_may_come_as_a_path_and_in_commands(address: str) -> None:
     assert "://" not in str(place)
     assert open_dataset(place).ids == open_dataset(f"{address}/homes").ids
     assert len(named_plans([f"{address}/homes"], None, None)) == 4
+
+
+def test_ids_that_are_not_distinct_are_refused(address: str, folder: Path) -> None:
+    open_dataset(f"{address}/homes")
+    (index,) = (file for file in _cache().rglob("index.parquet"))
+    table = pq.read_table(index)
+    stream = io.BytesIO()
+    pq.write_table(pa.concat_tables([table, table[:1]]), stream)
+    twice = serving({"api/homes/index.parquet": stream.getvalue()})
+    with twice as server, pytest.raises(DatasetError, match="expected ids that differ, found 'a1' more than once"):
+        open_dataset(f"{server.address}/homes")
+
+
+@pytest.mark.parametrize("head", [b"", b"HTTP/1.1 200 OK\r\nContent-Length: 100000\r\n\r\n"])
+def test_a_server_that_sends_a_byte_at_a_time_holds_nobody(monkeypatch: pytest.MonkeyPatch, head: bytes) -> None:
+    monkeypatch.setattr("houseexpo.dataset.store.remote._TIMEOUT_S", 1.0)
+    ended = threading.Event()
+
+    def drip(listening: socket.socket) -> None:
+        with suppress(OSError):
+            client, _ = listening.accept()
+            with client:
+                client.sendall(head)
+                while not ended.wait(0.05):
+                    client.sendall(b"x")
+
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        thread = threading.Thread(target=drip, args=(listening,), daemon=True)
+        thread.start()
+        start = time.monotonic()
+        with pytest.raises(DatasetError, match="no answer"):
+            open_dataset(f"http://127.0.0.1:{listening.getsockname()[1]}/homes")
+        assert time.monotonic() - start < 20
+        ended.set()
+
+
+def _cache() -> Path:
+    return Path(os.environ["HOUSEEXPO_CACHE"])

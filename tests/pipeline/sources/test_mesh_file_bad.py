@@ -1,3 +1,4 @@
+import struct
 import warnings
 from pathlib import Path
 
@@ -48,6 +49,12 @@ def test_binary_garbage(tmp_path, suffix, seed, caplog, capfd):
     assert rejection(path).reason in {Reason.UNREADABLE, Reason.EMPTY}
     assert not caplog.records
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_glb_that_announces_more_than_it_has_costs_no_memory(tmp_path):
+    path = tmp_path / "small.glb"
+    path.write_bytes(b"glTF" + struct.pack("<III", 2, 22, 0xFFFFFFF0) + b"JSON{}")
+    assert "announces 4,294,967,280 bytes and has 2" in rejection(path).detail
 
 
 @pytest.mark.parametrize("suffix", [suffix for suffix in SUFFIXES if suffix not in {".gltf", ".obj"}])

@@ -105,6 +105,15 @@ def test_one_bad_line_is_one_bad_house(tmp_path):
         next(procthor.read(bad))
 
 
+def test_a_first_line_of_garbage_is_one_bad_house(tmp_path):
+    path = tiny.write(tmp_path / "many.jsonl", [tiny.house(), tiny.house(2.0)])
+    path.write_bytes(b"garbage\n" + path.read_bytes())
+    bad, good, _ = find(str(path))
+    assert next(procthor.read(good)).rooms
+    with pytest.raises(Rejection, match="JSON"):
+        next(procthor.read(bad))
+
+
 def test_a_packed_file_that_breaks_off_gives_the_houses_before(tmp_path):
     data = gzip.compress(b"".join(json.dumps(tiny.house(float(k))).encode() + b"\n" for k in range(40)), 0)
     path = tmp_path / "many.jsonl.gz"

@@ -30,8 +30,8 @@ def plan_from(shapes: list[shapely.Polygon], *passages: Passage, **values: objec
 
 
 def rings(plan: FloorPlan) -> list[np.ndarray]:
-    inner = [ring for room in plan.rooms for ring in (room.polygon, *room.holes)]
-    return [plan.verts, *plan.holes, *inner, *(door.polygon for door in plan.doors)]
+    inner = [ring for room in plan.rooms for ring in (room.ring, *room.holes)]
+    return [plan.verts, *plan.holes, *inner, *(door.ring for door in plan.doors)]
 
 
 def check_rings(plan: FloorPlan) -> None:
@@ -85,7 +85,7 @@ def test_neighbours_share_vertices_where_they_meet() -> None:
     ]
     plan = plan_from(slanted)
     check_rings(plan)
-    first, second = ({tuple(p) for p in room.polygon.tolist()} for room in plan.rooms)
+    first, second = ({tuple(p) for p in room.ring.tolist()} for room in plan.rooms)
     assert len(first & second) == 2
 
 
