@@ -52,7 +52,11 @@ def write_whole(file: Path, data: bytes, *, durable: bool = False) -> None:
     if file.exists() and not file.is_file():
         what = "a folder" if file.is_dir() else "a device or a pipe"
         raise ConfigError(f"{file}: expected a regular file or a new one, found {what}; name another")
-    descriptor, partial = tempfile.mkstemp(dir=file.parent, prefix=PARTIAL)
+    try:
+        descriptor, partial = tempfile.mkstemp(dir=file.parent, prefix=PARTIAL)
+    except OSError as error:
+        error.filename = str(file)  # not the temporary name
+        raise
     try:
         with named_in_errors(file), os.fdopen(descriptor, "wb") as stream:
             stream.write(data)

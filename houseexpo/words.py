@@ -1,6 +1,8 @@
-"""How numbers of things are said."""
+"""How numbers of things are said, and what a person may have meant."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable
 
 
 def counted(number: int, noun: str) -> str:
@@ -12,3 +14,18 @@ def counted(number: int, noun: str) -> str:
     ('1 piece', '0 plans', '33,717 plans')
     """
     return f"{number:,} {noun}" if number == 1 else f"{number:,} {noun}s"
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """Return words for a message: which known name is like one that is not known; "" where none is.
+
+    Examples
+    --------
+    >>> nearest("fronteir", ["frontier", "forward"]), nearest("x", ["frontier"])
+    ("; did you mean 'frontier'?", '')
+    """
+    from difflib import get_close_matches
+
+    names = {name.lower(): name for name in known}
+    found = get_close_matches(word.lower(), names, n=1, cutoff=0.5)
+    return f"; did you mean {names[found[0]]!r}?" if found else ""

@@ -20,6 +20,11 @@ REJECTED = 1
 
 Up = Literal["auto", "y", "z"]
 
+_FILES = "How files are read"
+_PLANS = "What the plans are like"
+_FOLDER = "What OUT holds"
+_RUN = "How the work is done"
+
 _Config = Annotated[
     Path | None,
     typer.Option(
@@ -29,28 +34,48 @@ _Config = Annotated[
     ),
 ]
 _Overrides = Annotated[
-    Path | None, typer.Option(help="Corrections by hand.", show_default="overrides.toml beside --config")
+    Path | None,
+    typer.Option(help="Corrections by hand.", rich_help_panel=_PLANS, show_default="overrides.toml beside --config"),
 ]
-_Seed = Annotated[int | None, typer.Option(min=0, help="Seed of all that is drawn at random.", show_default="0")]
-_Up = Annotated[Up | None, typer.Option(help="Up axis of mesh files.", show_default="auto")]
+_Seed = Annotated[
+    int | None,
+    typer.Option(min=0, help="Seed of all that is drawn at random.", rich_help_panel=_PLANS, show_default="0"),
+]
+_Up = Annotated[Up | None, typer.Option(help="Up axis of mesh files.", rich_help_panel=_FILES, show_default="auto")]
 _Units = Annotated[
-    str | None, typer.Option(help="Units of mesh files: m, cm, mm, in, ft, or metres in a unit.", show_default="auto")
+    str | None,
+    typer.Option(
+        help="Units of mesh files: m, cm, mm, in, ft, or metres in a unit.", rich_help_panel=_FILES, show_default="auto"
+    ),
 ]
-_Scale = Annotated[float | None, typer.Option(help="Scale of model houses: 20 for 1:20.", show_default="1")]
+_Scale = Annotated[
+    float | None, typer.Option(help="Scale of model houses: 20 for 1:20.", rich_help_panel=_FILES, show_default="1")
+]
 _StoreyHeight = Annotated[
-    float | None, typer.Option(help="Height of a storey in metres; the scale follows from it.", show_default=False)
+    float | None,
+    typer.Option(
+        help="Height of a storey in metres; the scale follows from it.", rich_help_panel=_FILES, show_default=False
+    ),
 ]
 _ModelPath = Annotated[
-    str | None, typer.Option(help="Folders with Gazebo models, divided as in PATH.", show_default=False)
+    str | None,
+    typer.Option(help="Folders with Gazebo models, divided as in PATH.", rich_help_panel=_FILES, show_default=False),
 ]
-_Furniture = Annotated[bool | None, typer.Option("--furniture/--no-furniture", help="Furniture is an obstacle too.")]
+_Furniture = Annotated[
+    bool | None,
+    typer.Option("--furniture/--no-furniture", help="Furniture is an obstacle too.", rich_help_panel=_PLANS),
+]
 
 
 _KeepStages = Annotated[
-    bool | None, typer.Option("--keep-stages/--no-keep-stages", help="Keep a picture of each plan's stages.")
+    bool | None,
+    typer.Option(
+        "--keep-stages/--no-keep-stages", help="Keep a picture of each plan's stages.", rich_help_panel=_PLANS
+    ),
 ]
 _MinQuality = Annotated[
-    float | None, typer.Option(min=0, max=1, help="Reject plans less sure than this.", show_default="0")
+    float | None,
+    typer.Option(min=0, max=1, help="Reject plans less sure than this.", rich_help_panel=_PLANS, show_default="0"),
 ]
 
 
@@ -70,30 +95,51 @@ def build(
     config: _Config = None,
     overrides: Annotated[
         Path | None,
-        typer.Option(help="Corrections by hand.", show_default="overrides.toml beside --config, and in OUT"),
+        typer.Option(
+            help="Corrections by hand.",
+            rich_help_panel=_PLANS,
+            show_default="overrides.toml beside --config, and in OUT",
+        ),
     ] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
-    limit: Annotated[int | None, typer.Option(min=1, help="Take the first N inputs only.", show_default=False)] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes.", rich_help_panel=_RUN, show_default="one a core")
+    ] = None,
+    limit: Annotated[
+        int | None, typer.Option(min=1, help="Take the first N inputs only.", rich_help_panel=_RUN, show_default=False)
+    ] = None,
     seed: _Seed = None,
     up: _Up = None,
     units: _Units = None,
     scale: _Scale = None,
     storey_height: _StoreyHeight = None,
     furniture: _Furniture = None,
-    add: Annotated[bool, typer.Option("--add", help="Keep plans of other sources that OUT holds.")] = False,
-    replace_others: Annotated[bool, typer.Option("--replace", help="Remove what else OUT holds of builds.")] = False,
+    add: Annotated[
+        bool, typer.Option("--add", help="Keep plans of other sources that OUT holds.", rich_help_panel=_FOLDER)
+    ] = False,
+    replace_others: Annotated[
+        bool, typer.Option("--replace", help="Remove what else OUT holds of builds.", rich_help_panel=_FOLDER)
+    ] = False,
     model_path: _ModelPath = None,
     min_quality: _MinQuality = None,
     keep_stages: _KeepStages = None,
-    rehash: Annotated[bool, typer.Option("--rehash", help="Read all inputs to see whether they changed.")] = False,
-    verify: Annotated[bool, typer.Option("--verify", help="Check the hashes of a data set; build nothing.")] = False,
+    rehash: Annotated[
+        bool, typer.Option("--rehash", help="Read all inputs to see whether they changed.", rich_help_panel=_FOLDER)
+    ] = False,
+    verify: Annotated[
+        bool, typer.Option("--verify", help="Check the hashes of a data set; build nothing.", rich_help_panel=_FOLDER)
+    ] = False,
     shard: Annotated[
-        str | None, typer.Option(help="Do one part of N: 7/256; houseexpo assemble ends it.", show_default=False)
+        str | None,
+        typer.Option(
+            help="Do one part of N: 7/256; houseexpo assemble ends it.", rich_help_panel=_RUN, show_default=False
+        ),
     ] = None,
     executor: Annotated[
-        Literal["local", "ray"], typer.Option(help="local: this machine; ray: a Ray cluster.")
+        Literal["local", "ray"], typer.Option(help="local: this machine; ray: a Ray cluster.", rich_help_panel=_RUN)
     ] = "local",
-    address: Annotated[str | None, typer.Option(help="Address of a Ray cluster.", show_default=False)] = None,
+    address: Annotated[
+        str | None, typer.Option(help="Address of a Ray cluster.", rich_help_panel=_RUN, show_default=False)
+    ] = None,
 ) -> None:
     """Build a data set of floor plans from 3D houses.
 

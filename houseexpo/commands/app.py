@@ -6,11 +6,12 @@ harms no other.
 
 from __future__ import annotations
 
+import errno
 import sys
 from collections.abc import Callable
 from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint, entry_points
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 from typer.core import TyperGroup
@@ -19,6 +20,7 @@ from houseexpo import __version__
 from houseexpo.commands import logs
 from houseexpo.commands.printing import drop_output, typed_command
 from houseexpo.errors import INTERRUPTED, HouseExpoError, MissingDependencyError
+from houseexpo.words import nearest
 
 GROUP = "houseexpo.commands"
 """Entry points of this group are functions that typer can call, or a ``typer.Typer`` of several; their names are the
@@ -31,11 +33,18 @@ class _Commands(TyperGroup):
     """The commands of the entry points; an error that houseexpo raises on purpose is one red line and exit code 2."""
 
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002  # click's signature
-        return sorted(_entries())
+        known = [name for names in PANELS.values() for name in names]
+        return sorted(_entries(), key=lambda name: (known.index(name) if name in known else len(known), name))
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
         entry = _entries().get(cmd_name)
         return None if entry is None else _command(entry)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Say which command a person may have meant."""
+        if args and not args[0].startswith("-") and args[0] not in _entries():
+            ctx.fail(f"No such command {args[0]!r}{nearest(args[0], _entries())}")
+        return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -47,8 +56,40 @@ class _Commands(TyperGroup):
             typer.echo(f"interrupted; the same command again: {typed_command()}", err=True)
             raise typer.Exit(INTERRUPTED) from None
         except (HouseExpoError, OSError) as error:  # OSError: a folder that cannot be written, a full disk
-            typer.secho(f"houseexpo: {error}", fg=typer.colors.RED, err=True)
+            typer.secho(f"houseexpo: {_said(error)}", fg=typer.colors.RED, err=True)
             raise typer.Exit(2) from None
+
+
+def _said(error: Exception) -> str:
+    """Return an error as people read it: of the system's errors the file, what is wrong, and what to do."""
+    if not isinstance(error, OSError) or isinstance(error, HouseExpoError) or not error.strerror:
+        return str(error)
+    where = f"{error.filename}: " if error.filename else ""
+    return f"{where}{error.strerror[0].lower()}{error.strerror[1:]}; {_TO_DO.get(error.errno or 0, 'check the path')}"
+
+
+_TO_DO: Final = {
+    errno.ENOSPC: "make room on the disk, and run the same command again",
+    errno.EDQUOT: "make room on the disk, and run the same command again",
+    errno.EACCES: "choose a place that you may write to, or change its permissions",
+    errno.EPERM: "choose a place that you may write to, or change its permissions",
+    errno.EROFS: "choose a place that can be written",
+    errno.EMFILE: "raise the limit of open files (ulimit -n)",
+    errno.EADDRINUSE: "choose another port",
+}
+
+PANELS: Final = {
+    "Make plans": ("demo", "build", "inspect", "assemble", "slurm", "fetch"),
+    "Look at plans": ("info", "show", "serve", "stats", "validate"),
+    "Use and pass on": ("export", "split", "release"),
+    "Simulate": ("play", "record", "benchmark", "train", "observe", "prepare"),
+}
+"""The commands as ``--help`` groups them; others, such as those of plug-ins, stand below."""
+
+
+def panel_of(command: str) -> str:
+    """Return the group of a command in ``--help``."""
+    return next((panel for panel, names in PANELS.items() if command in names), "More")
 
 
 def make_app() -> typer.Typer:
@@ -82,8 +123,9 @@ def _command(entry: EntryPoint) -> Any:  # what typer makes of a function
     broken = function.__name__ == "cannot_be_loaded"
     settings = {"ignore_unknown_options": True, "allow_extra_args": True} if broken else {}
     alone.command(entry.name, context_settings={**_SETTINGS, **settings})(function)
-    found = typer.main.get_command(alone)
+    found: Any = typer.main.get_command(alone)
     found.params += _loudness()
+    found.rich_help_panel = panel_of(entry.name)
     return found
 
 
@@ -91,6 +133,7 @@ def _group(name: str, commands: typer.Typer) -> Any:
     """Return a command that has commands of its own."""
     found: Any = typer.main.get_group(commands)
     found.name = name
+    found.rich_help_panel = panel_of(name)
     for command in (found, *found.commands.values()):
         command.context_settings = {**_SETTINGS, **command.context_settings}
         command.params = [each for each in command.params if not each.name.endswith("_completion")]

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from houseexpo.commands.given import REPLACE_HELP
+from houseexpo.commands.given import POLICIES, REPLACE_HELP, offering
 from houseexpo.errors import ConfigError
 
 benchmark = typer.Typer(
@@ -20,10 +20,21 @@ benchmark = typer.Typer(
 @benchmark.command()
 def run(
     policy: Annotated[
-        str, typer.Option(help="A name, a Python file (FILE.py, FILE.py:name), or module:name.", show_default=False)
+        str,
+        typer.Option(
+            help="A name, a Python file (FILE.py, FILE.py:name), or module:name.",
+            show_default=False,
+            autocompletion=offering(*POLICIES),
+        ),
     ],
     out: Annotated[Path, typer.Option(help="The result, a JSON file.", show_default=False)],
-    track: Annotated[str, typer.Option(help="budget, quality, avoidance, navigation or pointgoal.")] = "budget",
+    track: Annotated[
+        str,
+        typer.Option(
+            help="budget, quality, avoidance, navigation or pointgoal.",
+            autocompletion=offering("budget", "quality", "avoidance", "navigation", "pointgoal"),
+        ),
+    ] = "budget",
     dataset: Annotated[
         Path | None,
         typer.Option(help="Data set with its list: a folder, an archive or JSON lines.", show_default="fetched"),

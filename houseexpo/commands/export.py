@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from houseexpo.commands.given import IDS_HELP, REPLACE_HELP, is_plan_file
+from houseexpo.commands.given import IDS_HELP, REPLACE_HELP, is_plan_file, offering
 from houseexpo.words import counted
 
 if TYPE_CHECKING:
@@ -23,7 +23,9 @@ _OWN = "the format's own"
 
 def export(
     dataset: Annotated[Path, typer.Argument(help="Data set folder, archive, JSON lines, or one plan's JSON file.")],
-    to: Annotated[str, typer.Option(metavar="FORMAT", help=f"One of {_NAMES}.")],
+    to: Annotated[
+        str, typer.Option(metavar="FORMAT", help=f"One of {_NAMES}.", autocompletion=offering(*_NAMES.split(", ")))
+    ],
     out: Annotated[Path, typer.Option(help="Folder for the files.", show_default=False)],
     ids: Annotated[
         list[str] | None,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,22 @@ if TYPE_CHECKING:
     from houseexpo.floorplan import FloorPlan
 
 REPLACE_HELP = "Write over files that houseexpo did not write."
+
+
+def offering(*words: str) -> Callable[[str], list[str]]:
+    """Return what completes an option in a shell: those of some words that begin as what was typed does."""
+
+    def begun(incomplete: str) -> list[str]:  # typer knows the parameter by its name
+        return [word for word in words if word.startswith(incomplete)]
+
+    return begun
+
+
+POLICIES = (
+    *("random", "forward", "wall", "frontier", "information", "tour", "chooser", "chooser-1", "chooser-2", "oracle"),
+    *("greedy", "a-star"),
+)
+"""The policies that come with the project; the table itself brings the simulator (a test keeps the two alike)."""
 IDS_HELP = "Ids, by commas, or @FILE with one a line; may be repeated."
 
 

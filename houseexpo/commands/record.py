@@ -9,7 +9,7 @@ from typing import Annotated, Final, Literal
 import typer
 
 from houseexpo.commands.environment import TaskName
-from houseexpo.commands.given import REPLACE_HELP
+from houseexpo.commands.given import POLICIES, REPLACE_HELP, offering
 
 _POLICIES: Final[dict[TaskName, str]] = {"exploration": "frontier", "avoidance": "wall", "navigation": "a-star"}
 
@@ -31,6 +31,7 @@ def record(
         typer.Option(
             help="A name such as frontier, a file, or module:name; several, by commas, go side by side.",
             show_default="frontier; wall, avoidance; a-star, navigation",
+            autocompletion=offering(*POLICIES),
         ),
     ] = None,
     steps: Annotated[int, typer.Option(min=1, help="Steps at most; the episode may end sooner.")] = 200,

@@ -17,12 +17,18 @@ def train(
         typer.Argument(help="What is learned; chooser: to choose frontiers.", show_default=False),
     ],
     out: Annotated[Path, typer.Option(help="Folder of the run.", show_default=False)],
+    data: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[DATASET]", help="Data set.", show_default="the file's, else fetched; avoidance: a room"
+        ),
+    ] = None,
     config: Annotated[
         Path | None, typer.Option(help="TOML file of a TrainConfig, or a ChoosingConfig.", show_default="PPO's usual")
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on from the folder's last whole checkpoint.")] = False,
     dataset: Annotated[
-        Path | None, typer.Option(help="Data set, instead of the file's.", show_default="fetched; avoidance: a room")
+        Path | None, typer.Option(help="The data set once more, as older versions took it.", show_default=False)
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all that is random.", show_default="the file's")] = None,
     steps: Annotated[int | None, typer.Option(help="Steps to learn from.", show_default="the file's")] = None,
@@ -37,6 +43,9 @@ def train(
     from houseexpo.commands.printing import typed_command
     from houseexpo.outputs import check_apart
 
+    if data is not None and dataset is not None and data != dataset:
+        raise ConfigError(f"expected one data set, found {data} and --dataset {dataset}")
+    dataset = data or dataset
     check_apart(out, [dataset])
     if task == "chooser" and steps is not None:
         raise ConfigError("train chooser: --steps is not for it; its file says how many generations and plans")

@@ -89,12 +89,27 @@ def download(source: Source, folder: Path, progress: Progress | None = None) -> 
         store.fetch(source.file, downloader=_Resuming(source, folder, progress))
     except (requests.RequestException, ValueError) as error:
         raise DatasetError(
-            f"{source.url}: expected {source.file} with git blob id {source.git_blob}; {error}. "
+            f"{source.url}: expected {source.file} with git blob id {source.git_blob}; {_said(error)}. "
             "Check the connection and run the same command again: what is here already is kept"
         ) from None
     finally:
         logger.setLevel(level)
     return file
+
+
+def _said(error: Exception) -> str:
+    """Return what went wrong on the way, without the words of the libraries below."""
+    import requests
+
+    if isinstance(error, requests.exceptions.ProxyError):
+        return "the proxy cannot be reached"
+    if isinstance(error, requests.exceptions.SSLError):
+        return "the connection is not safe: the server's certificate is not accepted"
+    if isinstance(error, requests.Timeout):
+        return f"the server said nothing for {_TIMEOUT_S:.0f} s"
+    if isinstance(error, requests.ConnectionError):
+        return "the server cannot be reached, or the connection broke"
+    return str(error)
 
 
 def git_blob(file: Path) -> str:

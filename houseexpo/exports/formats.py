@@ -25,6 +25,7 @@ from houseexpo.exports.stage import stage
 from houseexpo.exports.svg import svg
 from houseexpo.floorplan import FloorPlan
 from houseexpo.outputs import Output
+from houseexpo.words import nearest
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ FORMATS: Final = {
     "stage": Format("Stage world", stage),
     "svg": Format("SVG to scale", svg),
 }
-ALIASES: Final = {"gazebo": "sdf", "gltf": "glb", "houseexpo": "json", "map_server": "ros"}
+ALIASES: Final = {"gazebo": "sdf", "gltf": "glb", "houseexpo": "json", "map_server": "ros", "nav2": "ros"}
 
 
 def export(
@@ -114,7 +115,10 @@ def export(
     """
     chosen = FORMATS.get(ALIASES.get(to, to))
     if chosen is None:
-        raise ConfigError(f"export: expected one of {', '.join([*FORMATS, *ALIASES])} to export to, found {to!r}")
+        raise ConfigError(
+            f"export: expected one of {', '.join([*FORMATS, *ALIASES])} to export to, found {to!r}"
+            + nearest(to, [*FORMATS, *ALIASES])
+        )
     unknown = sorted(set(options) - set(chosen.options))
     if unknown:
         raise ConfigError(f"export: {to} takes {', '.join(chosen.options)}; found {', '.join(unknown)}")

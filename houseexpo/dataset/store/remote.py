@@ -166,7 +166,7 @@ class _Server:
         try:
             found = self._asked(f"/api/{quote(self.name, safe='')}{path}", headers, most_bytes)
         except (OSError, http.client.HTTPException) as error:
-            what = str(error) or type(error).__name__
+            what = getattr(error, "strerror", None) or str(error) or type(error).__name__
             raise DatasetError(f"{self.plain}: no answer ({what}); is houseexpo serve running there?") from None
         if found.status not in fine:
             raise DatasetError(f"{self.plain}{path}: {_reason(found)}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import importlib
 import importlib.util
@@ -16,6 +15,7 @@ from typing import Final
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.protocol import Interface, PolicyFactory, Training, interface_of, training_of
+from houseexpo.words import nearest
 
 _HERE: Final = "houseexpo.pseudoslam.agents"
 NAMES: Final = {
@@ -88,10 +88,9 @@ def load_policy(name: str) -> NamedPolicy:
         return _checked(name, factory, f"{path}:{attribute or ATTRIBUTE}", path)
     if attribute:
         return _imported(name, name)
-    near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.0)
     raise ConfigError(
-        f"policy: no {name!r}; the nearest is {near[0]!r}; known: {', '.join(NAMES)}, a file "
-        f"({', '.join(LOADERS)}), or module:function"
+        f"policy: no {name!r}; known: {', '.join(NAMES)}, a file ({', '.join(LOADERS)}), or module:function"
+        + nearest(name, NAMES)
     )
 
 

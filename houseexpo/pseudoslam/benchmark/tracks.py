@@ -18,6 +18,7 @@ from houseexpo.pseudoslam.benchmark.trace import Trace
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, ObstacleAvoidanceEnv, PseudoSlamEnv
 from houseexpo.pseudoslam.tasks import ROOM, Navigation, ObstacleAvoidance
+from houseexpo.words import nearest
 
 Metric = measures.Metric
 BUDGETS: Final = (100, 200, 400, 800)
@@ -127,4 +128,6 @@ def track_of(name: str) -> Track:
         if name in {track.name, track.id}:
             return track
     known = ", ".join(track.name for track in TRACKS)
-    raise ConfigError(f"--track: expected one of {known}, or the id of one; found {name!r}")
+    raise ConfigError(
+        f"--track: expected one of {known}, or the id of one; found {name!r}" + nearest(name, known.split(", "))
+    )

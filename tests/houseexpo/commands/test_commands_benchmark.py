@@ -78,7 +78,7 @@ def test_a_narrow_table_goes_on_below_and_breaks_no_number(monkeypatch: pytest.M
         ),
         (
             ("run", "--policy", "forwards", "--track", "avoidance", "--out", "{}/a.json"),
-            "no 'forwards'; the nearest is",
+            "did you mean 'forward'",
         ),
         (("run", "--policy", "forward", "--track", "fast", "--out", "{}/a.json"), "--track: expected one of budget"),
         (("run", "--policy", "forward", "--dataset", "{}/none", "--out", "{}/a.json"), "expected a data set, found"),
