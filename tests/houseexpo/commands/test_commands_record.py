@@ -190,7 +190,7 @@ def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
         record(made(), lambda _: 0, tmp_path / "run.gif", shows="all")  # type: ignore[arg-type]
     with pytest.raises(ConfigError, match="env: expected an environment of PseudoSLAM"):
         record(gymnasium.make("CartPole-v1"), lambda _: 0, tmp_path / "run.gif")
-    with pytest.raises(ConfigError, match="policy: did you mean 'forward' 'forward'"):
+    with pytest.raises(ConfigError, match="policy: no 'forwards'"):
         policy_of("forwards", made())
     with pytest.raises(ConfigError, match="policy 'bounce': expected an environment with discrete actions"):
         policy_of("bounce", ExplorationEnv(ROOM, CONFIG, actions="continuous"))
