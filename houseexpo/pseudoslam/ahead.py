@@ -17,7 +17,7 @@ from typing import Any, Final
 
 import houseexpo
 from houseexpo.kernel_cache import is_missing
-from houseexpo.pseudoslam.kernels.compiling import say_once
+from houseexpo.pseudoslam.kernels.compiling import compiled_elsewhere, say_once
 from houseexpo.workers import cores
 
 _MOST_S: Final = 120.0  # that anybody waits for the other process
@@ -50,7 +50,8 @@ def wait_for(kernel: Any) -> None:
     if process.poll() is None:
         say_once()
     try:
-        process.wait(_MOST_S)
+        with compiled_elsewhere():
+            process.wait(_MOST_S)
     except subprocess.TimeoutExpired:
         _end(process)
 

@@ -15,8 +15,9 @@ VALUES = np.array([0, 127, 255], np.uint8)
 
 class Frame(NamedTuple):
     flags: int
-    collisions: int
+    bumps: int
     number: int
+    steps: int
     pose: tuple[float, float, float]
     explored_m2: float
     coverage: float
@@ -29,19 +30,19 @@ class Frame(NamedTuple):
 
 def frame_from(data: bytes) -> Frame:
     """Read a frame, run by run."""
-    kind, flags, collisions, number, *rest = HEAD.unpack_from(data)
+    kind, flags, bumps, number, steps, *rest = HEAD.unpack_from(data)
     assert kind == KIND
     x, y, heading, explored, coverage, path, row, col, rows, cols, bodies, beams = rest
     at = HEAD.size
-    places = np.frombuffer(data, "<f4", 3 * bodies, at).reshape(-1, 3)
-    at += 12 * bodies
+    places = np.frombuffer(data, "<f4", 6 * bodies, at).reshape(-1, 6)
+    at += 24 * bodies
     ranges = np.frombuffer(data, "<u2", beams, at) / FINE
     cells: list[int] = []
     for run in np.frombuffer(data, "<u2", offset=at + 2 * beams).tolist():
         cells += [int(VALUES[run >> 14])] * (run & 0x3FFF)
     found = np.array(cells, np.uint8).reshape(rows, cols)
     rect = (row, col, rows, cols)
-    return Frame(flags, collisions, number, (x, y, heading), explored, coverage, path, rect, found, places, ranges)
+    return Frame(flags, bumps, number, steps, (x, y, heading), explored, coverage, path, rect, found, places, ranges)
 
 
 def painted(known: npt.NDArray[np.uint8], frame: Frame) -> None:

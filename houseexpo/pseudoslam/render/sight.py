@@ -18,17 +18,22 @@ BEAMS: Final = 721
 
 
 class Body(NamedTuple):
-    """What moves: a polygon grown by a radius, both in pixels, and whether the robot sees it."""
+    """What moves: a polygon grown by a radius, both in pixels, whether the robot sees it, and a person's velocity.
+
+    ``velocity_px`` is (x across, y down) in pixels a second; what goes on a track has none.
+    """
 
     corners: Points
     round_px: float
     seen: bool
+    velocity_px: tuple[float, float] = (0.0, 0.0)
 
 
 class Sight(NamedTuple):
     """What a robot sees now, pixels: how far beams (n,) go, from the right of the fan to the left, and who moves there.
 
-    ``bodies`` (k, 3) are x, y and radius of each, where the robot believes them to be.
+    ``bodies`` (k, 6) are the number, x, y, radius and velocity (x across, y down, pixels a second) of each, where the
+    robot believes them to be. A number stays with its body for the whole episode.
     """
 
     ranges: Points
@@ -40,13 +45,15 @@ def sight(simulator: Simulator, state: State, beams: int) -> Sight:
     true, moving = state.pose_px, state.episode.bodies
     found = []
     if len(moving.people) + len(moving.clocks) > 0:
-        for body in bodies_of(simulator, state, beam_ends(simulator, state)):
+        for number, body in enumerate(bodies_of(simulator, state, beam_ends(simulator, state))):
             if body.seen:
                 corners = moved(body.corners, true, state.believed_px)
                 centre = corners.mean(axis=0)
-                found.append((*centre, np.hypot(*(corners - centre).T).max() + body.round_px))
+                ahead = moved(body.corners.mean(axis=0) + np.array([body.velocity_px]), true, state.believed_px)[0]
+                radius = np.hypot(*(corners - centre).T).max() + body.round_px
+                found.append((number, *centre, radius, *(ahead - centre)))
     ranges = np.hypot(*(beam_ends(simulator, state, beams) - true[:2]).T)
-    return Sight(ranges, np.array(found).reshape(-1, 3))
+    return Sight(ranges, np.array(found).reshape(-1, 6))
 
 
 def beam_ends(simulator: Simulator, state: State, beams: int = BEAMS) -> Points:
@@ -75,7 +82,11 @@ def bodies_of(simulator: Simulator, state: State, ends: Points) -> list[Body]:
     met = _met(state, ends)
     people = there(episode.bodies.people)
     places = np.stack([people["x"], people["y"]], axis=1)
-    found = [Body(place[None], radius, _is_met(met, place, radius)) for place in places]
+    velocities = zip(people["vx"].tolist(), people["vy"].tolist(), strict=True)
+    found = [
+        Body(place[None], radius, _is_met(met, place, radius), velocity)
+        for place, velocity in zip(places, velocities, strict=True)
+    ]
     tracks = episode.tracks
     for k, clock in enumerate(episode.bodies.clocks):
         x, y, heading = pose_at(tracks, k, clock)

@@ -1,8 +1,9 @@
 """What goes to the browser at each frame: what changed of the map, and where the robot is; a few hundred bytes.
 
-A frame is little endian: ``HEAD``; three float32 for each body in sight (x, y, radius); a uint16 for each beam (its
-length in 1/32 of a cell); then the cells of the changed rectangle, row by row, as runs: a uint16 each, the two highest
-bits what the cells are (0 unknown, 1 free, 2 obstacle), the others how many.
+A frame is little endian: ``HEAD``; six float32 for each body in sight (its number, x, y, radius, and velocity across
+and down, cells a second); a uint16 for each beam (its length in 1/32 of a cell); then the cells of the changed
+rectangle, row by row, as runs: a uint16 each, the two highest bits what the cells are (0 unknown, 1 free, 2 obstacle),
+the others how many.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ from houseexpo.pseudoslam.render.sight import Sight
 
 Grid = npt.NDArray[np.uint8]
 
-HEAD: Final = struct.Struct("<BBHIffffffHHHHHH")
-"""Kind (1), flags, collisions, number, pose (x across, y down, heading), explored m2, coverage, path m, the rectangle's
-first row and column, rows and columns, bodies, beams."""
+HEAD: Final = struct.Struct("<BBHIIffffffHHHHHH")
+"""Kind (1), flags, bumps, number, steps so far, pose (x across, y down, heading), explored m2, coverage, path m, the
+rectangle's first row and column, rows and columns, bodies, beams."""
 KIND: Final = 1
 SAVED: Final = 2
 """The first byte of what is saved: a zip archive follows."""
@@ -35,11 +36,12 @@ _CODES[[FREE, OBSTACLE]] = 1 << 14, 2 << 14
 
 
 class Report(NamedTuple):
-    """How the robot does; ``pose_px`` as odometry has it."""
+    """How the robot does; ``pose_px`` as odometry has it, ``bumps`` as ``robots.Bumps`` counts them."""
 
     number: int
     flags: int
-    collisions: int
+    bumps: int
+    steps: int
     pose_px: tuple[float, float, float]
     explored_m2: float
     coverage: float
@@ -93,7 +95,7 @@ def runs_of(cells: Grid) -> npt.NDArray[np.uint16]:
 def frame_of(report: Report, delta: Delta, sight: Sight) -> bytes:
     """Return a frame."""
     head = HEAD.pack(
-        KIND, report.flags, min(report.collisions, 65535), report.number, *report.pose_px, report.explored_m2,
+        KIND, report.flags, min(report.bumps, 65535), report.number, report.steps, *report.pose_px, report.explored_m2,
         report.coverage, report.path_m, *delta[:4], len(sight.bodies), len(sight.ranges),
     )  # fmt: skip
     beams = np.minimum(sight.ranges * FINE, 65535).astype("<u2")

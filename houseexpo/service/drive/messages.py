@@ -16,7 +16,10 @@ from houseexpo.pseudoslam.config.robot import LaserConfig, NoiseConfig
 
 YOU: Final = "you"
 FRAMES_PER_S: Final = 30
-LONGEST_TEXT: Final = 2000
+MOST_STEPS_PER_S: Final = 120
+"""Of an explorer or a replay: four steps a frame."""
+LONGEST_TEXT: Final = 61_000
+"""Of a message; only a replay's is long."""
 MAX_STEPS: Final = 50_000
 """Of an episode in the browser: half an hour without a pause."""
 
@@ -33,7 +36,7 @@ _NOISE: Final = {
 Share = Annotated[float, Meta(ge=-1, le=1)]
 
 
-class Start(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="start", tag_field="do"):
+class Start(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, tag="start", tag_field="do"):
     """Set a robot down; ``driver`` is "you" or an explorer's name."""
 
     plan: Annotated[str, Meta(min_length=1, max_length=300)]
@@ -65,6 +68,12 @@ class Start(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="start"
         return replace(common, robot=robot, step_s=1 / FRAMES_PER_S)
 
 
+class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="replay", tag_field="do"):
+    """Set a robot down and do what a recording says (``recordings.Recording.as_text``)."""
+
+    recording: Annotated[str, Meta(max_length=LONGEST_TEXT)]
+
+
 class Move(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="move", tag_field="do"):
     """Move so until another message comes: shares of the full speed, ahead and to the left."""
 
@@ -73,9 +82,9 @@ class Move(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="move", 
 
 
 class Pace(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="pace", tag_field="do"):
-    """How many steps an explorer takes a second; 0: it waits."""
+    """How many steps an explorer or a replay takes a second; 0: it waits."""
 
-    steps_per_s: Annotated[float, Meta(ge=0, le=FRAMES_PER_S)]
+    steps_per_s: Annotated[float, Meta(ge=0, le=MOST_STEPS_PER_S)]
 
 
 class Seen(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="seen", tag_field="do"):
@@ -88,7 +97,11 @@ class Save(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="save", 
     """Send the path and the map."""
 
 
-Message: TypeAlias = Start | Move | Pace | Seen | Save
+class Finish(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="finish", tag_field="do"):
+    """End the drive, and send its figures."""
+
+
+Message: TypeAlias = Start | Replay | Move | Pace | Seen | Save | Finish
 
 
 def read(text: str) -> Message:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Final
+import secrets
+from typing import Any, Final
 
 import anyio
 from starlette.exceptions import HTTPException
@@ -12,10 +13,25 @@ from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from houseexpo.service.service import Service
+from houseexpo.words import counted
 from houseexpo.workers import cores
 
 MAX_ROBOTS: Final = 16
 """At once, on one server: each takes some megabytes, and thirty steps a second."""
+
+EXPLORERS: Final = {
+    "random": "moves at random",
+    "forward": "straight on, turns at walls",
+    "wall": "follows walls",
+    "frontier": "nearest frontier",
+    "information": "most to see for the way",
+    "tour": "shortest tour of frontiers",
+    "chooser": "learned choice of frontiers",
+    "chooser-1": "another training",
+    "chooser-2": "a third training",
+    "oracle": "knows the house",
+}
+"""What an explorer does, in a few words."""
 
 
 def routes(service: Service) -> list[BaseRoute]:
@@ -29,11 +45,22 @@ def routes(service: Service) -> list[BaseRoute]:
         shown = service.collection(request)
         if not len(shown.dataset):
             raise HTTPException(404, f"{shown.name} has no plans")
+        ids = shown.dataset.ids
         asked = request.query_params.get("plan")
-        plan = asked if asked is not None else shown.dataset.ids[0]
-        if plan not in shown.dataset:
-            raise HTTPException(404, f"{shown.name} has no plan {plan!r}")
-        return service.page(request, "drive/drive.html", here="drive", shown=shown, explorers=explorers(), plan=plan)
+        name = asked if asked is not None else ids[0]
+        if name not in shown.dataset:
+            raise HTTPException(404, f"{shown.name} has no plan {name!r}")
+        plan = shown.plan(name)
+        words = f"{counted(plan.room_num, 'room')}, {plan.area:.0f} m²" if plan.room_num else f"{plan.area:.0f} m²"
+        other = secrets.choice(ids)
+        known = [(explorer, EXPLORERS.get(explorer, "")) for explorer in explorers()]
+        told: dict[str, Any] = {
+            "plan": plan,
+            "words": words,
+            "other": other if other != name else "",
+            "explorers": known,
+        }
+        return service.page(request, "drive/drive.html", here="drive", shown=shown, **told)
 
     async def socket(websocket: WebSocket) -> None:
         from houseexpo.service.drive.sessions import FULL, Session

@@ -1,4 +1,4 @@
-"""A robot on show: driven from outside, or by an explorer of the benchmark; it knows no socket."""
+"""A robot on show: driven from outside, by an explorer of the benchmark, or by a recording; it knows no socket."""
 
 from __future__ import annotations
 
@@ -17,13 +17,36 @@ from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.render.sight import sight
 from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS, Report, SentMap, frame_of
 from houseexpo.service.drive.messages import YOU, Start
+from houseexpo.service.drive.recordings import FULL, Action, End, Recorder, Recording, shape_of
 
 BEAMS: Final = 181
 _ALL_SEEN: Final = 0.99
+_MOVED_M: Final = 1e-6
+
+
+class Bumps:
+    """Counts contacts: a robot that pushes against a wall bumps into it once, until it has moved on freely."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._touches = False
+
+    def step(self, *, blocked: bool, moved_m: float) -> None:
+        """Note a step: whether something was in its way, and how far the robot went."""
+        if blocked:
+            self.count += not self._touches
+            self._touches = True
+        elif moved_m > _MOVED_M:  # turning on the spot leaves no wall
+            self._touches = False
 
 
 class Robot:
     """A robot in a plan; one thread at a time.
+
+    Parameters
+    ----------
+    replayed
+        What it does, where it replays a drive; ``start`` is the recording's then.
 
     Raises
     ------
@@ -31,20 +54,24 @@ class Robot:
         There is no such driver, or the house cannot take what was asked for: it is too narrow, or has no room for it.
     """
 
-    def __init__(self, plan: FloorPlan, start: Start) -> None:
-        self._policy = None if start.driver == YOU else _explorer(start.driver)
+    def __init__(self, plan: FloorPlan, start: Start, replayed: Recording | None = None) -> None:
+        self._start, self._replayed = start, replayed
+        self._by_hand = start.driver == YOU
+        policy = None if self._by_hand else _explorer(start.driver)
         spaces: dict[str, Any] = {"actions": "continuous"}
-        if self._policy is not None:
-            interface = self._policy.interface
-            spaces = {"actions": interface.actions, "observation": interface.observation}
+        if policy is not None:
+            spaces = {"actions": policy.interface.actions, "observation": policy.interface.observation}
         self._env = ExplorationEnv([plan], start.config, success_coverage=_ALL_SEEN, **spaces)
         self._drive = Drive(self._env, start.seed)
-        self._people = start.people > 0
+        self._script = replayed.actions() if replayed else iter(())
+        self._mind = None
+        if policy is not None and replayed is None:
+            self._mind = policy.factory(robot_of(self._env, policy.interface), start.seed)
+        self._is_same_house = replayed is None or replayed.shape == shape_of(plan)
+        self._recorder = Recorder(start, plan)
         self._done = False
-        if self._policy is not None:
-            self._mind = self._policy.factory(robot_of(self._env, self._policy.interface), start.seed)
         self._sent = SentMap(self._env.state.known.shape)
-        self._number = 0
+        self._number, self._steps, self._bumps = 0, 0, Bumps()
 
     def hello(self) -> dict[str, Any]:
         """Return what a browser has to know before the first frame."""
@@ -57,48 +84,109 @@ class Robot:
             "radius_px": config.robot.radius_m * config.pixels_per_metre,
             "fov_deg": config.laser.fov_deg,
             "beams": BEAMS,
+            "step_s": config.step_s,
+            "replay": self._told_of_replay(),
         }
+
+    def _told_of_replay(self) -> dict[str, Any] | None:
+        if self._replayed is None:
+            return None
+        options = {name: getattr(self._start, name) for name in self._start.__struct_fields__}
+        return {"options": options, "steps": self._replayed.steps, "same_house": self._is_same_house}
+
+    @property
+    def goes_by_itself(self) -> bool:
+        """Whether an explorer or a recording moves it, rather than a person."""
+        return not self._by_hand or self._replayed is not None
 
     @property
     def ended(self) -> bool:
-        """Whether the episode has ended, or the explorer is done."""
+        """Whether the episode has ended, the explorer is done, or the drive is finished."""
         return self._done or self._drive.ended
 
     def move(self, linear: float, angular: float) -> bool:
         """Move by shares of the full speed for a frame; return whether anything was done: at rest time stands still.
 
-        Where there are people, it goes on.
+        Where there are people, it goes on. Shares are taken to the nearest 127th, so that a recording holds them.
         """
-        if self.ended or (not linear and not angular and not self._people):
+        if self.ended or (not linear and not angular and not self._start.people):
             return False
-        self._drive.act(np.array([linear, angular]), _name(linear, angular))
+        self._act((round(linear * FULL), round(angular * FULL)))
         return True
 
-    def explore(self) -> bool:
-        """Let the explorer take a step; return whether it did. PolicyError where it fails."""
+    def advance(self) -> bool:
+        """Take the next step of the explorer or the recording; return whether there was one. PolicyError: it failed."""
         if self.ended:
             return False
+        action = next(self._script, None) if self._mind is None else self._decided()
+        if action is None:
+            self._done = True
+        else:
+            self._act(action)
+        return True
+
+    def _decided(self) -> Action | None:
+        assert self._mind is not None  # noqa: S101  # only explorers are asked
         try:
             action = self._mind(self._drive.observation, knowledge_of(self._env.simulator, self._env.state))
         except Exception as error:
             raise PolicyError(f"the explorer failed: {type(error).__name__}: {error}") from error
-        if action is None:
-            self._done = True
+        return None if action is None else (int(action), 0)
+
+    def _act(self, action: Action) -> None:
+        before_m = self._path_m
+        if self._by_hand:
+            linear, angular = action[0] / FULL, action[1] / FULL
+            self._drive.act(np.array([linear, angular]), _name(linear, angular))
         else:
-            self._drive.act(action, str(action))
-        return True
+            self._drive.act(action[0], str(action[0]))
+        self._recorder.add(action)
+        self._steps += 1
+        self._bumps.step(blocked=bool(self._drive.info["collided"]), moved_m=self._path_m - before_m)
+
+    @property
+    def _path_m(self) -> float:
+        return float(self._env.state.episode.readings[0].path_length) / self._env.config.pixels_per_metre
 
     def frame(self) -> bytes:
         """Return what changed since the last frame."""
         state, info = self._env.state, self._drive.info
         flags = COLLIDED * bool(info["collided"]) | ENDED * self.ended | SUCCESS * bool(info["is_success"])
         x, y, heading = state.believed_px.tolist()
-        path_m = float(state.episode.readings[0].path_length) / self._env.config.pixels_per_metre
         self._number += 1
         report = Report(
-            self._number, flags, int(info["collisions"]), (x, y, heading), info["explored_m2"], info["coverage"], path_m
-        )
+            self._number, flags, self._bumps.count, self._steps, (x, y, heading), info["explored_m2"],
+            info["coverage"], self._path_m,
+        )  # fmt: skip
         return frame_of(report, self._sent.update(state.known), sight(self._env.simulator, state, BEAMS))
+
+    def finish(self) -> dict[str, Any]:
+        """End the drive; return its figures, and its recording as text ("" where it is too long for a link).
+
+        ``why`` says how it ended: "seen" (all of the house), "steps" (the most that an episode has), "done" (the
+        explorer or the recording has no more to do) or "you". ``replay`` is None, or whether a recording ended where it
+        had ended before: "same", "another place", or "not yet".
+        """
+        info = self._drive.info
+        ended_before, self._done = self.ended, True
+        why = "seen" if info["is_success"] else "steps" if self._drive.ended else "done" if ended_before else "you"
+        x, y, _ = self._env.simulator.pose(self._env.state)
+        end = End(x, y, info["coverage"])
+        replay = None
+        if self._replayed is not None:
+            whole = self._steps >= self._replayed.steps
+            replay = ("same" if end.is_near(self._replayed.end) else "another place") if whole else "not yet"
+        return {
+            "why": why,
+            "coverage": info["coverage"],
+            "explored_m2": info["explored_m2"],
+            "steps": self._steps,
+            "path_m": self._path_m,
+            "bumps": self._bumps.count,
+            "time_s": self._steps * self._env.config.step_s,
+            "recording": self._recorder.recording(end).as_text() if replay is None else "",
+            "replay": replay,
+        }
 
     def saved(self) -> bytes:
         """Return a zip archive of the files that ``houseexpo play --out`` writes."""

@@ -6,7 +6,11 @@ R2  A browser that has drawn nothing for ten seconds, takes none of what is sent
     hour, is gone: the socket is closed, and the robot with it.
 R3  A message that is none of ``messages`` is answered with the reason, and the socket is closed.
 R4  A step by hand takes a millisecond or two and is taken at once: handing it to a thread costs half as much again. A
-    robot is set down, explores and is saved in threads, as many as there are cores.
+    robot is set down, explores, replays and is saved in threads, as many as there are cores.
+R5  While something takes long, the browser is told what that is: kernels that are compiled once on a machine, which may
+    take a minute, or a large house.
+R6  An explorer that thought for long catches up, for a third of a second: it takes the steps a second that were asked.
+    A person's robot does not: it would run on where nobody saw it.
 """
 
 from __future__ import annotations
@@ -22,18 +26,25 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import FloorPlan
+from houseexpo.pseudoslam.kernels.compiling import compiling_now
 from houseexpo.service.drive.frames import SAVED
-from houseexpo.service.drive.messages import FRAMES_PER_S, YOU, Move, Pace, Save, Seen, Start, read
+from houseexpo.service.drive.messages import FRAMES_PER_S, Finish, Move, Pace, Replay, Save, Seen, Start, read
+from houseexpo.service.drive.recordings import read_recording
 from houseexpo.service.drive.robots import Robot
 
 WINDOW: Final = 6
 """So many frames may be on their way: a fifth of a second."""
 BEHIND: Final = 3
 """So many frames are made up for where the machine was busy."""
+BEHIND_BY_ITSELF: Final = 10
+"""The same of a robot that nobody drives (R6)."""
 GONE_S: Final = 10.0
 LEFT_ALONE_S: Final = 900.0
 MAX_MESSAGES_A_S: Final = 200
-STEPS_PER_S: Final = 10.0
+STEPS_PER_S: Final = 30.0
+LONG_S: Final = 0.7
+"""What takes longer is explained to the browser (R5)."""
+TOLD_S: Final = 0.5
 
 REFUSED: Final = 1008
 FULL: Final = 1013
@@ -61,6 +72,8 @@ class Session:
         self._number, self._seen = 0, 0
         self._heard_s = self._seen_s = time.monotonic()
         self._messages: tuple[int, int] = (0, 0)  # (second, how many in it)
+        self._works_since_s: float | None = None
+        self._is_finished = False
 
     async def run(self) -> None:
         """Serve the socket until either side has had enough; it is closed then."""
@@ -74,20 +87,38 @@ class Session:
             await self._close(str(error), REFUSED)
 
     async def _serve(self) -> None:
-        start = None
+        first = None
         with anyio.move_on_after(GONE_S):
-            start = await self._received()
-        if not isinstance(start, Start):
-            raise _EndError("message: expected a start first", REFUSED)
-        robot = await self._in_thread(lambda: Robot(self._plan_of(start.plan), start))
-        await self._send(msgspec.json.encode({"hello": robot.hello(), "driver": start.driver}).decode())
-        self._heard_s = self._seen_s = time.monotonic()
+            first = await self._received()
+        if not isinstance(first, Start | Replay):
+            raise _EndError("message: expected a start or a replay first", REFUSED)
         try:
             async with anyio.create_task_group() as group:
+                group.start_soon(self._explain)
+                robot = await self._in_thread(lambda: self._set_down(first))
+                await self._tell({"hello": robot.hello()})
+                self._heard_s = self._seen_s = time.monotonic()
                 group.start_soon(self._listen, robot)
-                await self._show(robot, by_hand=start.driver == YOU)
+                await self._show(robot)
         except BaseExceptionGroup as several:
             raise several.exceptions[0] from None
+
+    def _set_down(self, first: Start | Replay) -> Robot:
+        if isinstance(first, Start):
+            return Robot(self._plan_of(first.plan), first)
+        recording = read_recording(first.recording)
+        return Robot(self._plan_of(recording.start.plan), recording.start, recording)
+
+    async def _explain(self) -> None:
+        """Say what takes so long, while something does (R5)."""
+        functions_before = compiling_now().functions
+        while True:
+            await anyio.sleep(TOLD_S)
+            since_s = self._works_since_s
+            if since_s is not None and (seconds := time.monotonic() - since_s) > LONG_S:
+                compiling = compiling_now()
+                told = {"compiling": compiling.is_busy, "functions": compiling.functions - functions_before}
+                await self._tell({"preparing": {**told, "seconds": round(seconds, 1)}})
 
     async def _listen(self, robot: Robot) -> None:
         while True:
@@ -104,12 +135,15 @@ class Session:
                 case Save():
                     data = await self._in_turn(robot.saved)
                     await self._send(bytes([SAVED]) + data)
-                case Start():
+                case Finish():
+                    await self._finish(robot)
+                case Start() | Replay():
                     raise _EndError("message: a robot is set down already; open another socket for the next", REFUSED)
 
-    async def _show(self, robot: Robot, *, by_hand: bool) -> None:
+    async def _show(self, robot: Robot) -> None:
         """Move the robot and send frames (R1)."""
         due, first, owed = time.monotonic(), True, 0.0
+        behind = BEHIND_BY_ITSELF if robot.goes_by_itself else BEHIND
         while True:
             now = time.monotonic()
             if now - self._heard_s > LEFT_ALONE_S:
@@ -118,28 +152,40 @@ class Session:
                 if now - self._seen_s > GONE_S:
                     raise _EndError("The browser draws nothing any more.", ENDED)
             else:
-                owed = min(owed + self._steps_per_s / FRAMES_PER_S, 1.0)
-                steps = 1 if by_hand else int(owed)
-                owed -= 0 if by_hand else steps
-                work = self._step(robot, by_hand=by_hand, first=first, steps=steps)
-                frame = await self._in_turn(work, quick=by_hand and not first)
+                share = self._steps_per_s / FRAMES_PER_S
+                owed = min(owed + share, max(share, 1.0))
+                steps = int(owed) if robot.goes_by_itself else 1
+                owed -= steps if robot.goes_by_itself else 0
+                work = self._step(robot, steps, first=first)
+                frame = await self._in_turn(work, quick=not robot.goes_by_itself and not first)
                 first = False
                 if frame is not None:
                     self._number += 1
                     if self._number - self._seen == 1:
                         self._seen_s = time.monotonic()
                     await self._send(frame)
-            due = max(due + 1 / FRAMES_PER_S, time.monotonic() - BEHIND / FRAMES_PER_S)
+                if robot.ended:
+                    await self._finish(robot)
+            due = max(due + 1 / FRAMES_PER_S, time.monotonic() - behind / FRAMES_PER_S)
             await anyio.sleep(max(due - time.monotonic(), 0))
 
-    def _step(self, robot: Robot, *, by_hand: bool, first: bool, steps: int) -> Callable[[], bytes | None]:
+    def _step(self, robot: Robot, steps: int, *, first: bool) -> Callable[[], bytes | None]:
         move = self._move
 
         def work() -> bytes | None:
-            changed = robot.move(move.linear, move.angular) if by_hand else steps > 0 and robot.explore()
+            if robot.goes_by_itself:
+                changed = sum(robot.advance() for _ in range(steps)) > 0
+            else:
+                changed = robot.move(move.linear, move.angular)
             return robot.frame() if changed or first else None
 
         return work
+
+    async def _finish(self, robot: Robot) -> None:
+        """Send the figures, once."""
+        if not self._is_finished:
+            self._is_finished = True
+            await self._tell({"finish": await self._in_turn(robot.finish)})
 
     async def _in_turn(self, work: Callable[[], Answer], *, quick: bool = False) -> Answer:
         """Let the robot do something, one thing at a time; what is quick needs no other thread (R4)."""
@@ -147,7 +193,11 @@ class Session:
             return work() if quick else await self._in_thread(work)
 
     async def _in_thread(self, work: Callable[[], Answer]) -> Answer:
-        return await anyio.to_thread.run_sync(work, limiter=self._threads)
+        self._works_since_s = time.monotonic()
+        try:
+            return await anyio.to_thread.run_sync(work, limiter=self._threads)
+        finally:
+            self._works_since_s = None
 
     async def _received(self) -> Any:
         """Return the next message (R3)."""
@@ -163,6 +213,9 @@ class Session:
         if text is None:
             raise ConfigError("message: expected text, found bytes")
         return read(text)
+
+    async def _tell(self, told: dict[str, Any]) -> None:
+        await self._send(msgspec.json.encode(told).decode())
 
     async def _send(self, data: bytes | str) -> None:
         """Send; a browser that takes nothing is gone (R2)."""

@@ -1,4 +1,4 @@
-// Drive: one robot or two in a plan, by keys, by touch, or by an explorer of the benchmark.
+// Drive: one robot or two in a plan, by keys, by touch, by an explorer of the benchmark, or as it was recorded.
 import { Panel } from "./panel.js";
 
 const root = document.getElementById("drive");
@@ -26,14 +26,16 @@ function options() {
   };
 }
 
-function addPanel(driver) {
-  const panel = new Panel(template, root.dataset.socket, root.dataset.plan, driver);
+function addPanel(driver, recording = "") {
+  const panel = new Panel(template, { address: root.dataset.socket, plan: root.dataset.plan }, driver);
   panels.push(panel);
+  panel.element.setAttribute("aria-label", `Robot ${panels.length}`);
   place.append(panel.element);
   let pointed = false; // who chose with the pointer drives next: the keys would choose another driver
   panel.driver.addEventListener("pointerdown", () => { pointed = true; });
   panel.driver.addEventListener("keydown", () => { pointed = false; });
   panel.driver.addEventListener("change", () => { if (pointed) panel.driver.blur(); remember(); panel.begin(options()); });
+  panel.element.addEventListener("replayed", ({ detail }) => showOptions(detail));
   for (const button of panel.element.querySelectorAll("[data-move]")) {
     const hold = (event) => { event.preventDefault(); button.setPointerCapture?.(event.pointerId); down.add(button.dataset.move); steer(); };
     const free = () => { down.delete(button.dataset.move); steer(); };
@@ -45,7 +47,10 @@ function addPanel(driver) {
     button.addEventListener("keyup", (event) => { if (event.key === " " || event.key === "Enter") free(); });
     button.addEventListener("blur", free);
   }
-  panel.begin(options());
+  if (recording) {
+    panel.options = options();
+    panel.replay(recording);
+  } else panel.begin(options());
 }
 
 function beginAll() {
@@ -81,12 +86,22 @@ function recall() {
   }
 }
 
+// The form shows what a recorded drive was set down with: "set down" drives there with the same options.
+function showOptions({ range_m, fov_deg, ...others }) {
+  const sensor = `${range_m} ${fov_deg}`, field = fields.get("sensor");
+  if (![...field.options].some((each) => each.value === sensor)) field.append(new Option(`${range_m} m, ${fov_deg}°`, sensor));
+  field.value = sensor;
+  for (const [name, value] of Object.entries(others)) if (fields.has(name)) fields.get(name).value = value;
+}
+
 document.addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("input, select")) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("input, select, dialog *")) return;
   const key = event.key.toLowerCase();
   if (KEYS[key]) { event.preventDefault(); down.add(KEYS[key]); steer(); }
-  else if (key === "r") beginAll();
+  else if (event.repeat) return;
+  else if (key === "r") for (const panel of panels) panel.again();
   else if (key === "p") for (const panel of panels) panel.hold();
+  else if (key === "e") for (const panel of panels) panel.finish();
   else if (key === "f") for (const panel of panels) panel.save();
 });
 document.addEventListener("keyup", (event) => {
@@ -95,14 +110,21 @@ document.addEventListener("keyup", (event) => {
 });
 window.addEventListener("blur", () => { down.clear(); steer(); }); // keys that are let go elsewhere
 window.addEventListener("pagehide", () => { for (const panel of panels) panel.end(); });
+window.addEventListener("hashchange", () => location.reload()); // another link to a replay
 form.addEventListener("submit", (event) => { event.preventDefault(); document.activeElement?.blur?.(); beginAll(); });
+document.getElementById("any-seed").addEventListener("click", () => {
+  fields.get("seed").value = Math.floor(Math.random() * 100_000);
+  beginAll();
+});
 two.addEventListener("change", () => {
   if (!two.checked && panels.length === 2) panels.pop().end();
   lay();
   remember();
 });
+if (matchMedia("(max-width: 900px)").matches) document.getElementById("more").open = false;
 
 recall();
-addPanel(query.get("driver") ?? "you");
-two.checked = query.has("other");
+const recorded = new URLSearchParams(location.hash.slice(1)).get("replay") ?? "";
+addPanel(query.get("driver") ?? "you", recorded);
+two.checked = query.has("other") && !recorded;
 lay();

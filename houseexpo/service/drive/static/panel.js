@@ -1,61 +1,78 @@
-// One robot: its socket, its map, its driver.
-import { paintMap, readFrame } from "./frames.js";
+// One robot: its socket, its scene, its driver, and how the drive ended.
+import { readFrame } from "./frames.js";
+import { Scene } from "./scene.js";
 
-const ROBOT = "#1f62c8";
-const TRAIL = "#7aa6e4";
-const BODY = "#e38b1f";
 const SAVED = 2;
-const SOON_MS = 3000;
-const COMPILING = "The house is made ready… What drives here for the first time is compiled first: up to 40 seconds, once.";
+const ABOUT = 90; // functions that a first drive compiles, with an explorer and people
+const WHYS = {
+  seen: "All is seen", done: "The explorer is done", steps: "Time is up", you: "Finished",
+};
 
 export class Panel {
-  constructor(template, address, plan, driver) {
+  constructor(template, { address, plan }, driver) {
     this.element = template.content.firstElementChild.cloneNode(true);
-    this.#find();
-    Object.assign(this, { address, plan, hello: null, trail: [], frame: null, held: false, moving: "0 0" });
+    this.one = (name) => this.element.querySelector(name);
+    this.driver = this.one(".driver");
+    this.scene = new Scene(this.one(".map"));
+    Object.assign(this, { address, plan, hello: null, held: false, moving: "0 0", recording: "", replaying: "" });
     this.driver.value = driver;
-    new ResizeObserver(() => this.#lay()).observe(this.element.querySelector(".view"));
-    this.element.querySelector(".save").addEventListener("click", () => this.save());
-    this.element.querySelector(".hold").addEventListener("click", () => this.hold());
+    for (const [name, work] of Object.entries({
+      save: () => this.save(), hold: () => this.hold(), finish: () => this.finish(), replay: () => this.replay(this.recording || this.replaying),
+      copy: () => this.copy(), again: () => this.again(), retry: () => this.again(),
+    })) for (const button of this.element.querySelectorAll(`.${name}`)) button.addEventListener("click", work);
   }
 
-  #find() {
-    const one = (name) => this.element.querySelector(name);
-    this.driver = one(".driver");
-    this.map = one(".map");
-    this.over = one(".over");
-    this.facts = one(".facts");
-    this.said = one(".said");
-  }
-
-  get byHand() {
-    return this.driver.value === "you";
-  }
+  get byHand() { return this.driver.value === "you" && !this.replaying; }
 
   // Sets the robot down anew; `options` are those of the form.
-  begin({ pace, ...options }) {
+  begin(options) {
+    const { pace, ...told } = options;
+    this.replaying = "";
+    this.options = options;
+    this.#open(pace, { do: "start", plan: this.plan, driver: this.driver.value, ...told });
+  }
+
+  // Does again what a recording says.
+  replay(recording, pace = this.options?.pace) {
+    this.replaying = recording;
+    this.#open(pace ?? 30, { do: "replay", recording });
+  }
+
+  again() {
+    if (this.replaying) this.replay(this.replaying);
+    else this.begin(this.options);
+  }
+
+  #open(pace, first) {
     this.end();
-    Object.assign(this, { hello: null, trail: [], frame: null, pace, held: false, moving: "0 0" });
-    this.element.dataset.state = "waiting";
-    this.facts.textContent = "";
-    this.#say("The house is made ready…");
-    const hold = this.element.querySelector(".hold");
-    Object.assign(hold, { hidden: this.byHand, textContent: "Hold" });
-    this.element.querySelector(".pad").hidden = !this.byHand;
+    Object.assign(this, { hello: null, pace, held: false, moving: "0 0", failed: false, recording: "" });
+    this.scene.clear();
+    Object.assign(this.element.dataset, { state: "waiting", frame: 0 });
+    this.#facts({ coverage: 0, explored: 0, path: 0, bumps: 0, steps: 0 });
+    this.#say("");
+    this.one(".result").hidden = true;
+    this.one(".announced").textContent = "";
+    this.one(".hint").hidden = true;
+    this.one(".badge").hidden = !this.replaying;
+    this.#wait("The robot is set down…");
+    Object.assign(this.one(".hold"), { hidden: this.byHand, textContent: "Pause", disabled: false });
+    Object.assign(this.one(".finish"), { hidden: Boolean(this.replaying), disabled: true });
+    this.one(".pad").hidden = !this.byHand;
     const socket = new WebSocket(new URL(this.address, location.href.replace(/^http/, "ws")));
     socket.binaryType = "arraybuffer";
     let opened = false; // a server that has no room for another socket does not open it, and cannot say why
-    socket.addEventListener("open", () => { opened = true; this.#send({ do: "start", plan: this.plan, driver: this.driver.value, ...options }); });
+    socket.addEventListener("open", () => { opened = true; this.#send(first); });
     socket.addEventListener("message", (event) => { if (socket === this.socket) this.#hear(event.data); });
     socket.addEventListener("close", (event) => {
       if (socket !== this.socket) return;
-      this.element.dataset.state = "closed";
-      const why = opened ? "The robot is gone. Set it down anew."
-        : "No robot could be set down: too many drive here already, or the server is gone. Close other pages that drive, and set it down anew.";
-      if (!this.failed) this.#say(event.reason || why, true);
+      const ended = this.element.dataset.state === "ended";
+      if (!ended) this.element.dataset.state = "closed";
+      if (!this.failed && !ended) {
+        this.#fail(event.reason || (opened ? "The server has let the robot go. Set it down again."
+          : "No robot could be set down: too many drive here already, or the server has stopped. Close other pages that drive, then set it down again."));
+      }
     });
-    Object.assign(this, { socket, failed: false });
-    setTimeout(() => { if (socket === this.socket && !this.hello && !this.failed && socket.readyState <= WebSocket.OPEN) this.#say(COMPILING); }, SOON_MS);
+    this.socket = socket;
   }
 
   end() {
@@ -69,13 +86,14 @@ export class Panel {
     const moving = `${linear} ${angular}`;
     if (!this.byHand || !this.hello || moving === this.moving) return;
     this.moving = moving;
+    this.one(".hint").hidden = true;
     this.#send({ do: "move", linear, angular });
   }
 
   hold() {
-    if (this.byHand || !this.hello) return;
+    if (this.byHand || !this.hello || this.element.dataset.state === "ended") return;
     this.held = !this.held;
-    this.element.querySelector(".hold").textContent = this.held ? "Go on" : "Hold";
+    this.one(".hold").textContent = this.held ? "Go on" : "Pause";
     this.#send({ do: "pace", steps_per_s: this.held ? 0 : this.pace });
   }
 
@@ -83,105 +101,133 @@ export class Panel {
     if (this.hello) this.#send({ do: "save" });
   }
 
+  finish() {
+    if (this.hello && this.element.dataset.state === "driving" && !this.replaying) this.#send({ do: "finish" });
+  }
+
+  get link() {
+    const recording = this.recording || this.replaying;
+    return recording && `${location.origin}${location.pathname}?plan=${encodeURIComponent(this.plan)}#replay=${recording}`;
+  }
+
+  async copy() {
+    try {
+      await navigator.clipboard.writeText(this.link);
+      this.#say("The link is copied. It replays this drive for everybody who can open this server.");
+    } catch { // the clipboard is open to pages of https and of this machine only
+      const field = this.one(".link");
+      Object.assign(field, { hidden: false, value: this.link });
+      field.select();
+      this.#say("Copy the link from the field.");
+    }
+  }
+
   #send(message) {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
   #say(text, bad = false) {
-    this.said.textContent = text;
-    this.said.classList.toggle("bad", bad);
+    this.one(".said").textContent = text;
+    this.one(".said").classList.toggle("bad", bad);
+  }
+
+  #wait(words, details = "", share = null) {
+    this.one(".waiting").hidden = false;
+    this.one(".waiting-words").textContent = words;
+    this.one(".waiting-details").textContent = details;
+    const bar = this.one(".waiting progress");
+    bar.hidden = share === null;
+    if (share !== null) bar.value = share;
+    this.one(".retry").hidden = true;
+  }
+
+  #fail(words) {
+    this.failed = true;
+    this.element.dataset.state = "closed";
+    this.#wait(words);
+    this.one(".retry").hidden = false;
+    this.#say(words, true);
   }
 
   #hear(data) {
     if (typeof data === "string") {
       const told = JSON.parse(data);
-      if (told.error) {
-        this.failed = true;
-        this.#say(told.error, true);
-      } else this.#start(told.hello);
+      if (told.error) this.#fail(told.error);
+      else if (told.preparing) this.#prepare(told.preparing);
+      else if (told.finish) this.#finished(told.finish);
+      else this.#start(told.hello);
     } else if (new Uint8Array(data, 0, 1)[0] === SAVED) this.#download(data.slice(1));
     else this.#show(readFrame(data));
   }
 
+  // What takes so long: kernels are compiled on a machine's first drive, or the house is large.
+  #prepare({ compiling, functions, seconds }) {
+    const since = `${Math.round(seconds)} s so far`;
+    if (!compiling) this.#wait("The house is made ready…", `Large houses take some seconds: ${since}.`);
+    else {
+      const share = 0.97 * (1 - Math.exp(-2.2 * functions / ABOUT));
+      this.#wait("First drive on this machine: the simulator is compiled",
+        `${functions} functions, ${since}. It takes 20 to 60 s, once; a slow machine needs longer. What is compiled is kept on disk.`, share);
+    }
+  }
+
   #start(hello) {
     this.hello = hello;
-    this.map.width = hello.cols;
-    this.map.height = hello.rows;
-    const context = this.map.getContext("2d");
-    context.fillStyle = "#d7dde5";
-    context.fillRect(0, 0, hello.cols, hello.rows);
-    this.#lay();
-    this.#say("");
+    this.scene.begin(hello);
     this.element.dataset.state = "driving";
+    this.one(".finish").disabled = false;
+    if (hello.replay) {
+      const { options, steps, same_house: same } = hello.replay;
+      this.driver.value = options.driver;
+      this.total = steps;
+      if (!same) this.#say("This house was changed since the drive was recorded: the replay will differ.", true);
+      this.element.dispatchEvent(new CustomEvent("replayed", { detail: options }));
+    }
     if (!this.byHand) this.#send({ do: "pace", steps_per_s: this.pace });
   }
 
   #show(frame) {
-    paintMap(this.map.getContext("2d"), frame);
-    const [x, y] = this.trail.at(-1) ?? [-9, -9];
-    if (Math.hypot(frame.x - x, frame.y - y) > 0.5) this.trail.push([frame.x, frame.y]);
+    this.one(".waiting").hidden = true;
+    if (this.byHand && frame.number === 1) this.one(".hint").hidden = false;
+    this.scene.show(frame);
     this.frame = frame;
     this.element.dataset.frame = frame.number;
-    this.facts.textContent = `${Math.round(frame.coverage * 100)}% seen · ${frame.explored.toFixed(1)} m² · `
-      + `${frame.path.toFixed(1)} m · ${frame.collisions} bumps`;
-    if (frame.ended) {
-      this.element.dataset.state = "ended";
-      this.#say(frame.success ? "All is seen." : "The explorer is done.");
-    }
-    requestAnimationFrame(() => this.#draw());
+    this.element.dataset.steps = frame.steps;
+    this.#facts(frame);
     this.#send({ do: "seen", number: frame.number });
   }
 
-  // The map as large as the view allows; the drawing over it has the screen's own pixels.
-  #lay() {
-    if (!this.hello) return;
-    const view = this.element.querySelector(".view");
-    const { rows, cols } = this.hello;
-    const scale = Math.min(view.clientWidth / cols, view.clientHeight / rows);
-    for (const canvas of [this.map, this.over]) {
-      canvas.style.width = `${cols * scale}px`;
-      canvas.style.height = `${rows * scale}px`;
-    }
-    const dense = window.devicePixelRatio || 1;
-    this.over.width = Math.round(cols * scale * dense);
-    this.over.height = Math.round(rows * scale * dense);
-    this.scale = scale * dense;
-    this.#draw();
+  #facts({ coverage, explored, path, bumps, steps }) {
+    const share = Math.min(coverage, 1);
+    this.one(".seen").textContent = percent(share);
+    this.one(".bar-seen").style.width = `${100 * share}%`;
+    this.one(".area").textContent = `${explored.toFixed(1)} m²`;
+    this.one(".way").textContent = `${path.toFixed(1)} m`;
+    this.one(".bumps").textContent = bumps;
+    this.one(".time").textContent = duration(steps * (this.hello?.step_s ?? 0));
+    if (this.replaying && this.total) this.one(".badge").textContent = `Replay, ${percent(steps / this.total)}`;
   }
 
-  #draw() {
-    const { frame, hello, scale } = this;
-    if (!frame || !hello) return;
-    const pen = this.over.getContext("2d");
-    pen.setTransform(1, 0, 0, 1, 0, 0);
-    pen.clearRect(0, 0, this.over.width, this.over.height);
-    pen.setTransform(scale, 0, 0, scale, 0, 0);
-    this.#fan(pen, frame, hello);
-    pen.strokeStyle = TRAIL;
-    pen.lineWidth = Math.max(1.5 / scale, 0.8);
-    pen.beginPath();
-    for (const [x, y] of this.trail) pen.lineTo(x, y);
-    pen.stroke();
-    for (const [x, y, radius] of frame.bodies) disc(pen, x, y, radius, BODY);
-    disc(pen, frame.x, frame.y, Math.max(hello.radius_px, 3 / scale), frame.collided ? "#b3261e" : ROBOT);
-    pen.strokeStyle = "#fff";
-    pen.lineWidth = Math.max(2 / scale, 0.8);
-    pen.beginPath();
-    pen.moveTo(frame.x, frame.y);
-    pen.lineTo(frame.x + 0.8 * hello.radius_px * Math.cos(frame.heading), frame.y - 0.8 * hello.radius_px * Math.sin(frame.heading));
-    pen.stroke();
-  }
-
-  #fan(pen, frame, hello) {
-    const half = hello.fov_deg / 360 * Math.PI;
-    pen.fillStyle = "rgba(31, 98, 200, .13)";
-    pen.beginPath();
-    if (hello.fov_deg < 360) pen.moveTo(frame.x, frame.y);
-    frame.ranges.forEach((range, i) => {
-      const angle = frame.heading - half + 2 * half * i / (hello.beams - 1);
-      pen.lineTo(frame.x + range * Math.cos(angle), frame.y - range * Math.sin(angle));
-    });
-    pen.fill();
+  #finished(found) {
+    this.element.dataset.state = "ended";
+    this.recording = found.recording;
+    const words = this.replaying ? "The replay is over" : WHYS[found.why];
+    const counts = [
+      [percent(found.coverage), "seen"], [`${found.explored_m2.toFixed(1)} m²`, "mapped"], [`${found.path_m.toFixed(1)} m`, "driven"],
+      [found.bumps, found.bumps === 1 ? "bump" : "bumps"], [found.steps.toLocaleString("en"), "steps"], [duration(found.time_s), "time"],
+    ];
+    this.one(".result-words").textContent = words;
+    this.one(".figures").replaceChildren(...counts.map(([value, name]) => figure(value, name)));
+    this.one(".result-doubt").textContent = found.replay === "another place"
+      ? "The replay ended elsewhere than the drive did: the house or the simulator was changed since." : "";
+    this.one(".replay").disabled = this.one(".copy").disabled = !this.link;
+    this.one(".copy").title = this.link ? "" : "This drive is too long for a link; save its path and map.";
+    this.one(".link").hidden = true;
+    this.one(".hint").hidden = true;
+    this.one(".result").hidden = false;
+    this.one(".finish").disabled = this.one(".hold").disabled = true;
+    this.#say("");
+    this.one(".announced").textContent = `${words}: ${counts.map(([value, name]) => `${value} ${name}`).join(", ")}.`;
   }
 
   #download(data) {
@@ -194,9 +240,15 @@ export class Panel {
   }
 }
 
-function disc(pen, x, y, radius, colour) {
-  pen.fillStyle = colour;
-  pen.beginPath();
-  pen.arc(x, y, radius, 0, 2 * Math.PI);
-  pen.fill();
+const percent = (share) => `${Math.floor(100 * share + 1e-6)}%`;
+
+function duration(seconds) {
+  const whole = Math.round(seconds);
+  return whole < 100 ? `${whole} s` : `${Math.floor(whole / 60)} min ${whole % 60} s`;
+}
+
+function figure(value, name) {
+  const place = document.createElement("div");
+  for (const [kind, text] of [["dt", name], ["dd", value]]) place.append(Object.assign(document.createElement(kind), { textContent: text }));
+  return place;
 }

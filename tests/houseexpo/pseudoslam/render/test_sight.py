@@ -19,4 +19,4 @@ def test_beams_reach_the_walls_or_as_far_as_the_laser() -> None:
     simulator = Simulator.of(ROOM, SimulatorConfig(start=start, laser=LaserConfig(range_m=3.0)))
     found = sight(simulator, simulator.start(np.random.default_rng(0)), 3)
     assert found.ranges * CELL_M == pytest.approx([2.0, 3.0, 2.0], abs=1.5 * CELL_M)  # right, ahead, left
-    assert found.bodies.shape == (0, 3)
+    assert found.bodies.shape == (0, 6)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -42,25 +43,18 @@ def frames(page: Any, panel: int = 0) -> int:
     return int(page.locator(".panel").nth(panel).get_attribute("data-frame") or 0)
 
 
-def known_cells(page: Any) -> int:
-    """How many pixels of the map are not grey."""
-    found: int = page.evaluate(
-        """() => { const map = document.querySelector('.map'), copy = new OffscreenCanvas(map.width, map.height);
-        const pen = copy.getContext('2d'); pen.drawImage(map, 0, 0);
-        const data = pen.getImageData(0, 0, map.width, map.height).data;
-        let n = 0; for (let i = 0; i < data.length; i += 4) n += data[i] !== 215; return n; }"""
-    )
-    return found
+def mapped_m2(page: Any) -> float:
+    return float(page.locator(".area").first.inner_text().removesuffix(" m²"))
 
 
 def test_keys_drive_and_the_map_grows(address: str, tmp_path: Path) -> None:
     with visited(address, "/houses/drive?plan=two_rooms", accept_downloads=True) as page:
         wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame")
-        before = known_cells(page)
+        before = mapped_m2(page)
         page.keyboard.down("ArrowLeft")
         wait_for(page, "panel.dataset.frame > 40")
         page.keyboard.up("ArrowLeft")
-        assert known_cells(page) > before
+        assert mapped_m2(page) > before
         page.keyboard.down("w")
         wait_for(page, "panel.dataset.frame > 70")
         page.keyboard.up("w")
@@ -77,14 +71,67 @@ def test_keys_drive_and_the_map_grows(address: str, tmp_path: Path) -> None:
         wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame < 5")
 
 
-def test_one_who_waits_is_told_why(address: str) -> None:
+def test_one_who_waits_is_told_why_and_how_far_it_is(address: str) -> None:
+    def compiling(socket: Any) -> None:
+        told = {"preparing": {"compiling": True, "functions": 23, "seconds": 14.2}}
+        socket.on_message(lambda _: socket.send(json.dumps(told)))
+
     with visited(address, "/houses/drive?plan=two_rooms") as page:
-        page.route_web_socket("**/*", lambda _: None)  # a server that is compiling: it is there, and says nothing
+        page.route_web_socket("**/*", compiling)
         page.reload()
-        said = page.locator(".said").first
-        assert said.text_content() == "The house is made ready…"
-        wait_for(page, "panel.querySelector('.said').textContent.includes('compiled first: up to 40 seconds, once')")
+        page.wait_for_selector(".waiting-words:has-text('the simulator is compiled')")
+        assert "23 functions, 14 s so far" in page.inner_text(".waiting-details")
+        assert 0.2 < page.locator(".waiting progress").evaluate("(bar) => bar.value") < 0.6
         look(page, "drive_compiling")
+
+
+def test_a_drive_ends_with_its_figures_and_a_link_that_replays_it(address: str) -> None:
+    with visited(address, "/houses/drive?plan=two_rooms&seed=6&people=2") as page:
+        page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame")
+        page.keyboard.down("w")
+        wait_for(page, "panel.dataset.steps > 45")
+        page.keyboard.up("w")
+        page.keyboard.press("e")
+        wait_for(page, "panel.dataset.state === 'ended'")
+        figures = page.inner_text(".figures")
+        assert page.inner_text(".result-words") == "Finished"
+        assert "driven" in figures
+        look(page, "drive-finished")
+        page.click(".copy")
+        page.wait_for_selector(".said:has-text('The link is copied')")
+        link = page.evaluate("() => navigator.clipboard.readText()")
+    assert link.startswith(f"{address}/houses/drive?plan=two_rooms#replay=")
+    with visited(address, link.removeprefix(address)) as page:
+        wait_for(page, "panel.dataset.state === 'ended'")
+        assert page.inner_text(".result-words") == "The replay is over"
+        assert page.inner_text(".result-doubt") == ""
+        assert page.inner_text(".figures") == figures
+        assert page.input_value("[name=seed]") == "6"  # the options are those that it was recorded with
+        page.keyboard.press("r")
+        wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.steps > 3")
+        assert page.inner_text(".badge").startswith("Replay, ")
+        page.click("#options button[type=submit]")
+        wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame")
+        assert page.locator(".badge").is_hidden()
+        assert "#" not in page.url
+
+
+def test_a_link_that_is_cut_off_says_so(address: str) -> None:
+    with visited(address, "/houses/drive?plan=two_rooms#replay=eNpLz") as page:
+        page.wait_for_selector(".waiting-words:has-text('copy the whole link')")
+        assert page.is_visible(".retry")
+
+
+def test_the_keys_are_listed(address: str) -> None:
+    with visited(address, "/houses/drive?plan=two_rooms") as page:
+        wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame")
+        page.keyboard.press("?")
+        page.wait_for_selector("dialog#keys[open]")
+        look(page, "drive-keys")
+        page.keyboard.press("Escape")
+        page.wait_for_selector("dialog#keys", state="hidden")
+        page.keyboard.press("Tab")  # where the focus was before is where it goes on
 
 
 def test_two_explorers_side_by_side(address: str) -> None:
@@ -99,9 +146,10 @@ def test_two_explorers_side_by_side(address: str) -> None:
         assert page.locator(".hold").all_inner_texts() == ["Go on", "Go on"]
         page.keyboard.press("r")
         wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame > 3", 2)
-        assert page.locator(".hold").all_inner_texts() == ["Hold", "Hold"]  # set down anew, nothing is held
+        assert page.locator(".hold").all_inner_texts() == ["Pause", "Pause"]  # set down anew, nothing is held
         wait_for(page, "panel.dataset.state === 'ended'", 2)
-        assert "All is seen." in page.inner_text(".panel .said")
+        assert page.locator(".result-words").all_inner_texts() == ["All is seen", "All is seen"]
+        look(page, "drive-two-ended")
 
 
 def test_touch_drives_on_a_phone_in_the_dark(address: str) -> None:
@@ -122,7 +170,7 @@ def test_people_and_obstacles_are_set_down_by_the_form(address: str) -> None:
         page.fill("[name=people]", "2")
         page.fill("[name=obstacles]", "2")
         page.select_option("[name=sensor]", "10 360")
-        page.click("button[type=submit]")
+        page.click("#options button[type=submit]")
         wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame > 30")  # people walk by themselves
         look(page, "drive-people")
 
@@ -135,9 +183,9 @@ def test_the_address_sets_the_same_robot_down_again(address: str) -> None:
         page.select_option("[name=noise]", "some")
         page.fill("[name=people]", "2")
         page.fill("[name=seed]", "7")
-        page.click("button[type=submit]")
+        page.click("#options button[type=submit]")
         wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame")
-        assert page.url.partition("?")[2] == "plan=two_rooms&driver=you&sensor=10+360&noise=some&people=2&seed=7"
+        assert page.url.partition("?")[2] == "plan=two_rooms&driver=you&sensor=10+360&people=2&noise=some&seed=7"
         page.reload()
         wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame")
         values = [page.input_value(f"[name={name}]") for name in ("sensor", "noise", "seed", "people")]
@@ -163,5 +211,5 @@ def test_a_server_without_room_says_what_to_do(tmp_path: Path) -> None:
     with running(full) as there, browser() as opened:
         page = opened.new_page()  # the console has a line about the socket that is refused
         page.goto(f"{there}/{tmp_path.name}/drive")
-        page.wait_for_selector(".said.bad")
-        assert "too many drive here already" in page.inner_text(".said")
+        page.wait_for_selector(".waiting-words:has-text('too many drive here already')")
+        assert page.is_visible(".retry")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import math
 import time
 import zipfile
@@ -18,10 +19,12 @@ from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
 from houseexpo import save_plan
+from houseexpo.pseudoslam.kernels.compiling import Compiling
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
 from houseexpo.service.drive import pages, sessions
 from houseexpo.service.drive.frames import ENDED, SAVED
+from houseexpo.service.drive.robots import Robot
 from houseexpo.service.service import Service
 from houseexpo.service.settings import Settings
 from tests.builders.driving import Frame, frame_from, painted, start, two_rooms
@@ -41,14 +44,23 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
 
 def begun(socket: WebSocketTestSession, **words: Any) -> dict[str, Any]:
     socket.send_json(start(**words))
-    told = socket.receive_json()
-    assert set(told) == {"hello", "driver"}, told
+    while "preparing" in (told := socket.receive_json()):
+        pass  # kernels are compiled
+    assert set(told) == {"hello"}, told
     hello: dict[str, Any] = told["hello"]
     return hello
 
 
+def next_bytes(socket: WebSocketTestSession) -> bytes:
+    """Return what comes next that is no word of what takes long."""
+    while "bytes" not in (message := socket.receive()):
+        assert "preparing" in message["text"], message
+    found: bytes = message["bytes"]
+    return found
+
+
 def next_frame(socket: WebSocketTestSession) -> Frame:
-    found = frame_from(socket.receive_bytes())
+    found = frame_from(next_bytes(socket))
     socket.send_json({"do": "seen", "number": found.number})
     return found
 
@@ -79,10 +91,72 @@ def test_an_explorer_is_watched_to_its_end_and_saved(client: TestClient) -> None
         while not frame.flags & ENDED:
             frame = next_frame(socket)
         assert frame.coverage > 0.98
+        figures = socket.receive_json()["finish"]
+        assert (figures["why"], figures["steps"]) == ("seen", frame.steps)
         socket.send_json({"do": "save"})
-        data = socket.receive_bytes()
+        data = next_bytes(socket)
         assert data[0] == SAVED
         assert "trajectory.csv" in zipfile.ZipFile(io.BytesIO(data[1:])).namelist()
+
+
+def test_a_drive_is_finished_and_its_recording_replays_it(client: TestClient) -> None:
+    with client.websocket_connect(ADDRESS) as socket:
+        begun(socket, seed=5)
+        socket.send_json({"do": "move", "linear": 1.0, "angular": 0.25})
+        last = next_frame(socket)
+        while last.steps < 25:
+            last = next_frame(socket)
+        socket.send_json({"do": "finish"})
+        figures = finished(socket)
+        socket.send_json({"do": "finish"})  # once is enough
+    assert figures["why"] == "you"
+    assert figures["steps"] >= 25
+    assert figures["time_s"] == pytest.approx(figures["steps"] / 30)
+    with client.websocket_connect(ADDRESS) as socket:
+        socket.send_json({"do": "replay", "recording": figures["recording"]})
+        told = socket.receive_json()["hello"]["replay"]
+        assert (told["options"]["seed"], told["steps"], told["same_house"]) == (5, figures["steps"], True)
+        socket.send_json({"do": "pace", "steps_per_s": 120})
+        replayed = finished(socket)
+    assert replayed == {**figures, "why": "done", "recording": "", "replay": "same"}
+
+
+def finished(socket: WebSocketTestSession) -> dict[str, Any]:
+    """Say of each frame that it is drawn until the figures come."""
+    while True:
+        message = socket.receive()
+        if "bytes" in message:
+            socket.send_json({"do": "seen", "number": frame_from(message["bytes"]).number})
+        elif "finish" in message["text"]:
+            found: dict[str, Any] = json.loads(message["text"])["finish"]
+            return found
+
+
+def test_what_takes_long_is_explained(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    def slow(*words: Any) -> Robot:
+        time.sleep(1.0)
+        return Robot(*words)
+
+    monkeypatch.setattr(sessions, "Robot", slow)
+    monkeypatch.setattr(sessions, "LONG_S", 0.0)
+    monkeypatch.setattr(sessions, "TOLD_S", 0.2)
+    monkeypatch.setattr(sessions, "compiling_now", lambda: Compiling(is_busy=True, functions=7))
+    with client.websocket_connect(ADDRESS) as socket:
+        socket.send_json(start())
+        told = socket.receive_json()["preparing"]
+        assert (told["compiling"], told["functions"]) == (True, 0)  # seven were done before this robot came
+        assert 0 < told["seconds"] < 1
+
+
+def test_an_explorer_takes_the_steps_that_were_asked_for(client: TestClient) -> None:
+    with client.websocket_connect(ADDRESS) as socket:
+        begun(socket, driver="forward", seed=1)
+        socket.send_json({"do": "pace", "steps_per_s": 120})
+        frames = [next_frame(socket) for _ in range(12)]
+        assert frames[-1].steps - frames[-5].steps == 16  # four a frame
+        socket.send_json({"do": "pace", "steps_per_s": 30})
+        frames = [next_frame(socket) for _ in range(12)]
+        assert frames[-1].steps - frames[-5].steps == 4
 
 
 def test_a_browser_that_is_behind_holds_its_robot(client: TestClient) -> None:
@@ -139,8 +213,11 @@ HOSTILE_STARTS = [
     '{"do":"start","plan":"two_rooms","what":1}',
     '{"do":"move","linear":1,"angular":0}',
     '{"do":"shutdown"}',
+    '{"do":"replay"}',
+    '{"do":"replay","recording":"no recording"}',
+    '{"do":"replay","recording":"' + "A" * 59_000 + '"}',
     "[" * 1900,
-    "x" * 5000,
+    "x" * 64_000,
 ]
 
 
@@ -159,6 +236,8 @@ HOSTILE_LATER = [
     '{"do":"seen","number":99999}',
     '{"do":"start","plan":"two_rooms"}',
     '{"do":"pace","steps_per_s":1e9}',
+    '{"do":"replay","recording":""}',
+    '{"do":"finish","why":"seen"}',
     "null",
 ]
 

@@ -10,8 +10,8 @@ from houseexpo.pseudoslam.render.sight import Sight
 from houseexpo.service.drive.frames import LONGEST, Report, SentMap, frame_of, runs_of
 from tests.builders.driving import VALUES, frame_from, painted
 
-REPORT = Report(7, 5, 3, (1.5, 2.5, -0.5), 12.5, 0.25, 3.75)
-NOTHING = Sight(np.empty(0), np.empty((0, 3)))
+REPORT = Report(7, 5, 3, 11, (1.5, 2.5, -0.5), 12.5, 0.25, 3.75)
+NOTHING = Sight(np.empty(0), np.empty((0, 6)))
 
 
 @settings(max_examples=50, deadline=None)
@@ -28,11 +28,11 @@ def test_frames_add_up_to_the_map(seed: int, rows: int, cols: int, steps: int) -
 
 
 def test_a_frame_says_how_the_robot_does() -> None:
-    sight = Sight(np.array([0.0, 31.25, 125.0]), np.array([[4.0, 5.0, 6.0]]))
+    sight = Sight(np.array([0.0, 31.25, 125.0]), np.array([[0.0, 4.0, 5.0, 6.0, 7.0, -8.0]]))
     found = frame_from(frame_of(REPORT, SentMap((2, 2)).update(np.zeros((2, 2), np.uint8)), sight))
-    assert found[:7] == (5, 3, 7, (1.5, 2.5, -0.5), 12.5, 0.25, 3.75)
+    assert found[:8] == (5, 3, 7, 11, (1.5, 2.5, -0.5), 12.5, 0.25, 3.75)
     assert found.rect == (0, 0, 0, 0)
-    assert found.bodies.tolist() == [[4.0, 5.0, 6.0]]
+    assert found.bodies.tolist() == [[0.0, 4.0, 5.0, 6.0, 7.0, -8.0]]
     assert found.ranges.tolist() == [0.0, 31.25, 125.0]
 
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import base64
 import csv
 import io
 import zipfile
+import zlib
+from dataclasses import replace
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -14,7 +18,8 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import LaserConfig
 from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS
 from houseexpo.service.drive.messages import Start
-from houseexpo.service.drive.robots import Robot, explorers
+from houseexpo.service.drive.recordings import read_recording
+from houseexpo.service.drive.robots import Bumps, Robot, explorers
 from tests.builders.driving import frame_from, painted, two_rooms
 
 
@@ -66,6 +71,108 @@ def test_what_is_saved_is_what_play_saves() -> None:
     assert again.saved() == data
 
 
+def test_a_wall_that_is_pushed_against_is_bumped_into_once() -> None:
+    driven = robot(seed=3)
+    flags, bumps, path_m = 0, 0, 0.0
+    for _ in range(200):
+        driven.move(1.0, 0.0)
+        found = frame_from(driven.frame())
+        flags, bumps, path_m = flags | found.flags, found.bumps, found.path_m
+    assert flags & COLLIDED
+    assert bumps == 1
+    for _ in range(60):  # turning on the spot is still the same wall
+        driven.move(0.0, 1.0)
+    driven.move(1.0, 0.0)
+    while not frame_from(driven.frame()).flags & COLLIDED:
+        driven.move(1.0, 0.0)
+    found = frame_from(driven.frame())
+    assert found.bumps == 2
+    assert found.path_m > path_m
+
+
+def test_contacts_are_counted_from_touch_to_free_way() -> None:
+    bumps = Bumps()
+    for blocked, moved_m, count in (
+        (True, 0.01, 1), (True, 0.0, 1), (False, 0.0, 1), (True, 0.0, 1), (False, 0.05, 1), (True, 0.02, 2),
+    ):  # fmt: skip
+        bumps.step(blocked=blocked, moved_m=moved_m)
+        assert bumps.count == count
+
+
+@pytest.mark.parametrize("driver", ["you", "forward"])
+def test_a_recording_gives_the_same_drive_again(driver: str) -> None:
+    words: dict[str, Any] = {"driver": driver, "seed": 4, "people": 2, "noise": "much", "obstacles": 1}
+    driven = robot(**words)
+    for number in range(150):
+        if driver == "you":
+            driven.move((number // 20) % 3 / 2, 0.3 * (-1) ** (number // 30))
+        else:
+            driven.advance()
+    figures = driven.finish()
+    assert figures["steps"] == 150
+    assert len(figures["recording"]) < 600
+    recording = read_recording(figures["recording"])
+    assert recording.start == Start("two_rooms", **words)
+    again = Robot(two_rooms(), recording.start, recording)
+    assert again.hello()["replay"]["same_house"]
+    while again.advance():
+        pass
+    assert frame_from(again.frame()).pose == frame_from(driven.frame()).pose
+    assert again.saved() == driven.saved()
+    assert again.finish() == {**figures, "why": "done", "recording": "", "replay": "same"}
+
+
+def test_a_replay_in_a_house_that_was_changed_says_so() -> None:
+    driven = robot(seed=4)
+    for _ in range(40):
+        driven.move(1.0, 0.5)
+    recording = read_recording(driven.finish()["recording"])
+    changed = replace(two_rooms(), verts=two_rooms().verts * 1.5)
+    again = Robot(changed, recording.start, recording)
+    assert not again.hello()["replay"]["same_house"]
+    assert again.finish()["replay"] == "not yet"
+    again = Robot(changed, recording.start, recording)
+    while again.advance():
+        pass
+    assert again.finish()["replay"] == "another place"
+
+
+def test_links_that_are_cut_off_or_made_up_are_refused() -> None:
+    driven = robot()
+    driven.move(1.0, 0.0)
+    text = driven.finish()["recording"]
+    found = read_recording(text)
+    bomb = base64.urlsafe_b64encode(zlib.compress(b"\x00" * 10_000_000)).decode()
+    hostile = [
+        "", "?", "é", text[:-9], text + "AAAA" * 9, bomb,
+        msgspec.structs.replace(found, runs=found.runs[:-1]).as_text(),
+        msgspec.structs.replace(found, runs=b"\x01\x00\xff\xff" * 5).as_text(),
+        msgspec.structs.replace(found, runs=b"\x80\x00\x01\x00").as_text(),
+        msgspec.structs.replace(found, start=Start("two_rooms", driver="forward"), runs=b"\x03\x00\x01\x00").as_text(),
+        msgspec.structs.replace(found, start=Start("two_rooms", people=10**6)).as_text(),
+        msgspec.structs.replace(found, version=2).as_text(),
+    ]  # fmt: skip
+    for each in hostile:
+        with pytest.raises(ConfigError, match=r"^recording: "):
+            read_recording(each)
+
+
+def test_people_keep_their_numbers_and_walk_where_they_head() -> None:
+    driven = robot(people=3, fov_deg=360, range_m=10, seed=2)
+    before: dict[float, Any] = {}
+    compared = 0
+    for _ in range(60):
+        driven.move(0.0, 0.0)
+        for number, x, y, radius, across, down in frame_from(driven.frame()).bodies.tolist():
+            assert radius == pytest.approx(0.2 * 25, abs=0.5)
+            if number in before and np.hypot(across, down) > 10:
+                way = np.array([x, y]) - before[number]
+                assert np.dot(way, [across, down]) > 0
+                compared += 1
+            before[number] = np.array([x, y])
+    assert compared > 20
+
+
 def test_options_are_simulated() -> None:
     config = Start("p", range_m=10, fov_deg=360, noise="much", people=3, obstacles=4).config
     assert config.laser == LaserConfig(range_m=10, fov_deg=360)
@@ -80,12 +187,12 @@ def test_explorers_are_those_of_the_benchmark_and_explore() -> None:
     assert not {"a-star", "greedy"} & set(explorers())
     watched = robot(driver="frontier", seed=1)
     for _ in range(300):
-        watched.explore()
+        watched.advance()
     found = frame_from(watched.frame())
     assert found.flags & ENDED
     assert found.flags & SUCCESS
     assert found.coverage > 0.98
-    assert not watched.explore()
+    assert not watched.advance()
 
 
 @pytest.mark.parametrize("driver", ["os:system", "policy.py", "houseexpo.pseudoslam.agents.forward:Forward", ""])
