@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from houseexpo.dataset.build_record import BuildRecord
     from pipeline.batch.assemble import DataSet
     from pipeline.executors.outcome import Executor
+    from pipeline.overrides import Override
 
 DAMAGED = 1
 """An exit code, beside 0, 2 (the command cannot be carried out), NOT_DONE, NO_PLAN and that of Ctrl-C."""
@@ -108,10 +109,11 @@ def built(work: Work, others: str, check: Callable[[], None]) -> DataSet:
     check()
     root, adds = Path(work.out), others == Others.ADD
     with watching(check) as display:
+        overrides = load_overrides(work.config, work.overrides, root)
         data_set = run_build(
             settings_of(work.config, work.given),
             root,
-            overrides=load_overrides(work.config, work.overrides, root),
+            overrides=overrides,
             workers=work.workers or 1,
             progress=display.progress,
             others=Others(others),
@@ -124,7 +126,21 @@ def built(work: Work, others: str, check: Callable[[], None]) -> DataSet:
         if not data_set.unchanged:
             end_shards(FolderStore(root))
             write_report(data_set, display.progress)
+    _say_without_effect(data_set, overrides)
     return data_set
+
+
+def _say_without_effect(data_set: DataSet, overrides: Mapping[str, Override]) -> None:
+    """Name the corrections by hand that nothing in the houses answered to."""
+    from houseexpo.dataset.plan_files import load_plan
+    from pipeline.corrections import level_of, without_effect
+
+    for name, override in overrides.items():
+        if override.door or override.no_room:
+            ids = [each for each in data_set.ids if level_of(each) == level_of(name)]
+            plans = [load_plan(data_set.root / "json" / f"{each}.json") for each in ids]
+            for said in without_effect(override, plans):
+                typer.secho(f"correction without effect: {name}: {said}", fg="yellow", err=True)
 
 
 def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:

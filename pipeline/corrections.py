@@ -19,9 +19,11 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+import shapely
 from shapely import LineString
 
 from houseexpo.errors import ConfigError
+from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import plan_from_source
 from houseexpo.plan import Frame
 from houseexpo.plan.overrides import NAME
@@ -31,6 +33,9 @@ from pipeline.values import Input, Level, SourceOpening
 
 DOOR_DEPTH_M: Final = 0.4
 """How deep a door is taken to be that a person gives as a line: through most walls, and into no room behind."""
+
+ANSWERS_M: Final = 0.5
+FAR_M: Final = 10.0
 
 _BUILDING: Final = re.compile(r"_B\d+(?=_|$)")
 _DIGITS: Final = re.compile(r"_[0-9a-f]{8}$")
@@ -121,6 +126,37 @@ def corrected_level(level: Level, override: Override) -> Level:
     )
     no_rooms = tuple(_at(level.frame, point) for point in override.no_room)
     return replace(level, openings=(*level.openings, *doors), no_rooms=(*level.no_rooms, *no_rooms))
+
+
+def without_effect(override: Override, plans: Iterable[FloorPlan]) -> list[str]:
+    """Return what a person said of a level, door by door and point by point, that nothing in its plans answered to.
+
+    A door answers where the plan has one within ``ANSWERS_M`` of its middle. A point of no room does not where a room
+    still holds it, or where it lies far from the house (``FAR_M``).
+    """
+    placed = [plan for plan in plans if plan.frame is not None]
+    if not placed:
+        return []
+    found = []
+    for segment in override.door:
+        ends = [[_at(plan.frame, end) for end in segment] for plan in placed if plan.frame is not None]
+        middles = [LineString(line).centroid for line in ends]
+        if not any(
+            door.polygon.distance(middle) <= ANSWERS_M
+            for plan, middle in zip(placed, middles, strict=True)
+            for door in plan.doors
+        ):
+            found.append(f"door {[list(end) for end in segment]}: the plan has no door there; is it in a wall?")
+    for point in override.no_room:
+        places = [shapely.Point(_at(plan.frame, point)) for plan in placed if plan.frame is not None]
+        inside = any(
+            room.polygon.contains(place) for plan, place in zip(placed, places, strict=True) for room in plan.rooms
+        )
+        if inside:
+            found.append(f"no_room {list(point)}: a room still holds this point")
+        elif min(plan.outline.distance(place) for plan, place in zip(placed, places, strict=True)) > FAR_M:
+            found.append(f"no_room {list(point)}: it lies more than {FAR_M:g} m from the house")
+    return found
 
 
 def concerns(name: str, known: str) -> bool:

@@ -34,6 +34,9 @@ def serve(
     measure: Annotated[
         bool, typer.Option("--measure", help="Find doors and reach of plans that record none first; minutes, once.")
     ] = False,
+    with_token: Annotated[
+        bool, typer.Option("--token", help="Ask for the token in the address on this machine too, as on others.")
+    ] = False,
 ) -> None:
     """Show data sets in the browser: gallery, plans, statistics, a robot to drive; and serve them to programs."""
     from houseexpo.dataset.store import files_at
@@ -54,7 +57,7 @@ def serve(
         raise ConfigError("serve: --review writes decisions, --read-only forbids it; leave one out")
     for place in dataset or () if review else ():
         files_at(place, "serve --review")  # decisions lie beside the data set
-    token = "" if is_loopback(host) else secrets.token_urlsafe(_TOKEN_BYTES)
+    token = "" if is_loopback(host) and not with_token else secrets.token_urlsafe(_TOKEN_BYTES)
     listening = _listening(host, port)
     with listening:
         names = (socket.gethostname(),) if is_any(host) else ()

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Annotated, Any, Final, Literal, TypeVar
 
 import msgspec
+import shapely
 from msgspec import Meta
 
 from houseexpo.errors import ConfigError
@@ -16,6 +17,11 @@ from houseexpo.grids.frame import source_from_plan
 from houseexpo.plan.overrides import MIN_DOOR_M
 
 _BESIDE_M: Final = 2.0
+SNAP_M: Final = 0.25
+"""A hand's breadth beside a wall: a door that is drawn there is meant in the wall."""
+WALL_M: Final = 0.5
+"""The thickest wall in which a door is drawn."""
+INTO_WALL_M: Final = 0.03
 _DIGITS: Final = 3
 _CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f]+")
 
@@ -68,7 +74,8 @@ def value_of(asked: Decision, plan: FloorPlan) -> Any:
     Raises
     ------
     ConfigError
-        It has too few points, points outside of the plan, jambs that are too near, or the plan has no frame.
+        It has too few points, points outside of the plan, jambs that are too near, a door that is not in a wall, or the
+        plan has no frame.
     """
     if asked.action in {"keep", "drop", "note"}:
         return plain(asked.text)
@@ -81,8 +88,37 @@ def value_of(asked: Decision, plan: FloorPlan) -> Any:
         raise ConfigError(f"door: expected jambs {MIN_DOOR_M} m apart or more, found {found}; set them anew")
     if plan.frame is None:
         raise ConfigError(f"{plan.id}: it does not say where it stands in its source; only keep and drop are possible")
-    points = [_rounded(point) for point in source_from_plan(plan.frame, asked.points).tolist()]
+    drawn = snapped(asked.points, plan) if asked.action == "door" else asked.points
+    points = [_rounded(point) for point in source_from_plan(plan.frame, drawn).tolist()]
     return points if asked.action == "door" else points[0]
+
+
+def snapped(jambs: Sequence[Point], plan: FloorPlan) -> list[Point]:
+    """Return a door's jambs, plan metres, moved into the nearest wall within a hand's breadth (``SNAP_M``).
+
+    A door that lies in a wall, or over a door that is there, stays where it was drawn.
+
+    Raises
+    ------
+    ConfigError
+        No wall of a room is that near.
+    """
+    line = shapely.LineString(jambs)
+    middle, space = line.centroid, plan.free_space
+    if any(door.polygon.distance(middle) <= SNAP_M for door in plan.doors):
+        return list(jambs)
+    edge = space.boundary
+    far = float(edge.distance(middle))
+    if far > (SNAP_M if space.contains(middle) else WALL_M):
+        raise ConfigError(
+            f"door: expected a place in a wall, found one {far:.2f} m from the nearest wall; draw it on the wall"
+        )
+    if not space.contains(middle):
+        return list(jambs)
+    near = shapely.shortest_line(middle, edge).coords[-1]
+    dx, dy = near[0] - middle.x, near[1] - middle.y
+    scale = (far + INTO_WALL_M) / far if far > 0 else 0.0
+    return [(x + scale * dx, y + scale * dy) for x, y in jambs]
 
 
 def _check_inside(points: Sequence[Point], plan: FloorPlan) -> None:
