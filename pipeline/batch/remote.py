@@ -9,9 +9,14 @@ import errno
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from typing import Any
+from typing import Any, Final
 
 from houseexpo.errors import ConfigError, MissingDependencyError, installing
+
+_WITHOUT_CREDENTIALS: Final = frozenset(
+    {"NoCredentialsError", "PartialCredentialsError", "DefaultCredentialsError", "TokenRetrievalError"}
+)
+"""Errors of libraries that need not be installed, by their names."""
 
 
 def is_url(text: str) -> bool:
@@ -45,10 +50,18 @@ def opened(url: str) -> tuple[Any, str]:
 
 @contextmanager
 def faults(url: str) -> Iterator[None]:
-    """Have what goes wrong with the store be a transient fault, whatever its library calls it."""
+    """Have what goes wrong with the store be a transient fault, whatever its library calls it.
+
+    Who asks without credentials, or without the right to, is no transient fault: ConfigError says what to set.
+    """
     try:
         yield
     except FileNotFoundError:
         raise
+    except PermissionError as error:
+        raise ConfigError(f"{url}: the store refuses it ({error}); check the credentials and their rights") from error
     except Exception as error:  # each library has errors of its own
+        if type(error).__name__ in _WITHOUT_CREDENTIALS:
+            advice = "set them as the store's own tools take them, such as AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY"
+            raise ConfigError(f"{url}: no credentials for this store were found; {advice}") from error
         raise OSError(errno.EIO, f"{url}: {type(error).__name__}: {error}") from error

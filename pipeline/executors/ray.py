@@ -51,6 +51,11 @@ def run(
     ray = _connected(address)
     try:
         yield from _run(ray, (function, limits, tuple(preload)), iter(items))
+    except (ConnectionError, ray.exceptions.RayError) as error:
+        place, kind = address or "of this machine", type(error).__name__
+        raise HouseExpoError(
+            f"the Ray cluster {place} is gone ({kind}); what is done is kept: run this command again when it is back"
+        ) from None
     finally:
         ray.shutdown()
 

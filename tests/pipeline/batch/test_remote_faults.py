@@ -1,0 +1,37 @@
+"""What goes wrong with an object store: passing faults, and what a person has to set."""
+
+from __future__ import annotations
+
+import errno
+
+import pytest
+
+from houseexpo.errors import ConfigError
+from pipeline.batch.remote import faults
+from pipeline.batch.transient import transient_fault
+
+
+class NoCredentialsError(Exception):
+    """As botocore calls it."""
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (NoCredentialsError("Unable to locate credentials"), "no credentials for this store were found; set them"),
+        (PermissionError(errno.EACCES, "Access Denied"), "the store refuses it .*; check the credentials"),
+    ],
+)
+def test_who_may_not_is_told_what_to_set(error: Exception, said: str) -> None:
+    with pytest.raises(ConfigError, match=said) as raised, faults("s3://bucket/plans"):
+        raise error
+    assert transient_fault(raised.value) is None
+
+
+def test_a_dropped_connection_passes() -> None:
+    with (
+        pytest.raises(OSError, match="s3://bucket/plans: RuntimeError: dropped") as raised,
+        faults("s3://bucket/plans"),
+    ):
+        raise RuntimeError("dropped")
+    assert transient_fault(raised.value) is not None
