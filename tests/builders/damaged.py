@@ -97,7 +97,7 @@ def _victims(folder: Path, seed: int) -> list[Victim]:
     for kind in _KINDS:
         for number in range(3):
             make_member(kind, number, seed, folder / f"{kind}_{number}")
-    ready = [file for file in sorted(FOLDER.glob("*.*")) if file.suffix not in {".png", ".md"}]
+    ready = [file for file in sorted(FOLDER.glob("*.*")) if file.suffix not in {".png", ".md", ".toml"}]
     real = [file for file in sorted(DATA.glob("real/**/*.*")) if file.suffix in {".glb", ".ply", ".obj", ".dae"}]
     for file in (*ready, *real):
         place = folder / f"{file.stem}_{file.suffix[1:]}"

@@ -12,8 +12,14 @@ import pytest
 
 
 def is_installed(module: str) -> bool:
-    """Whether a module can be imported; a folder that happens to have its name is no module."""
-    found = find_spec(module)
+    """Whether a module can be imported; a folder that happens to have its name is no module.
+
+    Name a module inside where the package itself is a namespace (``rosbags.rosbag2``).
+    """
+    try:
+        found = find_spec(module)
+    except ModuleNotFoundError:  # the package around it is not there
+        return False
     return found is not None and found.origin is not None
 
 

@@ -32,7 +32,7 @@ FORWARD, LEFT = 0, 1
 
 @pytest.fixture(autouse=True)
 def _rosbags() -> None:
-    need(modules=["rosbags"], how="pip install -e '.[bag]'")
+    need(modules=["rosbags.rosbag2"], how="pip install -e '.[bag]'")
 
 
 def made(config: SimulatorConfig = CONFIG, **given: Any) -> ExplorationEnv:
