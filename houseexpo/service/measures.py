@@ -81,6 +81,14 @@ class Table:
         """Return a measure of each plan (n,), for a robot's radius ("0.20") where it depends on one."""
         return self._numbers[f"{measure} {radius}" if measure in OF_A_RADIUS else measure]
 
+    def title(self, row: int) -> str:
+        """Return what a plan is called on pages: "9 rooms, 121 m²"; its id where neither is known."""
+        rooms, area = self.value(row, "rooms"), self.value(row, "area")
+        words = [] if rooms is None else ["1 room" if rooms == 1 else f"{rooms:,.0f} rooms"]
+        if area is not None:
+            words.append(f"{area:,.0f} m²" if area >= 10 else f"{area:.1f} m²")
+        return ", ".join(words) or self.ids[row]
+
     def value(self, row: int, measure: str, radius: str = USUAL_RADIUS) -> float | None:
         """Return a measure of one plan, None where it is not known."""
         found = float(self.numbers(measure, radius)[row])
