@@ -1,7 +1,7 @@
 """HouseExpo: 2D floor plans for robots that learn.
 
-The public names stand in ``__init__.pyi``; each is imported when it is first used, so that ``import houseexpo`` stays
-quick.
+``__init__.pyi`` lists the public names. Each one is imported when it is first used, so that ``import houseexpo`` is
+fast.
 
 Examples
 --------

@@ -1,4 +1,4 @@
-"""``python -m houseexpo`` is the command ``houseexpo``."""
+"""Entry point of ``python -m houseexpo``, which is the same as the command ``houseexpo``."""
 
 from houseexpo.entry import main
 

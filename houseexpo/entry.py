@@ -1,4 +1,4 @@
-"""Where the command starts: it answers Ctrl-C from its first moment on, while all else is still being imported."""
+"""Entry point of the command line. It handles Ctrl-C from the start, even while other modules are being imported."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from houseexpo.errors import INTERRUPTED
 
 
 def main(*command: str) -> None:
-    """Run the command line; ``command`` is put before the arguments (``python -m pipeline`` is ``houseexpo build``)."""
+    """Run the command line with ``command`` before the arguments (``python -m pipeline`` runs ``houseexpo build``)."""
     try:
         from houseexpo.commands.app import main as run
 
@@ -17,6 +17,6 @@ def main(*command: str) -> None:
         sys.stderr.write("interrupted\n")
         sys.exit(INTERRUPTED)
     finally:
-        # After a Ctrl-C that left an exec() of a string (dataclasses make some while they are imported), CPython's
-        # `python -m` ends by the signal, whatever the exit code is. The next exec() of a string makes it forget.
+        # If Ctrl-C interrupts the exec() of a string (dataclasses run some at import time), CPython's `python -m` later
+        # dies from the signal and ignores the exit code. Another exec() of a string clears that state.
         exec("")  # noqa: S102

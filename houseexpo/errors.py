@@ -1,18 +1,18 @@
-"""One small tree of exceptions; every text says which thing, what was expected, what was found, what to do."""
+"""The exceptions of houseexpo. Each message names the object, what was expected, what was found and what to do."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 INTERRUPTED = 130
-"""The exit code of a command that Ctrl-C ended."""
+"""The exit code of a command that was interrupted with Ctrl-C."""
 
 NO_PLAN = 4
-"""The exit code of a build of which nothing became a plan: every input was rejected."""
+"""The exit code of a build that produced no plan because every input was rejected."""
 
 
 def installing(extra: str) -> str:
-    """Return the command that installs one of the project's extras: from the clone, or from the index."""
+    """Return the command that installs an extra of this project, from the clone or from the package index."""
     root = Path(__file__).resolve().parents[1]
     if (root / "pyproject.toml").is_file() and (root / "pipeline").is_dir():
         return f"in a clone of the project, pip install -e '.[{extra}]'"
@@ -20,18 +20,18 @@ def installing(extra: str) -> str:
 
 
 class HouseExpoError(Exception):
-    """Root of every error that houseexpo raises on purpose."""
+    """Base class of all errors that houseexpo raises on purpose."""
 
 
 class PlanError(HouseExpoError):
-    """A floor plan, or a file that should hold one, breaks the format.
+    """A floor plan, or a file that should contain one, violates the format.
 
-    ``problem`` says what was expected, what was found and what to do; ``key`` is the place in the plan
-    (``doors[2].rooms``); ``plan`` is the plan's id, "" where it is not known.
+    ``problem`` says what was expected, what was found and what to do. ``key`` is the position in the plan
+    (``doors[2].rooms``). ``plan`` is the plan's id, or "" if it is unknown.
     """
 
     def __init__(self, problem: str, key: str = "", plan: str = "") -> None:
-        super().__init__(problem, key, plan)  # pickles as it is made
+        super().__init__(problem, key, plan)  # the same arguments, so that it can be unpickled
         self.problem, self.key, self.plan = problem, key, plan
 
     def __str__(self) -> str:
@@ -39,7 +39,7 @@ class PlanError(HouseExpoError):
         return f"{where}: {self.key}: {self.problem}" if self.key else f"{where}: {self.problem}"
 
     def within(self, key: str = "", plan: str = "") -> PlanError:
-        """Return the same error seen from the thing that contains it."""
+        """Return the error with ``key`` put before its own key, and with ``plan`` as its plan unless it has one."""
         inner = self.key if not key or not self.key or self.key.startswith("[") else f".{self.key}"
         return PlanError(self.problem, key + inner, self.plan or plan)
 
@@ -49,26 +49,26 @@ class ConfigError(HouseExpoError):
 
 
 class DatasetError(HouseExpoError):
-    """A data set cannot be opened, fetched or split, or holds no such thing."""
+    """A data set cannot be opened, fetched or split, or does not contain what was asked for."""
 
 
 class UnknownPlanError(DatasetError, KeyError):
-    """A data set has no plan of that id."""
+    """A data set has no plan with the given id."""
 
-    __str__ = Exception.__str__  # KeyError's would quote the whole sentence
+    __str__ = Exception.__str__  # KeyError.__str__ would put the message in quotes
 
 
 class MissingDependencyError(HouseExpoError):
-    """An optional library is needed for what was asked and is not installed."""
+    """An optional library that the requested operation needs is not installed."""
 
 
 class PolicyError(HouseExpoError):
-    """A policy returned what is no action, raised, died or never answered; the text names the plan and the step."""
+    """A policy returned an invalid action, raised, died or did not answer. The message names the plan and the step."""
 
 
 class TrainingError(HouseExpoError):
-    """Learning cannot go on: a policy is no longer one, or what is there belongs to another run."""
+    """Training cannot start or continue: it diverged, a file is unusable, or a folder belongs to another run."""
 
 
 class WorkerError(HouseExpoError):
-    """A worker process ended before it answered."""
+    """A worker process ended before it returned a result."""

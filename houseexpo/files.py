@@ -1,4 +1,4 @@
-"""Files and folders that are there whole or not at all, if asked for also after the power failed."""
+"""Write files and folders atomically: each is complete or absent, on request even after a power failure."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ import msgspec
 from houseexpo.errors import ConfigError
 
 PARTIAL = ".partial-"
-"""What is being written bears a name that begins so; what is left of it was interrupted."""
+"""Prefix of the name of a file or folder that is being written; one that remains was interrupted."""
 
 
 CACHE_VARIABLE = "HOUSEEXPO_CACHE"
-"""The variable that moves the user's cache."""
+"""The environment variable that sets the place of the user's cache."""
 
 
 def as_json(values: Any) -> bytes:
-    """Return JSON that people can read and diff, keys as they come."""
+    """Return indented JSON that is easy to read and to compare; keys keep their order."""
     return msgspec.json.format(msgspec.json.encode(values), indent=2) + b"\n"
 
 
 def as_zip(files: Mapping[str, bytes]) -> bytes:
-    """Return a ZIP archive of files by name, sorted and without times: equal files give equal bytes."""
+    """Return a ZIP archive of the files, sorted by name and without times, so that equal files give equal bytes."""
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w") as archive:
         for name, data in sorted(files.items()):
@@ -40,14 +40,14 @@ def as_zip(files: Mapping[str, bytes]) -> bytes:
 
 
 def write_whole(file: Path, data: bytes, *, durable: bool = False) -> None:
-    """Write a file under a temporary name, and give it its own when it is whole.
+    """Write a file under a temporary name and rename it when it is complete.
 
-    ``durable``: bring it to the disk before.
+    With ``durable``, the data is synchronised to the disk before the file is renamed.
 
     Raises
     ------
     ConfigError
-        What is there is no regular file but a device, a pipe or a folder.
+        A device, a pipe or a folder already has this name.
     """
     if file.exists() and not file.is_file():
         what = "a folder" if file.is_dir() else "a device or a pipe"
@@ -72,7 +72,7 @@ def write_whole(file: Path, data: bytes, *, durable: bool = False) -> None:
 
 @contextmanager
 def named_in_errors(file: Path) -> Iterator[None]:
-    """Have errors of the system name a file where they name none, as that of a full disk does not."""
+    """Add the file's name to an ``OSError`` that names none, such as that of a full disk."""
     try:
         yield
     except OSError as error:
@@ -82,9 +82,9 @@ def named_in_errors(file: Path) -> Iterator[None]:
 
 @contextmanager
 def whole_folder(target: Path) -> Iterator[Path]:
-    """Yield a new folder beside the target to fill; at the end it takes the target's name, or vanishes.
+    """Yield a new folder beside the target; at the end it is renamed to the target, or removed after an error.
 
-    Where another process was quicker, its folder stays.
+    If another process has created the target in the meantime, that folder is kept.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
     partial = Path(tempfile.mkdtemp(dir=target.parent, prefix=PARTIAL))
@@ -102,13 +102,13 @@ def whole_folder(target: Path) -> Iterator[Path]:
 
 
 def sha256_of(file: Path) -> str:
-    """Return the SHA-256 of a file's bytes, in hex digits."""
+    """Return the SHA-256 of a file as a hexadecimal string."""
     with file.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def make_folder(folder: Path) -> Path:
-    """Return a folder, made with those above it where it is not there; ConfigError where that cannot be."""
+    """Create a folder and its parents if they are missing, and return it; raise ConfigError if that is impossible."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError):
@@ -118,7 +118,7 @@ def make_folder(folder: Path) -> Path:
 
 
 def cache_folder(*parts: str) -> Path:
-    """Return a folder in the user's cache, made where it is absent; the variable HOUSEEXPO_CACHE moves the cache."""
+    """Return a folder in the user's cache, created if absent; the variable HOUSEEXPO_CACHE sets the cache's place."""
     root = os.environ.get(CACHE_VARIABLE)
     if root is None:
         from platformdirs import user_cache_path
@@ -134,7 +134,7 @@ def cache_folder(*parts: str) -> Path:
 
 
 def sync_folder(folder: Path) -> None:
-    """Bring the names in a folder to the disk."""
+    """Synchronise the names in a folder to the disk."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)

@@ -1,9 +1,9 @@
-"""The facade: a plan that offers what the floors above it do, so that users need one object (``plan.grid()``).
+"""The class ``FloorPlan``, a facade: one object with methods such as ``plan.grid()`` for what other packages compute.
 
-``houseexpo.plan`` holds the plan as data. Grids, graphs, walls, drawings and rooms are made by functions of
-``houseexpo.grids``, ``analysis``, ``drawing`` and ``inference``, which take that data and know nothing of this file. A
-method here says what it gives and calls one of them; it computes nothing, and imports it where it is called, so that
-``import houseexpo`` stays quick. An import contract in ``pyproject.toml`` keeps the floors apart.
+``houseexpo.plan`` defines the plan as data. Functions in ``houseexpo.grids``, ``analysis``, ``drawing`` and
+``inference`` take that data and compute grids, graphs, walls, drawings and rooms; they do not import this file. The
+methods here compute nothing themselves. Each imports such a function when it is called, so that ``import houseexpo`` is
+fast. An import contract in ``pyproject.toml`` keeps the layers apart.
 """
 
 from __future__ import annotations
@@ -37,12 +37,19 @@ if TYPE_CHECKING:
 
 
 def decode(data: bytes | str) -> FloorPlan:
-    """Read one plan from its JSON; PlanError as ``houseexpo.plan.json_codec.decode_as`` says."""
+    """Read one plan from its JSON text.
+
+    Raises
+    ------
+    PlanError
+        The text is not valid JSON, a key is missing or of the wrong type, or the plan violates the format
+        (docs/format.md). The error names the key, and the plan if its id can be read.
+    """
     return json_codec.decode_as(FloorPlan, data)
 
 
 class MeasuredReach(Reach):
-    """What is recorded of a plan's navigability; called with a radius that is not recorded, it measures."""
+    """The navigability recorded in a plan; a call with a radius that is not recorded measures it."""
 
     __slots__ = ("_space",)
 
@@ -58,11 +65,11 @@ class MeasuredReach(Reach):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FloorPlan(PlanData):
-    """One floor plan of the data set (docs/format.md), published or ours.
+    """One floor plan of the data set (docs/format.md), from a published file or built by this project.
 
-    ``verts`` stays as published; shapes and finiteness are checked when a plan is made (PlanError), simple geometry is
-    not: 1,285 published rings touch or cross themselves. ``outline`` and ``free_space`` are valid in any case, and
-    ``repair`` says what it took.
+    Coordinates are in metres, x right and y up. The constructor raises PlanError if an array has the wrong shape or is
+    not finite. It keeps ``verts`` as given and accepts rings that touch or cross themselves, as 1,285 published ones
+    do. ``outline`` and ``free_space`` are always valid polygons; ``repair`` says what had to be repaired.
 
     Examples
     --------
@@ -73,7 +80,7 @@ class FloorPlan(PlanData):
     (0.1, 0.1, 4.1, 4.1)
     """
 
-    if TYPE_CHECKING:  # a ring may be any list of [x, y]; once made, it is an array
+    if TYPE_CHECKING:  # the constructor takes any list of [x, y] as a ring; the attribute is an array
 
         def __init__(  # noqa: PLR0917 - the fields
             self,
@@ -93,21 +100,21 @@ class FloorPlan(PlanData):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        space = partial(even_odd, self.verts, self.holes)  # not a method of self: a cycle would outlive the plan
+        space = partial(even_odd, self.verts, self.holes)  # no method of self: a cycle would delay freeing it
         self._set("navigability", MeasuredReach(self.navigability, space))
 
     def moved(self, dx: float, dy: float) -> FloorPlan:
-        """Return the plan shifted by (dx, dy) metres; its frame still leads to the same place in the source."""
+        """Return the plan shifted by (dx, dy) metres; its frame is adjusted to map to the same place in the source."""
         return moved(self, dx, dy)
 
     def centred(self) -> FloorPlan:
-        """Return the plan with its origin at the centroid of the free space, as the paper's text has it."""
+        """Return the plan with its origin at the centroid of the free space, as the paper's text defines it."""
         centre = self.free_space.centroid
         return self.moved(-centre.x, -centre.y)
 
     @cached_property
     def divided(self) -> FloorPlan:
-        """The plan with rooms and doors: itself, or where it records none, as published, what ``with_rooms`` finds."""
+        """The plan with rooms and doors: the plan itself or, if it records none, the result of ``with_rooms``."""
         if self.rooms:
             return self
         from houseexpo.inference import with_rooms
@@ -115,23 +122,23 @@ class FloorPlan(PlanData):
         return with_rooms(self)
 
     def walls(self, thickness: float = 0.1) -> tuple[Polygon, ...]:
-        """Walls as polygons, metres: what lies within ``thickness`` of the floor and is no floor, holes whole.
+        """Return the walls as polygons in metres: the area within ``thickness`` metres of the floor, and all holes.
 
-        Walls between rooms that are thinner than twice ``thickness`` come out as thick as they are; doors stay open.
-        Furniture is no wall: what it stands on is floor.
+        A wall between rooms that is thinner than twice ``thickness`` keeps its own thickness. Doors stay open.
+        Furniture does not count as a wall; the area under it counts as floor.
         """
         from houseexpo.analysis.walls import walls_around
 
         return walls_around(self.floor, thickness)
 
     def grid_frame(self, pixels_per_metre: float = 25.0) -> GridFrame:
-        """Where the grids below stand: one cell of margin all round, row 0 at the lowest y, as published."""
+        """Return the frame of this plan's grids: a margin of one cell all round, row 0 at the lowest y."""
         from houseexpo.grids.frame import GridFrame
 
         return GridFrame.around(self._bounds, pixels_per_metre)
 
     def grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.uint8]:
-        """Occupancy (rows, cols): 0 where the cell's centre is free, 1 where it is in a wall or outside.
+        """Return the occupancy grid (rows, cols): 0 if the cell's centre is free, 1 if it is in a wall or outside.
 
         Examples
         --------
@@ -145,35 +152,41 @@ class FloorPlan(PlanData):
         return (~mask).view(np.uint8)
 
     def room_grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int32]:
-        """Ids of rooms of ``divided`` (rows, cols), -1 where there is none; the grid is that of ``grid``."""
+        """Return the id of the room of ``divided`` in each cell (rows, cols), -1 for none; same cells as ``grid``."""
         from houseexpo.grids.raster import room_mask
 
         return room_mask(self.divided, self.grid_frame(pixels_per_metre))
 
     def door_grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int32]:
-        """Ids of doors of ``divided`` (rows, cols), -1 where there is none; the grid is that of ``grid``."""
+        """Return the id of the door of ``divided`` in each cell (rows, cols), -1 for none; same cells as ``grid``."""
         from houseexpo.grids.raster import door_mask
 
         return door_mask(self.divided, self.grid_frame(pixels_per_metre))
 
     def distance_field(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.float32]:
-        """Metres (rows, cols) from each free cell's centre to the nearest wall, 0 in walls; the grid is ``grid``'s."""
+        """Return the distance in metres (rows, cols) from each free cell's centre to the nearest wall, 0 in walls.
+
+        The cells are those of ``grid``.
+        """
         from houseexpo.grids.raster import clearance
 
         return clearance(self.grid(pixels_per_metre) == 0, pixels_per_metre)
 
     def graph(self, *, outside: bool = False) -> nx.MultiGraph[int | str]:
-        """Rooms of ``divided`` as nodes, doors as edges, with walking distances; ``analysis.geodesic`` says which."""
+        """Return the graph of ``divided``: rooms as nodes, doors as edges, with walking distances.
+
+        ``houseexpo.rooms_graph`` lists the attributes.
+        """
         from houseexpo.analysis.geodesic import walking_graph
 
         return walking_graph(self.divided, outside=outside)
 
     def to_cell(self, points: npt.ArrayLike, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int64]:
-        """Plan metres (..., 2) as (x, y) to cells (..., 2) of ``grid`` as (row, col); they may lie outside it."""
+        """Convert points (..., 2), (x, y) in metres, to cells (..., 2) of ``grid``, (row, col), maybe outside it."""
         return self.grid_frame(pixels_per_metre).cells_from_points(points)
 
     def to_world(self, cells: npt.ArrayLike, pixels_per_metre: float = 25.0) -> npt.NDArray[np.float64]:
-        """Cells (..., 2) of ``grid`` as (row, col) to the plan metres (..., 2) of their centres as (x, y)."""
+        """Convert cells (..., 2) of ``grid``, (row, col), to their centres (..., 2), (x, y) in metres."""
         return self.grid_frame(pixels_per_metre).points_from_cells(cells)
 
     def plot(
@@ -195,12 +208,12 @@ class FloorPlan(PlanData):
         ax
             The axis to draw on; by default that of a new figure.
         rooms, labels, doors, objects, walls
-            What is drawn: rooms in their label's colour, their labels, doors by kind, furniture, walls.
-            Rooms and doors of a published plan, which records none, are found first (``divided``).
+            What to draw: rooms in their label's colour, their labels, doors by kind, furniture, walls. A published
+            plan has no rooms and doors; those of ``divided`` are drawn.
         wall_thickness
-            How thick the walls around the outline are drawn, metres.
+            Thickness of the walls around the outline, metres.
         title
-            A title of the axis.
+            Title of the axis.
 
         Returns
         -------
@@ -233,18 +246,18 @@ class FloorPlan(PlanData):
         )
 
     def to_geopandas(self, layer: Layer = "rooms") -> Any:
-        """Return the plan's rooms, doors or furniture as a ``geopandas.GeoDataFrame``, a row each, in metres.
+        """Return the plan's rooms, doors or furniture as a ``geopandas.GeoDataFrame``, one row each, in metres.
 
         Parameters
         ----------
         layer
-            "rooms", "doors", "objects" (furniture), or "plans" (one row: the free space). Rooms and doors of a
-            published plan are found first (``divided``).
+            "rooms", "doors", "objects" (furniture), or "plans" (one row: the free space). A published plan has no
+            rooms and doors; those of ``divided`` are returned.
 
         Raises
         ------
         ConfigError
-            There is no such layer.
+            ``layer`` is none of these.
         MissingDependencyError
             GeoPandas is not installed.
         """
@@ -253,7 +266,7 @@ class FloorPlan(PlanData):
         return features([self.divided], layer)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the plan to a JSON file; a file of that name is replaced only by a whole one."""
+        """Write the plan to a JSON file; an existing file is replaced only when the new one is complete."""
         from houseexpo.files import write_whole
 
         write_whole(Path(path), json_codec.encode(self) + b"\n")

@@ -1,11 +1,11 @@
-"""numba's cache on disk where it can fail: nowhere to write, files that were cut off, and sources that changed.
+"""Make numba's cache on disk robust against folders without write access, truncated files and changed sources.
 
-R1  Where neither the package's folder nor the user's cache can be written, kernels are compiled in each process anew,
-    with one warning: numba alone refuses to import them.
-R2  A file of the cache that cannot be read counts as empty, and is written over: numba alone ends with pickle's error.
-R3  What was compiled from other sources is compiled anew. numba keeps it beside a stamp of the file that it stands in,
-    and does not look at other files that it calls. The stamp here is a hash of all files of the package. An index of
-    another stamp counts as empty, and is written over; nothing is deleted.
+R1  If neither the package's folder nor the user's cache is writable, each process compiles the kernels anew, with one
+    warning. numba alone would refuse to import them.
+R2  A cache file that cannot be read counts as empty and is overwritten. numba alone would fail with pickle's error.
+R3  Kernels that were compiled from other sources are compiled again. numba's own stamp covers only the file that
+    defines the kernel, not the other files that it calls. The stamp here is a hash of all files of the package. An
+    index with another stamp counts as empty and is overwritten; nothing is deleted.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from typing import Any
 
 from numba.core import caching as numba_caching
 
-caching: Any = numba_caching  # some of it is typed, some is not
+caching: Any = numba_caching  # only some of it is typed
 
 
 def cache_safely(package: Path) -> None:
-    """Let what is compiled from files below ``package`` hold to R1 to R3; to be called before a kernel is made."""
+    """Apply R1 to R3 to kernels in files below ``package``; call this before the first kernel is defined."""
     if not issubclass(caching.IndexDataCacheFile, _Healing):
         caching.IndexDataCacheFile = _Healing
     places: list[Any] = caching.CacheImpl._locator_classes  # noqa: SLF001  # numba offers no other way in code
@@ -36,7 +36,7 @@ def cache_safely(package: Path) -> None:
 
 @cache
 def digest_of(package: Path) -> str:
-    """Return a hash of the Python files of a folder and of those below it."""
+    """Return a hash of all Python files in a folder and its subfolders."""
     found = hashlib.sha256()
     for source in sorted(package.rglob("*.py")):
         found.update(source.relative_to(package).as_posix().encode() + b"\0" + source.read_bytes() + b"\0")
@@ -44,13 +44,13 @@ def digest_of(package: Path) -> str:
 
 
 def is_missing(kernel: Any) -> bool:
-    """Whether a kernel is to be kept on disk, where other processes find it, and is not there yet."""
+    """Return whether a kernel should be cached on disk for other processes but is not there yet."""
     kept = kernel._cache  # noqa: SLF001  # numba offers no other way to ask
     return not isinstance(kept._impl.locator, _OfThisProcess) and kept._cache_file.is_empty()  # noqa: SLF001
 
 
 class _Healing(caching.IndexDataCacheFile):  # type: ignore[misc]
-    """An index of compiled kernels that counts as empty where it cannot be read (R2)."""
+    """An index of compiled kernels that counts as empty if it cannot be read (R2)."""
 
     def load(self, key: Any) -> Any:
         try:
@@ -62,7 +62,7 @@ class _Healing(caching.IndexDataCacheFile):  # type: ignore[misc]
             return None
 
     def is_empty(self) -> bool:
-        """Whether nothing is kept there that can be read and was compiled from these sources."""
+        """Return whether the index lists no readable kernel that was compiled from these sources."""
         try:
             return not self._load_index()
         except Exception:  # noqa: BLE001
@@ -79,7 +79,7 @@ class _Healing(caching.IndexDataCacheFile):  # type: ignore[misc]
 
 
 def _stamped(place: Any, folder: Path) -> Any:
-    """Return a way of finding a kernel's place on disk as ``place`` does, for files of the folder only (R3)."""
+    """Return a cache locator like ``place``, but only for files of the folder (R3)."""
 
     class Stamped(place):  # type: ignore[misc]
         package = folder
@@ -95,11 +95,11 @@ def _stamped(place: Any, folder: Path) -> Any:
 
 
 class _OfThisProcess:
-    """Where kernels are kept that no other process finds."""
+    """A cache that no other process can find."""
 
 
 def _last_resort(folder: Path) -> Any:
-    """Return a place for kernels that numba takes where no other will do: a folder of this process (R1)."""
+    """Return the cache locator that numba uses if all others fail: a folder of this process (R1)."""
 
     class LastResort(_OfThisProcess, _stamped(caching.UserWideCacheLocator, folder)):  # type: ignore[misc]
         def __init__(self, py_func: Any, py_file: str) -> None:

@@ -1,9 +1,9 @@
-"""Files that a command writes where a person asked for them.
+"""Output files of commands, at the place that the user asked for.
 
-R1  A command never writes into what it reads from: not over a file of a data set, and not beside one in its folder. The
-    folder ``.build`` of a data set is no part of it.
-R2  A file that is there already is written over only if houseexpo wrote it and nobody changed it since, or if the
-    person said ``--replace``. What houseexpo wrote is noted in the user's cache, by folder: name, size and time.
+R1  A command never writes into its input: neither over a file of a data set nor beside one in its folder. The folder
+    ``.build`` of a data set is not part of it.
+R2  An existing file is overwritten only if houseexpo wrote it and nobody has changed it since, or if the user gave
+    ``--replace``. For each folder, the user's cache lists the files that houseexpo wrote: name, size and time.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _Look = tuple[int, int]
 
 
 def check_apart(out: Path, sources: Iterable[str | Path | None]) -> None:
-    """Raise ConfigError where a place lies in something that is read (R1)."""
+    """Raise ConfigError if ``out`` lies in one of the inputs (R1)."""
     for source in sources:
         if source is not None and "://" not in str(source) and _lies_in(out, Path(source)):
             raise ConfigError(
@@ -36,7 +36,7 @@ def check_apart(out: Path, sources: Iterable[str | Path | None]) -> None:
 
 
 def check_run_folder(folder: Path, own: Iterable[str]) -> None:
-    """Raise ConfigError where a folder holds files, and none of a former run by these names; a run adds files to it."""
+    """Raise ConfigError if a run's folder holds files but none named in ``own``, which a former run would have left."""
     if folder.is_dir() and not any((folder / name).exists() for name in own):
         found = sorted(each.name for each in folder.iterdir())
         if found:
@@ -44,21 +44,21 @@ def check_run_folder(folder: Path, own: Iterable[str]) -> None:
 
 
 class Output:
-    """What one command writes: a file, or files in a folder.
+    """The output of one command: a file, or files in a folder.
 
-    Use it as a context: the place is checked when it is entered, and what was written is noted when it is left.
+    Use it as a context manager: entering checks the place, leaving records what was written.
 
     Parameters
     ----------
     out
-        The file or the folder that the person named.
+        The file or folder that the user named.
     sources
-        What the command reads: data sets, plans, results. Addresses of services are passed over.
+        The command's input: data sets, plans, results. Addresses of services are ignored.
     replace
-        Whether files that houseexpo did not write may be written over.
+        Whether to overwrite files that houseexpo did not write.
     folder
-        Whether ``out`` is a folder; its files are written by ``write``. A single file may be written by any means
-        between entering and leaving.
+        Whether ``out`` is a folder. Its files must be written with ``write``; a single file may be written in any way
+        while the context is active.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class Output:
         self._notes: dict[Path, _Notes] = {}
 
     def __enter__(self) -> Output:
-        """Check the place; ConfigError where it lies in a source, or is a file that is not to be written over."""
+        """Check the place; raise ConfigError if it lies in a source or is a file that must not be overwritten."""
         check_apart(self.out, self._sources)
         if not self._is_folder:
             make_folder(self.out.parent)
@@ -79,14 +79,14 @@ class Output:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Note what was written; after an error, what was written until then."""
+        """Record what was written, also after an error."""
         if not self._is_folder and self.out.is_file() and kind is None:
             self._of(self.out).add(self.out)
         for notes in self._notes.values():
             notes.save()
 
     def write(self, file: Path, data: bytes) -> None:
-        """Write a file whole; ConfigError where another's is there (R2). Equal bytes are left as they are."""
+        """Write a file atomically unless it already has these bytes; raise ConfigError if it is not ours (R2)."""
         make_folder(file.parent)
         if file.is_file() and not file.is_symlink() and file.stat().st_size == len(data) and file.read_bytes() == data:
             return
@@ -95,11 +95,11 @@ class Output:
         self._of(file).add(file)
 
     def check(self, file: Path) -> None:
-        """Raise ConfigError where a file is there that is not to be written over (R2)."""
+        """Raise ConfigError if the file exists and must not be overwritten (R2)."""
         if self._replace or not os.path.lexists(file) or self._of(file).know(file):
             return
         if file.exists() and not file.is_file():
-            return  # a folder or a device: whoever writes says so
+            return  # a folder or a device: writing reports that
         raise ConfigError(
             f"{file}: a file is there already that houseexpo did not write, or that was changed since; --replace "
             "writes over it, or choose another --out"
@@ -113,7 +113,7 @@ class Output:
 
 
 class _Notes:
-    """The names of the files in one folder that houseexpo wrote, and how they looked then (R2)."""
+    """The list of files in one folder that houseexpo wrote, with their size and time (R2)."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -125,7 +125,7 @@ class _Notes:
             self._files = msgspec.json.decode(self._kept.read_bytes(), type=dict[str, _Look])
 
     def know(self, file: Path) -> bool:
-        """Whether a file is as houseexpo wrote it."""
+        """Return whether a file is unchanged since houseexpo wrote it."""
         known = self._files.get(os.fsencode(file.name).hex())
         return known is not None and not file.is_symlink() and known == _look(file)
 
@@ -134,7 +134,7 @@ class _Notes:
         self._changed = True
 
     def save(self) -> None:
-        """Keep the notes; a cache that cannot be written keeps none, and --replace is asked for the next time."""
+        """Save the list; if the cache is not writable, nothing is saved and the next run asks for --replace."""
         if self._changed and self._kept is not None:
             with suppress(HouseExpoError, OSError):
                 write_whole(self._kept, msgspec.json.encode(self._files))
@@ -146,7 +146,7 @@ def _look(file: Path) -> _Look:
 
 
 def _lies_in(out: Path, source: Path) -> bool:
-    """Whether a place is a source, or in the folder of one, whatever links or letters' case lead there."""
+    """Return whether ``out`` is a source or lies in its folder, with links and letter case resolved."""
     if not source.exists():
         return False
     for place in (whole := out.resolve(), *whole.parents):

@@ -1,9 +1,9 @@
-"""Work that several processes share, each computing with one thread.
+"""Distribute work over several processes, each computing with one thread.
 
-1. Items are asked for as they are needed: a few chunks a process wait, not a data set.
-2. Answers come in the order of the items, so the number of processes changes nothing.
-3. A process that dies ends the work with an error; the answer that it owed is not waited for.
-4. Ctrl-C is the caller's: the processes end with it, and say nothing.
+1. Items are requested as they are needed: only a few chunks per process wait, not the whole data set.
+2. Results come in the order of the items, so that the number of processes does not change them.
+3. If a process dies, the work ends with an error at once instead of waiting for the missing result.
+4. The caller handles Ctrl-C; the processes then end silently.
 """
 
 from __future__ import annotations
@@ -24,20 +24,21 @@ Item = TypeVar("Item")
 Answer = TypeVar("Answer")
 
 _AHEAD: Final = 4
-"""So many chunks a process are asked for before the first is answered."""
+"""Number of chunks per process that are requested in advance."""
 
 
 def in_processes(
     work: Callable[[Item], Answer], items: Iterable[Item], workers: int, chunk: int = 1
 ) -> Iterator[Answer]:
-    """Yield what ``work`` makes of each item; ``chunk`` items go to a process at once.
+    """Yield the result of ``work`` for each item; ``chunk`` items are sent to a process at once.
 
-    Both must pickle. A script that calls this needs its ``if __name__ == "__main__"``: the processes are spawned.
+    ``work`` and the items must be picklable. The processes are spawned, so that a script that calls this needs
+    ``if __name__ == "__main__"``.
 
     Raises
     ------
     WorkerError
-        Where a process ends before it has answered.
+        A process ended before it returned its result.
     """
     chunks = in_chunks(items, chunk)
     before = set(multiprocessing.active_children())
@@ -47,7 +48,7 @@ def in_processes(
 
     def ask(number: int) -> None:
         for each in islice(chunks, number):
-            with single_threaded():  # the executor starts its processes as they are needed
+            with single_threaded():  # the executor starts processes on demand
                 waiting.append(executor.submit(_answers, work, each))
 
     try:
@@ -64,11 +65,11 @@ def in_processes(
     finally:
         executor.shutdown(wait=False, cancel_futures=True)
         for process in set(multiprocessing.active_children()) - before:
-            process.terminate()  # R4: what is still at work has nobody who waits for it
+            process.terminate()  # R4: nobody waits for the remaining work
 
 
 def in_chunks(items: Iterable[Item], size: int) -> Iterator[list[Item]]:
-    """Yield the items in lists of ``size``, the last one shorter where they do not come out even."""
+    """Yield the items in lists of ``size``; the last list may be shorter."""
     source = iter(items)
     return iter(lambda: list(islice(source, size)), [])
 

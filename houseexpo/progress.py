@@ -1,4 +1,4 @@
-"""How far something long is, on standard error: a bar on a terminal; elsewhere, as in a log, a line now and then."""
+"""Progress of long work on standard error: a bar on a terminal, a line now and then elsewhere, such as in a log."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from typing import TypeVar
 T = TypeVar("T")
 
 EVERY_S = 10.0
-"""Seconds between two lines where there is no terminal."""
+"""Seconds between two lines if there is no terminal."""
 
 
 def watched(items: Iterable[T], what: str, total: int | None = None) -> Iterator[T]:
-    """Yield the items, and show how many of ``total`` are done; nothing where ``is_quiet``.
+    """Yield the items and show how many of ``total`` are done, unless ``is_quiet``.
 
-    On a terminal that is a bar, which vanishes at the end. What takes less than ``EVERY_S`` leaves no line elsewhere.
+    A terminal shows a bar, which disappears at the end. Elsewhere, work shorter than ``EVERY_S`` writes no line.
     """
     if is_quiet():
         yield from items
@@ -34,7 +34,7 @@ def watched(items: Iterable[T], what: str, total: int | None = None) -> Iterator
 
 def _in_lines(items: Iterable[T], what: str, total: int | None) -> Iterator[T]:
     last = time.monotonic()
-    for done, item in enumerate(items):  # those before this one are done
+    for done, item in enumerate(items):  # the items before this one are done
         if time.monotonic() - last >= EVERY_S:
             last = time.monotonic()
             sys.stderr.write(f"{what}: {done:,}" + ("\n" if total is None else f" of {total:,}\n"))
@@ -43,10 +43,10 @@ def _in_lines(items: Iterable[T], what: str, total: int | None) -> Iterator[T]:
 
 
 def is_verbose() -> bool:
-    """Whether the logger ``houseexpo`` is told to say what is done (``houseexpo -v``)."""
+    """Return whether the logger ``houseexpo`` reports each action (``houseexpo -v``)."""
     return logging.getLogger("houseexpo").getEffectiveLevel() <= logging.INFO
 
 
 def is_quiet() -> bool:
-    """Whether the logger ``houseexpo`` is told to report errors only (``houseexpo -q``)."""
+    """Return whether the logger ``houseexpo`` reports errors only (``houseexpo -q``)."""
     return logging.getLogger("houseexpo").level > logging.WARNING

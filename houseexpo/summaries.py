@@ -1,4 +1,4 @@
-"""What a data set's ``stats.json`` is made of: summaries that other packages bring, found through entry points."""
+"""The contents of a data set's ``stats.json``: summaries from other packages, found through entry points."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from typing import Any, Protocol
 from houseexpo.floorplan import FloorPlan
 
 GROUP = "houseexpo.summaries"
-"""Entry points of this group make an empty summary; their names are keys of ``stats.json``."""
+"""The group of entry points that create an empty summary; their names are the keys of ``stats.json``."""
 
 
 class Summary(Protocol):
-    """Takes plans one at a time and says what they are like together; two of them add up."""
+    """Statistics over plans, which are added one at a time; two summaries can be merged."""
 
     def add(self, plan: FloorPlan) -> None:
-        """Take one plan in."""
+        """Add one plan."""
 
     def merge(self, other: Any) -> None:
-        """Take in what another summary of the same kind has seen."""
+        """Add the plans of another summary of the same kind."""
 
     def report(self) -> dict[str, Any]:
-        """Return plain values, ready for JSON; the order in which plans came leaves no trace in them."""
+        """Return values that can be written as JSON; they do not depend on the order of the plans."""
         ...
 
 

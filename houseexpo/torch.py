@@ -1,4 +1,4 @@
-"""Rasters of a data set for PyTorch, which is imported when a data set is made and not before.
+"""Rasters of a data set for PyTorch, which is imported only when a ``PlanDataset`` is created.
 
 >>> import houseexpo.torch  # needs no torch
 """
@@ -27,14 +27,14 @@ class PlanDataset:
     index     int64 ()               number of the plan in ``plans``
     ========  =====================  ==================================================
 
-    It pickles as a path and ids, so loader processes share the cached store and no plan is copied.
+    It is pickled as a path and ids, so that loader processes share the cached store and copy no plan.
 
     Parameters
     ----------
     plans
         A data set, or a path to open.
     config
-        Size, resolution and what becomes of plans that are too large.
+        Size, resolution, and how to treat plans that are too large.
 
     Raises
     ------

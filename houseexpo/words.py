@@ -1,4 +1,4 @@
-"""How numbers of things are said, and what a person may have meant."""
+"""Wording of messages: counts with their noun, and suggestions for misspelt names."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 
 def counted(number: int, noun: str) -> str:
-    """Return a number of things.
+    """Return a count with its noun, in the singular or the plural.
 
     Examples
     --------
@@ -17,7 +17,7 @@ def counted(number: int, noun: str) -> str:
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Return words for a message: which known name is like one that is not known; "" where none is.
+    """Return the part of a message that suggests the known name most similar to ``word``; "" if none is similar.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Worker processes that compute with one thread each: more of them, on as many cores, only get in each other's way."""
+"""Worker processes with one computing thread each, since more threads than cores would slow each other down."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ THREADS: Final = (
     "NUMEXPR_NUM_THREADS",
     "NUMBA_NUM_THREADS",
 )
-"""Libraries read these when they are loaded."""
+"""Environment variables that libraries read when they are loaded."""
 
 
 def cores(groups: Path = Path("/proc/self/cgroup"), mount: Path = Path("/sys/fs/cgroup")) -> int:
-    """Return how many cores this process may use: by its affinity, and by the quota of its control groups (Linux)."""
+    """Return how many cores this process may use, given its affinity and the quota of its control groups (Linux)."""
     own = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(min([own, *(math.ceil(quota) for quota in _quotas(groups, mount))]), 1)
 
 
 def _quotas(groups: Path, mount: Path) -> Iterator[float]:
-    """Yield the cores that each control group of the process, and each one above it, allows.
+    """Yield the number of cores that each control group of the process and each of its parents allows.
 
-    ``groups`` has a line ``0::/path`` (version 2) or ``4:cpu,cpuacct:/path`` (version 1). Within a container the path
-    may be one outside of it; the mount's own files speak of the container then.
+    ``groups`` has a line ``0::/path`` (version 2) or ``4:cpu,cpuacct:/path`` (version 1). In a container, the path may
+    be one outside of it; the files at the mount's root then describe the container.
     """
     try:
         lines = groups.read_text(encoding="utf-8").splitlines()
@@ -49,7 +49,7 @@ def _quotas(groups: Path, mount: Path) -> Iterator[float]:
 
 
 def _quota(folder: Path) -> float | None:
-    """Return the cores that one control group allows, None where it sets no limit."""
+    """Return the number of cores that one control group allows, None if it sets no limit."""
     try:
         if (folder / "cpu.max").exists():
             allowed, period = (folder / "cpu.max").read_text(encoding="utf-8").split()
@@ -63,7 +63,7 @@ def _quota(folder: Path) -> float | None:
 
 @contextmanager
 def single_threaded() -> Iterator[None]:
-    """Have processes that start within compute with one thread."""
+    """Make processes that start in this context compute with one thread."""
     before = {name: os.environ.get(name) for name in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1"))
     try:

@@ -1,4 +1,4 @@
-"""Data sets of plans: open, select, split, fetch, validate."""
+"""Open, select, split, fetch and validate data sets of plans."""
 
 from houseexpo.dataset.opening import Dataset, Range, open_dataset
 

@@ -1,10 +1,10 @@
-"""How a data set folder was built, so that it can be built again.
+"""A record of how a data set folder was built, so that it can be built again.
 
-R1  The record lies in the data set, in ``.build``. It holds sources, a manifest and options that say what the plans are
-    like; never where work is done: an address, an executor, a number of processes.
-R2  A data set may come from anybody, and so may its record. What it names outside of the data set is followed only
-    where this user built the data set, in the same place and in the same words: a copy of the record in the user's
-    cache says so. All others are told the command, and may run it themselves.
+R1  The record is stored in the data set, in ``.build``. It holds sources, a manifest and the options that affect the
+    plans. It never says where the work was done (address, executor, number of processes).
+R2  A data set, and with it the record, may come from anybody. Paths outside the data set are therefore used only if
+    this user built the data set in the same place with the same commands, as a copy of the record in the user's cache
+    shows. Other users are shown the commands and may run them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from houseexpo.errors import HouseExpoError
 from houseexpo.files import as_json, cache_folder, write_whole
 
 FILE = ".build/command.json"
-"""Where the record lies in a data set."""
+"""The path of the record in a data set."""
 
 OPTIONS: Final = frozenset({
     *("config", "overrides", "model_path"),
@@ -35,13 +35,13 @@ _SWITCHES: Final = {"True": "", "False": "no-"}
 
 
 class Build(msgspec.Struct, frozen=True):
-    """One ``houseexpo build``: its sources, and its options by their names in Python, as texts. Paths are absolute."""
+    """One ``houseexpo build``: its sources, and its options as texts by their names in Python. Paths are absolute."""
 
     sources: tuple[str, ...] = ()
     options: dict[str, str] = {}
 
     def words(self, out: Path) -> list[str]:
-        """Return the arguments of ``houseexpo`` that build this into a folder."""
+        """Return the arguments of ``houseexpo`` that run this build into a folder."""
         words = ["build"]
         for name, value in sorted(self.options.items()):
             if name in OPTIONS:
@@ -51,21 +51,21 @@ class Build(msgspec.Struct, frozen=True):
 
 
 class BuildRecord(msgspec.Struct, frozen=True):
-    """The builds that make a data set again.
+    """The builds that made a data set and that can make it again.
 
     Parameters
     ----------
     build
-        The last one.
+        The last build.
     earlier
-        Those whose plans it kept (``--add``), in order; they are run before it.
+        The builds whose plans it kept (``--add``), in the order in which they ran.
     """
 
     build: Build
     earlier: tuple[Build, ...] = ()
 
     def beside(self, before: BuildRecord | None) -> BuildRecord:
-        """Return the record of a build that kept the plans of those before it."""
+        """Return the record of a build that added its plans to those of the builds in ``before``."""
         if before is None:
             return self
         found = [each for each in map(_added, (*before.earlier, before.build)) if each != _added(self.build)]
@@ -76,7 +76,7 @@ class BuildRecord(msgspec.Struct, frozen=True):
         return [each.words(out) for each in (*self.earlier, self.build)]
 
     def typed(self, out: Path) -> list[str]:
-        """Return the commands as they are typed in a shell."""
+        """Return the commands as lines for a shell."""
         return [shlex.join(["houseexpo", *words]) for words in self.commands(out)]
 
 
@@ -85,14 +85,14 @@ def _added(build: Build) -> Build:
 
 
 def record_build(root: Path, record: BuildRecord) -> None:
-    """Keep the record in a data set folder, and that this user built it; a file that says so already is left alone."""
+    """Save the record in a data set folder and note that this user built it; an equal file is not written again."""
     if recorded_build(root) != record:
         write_whole(root / FILE, encoded(record), durable=True)
     note_built_here(root, record)
 
 
 def note_built_here(root: Path, record: BuildRecord) -> None:
-    """Remember that this user built a data set in this place (R2); a cache that cannot be written remembers nothing."""
+    """Note in the cache that this user built a data set in this place (R2); do nothing if it is not writable."""
     with suppress(HouseExpoError, OSError):
         file = _noted(root)
         if not file.exists() or file.read_bytes() != encoded(record):
@@ -100,7 +100,7 @@ def note_built_here(root: Path, record: BuildRecord) -> None:
 
 
 def built_here(root: Path, record: BuildRecord) -> bool:
-    """Tell whether this user built the data set in this place, by this record (R2)."""
+    """Return whether this user built the data set in this place as the record says (R2)."""
     try:
         return _noted(root).read_bytes() == encoded(record)
     except (HouseExpoError, OSError):
@@ -108,12 +108,12 @@ def built_here(root: Path, record: BuildRecord) -> bool:
 
 
 def encoded(record: BuildRecord) -> bytes:
-    """Return the record as it lies in a data set."""
+    """Return the bytes of the record in a data set."""
     return as_json(msgspec.to_builtins(record))
 
 
 def recorded_build(root: Path) -> BuildRecord | None:
-    """Return how a data set folder was built; None where nothing says so, or it is no record."""
+    """Return the record of how a data set folder was built, None if it has none or an invalid one."""
     try:
         found = msgspec.json.decode((root / FILE).read_bytes(), type=BuildRecord)
     except (OSError, msgspec.DecodeError):
@@ -127,5 +127,5 @@ def _texts(record: BuildRecord) -> Iterator[str]:
 
 
 def _noted(root: Path) -> Path:
-    """Return the file in the user's cache that says how a folder was built."""
+    """Return the path of the copy of a folder's record in the user's cache."""
     return cache_folder("builds") / f"{hashlib.sha256(os.fsencode(root.resolve())).hexdigest()}.json"

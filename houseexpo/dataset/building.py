@@ -1,4 +1,4 @@
-"""Build a data set from Python, as ``houseexpo build`` does on the command line."""
+"""Build a data set from Python, like ``houseexpo build`` on the command line."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from houseexpo.dataset.opening import Dataset, open_dataset
 from houseexpo.errors import ConfigError, MissingDependencyError
 
 GROUP: Final = "houseexpo.builders"
-"""The entry points of this group build data sets; the pipeline brings one."""
+"""The group of entry points that build data sets; the pipeline provides one."""
 
 Place = str | os.PathLike[str]
 
@@ -38,49 +38,49 @@ def build(
 ) -> Dataset:
     """Build a data set of floor plans from 3D houses, and open it.
 
-    A build that was interrupted goes on where it stopped. The same houses and options give the same bytes, whatever the
-    number of workers. ``plans.rejected`` says which houses gave no plan, and why.
+    An interrupted build continues where it stopped. The same houses and options give the same bytes for any number of
+    workers. The data set's ``rejected`` lists the houses that gave no plan, with the reason.
 
     Parameters
     ----------
     source
-        A mesh, an IFC file, a folder of such files, a SUNCG root, ``"procedural:20"`` for homes that are made, or
-        several of these; ``()`` where ``config`` names them.
+        A mesh, an IFC file, a folder of such files, a SUNCG root, ``"procedural:20"`` for 20 generated homes, or
+        several of these; ``()`` if ``config`` names the sources.
     out
-        The folder of the data set. It is made where it is missing.
+        The folder of the data set. It is created if it does not exist.
     config
         A manifest: a TOML file with sources and parameters, or the name of one that comes with houseexpo ("demo").
     overrides
-        A TOML file of corrections by hand.
+        A TOML file with manual corrections.
     workers
-        Processes; one for each core by default.
+        Number of processes; by default one for each core.
     limit
-        Take the first houses only, so many.
+        Take only this many houses, the first ones.
     seed
-        The seed of everything that is drawn at random; 0 by default.
+        The seed of all random numbers; 0 by default.
     up, units, scale, storey_height
-        The up axis, the unit ("mm", "ft", or metres in a unit), the scale (20 for a model at 1:20) and the height of a
-        storey in metres of mesh files; found out where they are not given.
+        For mesh files: the up axis, the unit ("mm", "ft", or metres per unit), the scale (20 for a model at 1:20) and
+        the height of a storey in metres. Those that are not given are determined from the file.
     furniture
-        Whether furniture is an obstacle too.
+        Whether furniture counts as an obstacle.
     model_path
-        Folders with Gazebo models, divided as in PATH.
+        Folders with Gazebo models, separated as in PATH.
     min_quality
-        Reject plans of which the pipeline is less sure, 0 to 1.
+        Reject plans with a lower quality score, 0 to 1.
     keep_stages
-        Whether to keep a picture of the stages beside each plan.
+        Whether to save a picture of the stages beside each plan.
     others
-        What becomes of plans of other sources that ``out`` holds: "refuse" to build, "add" the new ones to them, or
+        What to do if ``out`` holds plans from other sources: "refuse" to build, "add" the new plans to them, or
         "replace" them.
 
     Returns
     -------
-    The data set; empty where nothing became a plan.
+    The data set; empty if no house gave a plan.
 
     Raises
     ------
     ConfigError
-        A source does not exist, an option has no such value, or ``out`` holds something else.
+        A source does not exist, an option has an invalid value, or ``out`` holds something else.
 
     Examples
     --------

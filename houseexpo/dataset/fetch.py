@@ -1,4 +1,4 @@
-"""Download the published data set, sure that it is the published one, and unpack it where ``open_dataset`` finds it."""
+"""Download the published data set, verify it, and unpack it for ``open_dataset``."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from houseexpo.files import cache_folder
 
 Subset = Literal["10", "100", "1000", "all"]
 Progress = Callable[[str, int, int], None]
-"""Told what is downloaded, how many bytes are there, and how many there will be (0 where the server does not say)."""
+"""A function that is called with the name of the download, the bytes received and the bytes in all (0 if unknown)."""
 
 _SUBSETS: Final = get_args(Subset)
 _RETRIES: Final = 3
@@ -27,18 +27,18 @@ _MAX_BYTES: Final = 2 * 2**30
 def fetch(subset: Subset | int = "all", *, manifest: Manifest | None = None, progress: Progress | None = None) -> Path:
     """Download the published data set into the user's cache folder, once, and return the folder to open.
 
-    1. A download that breaks off is kept and goes on where it stopped, in this call (three times) and in the next.
-    2. What was downloaded has the git blob id that the manifest names, or it is thrown away.
-    3. ``subset`` "10" is the authors' own demonstration; "100" and "1000" hold those ten and the plans whose ids have
-       the least SHA-256, so that a smaller subset lies in every larger one and all machines get the same.
-    4. The folder appears when everything is in it.
+    1. An interrupted download is kept and resumed, up to three times in this call and again in the next one.
+    2. The download is deleted unless it has the git blob id that the manifest states.
+    3. ``subset`` "10" is the authors' own demonstration. "100" and "1000" contain these ten and the plans whose ids
+       have the smallest SHA-256. Each subset is therefore part of every larger one, and is the same on all machines.
+    4. The folder appears only when it is complete.
 
     Raises
     ------
     ConfigError
-        There is no such subset.
+        There is no subset of this name.
     DatasetError
-        The server cannot be reached, or sends something else; the text says what to do.
+        The server cannot be reached or sends other data; the message says what to do.
 
     Examples
     --------
@@ -60,19 +60,19 @@ def fetch(subset: Subset | int = "all", *, manifest: Manifest | None = None, pro
     def wanted(name: str) -> bool:
         return _is_plan(name) and (ids is None or PurePosixPath(name).stem in ids)
 
-    if not target.is_dir():  # another process may have been quicker
+    if not target.is_dir():  # another process may have created it meanwhile
         unpack(archive, target, wanted=wanted, beside=lists)
     return target
 
 
 def folder_of(subset: str, manifest: Manifest | None = None) -> Path:
-    """Return where ``fetch`` puts a subset, fetched or not."""
+    """Return the folder of a subset, whether it has been fetched or not."""
     published = load_manifest() if manifest is None else manifest
     return cache_folder("data", f"{published.name.lower()}-{published.archive.git_blob[:12]}") / subset
 
 
 def download(source: Source, folder: Path, progress: Progress | None = None) -> Path:
-    """Return the verified file in ``folder``, downloaded where it is not there yet (R1, R2 of ``fetch``)."""
+    """Download a file into ``folder`` unless it is there, verify it and return its path (R1, R2 of ``fetch``)."""
     import pooch
     import requests
 
@@ -84,7 +84,7 @@ def download(source: Source, folder: Path, progress: Progress | None = None) -> 
     )
     logger = pooch.get_logger()
     level = logger.level
-    logger.setLevel(logging.ERROR)  # it tells of retries on standard error
+    logger.setLevel(logging.ERROR)  # it reports retries on standard error
     try:
         store.fetch(source.file, downloader=_Resuming(source, folder, progress))
     except (requests.RequestException, ValueError) as error:
@@ -98,7 +98,7 @@ def download(source: Source, folder: Path, progress: Progress | None = None) -> 
 
 
 def _said(error: Exception) -> str:
-    """Return what went wrong on the way, without the words of the libraries below."""
+    """Return a short description of a network error, without the libraries' own wording."""
     import requests
 
     if isinstance(error, requests.exceptions.ProxyError):
@@ -113,7 +113,7 @@ def _said(error: Exception) -> str:
 
 
 def git_blob(file: Path) -> str:
-    """Return a file's git blob id: the SHA-1 of ``blob <size>``, a zero byte and its bytes, in hex digits."""
+    """Return a file's git blob id: the hexadecimal SHA-1 of ``blob <size>``, a zero byte and its bytes."""
     digest = hashlib.sha1(b"blob %d\0" % file.stat().st_size, usedforsecurity=False)
     with file.open("rb") as stream:
         while data := stream.read(_CHUNK):
@@ -122,7 +122,7 @@ def git_blob(file: Path) -> str:
 
 
 class _Resuming:
-    """A downloader for pooch that keeps what came before a break beside the file, and asks for the rest."""
+    """A downloader for pooch that keeps an interrupted download beside the file and requests only the rest."""
 
     def __init__(self, source: Source, folder: Path, progress: Progress | None) -> None:
         self._source, self._progress = source, progress
@@ -143,7 +143,7 @@ class _Resuming:
         headers = {"Accept-Encoding": "identity"} | ({"Range": f"bytes={have}-"} if have else {})
         with requests.get(url, headers=headers, stream=True, timeout=_TIMEOUT_S) as answer:
             if answer.status_code == requests.codes.requested_range_not_satisfiable:
-                return  # all of it is here; the blob id decides
+                return  # the download is complete; the blob id verifies it
             answer.raise_for_status()
             resumed = answer.headers.get("Content-Range", "").startswith(f"bytes {have}-")
             if not (have and answer.status_code == requests.codes.partial_content and resumed):

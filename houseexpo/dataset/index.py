@@ -1,4 +1,4 @@
-"""``index.parquet``: one row a plan, so that a data set can be searched without opening its plans."""
+"""The index of a data set, ``index.parquet``: one row per plan, for searching without opening the plans."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SCHEMA = pa.schema(
         ("area", pa.float64()),  # m2 of free space
         ("width", pa.float64()),  # m along x
         ("height", pa.float64()),  # m along y
-        ("labels", pa.list_(pa.string())),  # those that occur, sorted
+        ("labels", pa.list_(pa.string())),  # without repetition, sorted
         ("n_doors", pa.int32()),
         ("n_cuts", pa.int32()),
         ("navigability", pa.struct([(f"{radius:.2f}", _REACH) for radius in RADII_M])),
@@ -32,9 +32,10 @@ SCHEMA = pa.schema(
 
 
 def row(plan: FloorPlan, area: float | None = None) -> dict[str, Any]:
-    """Return a plan's row; ``split`` is None until the data set is split, what a published plan lacks is None too.
+    """Return the row of a plan in the index.
 
-    ``area`` is the free space's, m2, where it is known already.
+    ``split`` is None until the data set is split, and so are columns that a published plan lacks. ``area`` is the area
+    of the free space, m2, if it is already known.
     """
     known = bool(plan.rooms)
     x1, y1, x2, y2 = plan.bbox

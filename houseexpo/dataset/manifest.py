@@ -1,4 +1,4 @@
-"""What the published data set is: ``data_manifests/houseexpo.toml``, read and checked."""
+"""The manifest of the published data set, ``data_manifests/houseexpo.toml``."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import msgspec
 from houseexpo.errors import ConfigError
 
 _HOMES: Final = tuple(Path(__file__).parents[up] / "data_manifests" for up in (1, 2))
-"""In the wheel the folder lies in the package, in the repository beside it."""
+"""The folder is part of the package in the wheel, and lies beside it in the repository."""
 
 
 class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -45,13 +45,13 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def _check_name(name: str, key: str) -> None:
-    """Refuse what names anything but a file or folder in the one where it belongs."""
+    """Raise an error unless ``name`` is the name of a file or folder, without a path."""
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._ -]{0,99}", name):
         raise ValueError(f"{key}: expected a plain name of letters, digits, '.', '_' and '-', found {name!r}")
 
 
 def load_manifest(path: Path | None = None) -> Manifest:
-    """Read a manifest, by default the published data set's; ConfigError says what is wrong with it."""
+    """Read a manifest, by default that of the published data set; raise ConfigError if it is invalid."""
     file = manifest_path("houseexpo") if path is None else path
     try:
         return msgspec.convert(tomllib.loads(file.read_text(encoding="utf-8")), Manifest)
@@ -62,7 +62,7 @@ def load_manifest(path: Path | None = None) -> Manifest:
 
 
 def manifest_path(name: str) -> Path:
-    """Return where a manifest that comes with the project lies: "benchmark", "demo", "houseexpo" or "suncg"."""
+    """Return the path of a manifest that comes with the project: "benchmark", "demo", "houseexpo" or "suncg"."""
     for home in _HOMES:
         if (file := home / f"{name}.toml").exists():
             return file
@@ -71,5 +71,5 @@ def manifest_path(name: str) -> Path:
 
 
 def is_bundled(file: Path) -> bool:
-    """Whether a file is a manifest that comes with the project, in the wheel or beside it in a clone."""
+    """Return whether a file is a manifest that comes with the project, in the wheel or in a clone."""
     return file.absolute().parent in {home.absolute() for home in _HOMES}

@@ -1,4 +1,4 @@
-"""A data set as HTML, for notebooks: counts, pictures of some plans, and a table."""
+"""A data set as HTML for notebooks: counts, pictures of some plans, and a table."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _COLUMNS: Final = {
 
 
 def as_html(plans: Any) -> str:
-    """Return the HTML of a ``Dataset``; six plans are read, for their pictures."""
+    """Return the HTML of a ``Dataset``; this reads six plans for their pictures."""
     from houseexpo.drawing import svg
 
     parts = [f"<p><b>{escape(plans.path.name)}</b>: {escape(_counts(plans))}</p>"]
@@ -37,7 +37,7 @@ def as_html(plans: Any) -> str:
 
 
 def _counts(plans: Any) -> str:
-    """Say how many plans there are, how large they are, and which lists come with them."""
+    """Return a line with the number of plans, their sizes, and the lists that come with them."""
     if not len(plans):
         return "no plans"
     areas, rooms = sorted(plans.column("area")), sorted(plans.column("room_num"))

@@ -1,4 +1,4 @@
-"""Open a data set in a line: length, ids, plans by id or number, selections, splits, samples."""
+"""Open a data set in one line: length, ids, plans by id or number, selections, splits, samples."""
 
 from __future__ import annotations
 
@@ -28,23 +28,25 @@ if TYPE_CHECKING:
     from houseexpo.dataset.store.catalogue import Catalogue
 
 Range: TypeAlias = tuple[float | None, float | None]
-"""From and to, both included; None leaves an end open."""
+"""A lower and an upper limit, both inclusive; None for no limit."""
 
 
 def open_dataset(path: str | os.PathLike[str]) -> Dataset:
     """Open a data set: a folder, the published ``json.tar.gz``, a ``.zip``, ``.jsonl`` or ``.jsonl.gz``.
 
-    A folder is one that ``houseexpo build`` or ``houseexpo release`` wrote, or one of published JSON files. Opening
-    reads an index and no plan, but for the first time: then every plan is read and checked once, and the index (of an
-    archive or JSON lines, the plans in blocks too) is kept in the user's cache folder; the variable HOUSEEXPO_CACHE
-    moves it. The address of a data set that ``houseexpo serve`` shows (``http://host:8000/demo``) opens too.
+    ``path`` may also be the address of a data set that ``houseexpo serve`` offers (``http://host:8000/demo``). A folder
+    is the output of ``houseexpo build`` or ``houseexpo release``, or contains published JSON files.
+
+    Opening reads only an index. The first time, it reads and checks every plan once and saves the index in the user's
+    cache folder, for archives and JSON lines together with the plans in blocks. The variable HOUSEEXPO_CACHE sets the
+    place of the cache.
 
     Raises
     ------
     DatasetError
-        There is no data set, it is cut off or broken, or two plans have one id.
+        There is no data set, it is truncated or damaged, or two plans have the same id.
     PlanError
-        A plan breaks the format; the error names the place, the plan and the key.
+        A plan violates the format; the error names the file, the plan and the key.
 
     Examples
     --------
@@ -64,9 +66,10 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
 
 
 class Dataset(Sequence[FloorPlan]):
-    """Plans that are read when they are asked for; selections share what they are selected from.
+    """A sequence of plans, each of which is read when it is accessed.
 
-    ``ds[3]``, ``ds[-1]`` and ``ds["id"]`` are plans, ``ds[10:20]`` is a data set. A pickle holds the path and the ids.
+    ``ds[3]``, ``ds[-1]`` and ``ds["id"]`` are plans; ``ds[10:20]`` is a data set. Selections are data sets too and
+    share the files of the one that they come from. A pickle holds only the path and the ids.
     """
 
     def __init__(self, catalogue: Catalogue, rows: npt.NDArray[np.int64] | None = None) -> None:
@@ -75,7 +78,7 @@ class Dataset(Sequence[FloorPlan]):
 
     @property
     def path(self) -> Path:
-        """Where the data set lies."""
+        """The path of the data set."""
         return self._catalogue.path
 
     @property
@@ -85,7 +88,7 @@ class Dataset(Sequence[FloorPlan]):
 
     @property
     def splits(self) -> dict[str, tuple[str, ...]]:
-        """The lists of ids that come with the data set, as they are written; not all need be in it."""
+        """The lists of ids that come with the data set, by name, unchanged; some of the ids may not be in it."""
         return dict(self._catalogue.lists)
 
     def __len__(self) -> int:
@@ -111,38 +114,38 @@ class Dataset(Sequence[FloorPlan]):
         return map(self._plan, self._rows.tolist())
 
     def raw(self, plan_id: str) -> bytes:
-        """Return a plan's JSON as it is packed; UnknownPlanError where there is none of that id."""
+        """Return the bytes of a plan's JSON as they are stored; raise UnknownPlanError if there is no such plan."""
         return self._catalogue.read(self._row(plan_id))
 
     def digest(self, number: int) -> bytes:
-        """Return the SHA-1 of a plan's JSON (20 bytes), by which what is made of it is kept."""
+        """Return the SHA-1 of a plan's JSON (20 bytes), the key under which results for the plan are cached."""
         return bytes.fromhex(self._catalogue.digest(int(self._rows[number])))
 
     def raw_of(self, number: int) -> bytes:
-        """Return the JSON of a plan by its number, as it is packed."""
+        """Return the bytes of a plan's JSON as they are stored, by the plan's number."""
         return self._catalogue.read(int(self._rows[number]))
 
     def stages(self, plan_id: str) -> bytes | None:
-        """Return a picture (PNG) of the stages that a plan went through; None where its build kept none."""
+        """Return the picture (PNG) of the pipeline's stages for a plan, None if its build kept none."""
         return self._catalogue.stages(self._row(plan_id))
 
     def column(self, name: str, *, compute: bool = True) -> list[Any]:
-        """Return a column of the index, one value a plan: ``room_num``, ``area``, ``labels``, ``n_doors``, ...
+        """Return a column of the index, one value per plan: ``room_num``, ``area``, ``labels``, ``n_doors``, ...
 
-        ``navigability`` and ``n_doors``, which published plans lack, are computed where they are asked for, and kept;
-        ``compute=False`` gives None for a plan of which they are not known yet.
+        Published plans lack ``navigability`` and ``n_doors``; these are computed on request and cached. With
+        ``compute=False``, values that have not been computed yet are None.
         """
         from houseexpo.dataset.store.columns import column
 
         return column(self._catalogue, self._rows, name, compute=compute)
 
     def index(self, item: Any, start: int = 0, stop: int | None = None) -> int:
-        """Return the number of a plan, by the plan or its id: ``plans[plans.index(item)]`` is that plan.
+        """Return the number of a plan, given the plan or its id: ``plans[plans.index(item)]`` is that plan.
 
         Raises
         ------
         ValueError
-            The plan is not in the data set, or not from ``start`` up to ``stop``.
+            The plan is not in the data set, or not between ``start`` and ``stop``.
         """
         name = item.id if isinstance(item, FloorPlan) else item
         number = self.ids.index(name)
@@ -151,13 +154,13 @@ class Dataset(Sequence[FloorPlan]):
         return number
 
     def to_arrow(self) -> Any:
-        """Return what is known of each plan as a ``pyarrow.Table``, one row a plan (docs/format.md, "The index")."""
+        """Return the index as a ``pyarrow.Table`` with one row per plan (docs/format.md, "The index")."""
         return self._catalogue.table.take(self._rows)
 
     def to_pandas(self) -> Any:
-        """Return what is known of each plan as a ``pandas.DataFrame``, one row a plan, by id.
+        """Return the index as a ``pandas.DataFrame`` with one row per plan, by id.
 
-        The columns are those of ``to_arrow``. No plan is read.
+        It has the columns of ``to_arrow``. No plan is read.
 
         Raises
         ------
@@ -173,7 +176,7 @@ class Dataset(Sequence[FloorPlan]):
     def to_geopandas(self, layer: Layer = "rooms") -> Any:
         """Return the rooms, doors, furniture or free spaces of all plans as a ``geopandas.GeoDataFrame``.
 
-        Every plan is read. Rooms and doors of published plans are found first.
+        This reads every plan. Published plans have no rooms and doors; those of ``FloorPlan.divided`` are returned.
 
         Parameters
         ----------
@@ -183,7 +186,7 @@ class Dataset(Sequence[FloorPlan]):
         Raises
         ------
         ConfigError
-            There is no such layer.
+            ``layer`` is none of these.
         MissingDependencyError
             GeoPandas is not installed.
         """
@@ -197,13 +200,13 @@ class Dataset(Sequence[FloorPlan]):
         Parameters
         ----------
         n
-            How many plans.
+            Number of plans.
         columns
-            How many stand side by side.
+            Number of plans in a row.
         size
             Side of each picture, inches.
         **options
-            Those of ``FloorPlan.plot``: ``rooms``, ``labels``, ``doors``, ...
+            Options of ``FloorPlan.plot``: ``rooms``, ``labels``, ``doors``, ...
 
         Returns
         -------
@@ -222,7 +225,7 @@ class Dataset(Sequence[FloorPlan]):
 
     @property
     def rejected(self) -> list[dict[str, str]]:
-        """What gave no plan when the data set was built: dictionaries of id, stage, reason, detail and advice."""
+        """The inputs that gave no plan when the data set was built: id, stage, reason, detail and advice of each."""
         file = self.path / "rejected.jsonl"
         if not file.is_file():
             return []
@@ -231,9 +234,9 @@ class Dataset(Sequence[FloorPlan]):
         return [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines() if line]
 
     def derived(self, name: str, measure: Callable[[FloorPlan], Any], workers: int = 1) -> list[Any]:
-        """Return ``measure(plan)`` for each plan; kept under ``name`` in the user's cache (``store.derived``).
+        """Return ``measure(plan)`` for each plan, cached under ``name`` in the user's cache (``store.derived``).
 
-        A progress bar shows what is left; a run that was stopped goes on where it was.
+        A progress bar shows the plans still to be measured. An interrupted run continues where it stopped.
         """
         from houseexpo.dataset.store.derived import derived
 
@@ -256,18 +259,19 @@ class Dataset(Sequence[FloorPlan]):
         Parameters
         ----------
         rooms, doors
-            Number, or from and to, both included; None leaves an end open. Doors of published plans are found first.
+            A number, or a lower and an upper limit, both inclusive (None for no limit). For published plans, doors are
+            found first.
         area
-            Free space in m2, from and to.
+            Lower and upper limit of the free space, m2.
         labels
-            Labels that all have to occur, spelt in any way (``houseexpo.canonical``).
+            Labels that must all occur, in any spelling (``houseexpo.canonical``).
         robot_radius, min_connected
-            The biggest connected piece of where a disc of this radius (m) can stand holds at least this share of it (1
-            by default). Where it is not recorded it is measured: some 10 ms a plan, once.
+            Of the area in which the centre of a disc of this radius (metres) can be, at least this share (1 by default)
+            must be connected. If the share is not recorded, it is measured once, in about 10 ms per plan.
         min_quality
-            Plans of which the pipeline is at least this sure, 0 to 1; those that say nothing of it are left out.
+            The lowest quality score, 0 to 1. Plans without a score are left out.
         where
-            Any other condition on a plan; it is asked last.
+            Any other condition, a function of the plan; it is evaluated last.
         """
         from houseexpo.dataset.store.columns import column, known_labels, least_share, share_of_one, shares, within
 
@@ -293,8 +297,8 @@ class Dataset(Sequence[FloorPlan]):
     def split(self, name: str) -> Dataset:
         """Return the plans of a list that comes with the data set ("train", "val", "test"), in the list's order.
 
-        ``houseexpo split`` writes such lists; the published ``map_id_train.txt`` and ``map_id_test.txt`` are read as
-        they are. Ids of which there is no plan are left out; ``splits`` has them.
+        ``houseexpo split`` writes such lists; the published ``map_id_train.txt`` and ``map_id_test.txt`` are also read.
+        Ids without a plan are left out; ``splits`` contains them.
         """
         lists = self._catalogue.lists
         if name not in lists:
@@ -305,11 +309,11 @@ class Dataset(Sequence[FloorPlan]):
         return Dataset(self._catalogue, np.array(rows, dtype=np.int64))
 
     def only(self, ids: Iterable[str]) -> Dataset:
-        """Return the plans of these ids, in this order; UnknownPlanError where there is none."""
+        """Return the plans with these ids, in this order; raise UnknownPlanError if one does not exist."""
         return Dataset(self._catalogue, np.array([self._row(name) for name in ids], dtype=np.int64))
 
     def sample(self, n: int, seed: int | np.random.Generator) -> Dataset:
-        """Return ``n`` different plans drawn at random; one seed draws the same ones every time."""
+        """Return ``n`` different plans drawn at random; the same seed always gives the same plans."""
         if not 0 <= n <= len(self):
             raise ConfigError(f"sample: expected 0 to {len(self)} plans, found {n}")
         return Dataset(self._catalogue, self._rows[np.random.default_rng(seed).permutation(len(self))[:n]])
@@ -344,7 +348,7 @@ class Dataset(Sequence[FloorPlan]):
 
 
 def _described(plan: FloorPlan) -> str:
-    """Say what a plan is, for people: its rooms and its free space."""
+    """Return a short description of a plan: its rooms and its free space."""
     return f"{counted(plan.room_num, 'room')}, {plan.area:.0f} m2"
 
 

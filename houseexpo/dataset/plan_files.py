@@ -1,4 +1,4 @@
-"""One plan a file: read it, write it whole or not at all."""
+"""Files with one plan: read them, and write them atomically."""
 
 from __future__ import annotations
 
@@ -10,7 +10,13 @@ from houseexpo.floorplan import FloorPlan, decode
 
 
 def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
-    """Read a plan from a JSON file; PlanError names the file where it holds none."""
+    """Read a plan from a JSON file.
+
+    Raises
+    ------
+    PlanError
+        The file does not contain a valid plan; the error names the file.
+    """
     file = Path(path)
     try:
         return decode(file.read_bytes())
@@ -19,5 +25,5 @@ def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
 
 
 def save_plan(plan: FloorPlan, path: str | os.PathLike[str]) -> None:
-    """Write a plan to a JSON file, as ``plan.save(path)`` does."""
+    """Write a plan to a JSON file, like ``plan.save(path)``."""
     plan.save(path)

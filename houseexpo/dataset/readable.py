@@ -1,4 +1,4 @@
-"""A data set in spite of its broken plans: those that can be read, and why the others cannot."""
+"""Open a data set that has broken plans: the readable plans, and the faults of the others."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from houseexpo.progress import watched
 
 @dataclass(frozen=True)
 class Broken:
-    """A plan that cannot be read: its file, member or line, and what is wrong."""
+    """A plan that cannot be read: its file, member or line, and its fault."""
 
     place: str
     problem: str
@@ -28,17 +28,17 @@ class Broken:
 
 @contextmanager
 def readable(path: Path) -> Iterator[tuple[Dataset, tuple[Broken, ...]]]:
-    """Open the plans of a data set that can be read; the others are named.
+    """Open the readable plans of a data set, and list the broken ones.
 
-    1. A plan is broken where it cannot be decoded or encloses nothing, and where its id is that of an earlier one.
-    2. The others are copied to a file of JSON lines in the folder for temporary files, with the lists of ids.
+    1. A plan is broken if it cannot be decoded, encloses no area, or has the id of an earlier plan.
+    2. The other plans are copied, with the lists of ids, to a file of JSON lines in the folder for temporary files.
 
-    The data set is there until the block ends. One that ``open_dataset`` opens needs none of this.
+    The data set exists until the context ends. It is not needed for a data set that ``open_dataset`` can open.
 
     Raises
     ------
     DatasetError
-        Where the data set itself is cut off or broken, or none of its plans can be read.
+        The data set itself is truncated or damaged, or none of its plans can be read.
     """
     with tempfile.TemporaryDirectory(prefix="houseexpo-") as folder:
         copy = Path(folder) / f"{path.name}.jsonl"
@@ -67,7 +67,7 @@ def _copied(path: Path, copy: Path) -> tuple[Broken, ...]:
 
 
 def _checked(record: Record, seen: dict[str, str]) -> FloorPlan:
-    """Decode a plan (R1); PlanError where it is broken."""
+    """Decode a plan (R1); raise PlanError if it is broken."""
     plan = decode(record.data)
     if plan.id in seen:
         raise PlanError(f"expected an id of its own, found that of {seen[plan.id]}", "id", plan.id)

@@ -1,10 +1,10 @@
-"""Divide a data set for learning: no house, and no copy of a house, on both sides.
+"""Split a data set for learning, so that no house and no copy of a house is in two parts.
 
-1. *Buildings*: levels of one house stay together (ids that differ in ``_L<n>`` only, or one input file).
+1. *Buildings*: levels of one house stay together (ids that differ only in ``_L<n>``, or the same input file).
 2. *Copies*: plans whose pixel difference is at most 0.02 under the eight symmetries (``analysis.similarity``) stay
-   together, and so does what is like one of them.
-3. *Strata*: plans are sorted by rooms and area; each part gets its share of every kind.
-4. The seed decides which; one seed divides one data set in one way.
+   together. This is transitive.
+3. *Strata*: plans are grouped by number of rooms and by area; each part gets its share of every group.
+4. The seed makes the choice; the same seed always splits a data set in the same way.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ PAPER: Final = {"train": 0.7, "test": 0.3}
 """The paper's shares."""
 
 ROOMS: Final = (2, 4, 6, 8, 10, 15)
-"""From these numbers of rooms on, a stratum starts; each has four quarters by area."""
+"""The numbers of rooms at which a new stratum starts; each is divided into four quarters by area."""
 
 TRAITS: Final = "fingerprint, 2"
-"""Under which ``Dataset.derived`` keeps ``traits_of``."""
+"""The name under which ``Dataset.derived`` caches ``traits_of``."""
 
 _LEVEL: Final = re.compile(r"_L\d+(?=$|_[0-9a-f]{8}(?:_\d+)?$)")
 
 
 @dataclass(frozen=True)
 class Split:
-    """Ids by part, sorted, and how they came about; ``groups`` holds the ids that had to stay together."""
+    """A split: the sorted ids of each part, and its parameters; ``groups`` are the ids that had to stay together."""
 
     parts: Mapping[str, tuple[str, ...]]
     seed: int
@@ -50,7 +50,7 @@ class Split:
     groups: tuple[tuple[str, ...], ...]
 
     def record(self) -> dict[str, Any]:
-        """Return what ``splits.json`` says: parameters, and count and SHA-256 of each list."""
+        """Return the contents of ``splits.json``: parameters, and the count and SHA-256 of each list."""
         return {
             "seed": self.seed,
             "shares": dict(self.shares),
@@ -64,19 +64,19 @@ class Split:
 
 
 def split(plans: Dataset, shares: Mapping[str, float], seed: int, workers: int = 1) -> Split:
-    """Divide the plans.
+    """Split the plans into named parts.
 
     Parameters
     ----------
     shares
-        Part of the plans by name; they add up to 1, and a part of 0 is left out.
+        The share of each part, by name. They must add up to 1; a part with share 0 is left out.
     workers
-        Processes for what has to be computed once (and is kept).
+        Number of processes for computing what is not cached yet.
 
     Raises
     ------
     ConfigError
-        The shares are no shares.
+        A share is not from 0 to 1, or they do not add up to 1.
     """
     _check(shares)
     used = {name: share for name, share in shares.items() if share > 0}
@@ -85,7 +85,7 @@ def split(plans: Dataset, shares: Mapping[str, float], seed: int, workers: int =
     strata = _strata(plans)
     rng = np.random.default_rng(seed)
     order = rng.permutation(len(groups)).tolist()
-    # R3: by the stratum of the first plan; inside it large groups first, being the hardest to place, then chance
+    # R3: by the stratum of the first plan; within it large groups first, as the hardest to place, then at random
     order.sort(key=lambda g: (strata[index[groups[g][0]]], -len(groups[g])))
     parts: dict[str, list[str]] = {name: [] for name in used}
     placed = 0
@@ -97,7 +97,7 @@ def split(plans: Dataset, shares: Mapping[str, float], seed: int, workers: int =
 
 
 def together(plans: Dataset, workers: int = 1) -> tuple[tuple[str, ...], ...]:
-    """Return the ids in groups that no split may part (R1, R2), each sorted, the groups by their first id."""
+    """Return the ids in groups that no split may divide (R1, R2), each sorted, the groups by their first id."""
     ids = plans.ids
     traits = plans.derived(TRAITS, traits_of, workers)
     sets = _Sets(len(ids))
@@ -120,14 +120,14 @@ def together(plans: Dataset, workers: int = 1) -> tuple[tuple[str, ...], ...]:
 
 
 def list_bytes(ids: Iterable[str]) -> bytes:
-    """Return a list as it is written: one id a line."""
+    """Return the bytes of a list's file: one id per line."""
     return "".join(f"{name}\n" for name in ids).encode()
 
 
 def write_split(found: Split, folder: Path) -> list[Path]:
     """Write ``splits/<name>.txt`` and, last, ``splits/splits.json`` into a folder.
 
-    In a data set folder the index's column ``split`` and the manifest's hashes follow.
+    In a data set folder, also update the index's column ``split`` and the manifest's hashes.
     """
     home = folder / "splits"
     home.mkdir(parents=True, exist_ok=True)
@@ -148,7 +148,7 @@ def write_split(found: Split, folder: Path) -> list[Path]:
 
 
 class _Sets:
-    """Numbers in sets that join."""
+    """Disjoint sets of numbers that can be merged."""
 
     def __init__(self, count: int) -> None:
         self._parent = list(range(count))
@@ -170,13 +170,13 @@ class _Sets:
 
 
 def traits_of(plan: FloorPlan) -> dict[str, Any]:
-    """Return what tells copies and levels of a house: ``similarity.fingerprint`` and the input file's hash."""
+    """Return what identifies copies and levels of a house: ``similarity.fingerprint`` and the input file's hash."""
     source = str((plan.provenance or {}).get("sha256", ""))
     return {"print": fingerprint(comparison_mask(plan)).tolist(), "source": source}
 
 
 def _strata(plans: Dataset) -> list[tuple[int, int]]:
-    """Return for each plan its class of rooms, and the quarter of that class that its area falls into."""
+    """Return for each plan its stratum by rooms, and the quarter of that stratum by area."""
     rooms = np.searchsorted(ROOMS, np.array(plans.column("room_num")), side="right")
     area = np.array(plans.column("area"), dtype=np.float64)
     quarter = np.zeros(len(plans), dtype=int)

@@ -1,4 +1,4 @@
-"""Plans as arrays of one size, for networks: padded or cropped, room and door masks beside the free space."""
+"""Plans as arrays of one size for neural networks: padded or cropped, with masks of free space, rooms and doors."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from houseexpo.grids.raster import door_mask, free_mask, room_mask
 
 @dataclass(frozen=True)
 class RasterConfig:
-    """How plans become arrays.
+    """How plans are converted to arrays.
 
-    ``fit`` says what becomes of a plan that is larger than ``size`` (rows, cols) at ``pixels_per_metre``: "crop" keeps
-    the middle of it, "shrink" takes the resolution at which it fits, "refuse" raises ConfigError. Smaller ones are
-    padded all round. ``y_up`` puts row 0 at the highest y, as pictures have it. ``find_rooms`` finds rooms and doors of
-    plans that record none (``FloorPlan.divided``).
+    ``fit`` applies to a plan that is larger than ``size`` (rows, cols) at ``pixels_per_metre``: "crop" keeps its
+    middle, "shrink" reduces the resolution until it fits, "refuse" raises ConfigError. Smaller plans are padded on all
+    sides. ``y_up`` puts row 0 at the highest y, as in pictures. ``find_rooms`` finds rooms and doors of plans without
+    them (``FloorPlan.divided``).
     """
 
     size: tuple[int, int] = (256, 256)
@@ -42,7 +42,7 @@ class RasterConfig:
 
 @dataclass(frozen=True)
 class Rasters:
-    """A plan as arrays (rows, cols) on one grid: 1 where free; the id of the room or door, -1 where there is none."""
+    """A plan as arrays (rows, cols) on one grid: ``free`` is 1 for free cells; ids of rooms and doors, -1 for none."""
 
     free: npt.NDArray[np.uint8]
     rooms: npt.NDArray[np.int32]
@@ -51,7 +51,7 @@ class Rasters:
 
 
 def rasters(plan: FloorPlan, config: RasterConfig | None = None) -> Rasters:
-    """Rasterise a plan by pixel centres, from its vectors at the resolution asked for; the plan stands in the middle.
+    """Rasterise a plan by cell centres at the configured resolution, with the plan in the middle of the grid.
 
     Examples
     --------
@@ -68,7 +68,7 @@ def rasters(plan: FloorPlan, config: RasterConfig | None = None) -> Rasters:
 
 
 def frame_of(plan: FloorPlan, config: RasterConfig) -> GridFrame:
-    """Return the grid that a plan is drawn on: its bounds' middle is the grid's, to a whole cell."""
+    """Return the grid for a plan; the middle of the plan's bounds is that of the grid, to a whole cell."""
     x1, y1, x2, y2 = plan.bbox
     rows, cols = config.size
     scale = config.pixels_per_metre

@@ -1,4 +1,4 @@
-"""Unpack an archive that somebody else made: what is asked for, inside the folder asked for, whole or not at all."""
+"""Unpack an untrusted archive safely: only into the given folder, and completely or not at all."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ def unpack(
 
     Files ``beside`` the archive are copied into the folder too.
 
-    1. An absolute name, ``..``, a drive letter, a link, a device, a name twice: refused, whatever is wanted.
-    2. More than ``max_files`` members, ``max_bytes`` in all or 64 MiB in one: refused before they are written.
-    3. The target appears when all is written; the archive's checksum counts.
-    4. Files get mode 0644, whatever the archive says of owners and modes.
+    1. Absolute names, ``..``, drive letters, links, devices and repeated names are refused, even if not ``wanted``.
+    2. More than ``max_files`` members, ``max_bytes`` in all or 64 MiB in one are refused before they are written.
+    3. The target appears only when everything is written and the archive's checksum is correct.
+    4. Files get mode 0644; owners and modes in the archive are ignored.
 
     Raises
     ------
     DatasetError
-        Names the archive and the member; nothing is left of what was written.
+        The archive is refused or damaged. The error names the archive and the member, and no files remain.
     """
     if target.exists():
         raise DatasetError(f"{target}: expected no such folder, found one; delete it or choose another")
@@ -58,7 +58,7 @@ def unpack(
 
 
 def member_names(archive: Path) -> list[str]:
-    """Return the names of the files in a ``.tar.gz``; refuses what ``unpack`` refuses."""
+    """Return the names of the files in a ``.tar.gz``; raise DatasetError for what ``unpack`` refuses."""
     with broken(archive):
         return [name for name, _ in _members(archive, MAX_FILES, MAX_BYTES)]
 
@@ -85,12 +85,12 @@ def _members(archive: Path, max_files: int, max_bytes: int) -> Iterator[tuple[st
             if len(data) != member.size:
                 raise EOFError(f"{name} ends early")
             yield name, data
-        while stream.read(2**20):  # R3: the checksum stands at the end
+        while stream.read(2**20):  # R3: the checksum is at the end
             pass
 
 
 def _safe(archive: Path, member: tarfile.TarInfo) -> str:
-    """Return a file's relative name, "" for a folder; everything else is refused (R1)."""
+    """Return a file's relative name, "" for a folder; raise DatasetError for anything else (R1)."""
     name = PurePosixPath(member.name)
     windows = PureWindowsPath(member.name)
     if name.is_absolute() or windows.drive or windows.root or ".." in windows.parts or "\0" in member.name:

@@ -52,15 +52,15 @@ RULES: Final[dict[str, str]] = {
     "area": "A room's area is its polygon's.",
     "manifest": "The files of a data set folder have the SHA-256 that its manifest gives.",
 }
-"""Every rule with what it asks."""
+"""Every rule with its description."""
 
 _CHUNK: Final = 256
-_FEW: Final = 1024  # fewer plans are checked sooner than a second process has started
+_FEW: Final = 1024  # for fewer plans, starting a second process takes longer than the check
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A rule that is broken: by which plan (its id, or "" where it cannot be read), where, and how."""
+    """A violation of a rule: the plan (its id, or "" if it cannot be read), the place in it, and the fault."""
 
     place: str
     plan: str
@@ -74,13 +74,13 @@ class Finding:
 
 @dataclass(frozen=True)
 class Report:
-    """What a check of a data set found; ``plans`` counts those that were read."""
+    """The findings of a check of a data set; ``plans`` is the number of plans that were read."""
 
     plans: int
     findings: tuple[Finding, ...]
 
     def by_rule(self) -> dict[str, tuple[int, int]]:
-        """Return findings and plans concerned by rule, all rules, in their order."""
+        """Return the number of findings and of plans concerned for every rule, in the rules' order."""
         found = Counter(finding.rule for finding in self.findings)
         plans = Counter(rule for rule, _ in {(finding.rule, finding.place) for finding in self.findings})
         return {rule: (found[rule], plans[rule]) for rule in RULES}
@@ -95,17 +95,17 @@ class _Areas(msgspec.Struct):
 
 
 def validate(path: Path, workers: int = 1) -> Report:
-    """Check a data set that ``open_dataset`` would open, and those that it would refuse for one of their plans.
+    """Check a data set, including one that ``open_dataset`` refuses because of some of its plans.
 
     Parameters
     ----------
     workers
-        Processes; with more than one, a script needs its ``if __name__ == "__main__"``.
+        Number of processes. With more than one, a script needs ``if __name__ == "__main__"``.
 
     Raises
     ------
     DatasetError
-        The data set itself is cut off or broken, so that not all of its plans can be read.
+        The data set itself is truncated or damaged, so that not all of its plans can be read.
     """
     path = files_at(path, "validate")
     count = 0
@@ -124,7 +124,7 @@ def validate(path: Path, workers: int = 1) -> Report:
 
 
 def check_records(chunk: list[Record]) -> tuple[list[tuple[str, str]], list[Finding]]:
-    """Check many files at once; return place and id of each, and the findings."""
+    """Check a chunk of files; return the place and id of each, and the findings."""
     ids, findings, whole = [], [], []
     for record in chunk:
         plan, found = _read(record)
@@ -159,7 +159,7 @@ def _judged(record: Record, plan: FloorPlan) -> Iterator[Finding]:
     for name, rule in chain(BOTH.items(), (OURS if ours else PUBLISHED).items()):
         try:
             yield from (made(name, key, detail) for key, detail in rule(plan))
-        except PlanError as error:  # an outline that encloses nothing cannot be judged further
+        except PlanError as error:  # an outline without area cannot be checked further
             yield made(name, error.key, error.problem)
     stem = PurePosixPath(record.place).name
     if stem.endswith(".json") and stem != f"{plan.id}.json":
@@ -182,7 +182,7 @@ def _not_simple(plans: list[tuple[Record, FloorPlan]]) -> Iterator[Finding]:
 
 
 def _against_manifest(path: Path) -> Iterator[Finding]:
-    """Compare a folder's files with its manifest, where it has one."""
+    """Compare a folder's files with its manifest, if it has one."""
     file = path / "manifest.json"
     if not path.is_dir() or not file.exists():
         return

@@ -1,4 +1,4 @@
-"""Pictures of plans for people: pixels, SVG and contact sheets."""
+"""Pictures of plans: pixels, SVG and contact sheets."""
 
 from houseexpo.drawing.draw import Image, contact_sheet, draw_plan, svg, svg_sheet
 

@@ -1,4 +1,4 @@
-"""A plan on a matplotlib axis, for notebooks and papers; colours are those of every other picture of a plan."""
+"""Draw plans on matplotlib axes, for notebooks and papers, in the same colours as in other pictures."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def plot_plan(
     wall_thickness: float = 0.1,
     title: str | None = None,
 ) -> Axes:
-    """Draw a plan on an axis; ``FloorPlan.plot`` says what the parameters are."""
+    """Draw a plan on an axis; ``FloorPlan.plot`` describes the parameters."""
     ax = ax if ax is not None else _pyplot().subplots()[1]
     if walls:
         around = plan.outline.buffer(2 * wall_thickness, join_style="mitre").buffer(-wall_thickness, join_style="mitre")

@@ -1,7 +1,7 @@
-"""A plan as a picture: pixels or SVG, from one layout; and several pictures on a sheet.
+"""Draw a plan as pixels or SVG from the same layout, and several pictures on a sheet.
 
-Pictures show the plan as it is: x right, y up. (SUNCG keeps x = X, y = Z as published, so a SUNCG house appears as seen
-from below its floor; exports to right-handed worlds undo that.)
+Pictures show the plan with x right and y up. (Plans of SUNCG keep x = X, y = Z as published, so that a SUNCG house
+appears as seen from below its floor; exports to right-handed worlds undo that.)
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ _SVG_SIZE = re.compile(r'width="(\d+)" height="(\d+)"')
 
 
 def draw_plan(plan: PlanData, pixels_per_metre: float | None = None, *, size: int = 800) -> Image:
-    """Draw a plan.
+    """Draw a plan as an array of pixels.
 
     Parameters
     ----------
     plan
-        Published or ours; without rooms its label boxes are drawn.
+        Any plan; if it has no rooms, its label boxes are drawn.
     pixels_per_metre
-        Scale; by default the one at which the plan's longer side takes 92% of ``size`` pixels.
+        Scale; by default, the plan's longer side takes 92% of ``size`` pixels.
     size
-        Longer side in pixels, roughly.
+        Longer side of the picture in pixels, approximately.
 
     Returns
     -------
-    (rows, cols, 3) uint8, RGB, smooth edges.
+    The picture, (rows, cols, 3) uint8, RGB, with smooth edges.
     """
     layout = scene(plan, pixels_per_metre, size)
     image = _painted(layout)
@@ -49,7 +49,7 @@ def draw_plan(plan: PlanData, pixels_per_metre: float | None = None, *, size: in
 
 
 def svg(plan: PlanData, pixels_per_metre: float | None = None, *, size: int = 800) -> str:
-    """Draw a plan as an SVG document; parameters as in ``draw_plan``."""
+    """Draw a plan as an SVG document and return its text; the parameters are those of ``draw_plan``."""
     layout = scene(plan, pixels_per_metre, size)
     frame = _frame(layout, layout.pixels_per_metre)
     rows, cols = frame.shape
@@ -72,7 +72,21 @@ def svg(plan: PlanData, pixels_per_metre: float | None = None, *, size: int = 80
 
 
 def contact_sheet(images: Sequence[Image], columns: int, captions: Sequence[str] = ()) -> Image:
-    """Lay pictures (rows, cols, 3) out in rows of ``columns``, each centred in its place, captions below them."""
+    """Arrange pictures (rows, cols, 3) in rows of ``columns`` on one picture, each centred and with its caption below.
+
+    Parameters
+    ----------
+    images
+        Pictures of any sizes, uint8, RGB, as of ``draw_plan``.
+    columns
+        Number of pictures in a row.
+    captions
+        One text per picture, or none.
+
+    Returns
+    -------
+    The sheet, (rows, cols, 3) uint8, RGB.
+    """
     if not images or columns < 1:
         raise ConfigError(f"contact sheet: expected images and columns, found {len(images)} images, {columns} columns")
     from PIL import Image as Pillow
@@ -96,7 +110,7 @@ def contact_sheet(images: Sequence[Image], columns: int, captions: Sequence[str]
 
 
 def svg_sheet(pictures: Sequence[str], columns: int, captions: Sequence[str] = ()) -> str:
-    """Lay SVG documents that ``svg`` made out in rows of ``columns``, captions below them, as one document."""
+    """Arrange SVG documents made by ``svg`` in rows of ``columns``, with captions, and return one document."""
     if not pictures or columns < 1:
         raise ConfigError(f"contact sheet: expected pictures and columns, found {len(pictures)}, {columns} columns")
     sizes = [tuple(map(int, _SVG_SIZE.search(picture).groups())) for picture in pictures]  # type: ignore[union-attr]
@@ -122,7 +136,7 @@ def _frame(layout: Scene, pixels_per_metre: float) -> GridFrame:
 
 
 def _painted(layout: Scene) -> Image:
-    """Fill the areas on a finer grid and average it: exact to a ninth of a pixel."""
+    """Fill the areas on a finer grid and average it; the result is exact to a ninth of a pixel."""
     import cv2
 
     coarse = _frame(layout, layout.pixels_per_metre)
@@ -152,13 +166,13 @@ def _with_words(image: Image, layout: Scene) -> Image:
 
 
 def _rgb(colour: str) -> tuple[int, int, int]:
-    """``#rrggbb`` to 0-255 each."""
+    """Convert ``#rrggbb`` to three numbers from 0 to 255."""
     red, green, blue = bytes.fromhex(colour[1:7])
     return red, green, blue
 
 
 def _path(area: Area, frame: GridFrame) -> str:
-    """One area as an SVG path; holes by the even-odd rule."""
+    """Return an area as an SVG path, with holes by the even-odd rule."""
     rings = [frame.pixels_from_points(ring).round(2) for ring in rings_of(area.shape)]
     steps = path_data(rings, "{:g}".format)
     return f'<path fill="{area.fill}" fill-rule="evenodd" d="{steps}"/>'

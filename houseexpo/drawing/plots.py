@@ -1,4 +1,4 @@
-"""Plots as SVG that take their colours and letters from the page around them, light or dark."""
+"""Plots as SVG that take their colours and font from the surrounding page, light or dark."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 
 INK, MUTED, GRID, ONE, OTHER = "#010101", "#020202", "#030303", "#040404", "#050505"
 SERIES: Final = tuple(f"#0101{number:02d}" for number in range(10, 22))
-"""Colours of series, where there are more than two: the page's variables ``--series-0`` and so on."""
+"""Colours for more than two series: the page's variables ``--series-0`` and so on."""
 _VARIABLES: Final = {
     INK: "--ink", MUTED: "--muted", GRID: "--line", ONE: "--one", OTHER: "--other",
     **{colour: f"--series-{number}" for number, colour in enumerate(SERIES)},
 }  # fmt: skip
-"""Colours that matplotlib draws with, and the page's variables that take their places."""
+"""Colours that matplotlib draws with, and the page's variables that replace them."""
 
 _COLOURS: Final = (
     "#2b6f8f", "#d9772b", "#3c8d53", "#a8423f", "#7a5aa6", "#8a6d3b", "#c25a94", "#5c6670", "#9a9a1f", "#1fa3a8",
@@ -28,11 +28,11 @@ _FIXED: Final = {
     "--ink": "#1d2328", "--muted": "#626c75", "--line": "#e2e0da", "--one": "#2b6f8f", "--other": "#d9772b",
     **{f"--series-{number}": colour for number, colour in enumerate(_COLOURS)},
 }  # fmt: skip
-"""What the page's variables are where there is no page: its colours by day."""
+"""The values of the page's variables without a page: the colours of its light theme."""
 
 
 def plain_style(ink: str, muted: str, line: str) -> dict[str, Any]:
-    """Return matplotlib's settings for plots with little but their data: colours of titles, of words and of lines."""
+    """Return matplotlib settings for plain plots, given the colours of titles, of other text and of lines."""
     return {
         "text.color": ink,
         "axes.edgecolor": line,
@@ -53,7 +53,7 @@ def plain_style(ink: str, muted: str, line: str) -> dict[str, Any]:
 
 
 _STYLE: Final[Any] = plain_style(INK, MUTED, GRID) | {
-    "svg.fonttype": "none",  # letters stay letters: they scale, can be searched and take the page's font
+    "svg.fonttype": "none",  # keep text as text: it scales, can be searched and takes the page's font
     "svg.hashsalt": "houseexpo",
     "font.size": 10.5,
     "grid.linewidth": 0.8,
@@ -64,7 +64,7 @@ _STYLE: Final[Any] = plain_style(INK, MUTED, GRID) | {
 
 @contextmanager
 def axes_of(size: tuple[float, float]) -> Iterator[tuple[Axes, io.StringIO]]:
-    """Yield axes of this size in inches, and where their SVG stands at the end."""
+    """Yield axes of this size in inches, and a buffer that holds their SVG when the context ends."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -76,7 +76,7 @@ def axes_of(size: tuple[float, float]) -> Iterator[tuple[Axes, io.StringIO]]:
 
 
 def svg_alone(out: io.StringIO) -> str:
-    """Return a plot as a file of its own, on white, in fixed colours."""
+    """Return a plot as a standalone SVG file, on white and in fixed colours."""
     text = svg_of(out).replace("<svg", '<svg style="background: #ffffff; font-family: sans-serif"', 1)
     for variable, colour in _FIXED.items():
         text = text.replace(f"var({variable})", colour)
@@ -84,7 +84,7 @@ def svg_alone(out: io.StringIO) -> str:
 
 
 def svg_of(out: io.StringIO) -> str:
-    """Return what the page takes in: no prologue, no size of its own, no names that another plot has too."""
+    """Return the SVG for embedding in a page: without prologue or size, and with ids that are unique among plots."""
     text = out.getvalue()
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)

@@ -1,4 +1,4 @@
-"""What a picture of a plan shows and where: areas and words in the plan's metres, for any painter."""
+"""The layout of a picture of a plan: areas and texts in the plan's metres, for any renderer."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WALL: Final = "#454b54"
 FLOOR: Final = "#f6f4ef"
 FURNITURE: Final = "#e2ddd3"
 FURNITURE_EDGE: Final = "#a9a294"
-# blue, light blue, amber, magenta: told apart by the colour-blind too
+# blue, light blue, amber, magenta: distinguishable by colour-blind readers
 DOOR_COLOURS: Final[dict[DoorKind, str]] = {
     "door": "#2f6da8",
     "opening": "#8fbde0",
@@ -38,11 +38,11 @@ _TINTS: Final[dict[DoorKind, str]] = {
     "cut": "#edb9de",
 }
 
-_WALL_M: Final = 0.15  # walls are drawn this far around the outline, and solid up to four times it
+_WALL_M: Final = 0.15  # walls are drawn this thick around the outline, and solid up to four times this
 _LEAF_M: Final = 0.05
 _EDGE_M: Final = 0.03  # the line around a piece of furniture
 _SMALLEST_PX: Final = 8
-_SAME_ROOM: Final = 0.7  # boxes that overlap by more (intersection over union) are one room under several labels
+_SAME_ROOM: Final = 0.7  # boxes with a larger intersection over union are one room with several labels
 _BARS_M: Final = (0.5, 1, 2, 5, 10, 20, 50)
 
 
@@ -56,7 +56,7 @@ class Area:
 
 @dataclass(frozen=True)
 class _Space:
-    """A room, or what a published plan tells of one."""
+    """A room, or the label box of one in a published plan."""
 
     labels: tuple[str, ...]
     shape: Polygon
@@ -64,7 +64,7 @@ class _Space:
 
 @dataclass(frozen=True)
 class Words:
-    """Lines of text about a point in metres; ``size`` in pixels; centred on the point, or starting there."""
+    """Lines of text, centred on a point in metres or starting there; ``size`` is in pixels."""
 
     x: float
     y: float
@@ -75,7 +75,7 @@ class Words:
 
 @dataclass(frozen=True)
 class Scene:
-    """A picture: ``bounds`` in metres at a scale; later areas cover earlier ones, words cover areas."""
+    """A picture: ``bounds`` in metres, and a scale; later areas cover earlier ones, and texts cover areas."""
 
     bounds: Box
     pixels_per_metre: float
@@ -83,9 +83,9 @@ class Scene:
     words: tuple[Words, ...]
 
 
-@lru_cache(maxsize=64)  # a new one would be unpacked, and its letters drawn, anew
+@lru_cache(maxsize=64)  # a new font object would be unpacked, and its glyphs drawn, again
 def font(size: float) -> FreeTypeFont:
-    """Return the typeface that comes with Pillow, so that a picture looks the same on every machine."""
+    """Return the font that comes with Pillow, so that pictures look the same on every machine."""
     from PIL import ImageFont
 
     return ImageFont.load_default(size)  # type: ignore[return-value]  # a FreeTypeFont wherever a size is given
@@ -94,8 +94,9 @@ def font(size: float) -> FreeTypeFont:
 def scene(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
     """Lay out the picture of a plan.
 
-    Rooms (or, for a published plan, its label boxes where they meet the free space) in their label's colour, with the
-    label and the area; walls dark; furniture light; doors by kind; below them a scale bar and what else occurs.
+    It has rooms in their label's colour with the label and the area, dark walls, light furniture, doors by kind, and
+    below them a scale bar and a legend. A published plan has no rooms; the parts of its label boxes in the free space
+    are drawn instead.
     """
     x1, y1, x2, y2 = plan.free_space.bounds
     extent = max(x2 - x1, y2 - y1)
@@ -118,7 +119,7 @@ def scene(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
 
 
 def _inside(plan: PlanData) -> Polygon | MultiPolygon:
-    """Return what the outline encloses, and furniture that is cut out of it."""
+    """Return the area of the outline and of furniture that is cut out of it."""
     if not plan.objects:
         return plan.outline
     import shapely
@@ -131,7 +132,7 @@ def _rooms(plan: PlanData) -> list[_Space]:
 
 
 def _boxes(plan: PlanData) -> list[_Space]:
-    """Label boxes where they meet the free space; small ones lie on large ones, boxes of one room share their words."""
+    """Return the label boxes within the free space, large ones first; boxes of one room share their text."""
     import shapely
 
     boxes = [(label, shapely.box(*found)) for label, several in plan.room_category.items() for found in several]
@@ -178,14 +179,14 @@ def _doors(plan: PlanData) -> Iterator[Area]:
 
 
 def _label(room: _Space, scale: float, size: float, *, area: bool) -> Words | None:
-    """Set a label and the area where the room is wide, on one line or several, as large as fits; None if too small."""
+    """Place a label and the area where the room is wide, as large as fits on one or more lines; None if too small."""
     centre, clearance = _middle(room.shape)
     wide_px = _chord(room.shape, centre) * scale * 0.92
     tall_px = 2 * clearance * scale * 0.95
-    extra = (f"{room.shape.area:.1f} m2",) if area else ()  # Pillow's typeface has no raised 2
+    extra = (f"{room.shape.area:.1f} m2",) if area else ()  # Pillow's font has no superscript 2
     name = " / ".join(room.labels).replace("_", " ")
     stack = name.split(" / ") if " / " in name else name.split(" ")
-    layouts = [(name, *extra), (*stack, *extra), (name,), tuple(stack)]  # the first is liked best
+    layouts = [(name, *extra), (*stack, *extra), (name,), tuple(stack)]  # in order of preference
 
     def fits(lines: tuple[str, ...]) -> float:
         longest = max(font(size).getlength(line) for line in lines)
@@ -196,7 +197,7 @@ def _label(room: _Space, scale: float, size: float, *, area: bool) -> Words | No
 
 
 def _middle(shape: Polygon) -> tuple[Point, float]:
-    """Return the centroid where there is space about it, else the middle of the widest disc; and the space, metres."""
+    """Return the centroid if there is space around it, else the centre of the widest disc; and the space, metres."""
     import shapely
 
     circle = shapely.maximum_inscribed_circle(shape, tolerance=0.05)
@@ -208,7 +209,7 @@ def _middle(shape: Polygon) -> tuple[Point, float]:
 
 
 def _chord(shape: Polygon, centre: Point) -> float:
-    """Return the width that a point leaves free, as much on its left as on its right, metres."""
+    """Return the free width around a point, the same on its left and right, metres."""
     import shapely
 
     x1, _, x2, _ = shape.bounds
@@ -223,7 +224,7 @@ def _chord(shape: Polygon, centre: Point) -> float:
 def _key(
     plan: PlanData, start: tuple[float, float], size: float, scale: float
 ) -> tuple[list[Area], list[Words], float]:
-    """Scale bar, kinds of doors and furniture in a row from a point; the last number is where the row ends, metres."""
+    """Return a scale bar and a legend of doors and furniture in a row from a point, and the row's end, metres."""
     import shapely
 
     (x, y), half, em = start, 0.18 * size / scale, size / scale

@@ -1,1 +1,1 @@
-"""Grids of cells: where they stand in a plan (``frame``), and what of it each cell shows (``raster``)."""
+"""Grids of cells: their position in a plan (``frame``), and masks of the plan on them (``raster``)."""

@@ -1,4 +1,4 @@
-"""Metres <-> cells, and a plan's metres <-> its source's: the only file that converts either."""
+"""Conversions between metres and cells, and between a plan's and its source's coordinates; all are in this file."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ IntArray = npt.NDArray[np.int64]
 
 
 MAX_CELLS = 1 << 29
-"""Cells of one grid: half a gigabyte of bytes, 900 x 900 m at 25 px/m."""
+"""Largest number of cells of one grid: half a gigabyte of bytes, 900 x 900 m at 25 px/m."""
 
 
 @dataclass(frozen=True)
 class GridFrame:
-    """Where a grid of square cells stands in a plan.
+    """The position of a grid of square cells in a plan.
 
     Points are (x, y) in metres, x right, y up. Cells are (row, col); cell (r, c) has its centre at (r + 0.5, c + 0.5)
     cells from the grid's corner.
 
-    - As published (``y_up=False``, the default): y runs straight into rows, row 0 lies at the lowest y. A viewer that
-      draws row 0 at the top shows the plan mirrored about the horizontal axis.
-    - As a picture or a ROS map (``y_up=True``): row 0 lies at the highest y; ``origin_m`` is the lower-left corner of
-      the lower-left cell, which is what ``map.yaml`` calls origin.
+    - As published (``y_up=False``, the default): rows run along y, and row 0 lies at the lowest y. A viewer that draws
+      row 0 at the top shows the plan mirrored about the horizontal axis.
+    - As in a picture or a ROS map (``y_up=True``): row 0 lies at the highest y. ``origin_m`` is the lower-left corner
+      of the lower-left cell, which ``map.yaml`` calls origin.
 
     Parameters
     ----------
     origin_m
         (x, y) of the corner with the lowest x and y, metres.
     pixels_per_metre
-        Cells a metre.
+        Number of cells per metre.
     shape
         (rows, cols).
     y_up
-        Whether rows run against y.
+        Whether row 0 lies at the highest y.
     """
 
     origin_m: tuple[float, float]
@@ -63,14 +63,14 @@ class GridFrame:
     def around(
         cls, bounds: Sequence[float], pixels_per_metre: float, *, margin_px: int = 1, y_up: bool = False
     ) -> GridFrame:
-        """Return the smallest grid that holds (x_min, y_min, x_max, y_max) and ``margin_px`` cells on each side.
+        """Return the smallest grid that covers (x_min, y_min, x_max, y_max) and ``margin_px`` cells on each side.
 
-        The grid is laid from the bounds' lowest corner, so a plan that is moved keeps its raster.
+        The grid starts at the lowest corner of the bounds, so that a shifted plan has the same raster.
         """
-        _check_scale(pixels_per_metre)  # before it divides
+        _check_scale(pixels_per_metre)  # before the division
         x1, y1, x2, y2 = (number(value, "bounds") for value in bounds)
         margin_m = margin_px / pixels_per_metre
-        # 1e-6 of a cell: 4 m at 25 px/m are 100 cells, not 101 for the last bit's sake
+        # tolerance of 1e-6 cells: 4 m at 25 px/m are 100 cells, not 101 because of rounding
         rows, cols = (math.ceil(size * pixels_per_metre - 1e-6) + 2 * margin_px for size in (y2 - y1, x2 - x1))
         return cls((x1 - margin_m, y1 - margin_m), pixels_per_metre, (max(rows, 1), max(cols, 1)), y_up)
 
@@ -80,9 +80,9 @@ class GridFrame:
         return 1.0 / self.pixels_per_metre
 
     def pixels_from_points(self, points: npt.ArrayLike) -> FloatArray:
-        """Metres (..., 2) as (x, y) to continuous pixels (..., 2) as (across, down).
+        """Convert points (..., 2), (x, y) in metres, to continuous pixels (..., 2), (across, down).
 
-        Cell (row, col) spans [col, col + 1) across and [row, row + 1) down.
+        Cell (row, col) covers [col, col + 1) across and [row, row + 1) down.
         """
         pixels = (np.asarray(points, dtype=np.float64) - self.origin_m) * self.pixels_per_metre
         if self.y_up:
@@ -90,34 +90,34 @@ class GridFrame:
         return pixels
 
     def points_from_pixels(self, pixels: npt.ArrayLike) -> FloatArray:
-        """Undo ``pixels_from_points``."""
+        """Convert continuous pixels (..., 2) to points (..., 2); the inverse of ``pixels_from_points``."""
         across_down = np.array(pixels, dtype=np.float64)
         if self.y_up:
             across_down[..., 1] = self.shape[0] - across_down[..., 1]
         return across_down / self.pixels_per_metre + self.origin_m
 
     def pixel_from_point(self, x: float, y: float) -> tuple[float, float]:
-        """Do as ``pixels_from_points``, to the same bits, with one point: plain numbers take a tenth of the time."""
+        """Convert one point like ``pixels_from_points``, with identical results but in a tenth of the time."""
         x_m, y_m = self.origin_m
         across, down = (x - x_m) * self.pixels_per_metre, (y - y_m) * self.pixels_per_metre
         return across, self.shape[0] - down if self.y_up else down
 
     def point_from_pixel(self, across: float, down: float) -> tuple[float, float]:
-        """Undo ``pixel_from_point``."""
+        """Convert one pixel to a point; the inverse of ``pixel_from_point``."""
         x_m, y_m = self.origin_m
         up = self.shape[0] - down if self.y_up else down
         return across / self.pixels_per_metre + x_m, up / self.pixels_per_metre + y_m
 
     def cells_from_points(self, points: npt.ArrayLike) -> IntArray:
-        """Metres (..., 2) as (x, y) to the cells (..., 2) as (row, col) that hold them; may lie outside the grid."""
+        """Convert points (..., 2), (x, y) in metres, to their cells (..., 2), (row, col), which may lie outside."""
         return np.floor(self.pixels_from_points(points)).astype(np.int64)[..., ::-1]
 
     def points_from_cells(self, cells: npt.ArrayLike) -> FloatArray:
-        """Cells (..., 2) as (row, col) to the metres (..., 2) as (x, y) of their centres."""
+        """Convert cells (..., 2), (row, col), to their centres (..., 2), (x, y) in metres."""
         return self.points_from_pixels(np.asarray(cells, dtype=np.float64)[..., ::-1] + 0.5)
 
     def contains(self, cells: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Whether each cell (..., 2) as (row, col) lies on the grid."""
+        """Return for each cell (..., 2), (row, col), whether it lies on the grid."""
         found = np.asarray(cells)
         return np.asarray(((found >= 0) & (found < np.asarray(self.shape))).all(axis=-1))
 
@@ -128,14 +128,14 @@ def _check_scale(pixels_per_metre: float) -> None:
 
 
 def source_from_plan(frame: Frame, points: npt.ArrayLike) -> FloatArray:
-    """Plan metres (..., 2) to metres on the source's plan axes: (X, Y) of a z-up source, (X, Z) of a y-up one."""
+    """Convert points (..., 2) of a plan to its source's plan axes, in metres: (X, Y) if z is up, (X, Z) if y is."""
     matrix = np.asarray(frame.matrix)
     moved: FloatArray = np.asarray(points, dtype=np.float64) @ matrix[:, :2].T + matrix[:, 2]
     return moved
 
 
 def plan_from_source(frame: Frame, points: npt.ArrayLike) -> FloatArray:
-    """Undo ``source_from_plan``."""
+    """Convert points (..., 2) on the source's plan axes to the plan; the inverse of ``source_from_plan``."""
     matrix: npt.NDArray[Any] = np.asarray(frame.matrix)
     moved: FloatArray = (np.asarray(points, dtype=np.float64) - matrix[:, 2]) @ np.linalg.inv(matrix[:, :2]).T
     return moved

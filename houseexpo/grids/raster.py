@@ -1,7 +1,8 @@
-"""Polygons to masks by pixel centres: a cell is inside where its centre is.
+"""Rasterise polygons by cell centres: a cell is inside if its centre is.
 
-Painting a polygon's boundary as well (``cv2.fillPoly``) adds half a pixel all round: 3% of a flat at 25 px/m, and walls
-of one pixel vanish. Centres are unbiased: the area survives, and neighbours that share an edge share no cell.
+Painting the boundary of a polygon too (``cv2.fillPoly``) adds half a pixel on all sides: 3% of the area of a flat at 25
+px/m, and walls of one pixel disappear. Cell centres are unbiased: the area is preserved, and polygons with a common
+edge have no common cell.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ Mask: TypeAlias = npt.NDArray[np.bool_]
 _TIE = 1e-7
 
 NOTHING = -1
-"""What ``room_mask`` and ``door_mask`` hold where there is no room or door (ids start at 0)."""
+"""The value in ``room_mask`` and ``door_mask`` of cells without a room or door (ids start at 0)."""
 
 
 def free_mask(
@@ -42,16 +43,16 @@ def free_mask(
     Parameters
     ----------
     space
-        Plan (its rings as they are, by the even-odd rule, so invalid published rings too) or shapely polygon, metres.
+        A plan or a shapely polygon, metres. A plan's rings are filled by the even-odd rule, also if they are invalid.
     pixels_per_metre, margin_px, y_up
-        Make a new grid around the space (``GridFrame.around``); not used where ``frame`` is given.
+        Properties of a new grid around the space (``GridFrame.around``); ignored if ``frame`` is given.
     frame
-        The grid to fill; what lies outside it is left out.
+        The grid to fill; anything outside it is left out.
 
     Returns
     -------
-    mask : (rows, cols) bool, True where free
-    frame : where the grid stands
+    mask : (rows, cols) bool, True for free cells
+    frame : the position of the grid
 
     Examples
     --------
@@ -69,25 +70,25 @@ def free_mask(
 
 
 def fill(mask: npt.NDArray[np.generic], space: Space, frame: GridFrame, value: int) -> None:
-    """Set the cells of ``mask`` (rows, cols) whose centre lies in the space to ``value``, in place."""
+    """Set the cells of ``mask`` (rows, cols) whose centres lie in the space to ``value``, in place."""
     _fill(mask, rings_of(space), frame, value)
 
 
 def room_mask(plan: PlanData, frame: GridFrame) -> npt.NDArray[np.int32]:
-    """Return the room's id of each cell, ``NOTHING`` elsewhere."""
+    """Return the id of the room in each cell (rows, cols), -1 for none."""
     return _ids(plan.rooms, frame)
 
 
 def door_mask(plan: PlanData, frame: GridFrame) -> npt.NDArray[np.int32]:
-    """Return the door's id of each cell, entrances included, ``NOTHING`` elsewhere."""
+    """Return the id of the door in each cell (rows, cols), entrances included, -1 for none."""
     return _ids(plan.doors, frame)
 
 
 def clearance(mask: Mask, pixels_per_metre: float) -> npt.NDArray[np.float32]:
-    """Return the metres from the centre of each True cell to the nearest edge of a False one, 0 in False cells.
+    """Return the distance in metres from the centre of each True cell to the nearest False one, 0 in False cells.
 
-    Exact Euclidean distance between centres, less the half cell that lies within the wall; the grid's border counts as
-    free, so a grid needs a margin (``GridFrame.around`` leaves one).
+    This is the exact Euclidean distance between centres minus half a cell, the part that lies in the wall. The area
+    outside the grid does not count as a wall, so that the grid needs a margin, as of ``GridFrame.around``.
     """
     import cv2
 
@@ -99,7 +100,7 @@ def clearance(mask: Mask, pixels_per_metre: float) -> npt.NDArray[np.float32]:
 
 
 def rings_of(space: Space) -> list[Ring]:
-    """Return all rings of a plan or polygon; the even-odd rule needs no word on which of them are holes."""
+    """Return all rings of a plan or polygon; the even-odd rule need not know which of them are holes."""
     if isinstance(space, PlanData):
         return [space.verts, *space.holes]
     polygons = getattr(space, "geoms", [space])
@@ -124,10 +125,11 @@ def _bounds(rings: list[Ring]) -> tuple[float, float, float, float]:
 
 
 def _fill(mask: npt.NDArray[np.generic], rings: list[Ring], frame: GridFrame, value: int) -> None:
-    """Set the cells whose centre lies inside the rings (even-odd).
+    """Set the cells whose centres lie inside the rings (even-odd).
 
-    Every column is a scanline through its cells' centres; an edge toggles the first cell below its crossing, and the
-    running parity down the column says what is inside. Spans are half-open, so a vertex counts once and parity closes.
+    Every column is a scanline through its cells' centres. An edge toggles the first cell below its crossing, and the
+    running parity down the column tells which cells are inside. Spans are half-open, so that a vertex counts once and
+    the parity ends at zero.
     """
     if not rings:
         return
@@ -138,10 +140,10 @@ def _fill(mask: npt.NDArray[np.generic], rings: list[Ring], frame: GridFrame, va
     height, width = (
         int(row.max()) - top,
         right - left,
-    )  # what toggles in the last row, or below the grid, paints nothing
+    )  # toggles in the last row or below the grid set no cell
     stride = -(-width // 8) * 8  # whole words: eight cells are toggled at once
     parity = np.zeros((height + 1) * stride, np.uint8)
-    np.bitwise_xor.at(parity, (row - top) * stride + col - left, 1)  # few cells toggle: most of the grid is not touched
+    np.bitwise_xor.at(parity, (row - top) * stride + col - left, 1)  # few cells toggle, most of the grid is not touched
     words = parity.view(np.uint64).reshape(height + 1, stride // 8)[:height]
     np.bitwise_xor.accumulate(words, axis=0, out=words)
     rows = parity.reshape(height + 1, stride)[:height, :width]
@@ -157,7 +159,7 @@ def _crossings(rings: list[Ring], frame: GridFrame) -> tuple[npt.NDArray[np.intp
     spans = last - first
     edge = np.repeat(np.arange(len(spans)), spans)
     col = np.arange(len(edge)) - np.repeat(np.cumsum(spans) - spans - first, spans)
-    with np.errstate(divide="ignore", invalid="ignore"):  # upright edges span no column
+    with np.errstate(divide="ignore", invalid="ignore"):  # vertical edges span no column
         slope = (end[:, 1] - start[:, 1]) / (end[:, 0] - start[:, 0])
     crossing = start[edge, 1] + (col + 0.5 - start[edge, 0]) * slope[edge]
     return np.clip(_centre_from(crossing), 0, rows).astype(np.intp), col
@@ -166,17 +168,17 @@ def _crossings(rings: list[Ring], frame: GridFrame) -> tuple[npt.NDArray[np.intp
 def _centre_from(position: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return the first cell whose centre lies at or after a position.
 
-    At means within a ten-millionth of a cell: walls on the 1 cm grid run through centres, and rounding must not decide
-    on which side of the wall they lie.
+    "At" means within a ten-millionth of a cell: walls on the 1 cm grid run through centres, and rounding must not
+    decide on which side of the wall these lie.
     """
     first: npt.NDArray[np.float64] = np.ceil(position - 0.5 - _TIE)
     return first
 
 
 def edges_in_pixels(rings: list[Ring], frame: GridFrame) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return the two ends (n, 2) of all edges in pixels, the left one first, as scanlines down the columns want them.
+    """Return the two ends (n, 2) of all edges in pixels, the left one first, as the column scanlines need them.
 
-    One direction for both neighbours of an edge: they compute the same crossing to the last bit.
+    With the same direction for both neighbours of an edge, they compute exactly the same crossing.
     """
     ends = [frame.pixels_from_points(ring) for ring in rings]
     here = np.concatenate(ends)

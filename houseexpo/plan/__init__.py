@@ -1,6 +1,6 @@
-"""The plan as data: values checked when made, their JSON, their repair, and the rules that a file must keep.
+"""The plan as data: values checked on construction, their JSON, their repair, and the rules of the file format.
 
-Nothing here imports a higher floor; ``houseexpo.FloorPlan`` offers what those do as methods.
+Nothing here imports a higher layer; ``houseexpo.FloorPlan`` offers the functions of those as methods.
 """
 
 from houseexpo.plan.model import PlanData

@@ -7,6 +7,6 @@ import numpy.typing as npt
 
 
 def signed_area(ring: npt.NDArray[np.float64]) -> float:
-    """Return the area, m2, of a ring (n, 2) by the shoelace formula, negative where it runs clockwise."""
+    """Return the area in m2 of a ring (n, 2) by the shoelace formula, negative if it runs clockwise."""
     x, y = (ring - ring[0]).T
     return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2

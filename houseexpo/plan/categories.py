@@ -15,7 +15,7 @@ class Category(NamedTuple):
 
 
 # Hues follow use (sleep blue, water teal, cooking amber, living green, work violet, passage sand, outside grey-green);
-# inside a hue labels differ in lightness, which colour-blind eyes see, and every picture writes the label as well.
+# labels of one hue differ in lightness, which colour-blind readers can see, and every picture writes the label too.
 _TABLE: Final = (
     Category("Bedroom", "bedroom", "#a9c8ec"),
     Category("Child_Room", "bedroom", "#c5daf3"),
@@ -55,8 +55,8 @@ _BY_SPELLING: Final = {category.label.replace("_", "").casefold(): category.labe
 def canonical(word: str) -> str | None:
     """Return the published label that a word spells, or None.
 
-    Case, spaces, underscores, hyphens and camel case make no difference; other words are not guessed at
-    (``WC`` is no spelling of Toilet: sources bring their own tables).
+    Case, spaces, underscores, hyphens and camel case are ignored. Synonyms are not recognised: ``WC`` does not give
+    ``Toilet``. Sources have their own tables for those.
 
     Examples
     --------
@@ -67,7 +67,7 @@ def canonical(word: str) -> str | None:
 
 
 def group(label: str) -> str:
-    """Return the simulator's group of a label; "indoor" for what has none of its own and for unlabelled rooms."""
+    """Return the simulator's group of a label; "indoor" for labels without a group and for unlabelled rooms."""
     found = _BY_LABEL.get(label)
     return found.group if found else "indoor"
 

@@ -1,4 +1,4 @@
-"""What each part of a plan is checked for when it is made; every failure is a PlanError that names the key."""
+"""Checks on the parts of a plan when they are constructed. Every failure is a PlanError that names the key."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ import numpy.typing as npt
 
 from houseexpo.errors import PlanError
 
-_UNSAFE = re.compile(r"[/\\\x00-\x1f\x7f\ud800-\udfff]")  # the last are no characters: they cannot be written
+_UNSAFE = re.compile(r"[/\\\x00-\x1f\x7f\ud800-\udfff]")  # the last are surrogates, which cannot be written
 _FLOAT = {float}
-_LONGEST_ID = 200  # with its extension it still fits a file name
+_LONGEST_ID = 200  # leaves room for an extension in a file name
 
 FARTHEST_M = 20_000.0
-"""Metres from the origin: beyond are no houses, but numbers in another unit, in map coordinates, or damaged."""
+"""Largest distance from the origin, metres; larger ones are in another unit, in map coordinates, or damaged."""
 
 MAX_VERTICES = 100_000
-"""Vertices of one ring; the largest published one has 12,000."""
+"""Largest number of vertices of one ring; the largest published one has 12,000."""
 
 _MAX = 2**31 - 1  # counts fit the index's 32 bits
 
 
 def plan_id(value: object) -> str:
-    """Return an id that can name a file inside a folder and nowhere else."""
+    """Return an id that is safe as a file name: it cannot lead to another folder."""
     if not isinstance(value, str) or not 0 < len(value) <= _LONGEST_ID:
         raise PlanError(f"expected 1 to {_LONGEST_ID} characters, found {_short(value)}", "id")
     if value.startswith(".") or _UNSAFE.search(value):
@@ -87,14 +87,14 @@ def numbers(value: Any, length: int, key: str) -> tuple[float, ...]:
     except TypeError:
         found = ()
     if len(found) == length and set(map(type, found)) == _FLOAT and all(map(math.isfinite, found)):
-        return found  # the common case, quickly
+        return found  # a fast path for the common case
     if len(found) != length:
         raise PlanError(f"expected {length} numbers, found {_short(value)}", key)
     return tuple(number(item, f"{key}[{i}]") for i, item in enumerate(found))
 
 
 def boxes(category: Mapping[str, Iterable[Any]], key: str) -> dict[str, tuple[tuple[float, float, float, float], ...]]:
-    """Return label -> boxes (x1, y1, x2, y2), all finite; the order of the labels is kept."""
+    """Return the boxes (x1, y1, x2, y2) of each label, all finite; labels keep their order."""
     return {
         label: tuple(numbers(box, 4, f"{key}.{label}[{i}]") for i, box in enumerate(found))  # type: ignore[misc]
         for label, found in category.items()
@@ -102,21 +102,21 @@ def boxes(category: Mapping[str, Iterable[Any]], key: str) -> dict[str, tuple[tu
 
 
 def text(value: object, key: str) -> str:
-    """Return a string that holds more than blanks."""
+    """Return a string that is not blank."""
     if not isinstance(value, str) or not value.strip():
         raise PlanError(f"expected a name, found {_short(value)}", key)
     return value
 
 
 def one_of(value: object, allowed: Iterable[str], key: str) -> None:
-    """Refuse a word that is not among those allowed."""
+    """Raise PlanError if a word is not among those allowed."""
     words = list(allowed)
     if value not in words:
         raise PlanError(f"expected one of {', '.join(words)}; found {_short(value)}", key)
 
 
 def unique(ids: Iterable[int], key: str) -> None:
-    """Refuse an id that occurs twice."""
+    """Raise PlanError if an id occurs twice."""
     seen: set[int] = set()
     for i, item in enumerate(ids):
         if item in seen:

@@ -1,4 +1,4 @@
-"""What a plan's file says of how it was made, in words for people: its quality's grounds, its notes, its doors."""
+"""Readable explanations of the names in a plan's file: grounds of its quality, notes, kinds of doors."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ GROUNDS: Final[Mapping[str, str]] = {
     "left_out": "parts left out or filled",
     "unlike_spaces": "unlike the rooms that the source names",
 }
-"""Grounds of a plan's quality, by the names that they have in its file."""
+"""The meaning of each ground of a plan's quality, by its name in the file."""
 
 NOTES: Final[Mapping[str, str]] = {
     "boundary:room_edge": "closed an open room along its edge as the source draws it",
@@ -36,7 +36,7 @@ NOTES: Final[Mapping[str, str]] = {
     "filled_pockets": "filled a corner out of reach",
     "left_out": "left out a part that no cut leads into",
 }
-"""Rules that had something to do in a plan, by the names of its provenance's notes; of a text, by ``name:text``."""
+"""The meaning of each note in a plan's provenance, by its name; by ``name:text`` if the note is a text."""
 
 DOORS: Final[Mapping[DoorKind, str]] = {
     "door": "a passage under a lintel, or the source has a door here",
@@ -44,4 +44,4 @@ DOORS: Final[Mapping[DoorKind, str]] = {
     "entrance": "leads outside; it stays closed in the outline",
     "cut": "a robot could not pass otherwise",
 }
-"""Why a door of each kind is in a plan."""
+"""The reason for a door of each kind."""

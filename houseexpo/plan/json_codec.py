@@ -1,8 +1,8 @@
-"""JSON <-> plan; only this file and ``houseexpo.plan.json_keys``, which names them, know the keys (docs/format.md).
+"""Read and write plans as JSON. Only this file and ``houseexpo.plan.json_keys`` know the keys (docs/format.md).
 
-A file without ``format`` is a published one: its five keys are checked, others are passed over. A file that says
-``"format": "houseexpo/2"`` holds the keys of section 2 and no other. Numbers are written in their shortest exact form,
-so that reading what was written gives an equal plan, and a published file keeps every value.
+A file without ``format`` is a published one: its five keys are checked and others are ignored. A file with
+``"format": "houseexpo/2"`` holds the keys of section 2 and no others. Numbers are written in their shortest exact form,
+so that a plan that is written and read again is equal, and a published file keeps every value.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from houseexpo.plan.quality import Quality
 FORMAT = "houseexpo/2"
 
 RECORDS: tuple[type[Struct], type[Struct]] = (keys.Published, keys.Plan)
-"""What a published file holds and what one of ours does; ``houseexpo.plan.schema`` makes the JSON Schema of them."""
+"""The keys of a published file and of one of ours; ``houseexpo.plan.schema`` makes the JSON Schema from them."""
 
 _Record = TypeVar("_Record", bound=Struct)
 _Part = TypeVar("_Part")
@@ -33,7 +33,7 @@ _Plan = TypeVar("_Plan", bound=PlanData)
 
 
 class _Head(Struct):
-    """What must be known before the rest is read, and what an error message names."""
+    """The keys that are read first: the format decides how to read the rest, error messages name the id."""
 
     id: Any = None
     format: Any = None
@@ -46,13 +46,13 @@ _ENCODER = msgspec.json.Encoder()
 
 
 def decode_as(kind: type[_Plan], data: bytes | str) -> _Plan:
-    """Read one plan into ``PlanData`` or a kind of it.
+    """Read one plan into ``PlanData`` or a subclass of it.
 
     Raises
     ------
     PlanError
-        The text is no JSON, is cut off, a key is missing or of the wrong type, or the plan breaks a rule of
-        ``PlanData``; the error names the plan where its id can be read, and the key.
+        The text is not valid JSON, a key is missing or of the wrong type, or the plan violates a rule of
+        ``PlanData``. The error names the key, and the plan if its id can be read.
     """
     try:
         raw = data.encode() if isinstance(data, str) else data
@@ -64,9 +64,9 @@ def decode_as(kind: type[_Plan], data: bytes | str) -> _Plan:
 
 
 def encode(plan: PlanData) -> bytes:
-    """Write one plan as compact JSON, without a line end; equal plans give equal bytes.
+    """Return a plan as compact JSON without a final newline; equal plans give equal bytes.
 
-    A plan that has only what a published one has is written as a published one.
+    A plan with nothing but the published keys is written in the published format, any other as ``houseexpo/2``.
     """
     x1, y1, x2, y2 = plan.bbox
     published = {
@@ -95,7 +95,7 @@ def encode(plan: PlanData) -> bytes:
 
 
 def _has_more(plan: PlanData) -> bool:
-    """Whether the plan has anything that a published file has no key for."""
+    """Return whether the plan has anything that a published file has no key for."""
     lists = plan.holes or plan.rooms or plan.doors or plan.objects or plan.navigability
     values = (plan.quality, plan.frame, plan.provenance)
     return bool(lists) or any(value is not None for value in values)
@@ -144,7 +144,7 @@ def _all(key: str, make: Callable[[_Record], _Part], records: Sequence[_Record])
 
 
 def _named(key: str, make: Callable[[_Record], _Part], record: _Record) -> _Part:
-    """Make a part of the plan; its errors name the part."""
+    """Make a part of the plan; add its key to any PlanError."""
     try:
         return make(record)
     except PlanError as error:

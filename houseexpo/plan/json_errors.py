@@ -1,4 +1,4 @@
-"""What the JSON decoder says, in the project's words."""
+"""Errors of the JSON decoder in the project's wording."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _ID = re.compile(r'"id"\s*:\s*"([^"\\]{1,200})"')
 
 
 def explained(error: Exception, data: bytes | str) -> PlanError:
-    """Return the error with the plan's id, where one can be read, and the key."""
+    """Return the error as a PlanError with the key, and with the plan's id if it can be read."""
     text = data if isinstance(data, str) else data.decode(errors="replace")
     name = _ID.search(text)
     plan = name.group(1) if name else ""

@@ -1,6 +1,6 @@
 """The keys of a plan's file and the types of their values (docs/format.md), as msgspec reads and writes them.
 
-Only this file and ``houseexpo.plan.json_codec``, which makes plans of these records, know the keys.
+Only this file and ``houseexpo.plan.json_codec``, which makes plans from these records, know the keys.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Published(Struct):
 
 
 class Room(Struct, forbid_unknown_fields=True):
-    """Refined free space with the doors closed; ``area`` in m2."""
+    """A room: an area of the free space, bounded by walls and closed doors; ``area`` in m2."""
 
     id: int
     label: str
@@ -44,7 +44,7 @@ class Room(Struct, forbid_unknown_fields=True):
 
 
 class Door(Struct, forbid_unknown_fields=True):
-    """An opening: its two ends, the area between the faces of its wall, and the rooms at its sides."""
+    """An opening: its two ends, the area between the faces of its wall, and the rooms on both sides."""
 
     id: int
     kind: DoorKind
@@ -55,14 +55,14 @@ class Door(Struct, forbid_unknown_fields=True):
 
 
 class Quality(Struct, forbid_unknown_fields=True):
-    """How sure the pipeline is, and the named numbers that this rests on."""
+    """The pipeline's confidence in the plan, and the named numbers that it is based on."""
 
     score: float
     grounds: dict[str, float]
 
 
 class Object(Struct, forbid_unknown_fields=True):
-    """A piece of furniture: its footprint, the room that it stands in, its height in metres."""
+    """A piece of furniture: its footprint, the id of its room, its height in metres."""
 
     id: int
     label: str
@@ -72,7 +72,7 @@ class Object(Struct, forbid_unknown_fields=True):
 
 
 class Frame(Struct, forbid_unknown_fields=True):
-    """Where the plan stands in its source."""
+    """The plan's position in its source."""
 
     matrix: tuple[tuple[float, float, float], tuple[float, float, float]]
     up: Literal["y", "z"]
@@ -81,7 +81,7 @@ class Frame(Struct, forbid_unknown_fields=True):
 
 
 class Navigability(Struct, forbid_unknown_fields=True):
-    """What a disc robot of one radius reaches."""
+    """The places that a disc robot of one radius can reach, in figures."""
 
     components: int
     largest_share: float
@@ -89,7 +89,7 @@ class Navigability(Struct, forbid_unknown_fields=True):
 
 
 class Plan(Published, forbid_unknown_fields=True, omit_defaults=True):
-    """The keys of ``houseexpo/2``; what a plan does not have is left out, apart from the first three lists."""
+    """The keys of ``houseexpo/2``; all but the first four may be missing."""
 
     format: str
     holes: list[Points]

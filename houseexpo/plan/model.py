@@ -1,6 +1,6 @@
-"""The plan as data: frozen values, checked when made. What is computed from them stands on higher floors.
+"""The plan as data: frozen values, checked on construction. Higher layers compute things from them.
 
-``houseexpo.floorplan.FloorPlan`` is this with the methods that users call; nothing here knows them.
+``houseexpo.floorplan.FloorPlan`` adds the methods that users call; nothing here depends on them.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, eq=False)
 class PlanData(Value):
-    """What the file of a plan holds; ``FloorPlan`` describes it."""
+    """The contents of a plan's file; ``FloorPlan`` describes them."""
 
     id: str
     verts: Ring
@@ -71,26 +71,32 @@ class PlanData(Value):
 
     @cached_property
     def bbox(self) -> Box:
-        """(x_min, y_min, x_max, y_max) of ``verts``, metres."""
+        """The bounds of ``verts``: (x_min, y_min, x_max, y_max), metres."""
         (x1, y1), (x2, y2) = self.verts.min(axis=0).tolist(), self.verts.max(axis=0).tolist()
         return x1, y1, x2, y2
 
     @cached_property
     def outline(self) -> Polygon | MultiPolygon:
-        """What ``verts`` encloses, metres; a ring that touches or crosses itself is repaired by the even-odd rule.
+        """The area that ``verts`` encloses, as valid polygons in metres.
 
-        PlanError where it encloses nothing; ``houseexpo.plan.repair`` states the rule, ``repair`` what it changed.
+        A ring that touches or crosses itself is repaired by the even-odd rule (``houseexpo.plan.repair``);
+        ``self.repair`` says what changed.
+
+        Raises
+        ------
+        PlanError
+            The ring encloses no area.
         """
         return self._mended(even_odd, ())
 
     @cached_property
     def free_space(self) -> Polygon | MultiPolygon:
-        """The outline less the holes, metres, repaired as ``outline`` is."""
+        """The outline without the holes, metres, repaired in the same way as ``outline``."""
         return self._mended(even_odd, self.holes) if self.holes else self.outline
 
     @cached_property
     def floor(self) -> Polygon | MultiPolygon:
-        """All that is inside the walls, metres: the free space, and what furniture in rooms stands on."""
+        """The whole area inside the walls, metres: the free space and the footprints of furniture in rooms."""
         things = [thing.polygon for thing in self.objects if thing.room is not None]
         if not things:
             return self.free_space
@@ -100,7 +106,7 @@ class PlanData(Value):
 
     @cached_property
     def repair(self) -> Repair | None:
-        """What was wrong with the rings and what mending them changed; None where they are valid."""
+        """The faults of the rings and what their repair changed; None if the rings are valid."""
         return self._mended(repair_of, self.holes)
 
     def _mended(self, how: Callable[[Ring, Sequence[Ring]], _T], holes: tuple[Ring, ...]) -> _T:
@@ -111,11 +117,17 @@ class PlanData(Value):
 
     @property
     def area(self) -> float:
-        """Free space, square metres."""
+        """Area of the free space, square metres."""
         return float(self.free_space.area)
 
     def room(self, room_id: int) -> Room:
-        """Return the room of this id; PlanError where there is none."""
+        """Return the room with this id.
+
+        Raises
+        ------
+        PlanError
+            The plan has no such room.
+        """
         for room in self.rooms:
             if room.id == room_id:
                 return room
@@ -123,7 +135,7 @@ class PlanData(Value):
 
     @property
     def _bounds(self) -> Box:
-        """Bounds of all rings: of a plan that is whole, those of ``verts``."""
+        """Bounds of all rings; in a correct plan these are the bounds of ``verts``."""
         points = np.concatenate([self.verts, *self.holes]) if self.holes else self.verts
         (x1, y1), (x2, y2) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
         return x1, y1, x2, y2

@@ -1,4 +1,4 @@
-"""Shift a plan: everything it holds moves, and its frame still leads to the same place in the source."""
+"""Shift a plan with everything in it; its frame still maps to the same place in the source."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``overrides.toml``, corrections by hand: what the build that reads it and the review that writes it share."""
+"""Manual corrections, ``overrides.toml``: what is shared by the build, which reads them, and the review."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from typing import Any, Final
 
 NAME: Final = "overrides.toml"
 LOG: Final = "overrides.log.jsonl"
-"""The log of a review, beside the file that its decisions go to."""
+"""The log of a review, beside the file with its decisions."""
 MIN_DOOR_M: Final = 0.3
-"""The least distance between the jambs of a door that a person gives."""
+"""The smallest width of a door that is added by hand: metres between the jambs."""
 LISTS: Final = {"door": 2, "no_room": 1}
-"""Keys that hold several values, and how many lists deep one of these is: two points, or one point [x, y]."""
+"""Keys with several values, and the list depth of one value: 2 for two points, 1 for a point [x, y]."""
 
 
 def as_list(value: Any, key: str) -> Any:
-    """Return what a key of ``LISTS`` holds as a list: one value may stand in the file without a list round it.
+    """Return the values of a key of ``LISTS`` as a list; the file may give a single value without the outer list.
 
-    Anything else is returned as it is.
+    Other values are returned unchanged.
     """
     inner = value
     for _ in range(LISTS[key]):

@@ -1,4 +1,4 @@
-"""The parts of a floor plan: frozen values, checked when made."""
+"""The parts of a floor plan: frozen values, checked on construction."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from shapely import Polygon
 
 Ring: TypeAlias = npt.NDArray[np.float64]
-"""(n, 2) vertices in metres, unclosed (the first is not repeated)."""
+"""The vertices of a ring (n, 2), metres; the first one is not repeated at the end."""
 
 DoorKind: TypeAlias = Literal["door", "opening", "entrance", "cut"]
 Box: TypeAlias = tuple[float, float, float, float]
@@ -28,15 +28,17 @@ Box: TypeAlias = tuple[float, float, float, float]
 DOOR_KINDS: tuple[DoorKind, ...] = get_args(DoorKind)
 
 RADII_M: Final = (0.10, 0.15, 0.20, 0.25, 0.30, 0.35)
-"""Radii of robots for which a plan's file records what they reach."""
+"""Radii of robots, metres, for which a plan's file records the navigability."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Where a plan stands in its source: ``matrix`` takes plan metres (x, y, 1) to the source's plan axes in metres.
+    """The position of a plan in its source.
 
-    The plan axes are (X, Y) of a z-up source, (X, Z) of a y-up one; ``floor`` is the level's height in the source.
-    ``houseexpo.grids.frame`` applies it.
+    ``matrix`` (2 x 3) maps a point (x, y, 1) of the plan, metres, to the source's plan axes, metres. These axes are
+    (X, Y) if the source's vertical axis, ``up``, is "z", and (X, Z) if it is "y". ``floor`` is the height of the
+    level's floor in the source, metres, and ``level`` the number of the level. ``houseexpo.grids.frame`` applies the
+    matrix.
     """
 
     matrix: tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -58,7 +60,11 @@ class Frame:
 
 @dataclass(frozen=True)
 class Navigability:
-    """What a disc robot of one radius can reach (docs/format.md, "Our keys"); ``analysis.navigability`` measures it."""
+    """The areas that a disc robot of one radius can reach, in figures (docs/format.md, "Our keys").
+
+    ``components`` is the number of separate areas, ``largest_share`` the largest one's share of their total area, 0 to
+    1, and ``narrowest`` the width of its narrowest passage, metres. ``houseexpo.navigability`` measures them.
+    """
 
     components: int
     largest_share: float
@@ -71,9 +77,9 @@ class Navigability:
 
 
 class Reach(Mapping[str, Navigability]):
-    """What a plan's file records for some robot radii, by their two decimals; empty, and false, where it says nothing.
+    """The navigability that a plan's file records, by robot radius in metres with two decimals (``"0.20"``).
 
-    Equal to any mapping with the same items.
+    It is empty, and false, if the file records none. It is equal to any mapping with the same items.
     """
 
     __slots__ = ("_known",)
@@ -91,7 +97,13 @@ class Reach(Mapping[str, Navigability]):
         return len(self._known)
 
     def __call__(self, radius_m: float) -> Navigability:
-        """Return what a disc of this radius, metres, reaches: as recorded; that of a ``FloorPlan`` measures others."""
+        """Return the navigability for a radius in metres; that of a ``FloorPlan`` is measured if it is not recorded.
+
+        Raises
+        ------
+        PlanError
+            The radius is negative or not finite, or it is not recorded and there is no plan to measure.
+        """
         if not 0 <= radius_m < math.inf:
             raise PlanError(f"expected a radius of 0 m or more, found {radius_m!r}", "navigability")
         key = f"{radius_m:.2f}"
@@ -104,7 +116,7 @@ class Reach(Mapping[str, Navigability]):
         raise PlanError(f"expected one of {sorted(self._known)}, found {found!r}; no plan is bound", "navigability")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Reach, (self._known,)  # the plan that holds it binds it again
+        return Reach, (self._known,)  # the plan that contains it binds it again
 
     def __repr__(self) -> str:
         return f"Reach({self._known!r})"
@@ -112,9 +124,10 @@ class Reach(Mapping[str, Navigability]):
 
 @dataclass(frozen=True, eq=False)
 class Room(Value):
-    """A room: refined free space with the doors closed.
+    """A room: an area of the free space, bounded by walls and closed doors.
 
-    ``label`` is one of the 25 or "Unlabelled"; ``source_labels`` keeps the source's own words.
+    ``label`` is one of the 25 published labels or "Unlabelled"; ``source_labels`` are the source's own words. ``ring``
+    (n, 2) and ``holes`` are in metres.
     """
 
     id: int
@@ -139,7 +152,7 @@ class Room(Value):
 
     @property
     def area(self) -> float:
-        """Square metres."""
+        """Area of the room, square metres."""
         return float(self.polygon.area)
 
     def __repr__(self) -> str:
@@ -148,9 +161,10 @@ class Room(Value):
 
 @dataclass(frozen=True, eq=False)
 class Door(Value):
-    """A passage between two rooms, or a closed one to the outside (kind "entrance", ``rooms[1]`` is None).
+    """A passage between two rooms, or a closed door to the outside (kind "entrance", ``rooms[1]`` is None).
 
-    ``segment`` runs from jamb to jamb on the wall's centre line; ``polygon`` is the freed area between its two faces.
+    ``segment`` runs from jamb to jamb on the wall's centre line and is ``width`` metres long. ``ring`` (n, 2), metres,
+    bounds the passage between the two faces of the wall. ``rooms`` are the ids of the rooms on both sides.
     """
 
     id: int
@@ -176,7 +190,7 @@ class Door(Value):
 
     @cached_property
     def polygon(self) -> Polygon:
-        """The freed area as a shapely polygon, metres."""
+        """The passage as a shapely polygon, metres."""
         from shapely import Polygon
 
         return Polygon(self.ring)
@@ -187,10 +201,11 @@ class Door(Value):
 
 @dataclass(frozen=True, eq=False)
 class PlanObject(Value):
-    """A piece of furniture: its footprint, metres, its height above the floor, and the room that it stands in.
+    """A piece of furniture: its footprint, its height above the floor in metres, and the id of its room.
 
-    ``label`` is the source's own word, or "object" where it has none. ``room`` is None where its middle lies in no
-    room. The footprint is an obstacle too: a hole of the plan's outline, or cut out of it where it touches a wall.
+    ``label`` is the source's own word, or "object" if it has none. ``room`` is None if the object's centre lies in no
+    room. The footprint, ``ring`` (n, 2) in metres, is also an obstacle: it is a hole of the plan's outline, or is cut
+    out of it where it touches a wall.
     """
 
     id: int

@@ -1,4 +1,4 @@
-"""How sure the pipeline is of a plan (docs/format.md, key ``quality``)."""
+"""The pipeline's confidence in a plan (docs/format.md, key ``quality``)."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from houseexpo.plan import checks
 from houseexpo.plan.value import Value
 
 SURE: Final = 0.8
-"""From this score on a plan counts as sure; below it, it is doubtful."""
+"""A plan with a lower score is doubtful."""
 
 
 @dataclass(frozen=True, eq=False)
 class Quality(Value):
-    """How likely a plan is right: ``score``, 0 to 1, and the ``grounds`` that it rests on.
+    """The confidence in a plan: a ``score`` from 0 to 1, and the ``grounds`` that it is based on.
 
-    A ground is a named number, such as the share of doors that are cuts. They are kept sorted by name, so that equal
+    A ground is a named number, such as the share of doors that are cuts. Grounds are sorted by name, so that equal
     grounds are written as equal bytes.
 
     Examples

@@ -1,14 +1,15 @@
-"""From a published ring to a valid shape, and a record of what was wrong with it.
+"""Repair a published ring to a valid shape, and record its faults.
 
-1,285 of 33,717 published rings touch or cross themselves: contours of pixels do where a passage is one pixel wide, or a
-wall hangs on by a corner. The rule that repairs them:
+Of 33,717 published rings, 1,285 touch or cross themselves. They are contours of pixels, which do so where a passage is
+one pixel wide or a wall is attached only at a corner. The repair follows these rules:
 
-R1  Inside is where a ray crosses the rings an odd number of times (even-odd), as ``houseexpo.grids.raster`` fills them.
-R2  Lines without area, such as a passage that is no wider than a line, are left out.
-R3  Nothing else is: every piece stays, however small. Pieces that only touch stay apart, for no robot fits through a
-    point, and a wall that hangs on by a corner is a hole that touches the outline.
+R1  A point is inside if a ray from it crosses the rings an odd number of times (even-odd). ``houseexpo.grids.raster``
+    fills rings in the same way.
+R2  Lines without area, such as a passage of zero width, are removed.
+R3  Nothing else is removed: every piece stays, however small. Pieces that only touch stay separate, since no robot fits
+    through a point. A wall that is attached only at a corner becomes a hole that touches the outline.
 
-On all published rings this keeps the area that the ring states (by the shoelace formula), to the last cell.
+On all published rings, this preserves the area of the ring (by the shoelace formula) to the last cell.
 """
 
 from __future__ import annotations
@@ -30,16 +31,16 @@ Ring = npt.NDArray[np.float64]
 
 _TOUCHES = ("Ring Self-intersection", "Interior is disconnected")
 
-_EXACT_M = 1e-6  # a ring that goes back over its own slant must not enclose what rounding leaves between
+_EXACT_M = 1e-6  # a ring that runs back along its own slanted edge must not enclose the gap left by rounding
 
 
 @dataclass(frozen=True)
 class Repair:
-    """What was wrong with a plan's rings, and what mending them changed.
+    """The faults of a plan's rings, and what their repair changed.
 
-    ``kind`` is "cross" where a ring crosses itself or another, "touch" where they only meet; ``at`` is a place where
-    they do, metres. ``pieces`` is the number of polygons that the free space has now; ``area_change_m2`` is its area
-    less the one that the rings state by the shoelace formula.
+    ``kind`` is "cross" if a ring crosses itself or another one, "touch" if they only touch; ``at`` is one such place,
+    (x, y) in metres. ``pieces`` is the number of polygons in the repaired free space. ``area_change_m2`` is the area of
+    the repaired free space minus that of the rings by the shoelace formula.
     """
 
     kind: Literal["touch", "cross"]
@@ -49,7 +50,7 @@ class Repair:
 
 
 def even_odd(verts: Ring, holes: Sequence[Ring]) -> Polygon | MultiPolygon:
-    """Return ``verts`` less ``holes``, metres, valid in any case (R1 to R3); PlanError where they enclose no area."""
+    """Return ``verts`` without ``holes`` as valid polygons, metres (R1 to R3); raise PlanError if they have no area."""
     import shapely
 
     shape = shapely.Polygon(verts, holes)
@@ -67,7 +68,7 @@ def even_odd(verts: Ring, holes: Sequence[Ring]) -> Polygon | MultiPolygon:
 
 
 def repair_of(verts: Ring, holes: Sequence[Ring] = ()) -> Repair | None:
-    """Say what ``even_odd`` mends in rings (metres), None where they are valid; PlanError where it cannot.
+    """Return what ``even_odd`` repairs in rings (metres), None if they are valid; raise PlanError if it cannot.
 
     Examples
     --------
@@ -93,10 +94,10 @@ def repair_of(verts: Ring, holes: Sequence[Ring] = ()) -> Repair | None:
 
 
 def _crossings(points: Ring, ring: Ring) -> npt.NDArray[np.int64]:
-    """How often a ray to the right of each point (n, 2) crosses a ring."""
+    """Return how often a ray to the right from each point (n, 2) crosses a ring."""
     start, end = ring, np.roll(ring, -1, axis=0)
     above = points[:, 1:] < start[:, 1], points[:, 1:] < end[:, 1]
-    with np.errstate(divide="ignore", invalid="ignore"):  # level edges are crossed by none
+    with np.errstate(divide="ignore", invalid="ignore"):  # no ray crosses a horizontal edge
         slope = (end[:, 0] - start[:, 0]) / (end[:, 1] - start[:, 1])
         right = points[:, :1] < start[:, 0] + (points[:, 1:] - start[:, 1]) * slope
     return np.asarray(((above[0] != above[1]) & right).sum(axis=1), dtype=np.int64)

@@ -1,6 +1,6 @@
-"""The JSON Schema of a plan, generated from the types that read it; a copy travels with the package.
+"""The JSON Schema of a plan, generated from the types that read it. The package contains a copy.
 
-``python -m houseexpo.plan.schema`` writes the copy anew; a test compares the two.
+``python -m houseexpo.plan.schema`` updates the copy; a test compares the two.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ SHIPPED: Final = Path(__file__).with_name("houseexpo-2.schema.json")
 
 
 def schema() -> dict[str, Any]:
-    """Return the schema (draft 2020-12): a file with ``format`` is checked as ours, one without as a published one.
+    """Return the schema (draft 2020-12): a file with ``format`` is checked as ours, others as published ones.
 
-    What a schema cannot say (rings that are closed, doors that name rooms) ``houseexpo.dataset.validation`` checks.
+    ``houseexpo.dataset.validation`` checks what a schema cannot express, such as whether doors name existing rooms.
     """
     (published, ours), parts = msgspec.json.schema_components(RECORDS, ref_template="#/$defs/{name}")
     parts["Plan"]["properties"]["format"] = {"const": FORMAT}
@@ -37,7 +37,7 @@ def schema() -> dict[str, Any]:
 
 
 def schema_text() -> bytes:
-    """Return the bytes of the shipped file."""
+    """Return the bytes of the copy in the package."""
     return as_json(schema())
 
 

@@ -1,4 +1,4 @@
-"""What frozen dataclasses that hold arrays need: equality by value, and pickles that are checked when they are read."""
+"""Base class of frozen dataclasses with arrays: equality by value, and checks when they are unpickled."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Value:
 
 
 def _same(one: Any, other: Any) -> bool:
-    """Equality that looks into tuples and compares arrays by value."""
+    """Return whether two values are equal, comparing arrays, also inside tuples, by value."""
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
         return np.array_equal(one, other)
     if isinstance(one, tuple) and isinstance(other, tuple):

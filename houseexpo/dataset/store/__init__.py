@@ -1,4 +1,4 @@
-"""Where the plans of a data set come from, and the caches that make them quick to reach."""
+"""The storage of data sets: files and services that plans come from, and caches for fast access."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ if TYPE_CHECKING:
 
 
 def address_in(place: str | os.PathLike[str]) -> str:
-    """Return the address that this is, "" where it is a path; a ``Path`` of an address has lost one of its slashes."""
+    """Return ``place`` if it is an address, "" if it is a path; the slash that ``Path`` drops is restored."""
     found = re.match("(https?):/+(.*)", os.fspath(place), re.IGNORECASE)
     return f"{found[1].lower()}://{found[2]}" if found else ""
 
 
 def files_at(place: str | os.PathLike[str], what: str) -> Path:
-    """Return a path of this machine; DatasetError where it is a service's address, and ``what`` needs files."""
+    """Return a local path; raise DatasetError if it is a service's address, since ``what`` needs files."""
     address = address_in(place)
     if address:
-        shown = address.partition("?")[0]  # behind it stands the token
+        shown = address.partition("?")[0]  # the token follows it
         raise DatasetError(f"{shown}: {what} needs the files of a data set; run it where houseexpo serve runs")
     return Path(place)
 
 
 def opened(place: str | os.PathLike[str]) -> Catalogue:
-    """Open what lies at a path, or what a service offers at an address."""
+    """Open the data set at a path, or at the address of a service."""
     address = address_in(place)
     if address:
         from houseexpo.dataset.store.remote import open_remote

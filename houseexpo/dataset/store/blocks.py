@@ -1,4 +1,4 @@
-"""A block-compressed Arrow file of plans: any of them is read by decompressing the block that holds it."""
+"""A block-compressed Arrow file of plans: to read a plan, only its block is decompressed."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any, Final
 import pyarrow as pa
 
 BLOCK: Final = 32
-"""Plans a block: some 80 KB, decompressed in a tenth of a millisecond."""
+"""Plans per block: about 80 KB, which is decompressed in a tenth of a millisecond."""
 
 _SCHEMA: Final = pa.schema([("plan", pa.large_binary())])
 
 
 class BlockWriter:
-    """Writes plans in order; a context manager."""
+    """A context manager that writes plans in order."""
 
     def __init__(self, path: Path) -> None:
         options = pa.ipc.IpcWriteOptions(compression=pa.Codec("zstd", compression_level=1))
@@ -33,7 +33,7 @@ class BlockWriter:
         self._writer.close()
 
     def add(self, data: bytes) -> None:
-        """Take one plan."""
+        """Add one plan."""
         self._waiting.append(data)
         if len(self._waiting) == BLOCK:
             self._flush()
@@ -45,15 +45,15 @@ class BlockWriter:
 
 
 class BlockReader:
-    """Reads plans by their number; the last block is kept, so that reading in order decompresses each once."""
+    """A reader of plans by number. It keeps the last block, so that reading in order decompresses each block once."""
 
     def __init__(self, path: Path) -> None:
-        options = pa.ipc.IpcReadOptions(use_threads=False)  # a block is quicker read than handed to another thread
+        options = pa.ipc.IpcReadOptions(use_threads=False)  # reading a block is faster than using a thread
         self._reader = pa.ipc.open_file(pa.memory_map(str(path)), options=options)
         self._last: tuple[int, Any] = (-1, None)
 
     def __len__(self) -> int:
-        """How many plans there are; all blocks but the last are full."""
+        """Return the number of plans; all blocks but the last are full."""
         blocks = self._reader.num_record_batches
         return BLOCK * (blocks - 1) + int(self._reader.get_batch(blocks - 1).num_rows) if blocks else 0
 

@@ -1,4 +1,4 @@
-"""Read a data set once and write what makes it quick to open: an index, and the plans in blocks."""
+"""Read a data set once, and write an index and the plans in blocks so that it opens fast."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ INDEX: Final = "index.arrow"
 PLANS: Final = "plans.arrow"
 
 CACHED: Final = pa.schema([*SCHEMA, ("file", pa.string()), ("digest", pa.string())])
-"""The published columns, the plan's file or place in the archive, and the SHA-1 of its bytes."""
+"""The columns of the index, the plan's file or place in the archive, and the SHA-1 of its bytes."""
 
 _CHUNK: Final = 256
 
 
 def build(source: Path, target: Path) -> None:
-    """Write ``index.arrow``, and for all but folders ``plans.arrow``, into the folder ``target``.
+    """Write ``index.arrow`` and, unless the source is a folder, ``plans.arrow`` into the folder ``target``.
 
     Raises
     ------
     DatasetError
-        The data set is broken, or two plans have one id.
+        The data set is damaged, or two plans have the same id.
     PlanError
-        A plan breaks the format; the error names its place, its id and the key.
+        A plan violates the format; the error names its file, its id and the key.
     """
-    seen: dict[str, str] = {}  # where a plan was found, by its id
+    seen: dict[str, str] = {}  # the place of each plan, by its id
     blocks = nullcontext() if source.is_dir() else BlockWriter(target / PLANS)
     with blocks as writer, pa.ipc.new_file(str(target / INDEX), CACHED) as index:
         for chunk, plans, found in _measured(source):
@@ -57,7 +57,7 @@ def build(source: Path, target: Path) -> None:
 
 
 def _measured(source: Path) -> Iterator[tuple[list[Record], list[FloorPlan], list[float]]]:
-    """Yield records, plans and areas by the chunk; a thread measures one chunk while the next is decoded."""
+    """Yield records, plans and areas in chunks; a thread measures one chunk while the next is decoded."""
     waiting: tuple[list[Record], list[FloorPlan], Future[list[float]]] | None = None
     with ThreadPoolExecutor(1) as thread:
         for chunk in in_chunks(watched(records(source), f"reading {source.name}"), _CHUNK):
@@ -75,7 +75,7 @@ def _row(record: Record, plan: FloorPlan, area: float) -> dict[str, Any]:
 
 
 def decoded(source: Path, record: Record) -> FloorPlan:
-    """Decode a record; its errors say where it stands."""
+    """Decode a record; add its place to any error."""
     try:
         return decode(record.data)
     except PlanError as error:
@@ -84,7 +84,7 @@ def decoded(source: Path, record: Record) -> FloorPlan:
 
 
 def areas(plans: Sequence[FloorPlan]) -> list[float]:
-    """Return the areas of the free spaces, m2; plans without holes and with a valid ring are done all at once."""
+    """Return the areas of the free spaces, m2; plans without holes and with a valid ring are measured together."""
     rings = [plan.verts for plan in plans]
     numbers = np.repeat(np.arange(len(rings)), [len(ring) for ring in rings])
     shapes = shapely.polygons(shapely.linearrings(np.concatenate(rings), indices=numbers))

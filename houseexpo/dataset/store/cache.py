@@ -1,4 +1,4 @@
-"""The user's cache folder: what was read once is found again by path, size and time, and else by its hash."""
+"""The user's cache folder: data sets that were read before are found by path, size and time, or by their hash."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from houseexpo.dataset.store.records import broken
 from houseexpo.files import PARTIAL, cache_folder, whole_folder, write_whole
 
 VERSION: Final = "2"
-"""Goes into every key: what another layout wrote is not read."""
+"""Part of every key, so that files in another layout are not read."""
 
 _LEFT_S: Final = 3600.0
 
 
 def stored(path: Path, build: Callable[[Path], None], is_whole: Callable[[Path], bool]) -> Path:
-    """Return the folder with what ``build`` makes of a data set, made now where it has not been made before.
+    """Return the folder with the result of ``build`` for a data set, and call ``build`` if there is none yet.
 
-    1. Path, size and time of a file (of a folder: of every plan in it) lead to the hash of its content.
-    2. The hash leads to what was built: a copy or a touched file is not built again.
-    3. ``build`` fills a folder of its own, which gets its name when it is whole.
-    4. What is not whole any more (``is_whole``) is built again; what killed processes left is swept away.
+    1. Path, size and time of a file (for a folder, of every plan in it) lead to the hash of its content.
+    2. The hash leads to the result, so that a copied or touched file is not built again.
+    3. ``build`` fills a temporary folder, which is renamed when it is complete.
+    4. A damaged result (``is_whole``) is built again. Remains of killed processes are deleted.
     """
     key = cache_folder("keys", VERSION) / _stamp(path)
     stores = cache_folder("stores", VERSION)
@@ -70,7 +70,7 @@ def _content(path: Path) -> str:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove what was begun and then left alone for an hour: its process was killed."""
+    """Remove folders that were started and not changed for an hour, since their process was killed."""
     for partial in folder.glob(f"{PARTIAL}*"):
         with suppress(OSError):
             latest = max(entry.stat().st_mtime for entry in (partial, *partial.rglob("*")))

@@ -23,7 +23,7 @@ from houseexpo.errors import DatasetError, PlanError
 from houseexpo.plan import checks
 
 _LATER: Final = ("quality",)
-"""Columns of numbers that came to the index later."""
+"""Columns of numbers that a later version added to the index."""
 _LOOKED_AT: Final = 5000
 _COMPARED: Final = 20
 _LETTERS: Final = 120
@@ -32,7 +32,7 @@ _FEW: Final = 25
 
 
 class Catalogue:
-    """What is known of a data set without reading its plans; rows are numbered as they are packed."""
+    """The contents of a data set without its plans; rows are numbered in the order in which plans are stored."""
 
     def __init__(self, path: Path, table: Any, store: Path | None) -> None:
         self.path, self.table, self._store = path, table, store
@@ -42,16 +42,16 @@ class Catalogue:
 
     @property
     def shown(self) -> str:
-        """Which data set errors speak of."""
+        """The name of the data set in error messages."""
         return str(self.path)
 
     @property
     def address(self) -> Path | str:
-        """What opens the same data set again."""
+        """The path or address that opens the same data set again."""
         return self.path
 
     def read(self, row: int) -> bytes:
-        """Return a plan's JSON as it is packed."""
+        """Return the bytes of a plan's JSON as they are stored."""
         if not self._is_loose:
             return self._unpacked(row)
         file = plan_folder(self.path) / self._files[row]
@@ -61,7 +61,7 @@ class Catalogue:
             raise DatasetError(f"{file}: cannot be read ({error.strerror}); open the data set again") from None
 
     def stages(self, row: int) -> bytes | None:
-        """Return the picture of the stages that a plan went through (PNG), None where its build kept none."""
+        """Return the picture (PNG) of the pipeline's stages for a plan, None if its build kept none."""
         folder = self.path / "stages"
         file = folder / f"{self.ids[row]}.png"
         if folder.is_symlink() or file.is_symlink() or not file.is_file():
@@ -72,18 +72,18 @@ class Catalogue:
             raise DatasetError(f"{file}: cannot be read ({error.strerror}); open the data set again") from None
 
     def digest(self, row: int) -> str:
-        """Return the SHA-1 of a plan's bytes, by which what is computed of it is kept."""
+        """Return the SHA-1 of a plan's bytes, the key under which results for the plan are cached."""
         if "digest" in self.table.column_names:
             return str(self.table.column("digest")[row].as_py())
         return hashlib.sha1(self.read(row), usedforsecurity=False).hexdigest()
 
     @cached_property
     def lists(self) -> dict[str, tuple[str, ...]]:
-        """The lists of ids that come with the data set, each as it is written."""
+        """The lists of ids that come with the data set, unchanged."""
         return {name: read_ids(data, f"{self.path}: list {name!r}") for name, data in lists(self.path).items()}
 
     def numbers(self, name: str) -> np.ndarray[Any, np.dtype[Any]]:
-        """Return a column of numbers; NaN where a plan lacks it."""
+        """Return a column of numbers, NaN for plans that lack the value."""
         return np.asarray(self.table.column(name).to_numpy(zero_copy_only=False), dtype=np.float64)
 
     def _unpacked(self, row: int) -> bytes:
@@ -91,7 +91,7 @@ class Catalogue:
             return bytes(self._blocks[row])
         except (pa.ArrowException, OSError, IndexError) as error:
             if self._store is not None:
-                shutil.rmtree(self._store, ignore_errors=True)  # the next opening makes it anew
+                shutil.rmtree(self._store, ignore_errors=True)  # it is built again when the data set is next opened
             raise DatasetError(f"{self.path}: the cached copy is damaged ({error}); open the data set again") from None
 
     @cached_property
@@ -106,12 +106,12 @@ class Catalogue:
 
 
 def open_catalogue(path: Path) -> Catalogue:
-    """Open a data set; the first time, its plans are read once (``houseexpo.dataset.store.build``).
+    """Open a data set; the first time, this reads all of its plans (``houseexpo.dataset.store.build``).
 
     Raises
     ------
     DatasetError, PlanError
-        The path is no data set, it is broken or not finished, or one of its plans breaks the format.
+        The path is not a data set, the data set is damaged or incomplete, or one of its plans violates the format.
     """
     if (path / ".build").is_dir() and not (path / "manifest.json").exists():
         raise DatasetError(f"{path}: expected a finished build, found no manifest.json; run houseexpo build again")
@@ -125,12 +125,12 @@ def open_catalogue(path: Path) -> Catalogue:
 
 
 def read_ids(data: bytes, what: str) -> tuple[str, ...]:
-    """Read a list of ids, one a line; a ``.json`` after an id is passed over, so are empty lines.
+    """Read a list of ids, one per line; a ``.json`` after an id and empty lines are ignored.
 
     Raises
     ------
     DatasetError
-        A line is no id, or one occurs twice.
+        A line is not an id, or an id occurs twice.
     """
     try:
         lines = [line.strip().removesuffix(".json") for line in data.decode().splitlines()]
@@ -144,12 +144,12 @@ def read_ids(data: bytes, what: str) -> tuple[str, ...]:
 
 
 def nearest(word: str, known: Sequence[str]) -> str:
-    """Return that there is no such word, and which of those known is nearest to it; where none is near, what there is.
+    """Return the message that a word is unknown, with the most similar known word, or else with what is known.
 
-    One is near that has half of its letters in common with the word, in their order, or begins with it.
+    A word is similar if it shares half of its letters with the unknown one, in the same order, or starts with it.
 
-    Comparing two words costs a tenth of a millisecond; so of many only the few that share most pairs of neighbouring
-    letters with the word are compared.
+    Comparing two words takes a tenth of a millisecond. If many are known, only the few that share most pairs of
+    neighbouring letters with the word are compared.
     """
     word = word[:_LETTERS]
     pairs = _pairs(word)
@@ -173,7 +173,7 @@ def _read_index(store: Path) -> Any:
 
 
 def _is_whole(source: Path, store: Path) -> bool:
-    """Whether what was made of a data set can be read; a file that was cut off lost its table of contents."""
+    """Return whether the cached files of a data set are readable; a truncated one lacks its table of contents."""
     try:
         rows = _read_index(store).num_rows
         plans = rows if source.is_dir() else len(BlockReader(store / "plans.arrow"))
@@ -183,13 +183,13 @@ def _is_whole(source: Path, store: Path) -> bool:
 
 
 def _build(source: Path, target: Path) -> None:
-    from houseexpo.dataset.store.build import build  # it brings shapely; an index that is cached needs none
+    from houseexpo.dataset.store.build import build  # it imports shapely, which a cached index does not need
 
     build(source, target)
 
 
 def _with_later_columns(table: Any) -> Any:
-    """Fill in, with nulls, the columns that an earlier version of the program did not write."""
+    """Add columns that an earlier version did not write, filled with nulls."""
     for name in _LATER:
         if name not in table.column_names:
             table = table.append_column(name, pa.nulls(table.num_rows, pa.float64()))
@@ -197,7 +197,7 @@ def _with_later_columns(table: Any) -> Any:
 
 
 def _own_index(path: Path) -> Any:
-    """Read a data set folder's index and check that it speaks of the plans that are there."""
+    """Read a data set folder's index and check that it lists the plans in the folder."""
     import pyarrow.parquet as pq
 
     from houseexpo.dataset.index import SCHEMA

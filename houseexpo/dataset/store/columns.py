@@ -1,4 +1,4 @@
-"""Columns of a data set: those of its index, and those that published plans lack and that are computed and kept."""
+"""Columns of a data set: those of its index, and those that are computed for published plans and cached."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from houseexpo.floorplan import FloorPlan
 Rows = npt.NDArray[np.int64]
 
 _COUNTS: Final = ("rooms", "doors")
-"""What ``select`` takes as one number too: areas are hardly ever equal to a number."""
+"""The conditions for which ``select`` also takes a single number; an area is hardly ever equal to one."""
 
 
 def column(catalogue: Catalogue, rows: Rows, name: str, *, compute: bool = True) -> list[Any]:
-    """Return a column of the index for some rows; what published plans lack is computed where it is absent.
+    """Return a column of the index for some rows; values that published plans lack are computed if not cached.
 
-    ``compute`` False: what would have to be computed is None.
+    With ``compute=False``, they are None instead.
     """
     if name not in catalogue.table.column_names:
         raise ConfigError(f"column: {nearest(name, catalogue.table.column_names)}")
@@ -41,7 +41,7 @@ def column(catalogue: Catalogue, rows: Rows, name: str, *, compute: bool = True)
 
 
 def shares(catalogue: Catalogue, rows: Rows, radius: float) -> npt.NDArray[np.float64]:
-    """Return the share of the biggest piece in which a disc can stand; measured where the index does not record it."""
+    """Return the share of the largest connected area for a disc; it is measured if the index does not record it."""
     key = f"{radius:.2f}"
     values: list[float | None] = [None] * len(rows)
     if float(key) == radius:
@@ -52,7 +52,7 @@ def shares(catalogue: Catalogue, rows: Rows, radius: float) -> npt.NDArray[np.fl
 
 
 def known_label(word: str) -> str:
-    """Return the label that a word stands for, spelt in any way; ConfigError where it is none."""
+    """Return the label that a word spells in any way; raise ConfigError if it is not a label."""
     from houseexpo.plan.categories import LABELS, canonical
 
     found = canonical(word)
@@ -62,12 +62,12 @@ def known_label(word: str) -> str:
 
 
 def known_labels(words: Iterable[str]) -> set[str]:
-    """Return the labels that words stand for; one word alone is one label, not its letters."""
+    """Return the labels that words spell; a single string is one label, not a sequence of letters."""
     return {known_label(word) for word in ([words] if isinstance(words, str) else words)}
 
 
 def least_share(robot_radius: float | None, min_connected: float | None) -> float:
-    """Return the share that the biggest piece must hold; ConfigError where the two make no condition."""
+    """Return the share that the largest connected area must have; raise ConfigError for an invalid combination."""
     if robot_radius is None and min_connected is not None:
         raise ConfigError("select: min_connected needs a robot_radius")
     if robot_radius is not None and not (_is_number(robot_radius) and 0 <= robot_radius < math.inf):
@@ -76,14 +76,14 @@ def least_share(robot_radius: float | None, min_connected: float | None) -> floa
 
 
 def share_of_one(value: float, name: str) -> float:
-    """Return a number from 0 to 1; ConfigError where it is none."""
+    """Return a number from 0 to 1; raise ConfigError for anything else."""
     if not (_is_number(value) and 0 <= value <= 1):
         raise ConfigError(f"select: {name}: expected 0 to 1, found {value!r}")
     return value
 
 
 def within(values: npt.NDArray[np.float64], limits: Any, name: str) -> npt.NDArray[np.bool_]:
-    """Whether each value lies between the two given, None leaving an end open; a count may be one number too."""
+    """Return whether each value lies within the limits, None for no limit; for a count, a single number is allowed."""
     low, high = _ends(limits, name)
     if low is not None and high is not None and low > high:
         raise ConfigError(f"select: {name}: expected from <= to, found {low} > {high}")
@@ -108,7 +108,7 @@ def _ends(limits: Any, name: str) -> tuple[float | None, float | None]:
 
 
 def _is_number(value: object) -> bool:
-    """Whether this is a number, of NumPy perhaps, and not NaN, which nothing is equal to, above or below."""
+    """Return whether this is a number, possibly of NumPy, and not NaN."""
     return not isinstance(value, bool) and isinstance(value, Real) and not math.isnan(value)
 
 
@@ -139,4 +139,4 @@ _MEASURES: Final[dict[str, tuple[str, Callable[[FloorPlan], Any]]]] = {
     "navigability": ("navigability, 2", _navigability),
     "n_doors": ("doors found, 1", _doors),
 }
-"""Under which name the values are kept (another way of computing needs another name), and how they are computed."""
+"""The name under which values are cached (which must change with the computation), and the function for them."""

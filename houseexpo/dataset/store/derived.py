@@ -1,4 +1,4 @@
-"""What is computed of plans and kept (``values``): by the plan's bytes, so that it is found again in any data set."""
+"""Cache results for plans (``values``) by the plans' bytes, so that they are found again in any data set."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ _CHUNK: Final = 16
 
 
 def derived(catalogue: Catalogue, rows: Sequence[int], name: str, measure: Measure, workers: int = 1) -> list[Any]:
-    """Return ``measure(plan)`` for each row, computed where it is not known yet.
+    """Return ``measure(plan)`` for each row, computed if it is not cached yet.
 
     Parameters
     ----------
     name
-        What the values are called; another meaning needs another name, or a version in it.
+        The name of the values. Change it, or a version in it, when their meaning changes.
     measure
-        From a plan to plain values (what JSON can hold); with several workers, a function that can be pickled.
+        A function from a plan to values that JSON can hold. With several workers it must be picklable.
     workers
-        Processes. With more than one, a script needs its ``if __name__ == "__main__"``.
+        Number of processes. With more than one, a script needs ``if __name__ == "__main__"``.
     """
     digests = [catalogue.digest(row) for row in rows]
     with closing(Values()) as values:
@@ -44,7 +44,7 @@ def derived(catalogue: Catalogue, rows: Sequence[int], name: str, measure: Measu
 
 
 def kept(catalogue: Catalogue, rows: Sequence[int], name: str) -> list[Any]:
-    """Return what was computed under ``name`` before, None for a plan of which it was not."""
+    """Return the cached values of ``name``, None for a plan without one."""
     with closing(Values()) as values:
         known = values.known(name)
     if not known:

@@ -1,4 +1,4 @@
-"""Which files of a folder are plans, and what lies there instead of them."""
+"""The files of a data set folder: which are plans, and what to suggest if there are none."""
 
 from __future__ import annotations
 
@@ -21,33 +21,33 @@ ARCHIVE: Final = "json.tar.gz"
 
 
 def refused_picture(path: Path, name: str) -> Path:
-    """Return where a build keeps a picture of an input that it refused; a hash stands for a name, which may be any."""
+    """Return the path of the picture of a rejected input; its name is a hash, since inputs may have any name."""
     return path / ".build" / "pictures" / "refused" / f"{hashlib.sha256(name.encode()).hexdigest()[:32]}.png"
 
 
 def overrides_file(dataset: Path) -> Path:
-    """Return the file for what people decide about the plans of a data set; it need not be there yet.
+    """Return the path of the file with manual corrections of a data set; it may not exist yet.
 
-    The file lies in a folder of plans, as ``overrides.toml``, so that it goes wherever the folder goes. An archive, a
-    file of JSON lines and the folder of a release are finished: nothing is added to them. Their file lies beside them
-    and is called ``<name>.overrides.toml``. Nothing in a data set says otherwise.
+    In a folder of plans, the file is ``overrides.toml``, so that it moves with the folder. Nothing is added to an
+    archive, a file of JSON lines or the folder of a release; their file lies beside them and is named
+    ``<name>.overrides.toml``. The contents of a data set cannot change this.
     """
     path = dataset.resolve()
     return path / NAME if path.is_dir() and not is_release(path) else path.with_name(f"{path.name}.{NAME}")
 
 
 def is_release(path: Path) -> bool:
-    """Whether a folder is one that ``houseexpo release`` wrote, with its plans in an archive."""
+    """Return whether ``houseexpo release`` wrote a folder, with its plans in an archive."""
     return (path / ARCHIVE).is_file() and (path / "croissant.json").is_file() and not (path / "json").is_dir()
 
 
 def plan_folder(path: Path) -> Path:
-    """Return where a folder keeps its plans: ``json/`` where it has one, else itself."""
+    """Return the folder with the plans: ``json/`` if it exists, else the folder itself."""
     return path / "json" if (path / "json").is_dir() else path
 
 
 def is_plan(name: str) -> bool:
-    """Whether a file or an archive's member is a plan: JSON, not hidden, and no file that describes a data set."""
+    """Return whether a file or member is a plan: JSON, not hidden, and not a file that describes a data set."""
     path = PurePosixPath(name)
     hidden = any(part.startswith((".", "__MACOSX")) and part not in (".", "..") for part in path.parts)
     beside = path.name in ("manifest.json", "stats.json", "splits.json") and path.parent.name != "json"
@@ -55,9 +55,9 @@ def is_plan(name: str) -> bool:
 
 
 def plan_files(folder: Path) -> list[str]:
-    """Return the names of the plans in a folder, sorted; DatasetError where JSON lines lie beside them.
+    """Return the sorted names of the plans in a folder; raise DatasetError if there are JSON lines beside them.
 
-    Nobody could tell which of the two was meant, and one would be left out unsaid.
+    It would not be clear which of the two was meant, and one of them would be ignored silently.
     """
     with os.scandir(folder) as entries:
         files = sorted(entry.name for entry in entries if entry.is_file())
@@ -72,9 +72,9 @@ def plan_files(folder: Path) -> list[str]:
 
 
 def plan_stamp(folder: Path) -> str:
-    """Return what changes when a plan in a folder does, and with nothing else in it; no plan is read.
+    """Return a stamp that changes exactly if a plan in the folder changes; no plan is read.
 
-    DatasetError as ``plan_files`` says.
+    Raise DatasetError like ``plan_files``.
     """
     names = set(plan_files(folder))
     with os.scandir(folder) as entries:
@@ -83,12 +83,12 @@ def plan_stamp(folder: Path) -> str:
 
 
 def look(found: os.stat_result) -> tuple[int, int, int]:
-    """Return what shows that a file was changed: size, time, and the time that no program can set back."""
+    """Return what shows a change of a file: its size, its time, and its change time, which programs cannot set."""
     return found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
 def instead_of_plans(path: Path) -> str:
-    """Return what to do where a data set has no plans: open what lies in the folder, if there is something."""
+    """Return advice for a folder without plans: what to open in it instead, if there is something."""
     if not path.is_dir():
         return "check the path"
     folder = plan_folder(path)
@@ -100,5 +100,5 @@ def instead_of_plans(path: Path) -> str:
 
 
 def _is_record(name: str) -> bool:
-    """Whether a file tells of plans instead of holding some: a build's lists, or the log of a review."""
+    """Return whether a file describes plans instead of containing them: a build's lists, or the log of a review."""
     return name in _OF_A_BUILD or name == LOG or name.endswith(f".{LOG}")

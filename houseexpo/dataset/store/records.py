@@ -1,7 +1,7 @@
-"""Read the plans of a data set in one pass, whatever it is packed in: a folder, an archive, JSON lines.
+"""Read the plans of a data set in one pass from a folder, an archive or JSON lines.
 
-Nothing is decoded here and nothing is written. What is cut off, too large or broken raises DatasetError, which names
-the file and the place in it; a reader that ends without an error has seen everything.
+Nothing is decoded or written here. Truncated, damaged or too large input raises DatasetError, which names the file and
+the place in it. A reader that ends without an error has read everything.
 """
 
 from __future__ import annotations
@@ -28,30 +28,30 @@ MAX_PLANS: Final = 5_000_000
 KINDS: Final = ("a folder", ".tar.gz", ".tgz", ".zip", ".jsonl", ".jsonl.gz")
 _BROKEN: Final = (
     *(EOFError, OSError, zlib.error, tarfile.TarError, zipfile.BadZipFile, UnicodeError),
-    *(NotImplementedError, RuntimeError),  # zipfile's words for an unknown method, and for an encrypted member
+    *(NotImplementedError, RuntimeError),  # zipfile's errors for an unknown method and for an encrypted member
 )
 _CHUNK: Final = 1 << 20
 
 
 class Record(NamedTuple):
-    """One plan as it is packed: ``place`` is its file or member, or "line N"."""
+    """The bytes of one plan; ``place`` is its file or member, or "line N"."""
 
     place: str
     data: bytes
 
 
 def plans_in(path: Path) -> Path:
-    """Return where the plans of a data set are: in the archive of a release, else in the path itself."""
+    """Return the path with the plans of a data set: the archive of a release, or else the path itself."""
     return path / ARCHIVE if is_release(path) else path
 
 
 def records(path: Path) -> Iterator[Record]:
-    """Yield every plan of a data set: files of a folder sorted by name, others in the order in which they are packed.
+    """Yield every plan of a data set: files of a folder sorted by name, others in the order of the file.
 
     Raises
     ------
     DatasetError
-        The path is no data set, or it is broken.
+        The path is not a data set, or it is damaged.
     """
     path = plans_in(path)
     read = _reader(path)
@@ -67,9 +67,9 @@ def records(path: Path) -> Iterator[Record]:
 
 
 def lists(path: Path) -> dict[str, bytes]:
-    """Return the lists of ids that are packed in an archive, or lie in or beside anything else, by name.
+    """Return the lists of ids by name: those inside an archive, or those in or beside anything else.
 
-    ``splits/train.txt`` and the published ``map_id_train.txt`` are both the list "train"; the former comes first.
+    ``splits/train.txt`` and the published ``map_id_train.txt`` are both the list "train"; the former has priority.
     """
     with broken(path):
         if path.suffix == ".zip":
@@ -89,7 +89,7 @@ def lists(path: Path) -> dict[str, bytes]:
 
 
 def list_name(name: str) -> str:
-    """Return which list of ids a file name stands for, "" where it stands for none."""
+    """Return the name of the list of ids that a file name denotes, "" if it denotes none."""
     path = PurePosixPath(name)
     if path.suffix != ".txt":
         return ""
@@ -100,7 +100,7 @@ def list_name(name: str) -> str:
 
 @contextmanager
 def broken(path: Path) -> Iterator[None]:
-    """Turn what readers say of a broken file into DatasetError."""
+    """Convert the errors of readers of a damaged file to DatasetError."""
     try:
         yield
     except _BROKEN as error:
@@ -164,7 +164,7 @@ def _tarred(path: Path) -> Iterator[Record]:
 
 @contextmanager
 def _tar(path: Path) -> Iterator[tarfile.TarFile]:
-    """Open a compressed tar for one pass; the rest is read too, because the checksum stands at the end."""
+    """Open a compressed tar for one pass, and read it to the end, where the checksum is."""
     with gzip.open(path) as stream, tarfile.open(fileobj=_Bounded(stream, path), mode="r|") as tar:
         yield tar
         while stream.read(_CHUNK):
@@ -172,7 +172,7 @@ def _tar(path: Path) -> Iterator[tarfile.TarFile]:
 
 
 class _Bounded(io.RawIOBase):
-    """A stream that refuses to give more than ``MAX_BYTES``: a small archive may unpack to anything."""
+    """A stream that fails beyond ``MAX_BYTES``, since a small archive may unpack to any size."""
 
     def __init__(self, stream: IO[bytes] | gzip.GzipFile, path: Path) -> None:
         self._stream, self._path, self._seen = stream, path, 0
@@ -198,7 +198,7 @@ def _tar_member(path: Path, tar: tarfile.TarFile, member: tarfile.TarInfo) -> by
 def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
     if info.file_size > MAX_PLAN_BYTES:
         raise _too_large(path, info.filename, info.file_size)
-    with archive.open(info) as stream:  # what the header says of the size may be untrue
+    with archive.open(info) as stream:  # the size in the header may be wrong
         data = stream.read(MAX_PLAN_BYTES + 1)
     if len(data) > MAX_PLAN_BYTES:
         raise _too_large(path, info.filename, len(data))

@@ -1,9 +1,9 @@
-"""A data set that a service offers (``houseexpo serve``): its index is fetched at once, a plan when it is asked for.
+"""A data set of a service (``houseexpo serve``): its index is fetched at once, each plan when it is accessed.
 
-1. The index is kept in the user's cache with its tag: it is fetched again only where it changed.
-2. A plan is kept under the SHA-1 of its bytes, which the index states: what comes over the wire is checked, and plans
-   that two services share are fetched once.
-3. Nothing else is asked of the server, and no other server is asked: redirections are refused.
+1. The index is cached with its tag, and fetched again only if it has changed.
+2. Plans are cached under the SHA-1 of their bytes, which the index states. What is received is verified with it, and
+   plans that two services share are fetched once.
+3. Nothing else is requested, and no other server is contacted: redirections are refused.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from houseexpo.plan import checks
 _COLUMNS: Final = pa.schema([*SCHEMA, ("digest", pa.string())])
 _INDEX_BYTES: Final = 1 << 30
 _TIMEOUT_S: Final = 60.0
-"""Without a byte; and for the head of an answer, and each mebibyte of it, to come whole."""
+"""Time limits in seconds: between two bytes; and for the head of an answer, and for each mebibyte of it."""
 _CHUNK: Final = 1 << 16
 _DIGEST: Final = re.compile("[0-9a-f]{40}")
 
@@ -52,12 +52,12 @@ class _About(msgspec.Struct):
 
 
 def open_remote(address: str) -> RemoteCatalogue:
-    """Open a data set of a service: ``http://host:8000/demo``, with ``?token=`` where the service asks for one.
+    """Open a data set of a service: ``http://host:8000/demo``, with ``?token=`` if the service needs one.
 
     Raises
     ------
     DatasetError
-        The server does not answer, has no such data set, or sends what is no index.
+        The server does not answer, has no such data set, or sends an invalid index.
     """
     server = _Server(address)
     folder = cache_folder("remote", hashlib.sha256(server.plain.encode()).hexdigest()[:16], server.name)
@@ -85,7 +85,7 @@ def open_remote(address: str) -> RemoteCatalogue:
 
 
 class RemoteCatalogue(Catalogue):
-    """What is known of a data set that a service offers; ``path`` is where copies of it lie."""
+    """The contents of a service's data set without its plans; ``path`` is the folder of the cached copies."""
 
     def __init__(self, address: str, server: _Server, folder: Path, table: Any) -> None:
         super().__init__(folder, table, None)
@@ -99,11 +99,11 @@ class RemoteCatalogue(Catalogue):
 
     @property
     def address(self) -> str:
-        """What opens the same data set again."""
+        """The address that opens the same data set again."""
         return self._address
 
     def read(self, row: int) -> bytes:
-        """Return a plan's JSON, fetched where it was not before."""
+        """Return the bytes of a plan's JSON; fetch them if they are not cached."""
         digest, name = self._digests[row], self.ids[row]
         kept = cache_folder("remote", "plans", digest[:2]) / digest
         if kept.exists() and _sha1(data := kept.read_bytes()) == digest:
@@ -115,7 +115,7 @@ class RemoteCatalogue(Catalogue):
         return data
 
     def stages(self, row: int) -> bytes | None:
-        """Return the picture of the stages that a plan went through, fetched each time; None where there is none."""
+        """Return the picture of the pipeline's stages for a plan, fetched each time; None if there is none."""
         place = f"/plans/{quote(self.ids[row], safe='')}/stages.png"
         found = self._server.get(place, MAX_PLAN_BYTES, fine=(200, 404))
         return found.data if found.status == 200 else None
@@ -134,7 +134,7 @@ class RemoteCatalogue(Catalogue):
 
 
 class _Server:
-    """The part of a service that offers one data set; each thread keeps one connection."""
+    """The part of a service that offers one data set; each thread has its own connection."""
 
     def __init__(self, address: str) -> None:
         try:
@@ -160,7 +160,7 @@ class _Server:
         self._own = threading.local()
 
     def get(self, path: str, most_bytes: int, tag: str = "", fine: tuple[int, ...] = (200, 304)) -> _Answer:
-        """Ask for ``/api/NAME`` and a path below it; DatasetError says what went wrong where no answer is ``fine``."""
+        """Request ``/api/NAME`` and a path below it; raise DatasetError unless the status is one of ``fine``."""
         headers = {"accept": "application/json", **({"if-none-match": tag} if tag else {})}
         headers |= {"authorization": f"Bearer {self._token}"} if self._token else {}
         try:
@@ -197,7 +197,7 @@ def _exchanged(connection: http.client.HTTPConnection, path: str, headers: dict[
 
 @contextmanager
 def _cut_off(connection: http.client.HTTPConnection, seconds: float) -> Iterator[None]:
-    """End what a server sends a byte at a time: no single byte is late, but the whole is."""
+    """Close the connection to a server that sends single bytes in time but takes too long for the whole."""
     late = threading.Event()
 
     def end() -> None:
@@ -228,7 +228,7 @@ def _body(answer: http.client.HTTPResponse, most_bytes: int) -> bytes:
         if time.monotonic() - start > patience:
             raise TimeoutError(f"{size:,} bytes came in {patience:.0f} s; that is too slow")
     if answer.length == 0:
-        answer.close()  # ``read1`` leaves it open at its end, and the connection could not be used again
+        answer.close()  # ``read1`` leaves it open at its end, and the connection could not be reused
     return b"".join(parts)
 
 

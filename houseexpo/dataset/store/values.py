@@ -1,10 +1,10 @@
-"""Values that were computed of plans, in one SQLite file of the user's cache.
+"""Cache of values computed from plans, in one SQLite file of the user's cache.
 
-R1  A value belongs to the SHA-1 of the plan's JSON and to the name under which it was computed: it is found again in
-    any data set that holds the same plan, and never for one that has changed.
-R2  What is done stays done where a run is stopped.
-R3  The file is a cache. Where it is damaged it is made anew; where it cannot be read or written (a full disk), nothing
-    is known, nothing is kept, and a warning in the log says so.
+R1  The key of a value is the SHA-1 of the plan's JSON and the name of the computation. The value is found again in any
+    data set that contains the same plan, and never for a plan that has changed.
+R2  Values that were computed remain if a run is stopped.
+R3  The file is a cache. If it is damaged, it is created anew. If it cannot be read or written (a full disk), nothing is
+    found or kept, and the log has a warning.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _T = TypeVar("_T")
 
 
 class Values:
-    """The file; one process may have it open several times, and several processes at once."""
+    """The open file. One process may open it several times, and so may several processes at once."""
 
     def __init__(self) -> None:
         self._file = cache_folder() / f"derived-{VERSION}.sqlite"
@@ -35,14 +35,14 @@ class Values:
         self._database = self._tried(lambda: _opened(self._file))
 
     def known(self, name: str) -> dict[str, bytes]:
-        """Return what is kept under a name, by the plans' digests."""
+        """Return the values under a name, by the plans' digests."""
         if (database := self._database) is None:
             return {}
         asked = "SELECT plan, value FROM derived WHERE name = ?"
         return self._tried(lambda: dict(database.execute(asked, (name,)))) or {}
 
     def keep(self, name: str, digest: str, value: bytes) -> None:
-        """Write a value, now or within some seconds (R2)."""
+        """Save a value, at once or within a few seconds (R2)."""
         if (database := self._database) is None:
             return
 
@@ -55,13 +55,13 @@ class Values:
         self._tried(write)
 
     def close(self) -> None:
-        """Write what is not written yet."""
+        """Write all values that have not been written yet, and close the file."""
         if (database := self._database) is not None:
             self._tried(database.commit)
             database.close()
 
     def _tried(self, work: Callable[[], _T]) -> _T | None:
-        """Do some work; where the file cannot be used (R3), return None, and leave it alone from now on."""
+        """Call ``work``; if the file cannot be used (R3), return None and do not use it again."""
         try:
             return work()
         except sqlite3.Error as error:
@@ -90,5 +90,5 @@ def _opened(file: Path) -> sqlite3.Connection:
 
 
 def _is_damaged(error: sqlite3.Error) -> bool:
-    """Whether the file is no database, or has lost its order; errors of a class of their own mean something else."""
+    """Return whether the error means that the file is not a database or is corrupt; subclasses mean other faults."""
     return type(error) is sqlite3.DatabaseError

@@ -1,1 +1,1 @@
-"""The rules of the format that a schema cannot say, one function a rule: a plan in, what breaks the rule out."""
+"""The rules of the format that a schema cannot express. Each is a function that yields a plan's violations."""

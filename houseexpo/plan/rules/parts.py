@@ -1,4 +1,4 @@
-"""Rules about what stands beside the ring: ids, labels, boxes, rooms, doors, objects, navigability."""
+"""Rules about everything but the rings: ids, labels, boxes, rooms, doors, objects, navigability."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from houseexpo.plan.rules.rings import Broken
 
 TILE_M2: Final = 0.05
 _CM: Final = 0.01
-_SPECK_M2: Final = 0.01  # what rounding to centimetres moves along a wall
+_SPECK_M2: Final = 0.01  # the area that rounding to centimetres moves along a wall
 _PUBLISHED_ID: Final = re.compile(r"[0-9a-f]{32}")
 _RADII: Final = frozenset(f"{radius:.2f}" for radius in RADII_M)
 
@@ -49,7 +49,7 @@ def boxes(plan: PlanData) -> Iterator[Broken]:
 
 
 def rooms(plan: PlanData) -> Iterator[Broken]:
-    """Rooms are valid, lie in the free space, do not overlap, and tile it together with the doors (to 0.05 m2)."""
+    """Rooms are valid, lie in the free space, do not overlap, and together with the doors cover it (to 0.05 m2)."""
     import shapely
 
     shapes = [room.polygon for room in plan.rooms]
@@ -71,9 +71,9 @@ def rooms(plan: PlanData) -> Iterator[Broken]:
 
 
 def doors(plan: PlanData) -> Iterator[Broken]:
-    """A door's width is its segment's, and its segment crosses its polygon.
+    """A door's width is the length of its segment, and its segment crosses its polygon.
 
-    An opening may have any width: a gap is 1.5 m wide at most, but one that the source draws is as wide as it is drawn.
+    An opening may have any width: the pipeline finds gaps of up to 1.5 m, but the source may state a wider opening.
     """
     import shapely
 
@@ -89,7 +89,7 @@ def doors(plan: PlanData) -> Iterator[Broken]:
 
 
 def objects(plan: PlanData) -> Iterator[Broken]:
-    """An object's footprint is a simple ring, and no free space but for what rounding moves along its edge."""
+    """An object's footprint is a simple ring outside the free space, apart from rounding along its edge."""
     import shapely
 
     for i, thing in enumerate(plan.objects):
@@ -102,7 +102,7 @@ def objects(plan: PlanData) -> Iterator[Broken]:
 
 
 def reach(plan: PlanData) -> Iterator[Broken]:
-    """Navigability is given for the six radii, shares lie between 0 and 1."""
+    """Navigability is given for the six radii, and shares lie between 0 and 1."""
     if plan.navigability and set(plan.navigability) != _RADII:
         yield "navigability", f"expected the radii {', '.join(sorted(_RADII))}, found {', '.join(plan.navigability)}"
     for radius, found in plan.navigability.items():

@@ -12,7 +12,7 @@ from houseexpo.plan.model import PlanData
 from houseexpo.plan.parts import Ring
 
 Broken = tuple[str, str]
-"""The key, and what was expected and found."""
+"""A violation: the key, and what was expected and found."""
 
 CORNER: Final = (0.1, 0.1)
 _EPS: Final = 1e-6
@@ -66,7 +66,7 @@ def directions(plan: PlanData) -> Iterator[Broken]:
 
 
 def repeated(plan: PlanData) -> Iterator[Broken]:
-    """No vertex follows itself."""
+    """No vertex is repeated by the next one."""
     for key, ring, _ in rings(plan):
         same = (np.abs(_edges(ring)) < _EPS).all(axis=1)
         if same.any():
@@ -74,7 +74,7 @@ def repeated(plan: PlanData) -> Iterator[Broken]:
 
 
 def collinear(plan: PlanData) -> Iterator[Broken]:
-    """No vertex of ours lies on the line between its neighbours."""
+    """No vertex of a plan of ours lies on the line between its neighbours."""
     for key, ring, _ in rings(plan):
         after = _edges(ring)
         before = np.roll(after, 1, axis=0)
