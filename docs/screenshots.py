@@ -31,6 +31,9 @@ def shoot(data_set: Path, images: Path = IMAGES) -> None:
         with page_of(chromium, "light") as page:
             page.goto(f"{home}/", wait_until="networkidle")
             page.screenshot(path=images / "serve_gallery.png")
+            page.goto(f"{home}/?view=table&sort=-area", wait_until="networkidle")
+            page.screenshot(path=images / "serve_table.png")
+            page.goto(f"{home}/", wait_until="networkidle")
             first = page.locator("a[href*='/plan/']").first.get_attribute("href") or ""
             page.goto(f"{address}/{first.lstrip('/')}", wait_until="networkidle")
             page.screenshot(path=images / "serve_plan.png")

@@ -1,9 +1,12 @@
-"""What is answered when a request cannot be met: a page for people, JSON for programs, never a traceback."""
+"""Bodies of requests, read; and the answer to one that cannot be met.
+
+That is a page for people and JSON for programs, never a traceback.
+"""
 
 from __future__ import annotations
 
 import logging
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import msgspec
 from starlette.exceptions import HTTPException
@@ -12,6 +15,8 @@ from starlette.responses import Response
 
 from houseexpo.errors import ConfigError, HouseExpoError, PlanError, UnknownPlanError
 from houseexpo.service.service import Service
+
+Asked = TypeVar("Asked")
 
 _LOG = logging.getLogger(__name__)
 
@@ -33,6 +38,14 @@ class Json(Response):
     def render(self, content: Any) -> bytes:
         """Encode the values."""
         return msgspec.json.encode(content)
+
+
+def read(body: bytes, kind: type[Asked]) -> Asked:
+    """Read what a browser sent; ConfigError where it is something else."""
+    try:
+        return msgspec.json.decode(body, type=kind)
+    except msgspec.DecodeError as error:
+        raise ConfigError(f"request: expected {kind.__name__} as JSON, found {error}") from None
 
 
 def refused_request(service: Service, request: Request, error: Exception) -> Response:

@@ -19,10 +19,12 @@ from houseexpo.dataset.store.folders import plan_stamp
 from houseexpo.errors import ConfigError, HouseExpoError, UnknownPlanError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.measures import measured
+from houseexpo.service.query import Query
 from houseexpo.service.recent import Recent
 from houseexpo.service.records import Records, read_records
+from houseexpo.service.tags import Tags
 from houseexpo.service.thumbnails import thumbnail
-from houseexpo.service.views import Views
+from houseexpo.service.views import View, Views
 
 RESERVED: Final = frozenset({"api", "static", "data", "openapi.json"})
 """Names in addresses of the service itself (``/static``, ``/api/data``), which no data set may take."""
@@ -82,6 +84,7 @@ class Collection:
 
     def __init__(self, name: str, path: Path) -> None:
         self.name, self.path = name, path
+        self.tags = Tags(path)
         self._now = Opened(open_dataset(path), _stamp(path))
         self._looked_s = time.monotonic()
         self._opening = threading.Lock()
@@ -96,6 +99,16 @@ class Collection:
     def dataset(self) -> Dataset:
         """The plans."""
         return self._now.data
+
+    def find(self, query: Query) -> tuple[Opened, View]:
+        """Return the data set as it is, and what a query finds in it, by its present tags; ConfigError as ``Views``."""
+        now = self._now
+        try:
+            now.views.tagged(self.tags.now().tags)
+        except ConfigError:
+            if query.tags:  # else a damaged file of tags costs the tags alone
+                raise
+        return now, now.views.find(query)
 
     def plan(self, plan_id: str) -> FloorPlan:
         """Return a plan by its id, which is looked up in the index; UnknownPlanError where there is none."""

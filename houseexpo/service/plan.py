@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any
 from urllib.parse import quote
@@ -11,13 +12,16 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.exports import FORMATS
 from houseexpo.floorplan import FloorPlan
+from houseexpo.plan.categories import colour
 from houseexpo.service.collection import Opened
 from houseexpo.service.evidence import evidence_of
 from houseexpo.service.measures import MEASURES, RADII
 from houseexpo.service.query import parsed
 from houseexpo.service.service import Service
+from houseexpo.service.views import Rows
 
 
 def routes(service: Service) -> list[BaseRoute]:
@@ -25,10 +29,10 @@ def routes(service: Service) -> list[BaseRoute]:
 
     def plan(request: Request) -> Response:
         shown = service.collection(request)
-        now, name = shown.now, request.path_params["plan"]
+        query, name = parsed(request.query_params), request.path_params["plan"]
+        now, view = shown.find(query)
         found = now.plan(name)
-        query = parsed(request.query_params)
-        before, place, after, number = _neighbours(now, name, str(query), request)
+        before, place, after, number = _neighbours(now, name, view.rows, request.url.query)
         return service.page(
             request,
             "plan.html",
@@ -36,7 +40,10 @@ def routes(service: Service) -> list[BaseRoute]:
             here="plan",
             plan=found,
             quoted=quote(name, safe=""),
-            query=str(query),
+            title=now.views.table.title(now.numbers[name]),
+            legend=_legend(found),
+            query=request.url.query,
+            tags=now.views.tags_of(now.numbers[name]),
             before=before,
             after=after,
             place=place,
@@ -54,9 +61,16 @@ def routes(service: Service) -> list[BaseRoute]:
     return [Route("/{data}/plan/{plan}", plan)]
 
 
-def _neighbours(now: Opened, name: str, query: str, request: Request) -> tuple[str | None, int, str | None, int]:
+def _legend(plan: FloorPlan) -> list[tuple[str, str]]:
+    """Return what stands in the drawing, with its colour: labels of rooms, the most frequent first, and doors."""
+    rooms = Counter(room.label for room in plan.rooms) if plan.rooms else Counter(plan.room_category)
+    labels = [(label.replace("_", " "), colour(label)) for label, _ in rooms.most_common()]
+    kinds = dict.fromkeys(door.kind for door in plan.doors)
+    return [*labels, *((kind, DOOR_COLOURS[kind]) for kind in kinds)]
+
+
+def _neighbours(now: Opened, name: str, rows: Rows, query: str) -> tuple[str | None, int, str | None, int]:
     """Return the plan before, the place (from 1; 0 where the view lacks the plan), the plan after, and how many."""
-    rows = now.views.find(parsed(request.query_params)).rows
     at = (rows == now.numbers[name]).nonzero()[0]
     if not len(at):
         return None, 0, None, len(rows)

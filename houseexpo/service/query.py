@@ -23,10 +23,14 @@ NAMES: Final = tuple(measure.name for measure in MEASURES)
 GROUPS: Final = ("source", "split")
 SORTS: Final = ("id", *NAMES)
 PAGING: Final = ("offset", "limit")
+PAGE: Final = ("view", "columns")
+"""How a page shows what is found; these say nothing about which plans are found."""
+
+_WORDS: Final = ("labels", "without", "tags", "text", "radius", "sort")
 _TOKEN: Final = "token"  # noqa: S105  # the name of a parameter, which a server without one does not mind
 _NUMBER: Final = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[+-]?[0-9]{1,3})?", re.IGNORECASE)
 
-_JOINED: Final = {"labels": ",", "without": ",", **dict.fromkeys(GROUPS, ","), "text": " "}
+_JOINED: Final = {"labels": ",", "without": ",", "tags": ",", **dict.fromkeys(GROUPS, ","), "text": " "}
 """What stands between the values of a parameter that may be given several times."""
 
 _LONGEST: Final = 200
@@ -43,6 +47,8 @@ class Query:
         By measure: from and to, both included.
     labels, without
         Labels that all occur, and that do not occur.
+    tags
+        Tags that the plan has, all of them.
     groups
         By ``source`` and ``split``: names of which one is the plan's.
     text
@@ -52,6 +58,7 @@ class Query:
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     labels: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
+    tags: tuple[str, ...] = ()
     groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     text: str = ""
     radius: str = USUAL_RADIUS
@@ -60,7 +67,8 @@ class Query:
     def __str__(self) -> str:
         """Return the query as an address holds it, always in the same order."""
         ranges = {name: _span(*self.ranges[name]) for name in NAMES if name in self.ranges}
-        lists = {"labels": self.labels, "without": self.without, **{name: self.groups.get(name, ()) for name in GROUPS}}
+        own = {"labels": self.labels, "without": self.without, "tags": self.tags}
+        lists = {**own, **{name: self.groups.get(name, ()) for name in GROUPS}}
         words = {"text": self.text, "radius": self.radius if self.radius != USUAL_RADIUS else ""}
         joined = {name: ",".join(values) for name, values in lists.items()}
         sort = {"sort": self.sort if self.sort != "id" else ""}
@@ -77,10 +85,10 @@ def parsed(given: Mapping[str, str], others: Sequence[str] = ()) -> Query:
     ConfigError
         A parameter is unknown or given twice, or its value cannot be read; the text names it.
     """
-    found = {name: value for name, value in _each_once(given).items() if name not in (*others, _TOKEN) and value}
-    unknown = sorted(set(found) - {*NAMES, *GROUPS, "labels", "without", "text", "radius", "sort"})
+    found = {name: value for name, value in _each_once(given).items() if name not in (*others, *PAGE, _TOKEN) and value}
+    unknown = sorted(set(found) - {*NAMES, *GROUPS, *_WORDS})
     if unknown:
-        known = ", ".join([*NAMES, *GROUPS, "labels", "without", "text", "radius", "sort", *others])
+        known = ", ".join([*NAMES, *GROUPS, *_WORDS, *others])
         raise ConfigError(f"query: expected {known}; found {unknown[0][:40]!r}")
     sort, radius = found.get("sort", "id"), found.get("radius", USUAL_RADIUS)
     if sort.removeprefix("-") not in SORTS:
@@ -91,6 +99,7 @@ def parsed(given: Mapping[str, str], others: Sequence[str] = ()) -> Query:
         ranges={name: ends for name, ends in ranges.items() if ends != _ALL},
         labels=_labels(found, "labels"),
         without=_labels(found, "without"),
+        tags=tuple(sorted(_words(found, "tags"))),
         groups={name: names for name, names in groups.items() if names},
         text=" ".join(found.get("text", "").casefold()[:_LONGEST].split()),
         radius=_radius(radius),

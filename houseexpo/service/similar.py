@@ -25,7 +25,7 @@ _MAX_DIFFERENCE: Final = 0.5
 
 
 def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
-    """Return the plans most like one: id, difference (0: the same; 1: nothing in common) and symmetry.
+    """Return the plans most like one: id, title, difference (0: the same; 1: nothing in common) and symmetry.
 
     UnknownPlanError where there is no plan of that id.
     """
@@ -62,7 +62,7 @@ def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
         if match is not None:
             found.append((match.difference, ids[other], match.symmetry))
     return [
-        {"id": name, "difference": round(difference, 4), "symmetry": symmetry}
+        {"id": name, "title": table.title(now.numbers[name]), "difference": round(difference, 4), "symmetry": symmetry}
         for difference, name, symmetry in sorted(found)[:most]
     ]
 

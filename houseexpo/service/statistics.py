@@ -44,17 +44,18 @@ def routes(service: Service) -> list[BaseRoute]:
         return service.page(request, "statistics.html", shown=shown, here="statistics", **given)
 
     def numbers(request: Request) -> Response:
-        now, query = service.collection(request).now, parsed(request.query_params, _BESIDE)
+        query = parsed(request.query_params, _BESIDE)
+        now, _ = service.collection(request).find(query)
         against = _against(service, request)
         other = service.collections[against].now if against else None
         return values(request, statistics(now, query, other))
 
     async def report(request: Request) -> Response:
-        now, query = service.collection(request).now, parsed(request.query_params)
+        now, view = service.collection(request).find(parsed(request.query_params))
         made = _reports()
         if not made:
             raise HTTPException(404, "no package makes a report; install houseexpo as a whole")
-        rows = now.views.find(query).rows
+        rows = view.rows
         if not 0 < len(rows) <= _MAX_PLANS:
             text = f"report: expected 1 to {_MAX_PLANS} plans, found {len(rows)}; narrow the filter"
             raise ConfigError(f"{text}, or run houseexpo stats")

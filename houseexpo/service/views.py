@@ -3,12 +3,13 @@
 R1  A histogram, and the counts of sources and splits, leave their own condition out: they show what another choice
     would give. Counts of labels do not: labels add up, so each says how many would be left with it.
 R2  All that does not depend on the query is made once: bins, orders.
+R3  ``without`` says for each condition how many plans would be found if it were taken off.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any, Final
@@ -68,11 +69,29 @@ class Views:
     def __init__(self, table: Table) -> None:
         self.table = table
         self._kept: Recent[View] = Recent(_KEPT)
+        self._tagged: dict[str, Bits] = {}
+        self._tags: object = None
+        self._turn = 0
         self._holds = lru_cache(_WORDS)(self._searched)  # a person who typed a word changes other conditions
 
+    def tagged(self, tags: Mapping[str, Sequence[str]]) -> None:
+        """Take the ids of each tag; ids that the data set lacks, since it was built anew, are left out."""
+        if tags is self._tags:
+            return
+        number = self._numbers
+        masks = {}
+        for name, ids in tags.items():
+            masks[name] = np.zeros(len(self.table), dtype=bool)
+            masks[name][[number[each] for each in ids if each in number]] = True
+        self._tags, self._tagged, self._turn = tags, masks, self._turn + 1
+
+    def tags_of(self, row: int) -> list[str]:
+        """Return the tags of one plan."""
+        return [name for name, has in self._tagged.items() if has[row]]
+
     def find(self, query: Query) -> View:
-        """Return what a query finds; ConfigError where it names a source or a split that the data set lacks."""
-        return self._kept.made(str(query), lambda: self._found(query))
+        """Return what a query finds; ConfigError where it names a source, split or tag that the data set lacks."""
+        return self._kept.made((self._turn, str(query)), lambda: self._found(query))
 
     def _found(self, query: Query) -> View:
         failed = dict(self._failed(query))
@@ -93,9 +112,18 @@ class Views:
         }
         of_labels = np.bitwise_count(self._labels & np.packbits(mask)).sum(axis=1, dtype=np.int64)
         labels = dict(zip(LABELS, of_labels.tolist(), strict=True))
+        tags = {name: int((has & mask).sum()) for name, has in self._tagged.items()}
         order = self._order(query.sort, query.radius)
         rows = order[mask[order]]
-        facets = {"total": len(self.table), "found": len(rows), "measures": measures, "labels": labels, **groups}
+        facets = {
+            "total": len(self.table),
+            "found": len(rows),
+            "measures": measures,
+            "labels": labels,
+            "tags": tags,
+            "without": {name: int((fails == each).sum()) for name, each in failed.items()},  # R3
+            **groups,
+        }
         return View(rows, mask, facets)
 
     def _failed(self, query: Query) -> Iterator[tuple[str, Bits]]:
@@ -105,9 +133,14 @@ class Views:
             values = table.numbers(name, query.radius)
             yield name, ~((values >= low) & (values <= high))
         for label in query.labels:
-            yield f"label {label}", ~table.labels[LABELS.index(label)]
+            yield f"labels={label}", ~table.labels[LABELS.index(label)]
         for label in query.without:
-            yield f"no {label}", table.labels[LABELS.index(label)]
+            yield f"without={label}", table.labels[LABELS.index(label)]
+        for name in query.tags:
+            if name not in self._tagged:
+                there = ", ".join(list(self._tagged)[:_NAMED]) or "none"
+                raise ConfigError(f"query: tags: no {name[:60]!r} in this data set; there are: {there}")
+            yield f"tags={name}", ~self._tagged[name]
         for name, wanted in query.groups.items():
             known, code = table.groups[name]
             for strange in sorted(set(wanted) - set(known)):
@@ -125,6 +158,10 @@ class Views:
 
         found: Bits = compute.match_substring(self._words, word).to_numpy(zero_copy_only=False)
         return found
+
+    @cached_property
+    def _numbers(self) -> dict[str, int]:
+        return {name: number for number, name in enumerate(self.table.ids)}
 
     @cached_property
     def _words(self) -> Any:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from starlette.routing import BaseRoute
 
-from houseexpo.service.api import analysis, listing, openapi, plans, tables
+from houseexpo.service.api import analysis, listing, openapi, plans, tables, tags
 from houseexpo.service.service import Service
 
 
 def routes(service: Service) -> list[BaseRoute]:
     """Return the routes of ``/api``."""
     found: list[BaseRoute] = []
-    for part in (openapi, listing, tables, plans, analysis):
+    for part in (openapi, listing, tables, plans, analysis, tags):
         found += part.routes(service)
     return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -13,16 +13,21 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from houseexpo.drawing.scene import DOOR_COLOURS
+from houseexpo.errors import ConfigError
 from houseexpo.exports import FORMATS
-from houseexpo.plan.categories import LABELS
+from houseexpo.plan.categories import LABELS, colour
 from houseexpo.service.caching import hashed, values
 from houseexpo.service.collection import Collection, Opened
 from houseexpo.service.measures import MEASURES, RADII
-from houseexpo.service.query import PAGING, Query, number, parsed
+from houseexpo.service.query import GROUPS, NAMES, PAGING, Query, number, parsed
 from houseexpo.service.service import Service
 
 MAX_LIMIT: Final = 500
 """Plans of one page."""
+
+COLUMNS: Final = (*NAMES, *GROUPS, "labels", "tags")
+"""What a page of plans may be asked for."""
 
 _USUAL: Final = 60
 _FARTHEST: Final = 10**8
@@ -39,23 +44,22 @@ def routes(service: Service) -> list[BaseRoute]:
         return values(request, described(service.collection(request)))
 
     def plans(request: Request) -> Response:
-        now, query = service.collection(request).now, parsed(request.query_params, PAGING)
+        query = parsed(request.query_params, PAGING)
+        columns = _columns(request.query_params.get("columns", ""))
         offset = number(request.query_params, "offset", 0, _FARTHEST)
         limit = number(request.query_params, "limit", _USUAL, MAX_LIMIT, least=1)
-        found = now.views.find(query)
+        now, found = service.collection(request).find(query)
         rows = found.rows[offset : offset + limit]
         following = offset + limit if offset + limit < len(found.rows) else None
         page = {"found": len(found.rows), "offset": offset, "next": following, "query": str(query)}
-        return values(request, {**page, "plans": _lines(now, rows, query)})
+        return values(request, {**page, "plans": _lines(now, rows, query, columns)})
 
     def facets(request: Request) -> Response:
-        return values(request, service.collection(request).now.views.find(parsed(request.query_params)).facets)
+        return values(request, service.collection(request).find(parsed(request.query_params))[1].facets)
 
     def ids(request: Request) -> Response:
-        now = service.collection(request).now
-        table = now.views.table
-        rows = now.views.find(parsed(request.query_params)).rows.tolist()
-        return _listed(request, (table.ids[row] for row in rows))
+        now, found = service.collection(request).find(parsed(request.query_params))
+        return _listed(request, (now.views.table.ids[row] for row in found.rows.tolist()))
 
     def split(request: Request) -> Response:
         lists = service.collection(request).dataset.splits
@@ -86,6 +90,8 @@ def described(shown: Collection) -> dict[str, Any]:
             for measure in MEASURES
         ],
         "labels": list(LABELS),
+        "colours": {label: colour(label) for label in LABELS},
+        "door_colours": DOOR_COLOURS,
         "radii": list(RADII),
         "formats": {name: form.what for name, form in FORMATS.items()},
     }
@@ -95,13 +101,31 @@ def _listed(request: Request, ids: Iterable[str]) -> Response:
     return hashed(request, "".join(f"{each}\n" for each in ids).encode(), "text/plain; charset=utf-8")
 
 
-def _lines(now: Opened, rows: npt.NDArray[np.int64], query: Query) -> list[dict[str, Any]]:
-    """Plans of a page: the id, what is shown of each, and the measure by which they are sorted."""
-    table = now.views.table
-    names = dict.fromkeys([*_SHOWN, *([query.sort.removeprefix("-")] if query.sort != "id" else [])])
-    names.pop("id", None)
-    lines: list[dict[str, Any]] = [{"id": table.ids[row]} for row in rows.tolist()]
+def _columns(word: str) -> list[str]:
+    """Return the columns that an address asks for; ConfigError where one is not known."""
+    names = [name for name in word.split(",") if name]
     for name in names:
+        if name not in COLUMNS:
+            raise ConfigError(f"query: columns: expected some of {', '.join(COLUMNS)}; found {name[:40]!r}")
+    return names
+
+
+def _lines(now: Opened, rows: npt.NDArray[np.int64], query: Query, columns: Sequence[str]) -> list[dict[str, Any]]:
+    """Plans of a page: id and title, what is shown of each, the measure of the order, and the columns asked for."""
+    table = now.views.table
+    names = dict.fromkeys([*_SHOWN, *columns, query.sort.removeprefix("-")])
+    lines: list[dict[str, Any]] = [{"id": table.ids[row], "title": table.title(row)} for row in rows.tolist()]
+    for name in GROUPS:
+        known, code = table.groups[name]
+        for line, of in zip(lines, code[rows].tolist() if name in names else (), strict=False):
+            if of >= 0:
+                line[name] = known[of]
+    for line, row in zip(lines, rows.tolist(), strict=True):
+        if "labels" in names:
+            line["labels"] = [label for label, has in zip(LABELS, table.labels[:, row].tolist(), strict=True) if has]
+        if tags := now.views.tags_of(row):
+            line["tags"] = tags
+    for name in (name for name in names if name in NAMES):
         for line, value in zip(lines, table.numbers(name, query.radius)[rows].tolist(), strict=True):
             if not math.isnan(value):
                 line[name] = value

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final, NamedTuple
 
+import msgspec
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 from starlette.routing import BaseRoute, Route
@@ -11,6 +12,7 @@ from starlette.routing import BaseRoute, Route
 from houseexpo import __version__
 from houseexpo.exports import FORMATS
 from houseexpo.service.api.listing import MAX_LIMIT
+from houseexpo.service.api.tags import SavedView, Tagging
 from houseexpo.service.caching import values
 from houseexpo.service.measures import MEASURES, RADII
 from houseexpo.service.query import SORTS
@@ -19,16 +21,22 @@ from houseexpo.service.shapes import WIDEST_M
 
 
 class Call(NamedTuple):
-    """One address: what it gives, of which type, and the parameters of its query."""
+    """One address: what it gives, of which type, the parameters of its query, and the body that it takes."""
 
     path: str
     what: str
     kind: str = "application/json"
     query: tuple[str, ...] = ()
+    body: type | None = None
+
+    @property
+    def method(self) -> str:
+        """Return the method by which it is asked."""
+        return "get" if self.body is None else "post"
 
 
-_FILTER: Final = (*(m.name for m in MEASURES), "labels", "without", "source", "split", "text", "radius")
-_PAGED: Final = (*_FILTER, "sort", "offset", "limit")
+_FILTER: Final = (*(m.name for m in MEASURES), "labels", "without", "tags", "source", "split", "text", "radius")
+_PAGED: Final = (*_FILTER, "sort", "offset", "limit", "columns")
 _PARQUET: Final = "application/vnd.apache.parquet"
 
 CALLS: Final = (
@@ -46,6 +54,10 @@ CALLS: Final = (
     Call("/api/{data}/refused/picture.png", "What was found of an input that gave no plan.", "image/png", ("id",)),
     Call("/api/{data}/duplicates", "Plans that were dropped, with the kept ones.", query=("offset",)),
     Call("/api/{data}/duplicates/{plan}/picture.png", "The picture of a dropped plan.", "image/png"),
+    Call("/api/{data}/export/{form}", "The plans found, in another format.", "application/zip", (*_FILTER, "ids")),
+    Call("/api/{data}/tags", "The tags that people gave to plans, and the views that they saved."),
+    Call("/api/{data}/tags", "Give a tag to plans, or take it away.", body=Tagging),
+    Call("/api/{data}/views", "Save a view under a name, or forget it.", body=SavedView),
     Call("/api/{data}/plans/{plan}", "A plan's JSON as it is packed; its tag is the SHA-1 of its bytes."),
     Call("/api/{data}/plans/{plan}/thumbnail.svg", "A small picture.", "image/svg+xml"),
     Call("/api/{data}/plans/{plan}/picture.svg", "A picture with labels and scale.", "image/svg+xml"),
@@ -90,7 +102,9 @@ def routes(service: Service) -> list[BaseRoute]:
 
 def described() -> dict[str, Any]:
     """Return the OpenAPI document."""
-    paths = {call.path: {"get": _get(call)} for call in CALLS}
+    paths: dict[str, dict[str, Any]] = {}
+    for call in CALLS:
+        paths.setdefault(call.path, {})[call.method] = _operation(call)
     info = {
         "title": "houseexpo",
         "version": __version__,
@@ -99,15 +113,21 @@ def described() -> dict[str, Any]:
     return {"openapi": "3.1.0", "info": info, "paths": paths}
 
 
-def _get(call: Call) -> dict[str, Any]:
+def _operation(call: Call) -> dict[str, Any]:
     errors = {"description": "What is wrong, in a sentence.", "content": {"application/json": {"schema": _ERROR}}}
     found: dict[str, Any] = {"200": {"description": call.what, "content": {call.kind: {}}}}
     return {
         "summary": call.what,
-        "operationId": _name_of(call.path),
+        "operationId": _name_of(call.path) if call.body is None else f"{call.method}_{_name_of(call.path)}",
+        **({} if call.body is None else {"requestBody": _body(call.body)}),
         "parameters": [*_in_path(call.path), *(_in_query(call, name) for name in call.query)],
         "responses": {**found, "4XX": errors, "503": errors},
     }
+
+
+def _body(kind: type) -> dict[str, Any]:
+    (schema,), parts = msgspec.json.schema_components([kind])
+    return {"required": True, "content": {"application/json": {"schema": parts.get(kind.__name__, schema)}}}
 
 
 _ERROR: Final = {"type": "object", "properties": {"error": {"type": "string"}}, "required": ["error"]}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Final
 from urllib.parse import quote
 
@@ -12,10 +13,12 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo.drawing import svg
+from houseexpo.errors import ConfigError, PlanError
 from houseexpo.exports import FORMATS
 from houseexpo.files import as_zip
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.caching import hashed
+from houseexpo.service.query import parsed
 from houseexpo.service.service import Service
 from houseexpo.service.work import computed
 
@@ -28,6 +31,9 @@ _TYPES: Final = {
     "zip": "application/zip",
     "graphml": "application/xml",
 }
+MOST_EXPORTED: Final = 500
+"""Plans of one download."""
+
 _ALONE: Final = "default-src 'none'; style-src 'unsafe-inline'; sandbox"
 """What a picture may do that is opened as a page of its own."""
 
@@ -70,13 +76,43 @@ def routes(service: Service) -> list[BaseRoute]:
         attached = {"content-disposition": f"attachment; filename*=utf-8''{quote(name, safe='')}"}
         return hashed(request, data, kind, {**attached, "content-security-policy": _ALONE})
 
+    async def exports(request: Request) -> Response:
+        form, ids = request.path_params["form"], request.query_params.get("ids", "")
+        now, found = service.collection(request).find(parsed(request.query_params, ("ids",)))
+        names = [now.known(name) for name in ids.split(",") if name]
+        names = names or [now.views.table.ids[row] for row in found.rows.tolist()]
+        if form not in FORMATS:
+            raise HTTPException(404, f"no format {form[:40]!r}; there are: {', '.join(FORMATS)}")
+        if not 0 < len(names) <= MOST_EXPORTED:
+            text = f"export: expected 1 to {MOST_EXPORTED} plans, found {len(names):,}; narrow the filter"
+            raise ConfigError(f"{text}, or save the list of ids and run: houseexpo export --ids LIST")
+        name = request.path_params["data"]
+        data = await computed(request, lambda: as_zip(_files((now.plan(each) for each in names), form)))
+        attached = {"content-disposition": f"attachment; filename*=utf-8''{quote(name, safe='')}-{form}.zip"}
+        return hashed(request, data, _TYPES["zip"], attached)
+
     return [
+        Route("/api/{data}/export/{form}", exports),
         Route("/api/{data}/plans/{plan}", raw),
         Route("/api/{data}/plans/{plan}/thumbnail.svg", thumbnail),
         Route("/api/{data}/plans/{plan}/picture.svg", picture),
         Route("/api/{data}/plans/{plan}/stages.png", stages),
         Route("/api/{data}/plans/{plan}/export/{form}", export),
     ]
+
+
+def _files(plans: Iterable[FloorPlan], form: str) -> dict[str, bytes]:
+    """Return the files of plans in a format; a plan that the format cannot hold is named in ``left-out.txt``."""
+    if FORMATS[form].indexed:
+        return dict(FORMATS[form].files(plans))
+    found: dict[str, bytes] = {}
+    left: list[str] = []
+    for plan in plans:
+        try:
+            found.update(FORMATS[form].files([plan]))
+        except PlanError as error:
+            left.append(f"{error}\n")
+    return {**found, "left-out.txt": "".join(left).encode()} if left else found
 
 
 def exported(plan: FloorPlan, form: str) -> tuple[str, bytes]:

@@ -16,14 +16,14 @@ from houseexpo.dataset.store.folders import overrides_file
 from houseexpo.drawing import svg
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.service.answers import Json
+from houseexpo.service.answers import Json, read
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.building import Building
 from houseexpo.service.review.changes import DecidedOtherwiseError
 from houseexpo.service.review.decisions import Decisions
 from houseexpo.service.review.page_values import SIZE_PX, history, marks, plan_values
 from houseexpo.service.review.queue import Move, Queue
-from houseexpo.service.review.request_bodies import Begin, Decision, Undo, plain, read, value_of
+from houseexpo.service.review.request_bodies import Begin, Decision, Undo, plain, value_of
 from houseexpo.service.service import Service
 from houseexpo.service.settings import is_loopback
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from typing import Annotated, Any, Final, Literal, TypeVar
+from typing import Annotated, Any, Final, Literal
 
 import msgspec
 import shapely
@@ -28,7 +28,6 @@ _CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f]+")
 Name = Annotated[str, Meta(min_length=1, max_length=60)]
 Id = Annotated[str, Meta(min_length=1, max_length=300)]
 Point = tuple[float, float]
-Asked = TypeVar("Asked")
 
 
 class Decision(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -53,14 +52,6 @@ class Undo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Take back the reviewer's latest decision."""
 
     reviewer: Name
-
-
-def read(body: bytes, kind: type[Asked]) -> Asked:
-    """Read what a browser sent; ConfigError where it is something else."""
-    try:
-        return msgspec.json.decode(body, type=kind)
-    except msgspec.DecodeError as error:
-        raise ConfigError(f"request: expected {kind.__name__} as JSON, found {error}") from None
 
 
 def plain(text: str) -> str:

@@ -1,5 +1,5 @@
 // A plan's page: its drawing, what a robot reaches, ways, what is alike.
-import { ask, element, latest, say } from "./api.js";
+import { ask, counted, element, latest, say } from "./api.js";
 import { Drawing } from "./drawing.js";
 
 const page = document.getElementById("plan"), { name, plan } = page.dataset;
@@ -19,7 +19,9 @@ ask(`${base}/shape`).then((shape) => {
   }
   drawing.onhover = ([x, y]) => { document.getElementById("where").textContent = `${x.toFixed(2)}, ${y.toFixed(2)} m`; };
   drawing.onclick = (point) => { ends = ends.length === 1 ? [ends[0], point] : [point]; clicked(); };
+  legend([]);
   alike();
+  if (findRooms) find();
 }).catch((error) => say(`The plan could not be drawn: ${error.message}`));
 
 async function toggled(layer, on) {
@@ -84,17 +86,32 @@ document.getElementById("way-form").addEventListener("submit", (event) => {
 document.getElementById("nearer").addEventListener("click", () => drawing?.zoom(0.8));
 document.getElementById("farther").addEventListener("click", () => drawing?.zoom(1.25));
 document.getElementById("whole").addEventListener("click", () => drawing?.look(drawing.home));
-document.getElementById("find-rooms")?.addEventListener("click", async (event) => {
-  const button = event.target;
-  button.disabled = true;
-  button.textContent = "Looking…";
+// A plan that records an outline and label boxes only is shown with the rooms that our library finds; one click shows the record.
+const findRooms = document.getElementById("find-rooms");
+async function find() {
+  const told = document.getElementById("finding");
   try {
     const found = await ask(`${base}/rooms`);
     drawing.rooms(found);
-    for (const [layer, on] of [["boxes", false], ["rooms", true], ["doors", true]]) { box(layer).checked = on; drawing.show(layer, on); }
-    button.textContent = `Found ${found.rooms.length} rooms and ${found.doors.length} doors`;
-  } catch (error) { say(error.message); button.textContent = "Find rooms and doors"; button.disabled = false; }
-});
+    shown(true);
+    legend([...found.rooms.map((each) => [each.label, each.colour]), ...found.doors.map((each) => [each.kind, each.colour])]);
+    told.textContent = `This plan records an outline and label boxes only. ${counted(found.rooms.length, "room")} and ${counted(found.doors.length, "door")} were found in it.`;
+    findRooms.hidden = false;
+  } catch (error) { told.textContent = `This plan records an outline and label boxes only; its rooms were not found: ${error.message}`; }
+}
+
+function shown(found) {
+  for (const [layer, on] of [["boxes", !found], ["rooms", found], ["doors", found]]) { box(layer).checked = on; drawing.show(layer, on); }
+  findRooms.setAttribute("aria-pressed", String(found));
+}
+
+findRooms?.addEventListener("click", () => shown(findRooms.getAttribute("aria-pressed") !== "true"));
+
+function legend(found) {
+  const place = document.getElementById("legend"), colours = new Map(found);
+  if (found.length) place.replaceChildren(...[...colours].map(([words, colour]) => element("li", {}, element("i", { class: "colour", "data-colour": colour }), words)));
+  for (const each of place.querySelectorAll(".colour")) each.style.background = each.dataset.colour;
+}
 
 async function alike() {
   const section = document.getElementById("alike"), status = section.querySelector("[role=status]");
@@ -102,16 +119,18 @@ async function alike() {
     const { similar } = await ask(`${base}/similar`);
     section.querySelector(".strip").append(...similar.map((each) => element("li", {}, element("a", { href: `/${name}/plan/${encodeURIComponent(each.id)}` },
       element("img", { src: `/api/${name}/plans/${encodeURIComponent(each.id)}/thumbnail.svg`, alt: "", width: 124, height: 124, loading: "lazy" }),
-      element("span", {}, each.id), element("span", {}, `${(100 * each.difference).toFixed(1)}% differs`)))));
+      element("span", { class: "name" }, each.title), element("span", {}, `${(100 * each.difference).toFixed(1)}% differs`)))));
     status.textContent = similar.length ? "" : "There is no other plan like it.";
   } catch (error) { status.textContent = error.message; }
 }
 
-document.getElementById("copy").addEventListener("click", async () => {
-  const copied = document.getElementById("copied");
-  try { await navigator.clipboard.writeText(document.getElementById("python").textContent); copied.textContent = "Copied."; }
-  catch { getSelection().selectAllChildren(document.getElementById("python")); copied.textContent = "Selected; copy it with the keyboard."; }
-});
+for (const [button, what, told] of [["copy", "python", "copied"], ["copy-id", "id", "id-copied"]]) {
+  document.getElementById(button).addEventListener("click", async () => {
+    const text = document.getElementById(what), said = document.getElementById(told);
+    try { await navigator.clipboard.writeText(text.textContent); said.textContent = "Copied."; }
+    catch { getSelection().selectAllChildren(text); said.textContent = "Selected; copy it with the keyboard."; }
+  });
+}
 
 addEventListener("keydown", (event) => {
   if (event.target.matches("input, select, textarea") || event.ctrlKey || event.metaKey || event.altKey) return;

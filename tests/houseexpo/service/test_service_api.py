@@ -171,23 +171,26 @@ def test_the_description_speaks_of_every_route_and_only_of_those(service: Servic
     assert served == {call.path for call in CALLS}
     document = described()
     assert json.loads(json.dumps(document)) == document
-    names = [each["get"]["operationId"] for each in document["paths"].values()]
-    assert len(set(names)) == len(names)
-    for path, each in document["paths"].items():
-        assert set(re.findall(r"{(\w+)}", path)) == {p["name"] for p in each["get"]["parameters"] if p["in"] == "path"}
+    calls = [(path, each) for path, methods in document["paths"].items() for each in methods.values()]
+    assert len({each["operationId"] for _, each in calls}) == len(calls)
+    for path, each in calls:
+        assert set(re.findall(r"{(\w+)}", path)) == {p["name"] for p in each["parameters"] if p["in"] == "path"}
 
 
 def test_a_query_parameter_that_is_described_is_taken(client: TestClient, folder: Path) -> None:
     words = dict.fromkeys(("text", "stage", "reason"), "x") | {"source": "made", "split": "train"}
     words |= {"labels": "Kitchen", "without": "Hall", "radius": "0.2", "sort": "id", "against": "homes"}
     words |= {"offset": "0", "limit": "3", "from": "1,1", "to": "2,2", "id": "car"}
+    words |= {"tags": "night", "ids": "a1", "columns": "area,labels,tags"}
     keep_picture(folder)
+    assert client.post("/api/homes/tags", json={"tag": "night", "ids": ["a1"]}).status_code == 200
     for call in CALLS:
         path = call.path.format(data="homes", plan="a1", form="svg", name="train")
         for name in call.query:
             needed = {each: words[each] for each in ("from", "to") if each in call.query}
             given = needed | {name: words.get(name, "1..")}
-            assert client.get(path, params=given).status_code == 200, (path, name)
+            answer = client.get(path, params=given)
+            assert answer.status_code == 200 or "1 to 500 plans, found 0" in answer.text, (path, name)
 
 
 def keep_picture(folder: Path) -> None:
@@ -202,7 +205,7 @@ def test_every_answer_has_a_tag_and_is_sent_once(client: TestClient, folder: Pat
     (folder / ".build" / "pictures" / "twin.png").write_bytes(b"\x89PNG")
     (folder / "stages").mkdir()
     (folder / "stages" / "a1.png").write_bytes(b"\x89PNG")
-    for path in ["/api/openapi.json", *(call.path for call in CALLS)]:
+    for path in ["/api/openapi.json", *(call.path for call in CALLS if call.body is None)]:
         plan = "twin" if path.endswith("picture.png") else "a1"
         name = "index.parquet" if "tables" in path else "train"
         ends = "?from=1,1&to=2,2" if path.endswith("way") else "?id=car" if "refused/" in path else ""

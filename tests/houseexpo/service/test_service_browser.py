@@ -93,6 +93,7 @@ def test_filters_combine_and_the_address_holds_them(chromium: Any, address: str)
         link = page.url
         page.select_option("#sort", "quality")
         said(page, '[data-number="0"] .id', "d 4&é")
+        assert page.locator("#conditions button").count() == 2
         page.go_back()
         page.wait_for_url(link)
         page.go_back()
@@ -100,6 +101,8 @@ def test_filters_combine_and_the_address_holds_them(chromium: Any, address: str)
     with visit(chromium, address, link.removeprefix(address)) as page:
         assert count(page) == "2 of 4 plans"
         assert page.get_attribute('[data-label="Garage"]', "data-state") == "without"
+        page.click("#conditions button:has-text('without Garage')")  # each can be taken off by itself
+        page.wait_for_selector("#conditions button:only-child")
         page.click("#clear")
         said(page, "#count", "4 plans")
 
@@ -107,7 +110,7 @@ def test_filters_combine_and_the_address_holds_them(chromium: Any, address: str)
 def test_plans_are_sorted_by_what_is_known_and_say_it_first(chromium: Any, address: str) -> None:
     with visit(chromium, address, "/published/?sort=-vertices") as page:
         page.wait_for_selector("a.plan img")
-        words = page.locator('[data-number="0"] span').nth(1).inner_text()
+        words = page.locator('[data-number="0"] .facts').inner_text()
         assert words.startswith("vertices ")  # the end of a line is cut off
         shown = page.locator("#sort option:not([hidden])").evaluate_all("(all) => all.map((each) => each.value)")
         assert {"id", "rooms", "area", "vertices"} <= set(shown)
@@ -133,6 +136,9 @@ def test_words_are_searched_while_they_are_typed(chromium: Any, address: str) ->
         said(page, "#count", "1 of 4 plans")
         page.fill("#text", "nothing like it")
         page.wait_for_selector("#nothing:not([hidden])")
+        page.click('[data-label="Garage"]')
+        page.click("#nothing button:has-text('nothing like it')")  # which condition to take off, and what it leaves
+        said(page, "#count", "1 of 4 plans")
 
 
 def test_arrow_keys_walk_from_plan_to_plan(chromium: Any, address: str) -> None:
@@ -249,9 +255,60 @@ def test_stages_are_fetched_when_they_are_looked_at(chromium: Any, address: str,
 
 def test_rooms_are_found_where_there_are_none(chromium: Any, address: str) -> None:
     with visit(chromium, address, f"/published/plan/{3:032x}") as page:
-        page.click("#find-rooms")
         page.wait_for_selector("#drawing path.room")
-        assert page.inner_text("#find-rooms") == "Found 1 rooms and 0 doors"
+        said(page, "#finding", re.compile("1 room and 0 doors were found in it"))
+        assert page.is_checked('[data-layer="rooms"]')
+        page.click("#find-rooms")  # what the file records
+        assert page.is_checked('[data-layer="boxes"]')
+        assert not page.is_checked('[data-layer="rooms"]')
+
+
+def test_a_table_has_the_columns_that_were_chosen_and_is_sorted_by_its_head(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/homes/") as page:
+        page.click("#as-table")
+        page.wait_for_selector("#plans.lines .tile img")
+        assert barriers(page) == []
+        page.click("#choose summary")
+        page.uncheck("#column-names label:has-text('Labels') input")
+        page.check("#column-names label:has-text('Longer side') input")
+        page.click('#head [data-column="area"]')
+        page.click('#head [data-column="area"]')
+        page.wait_for_url(re.compile("sort=-area"))
+        said(page, '[data-number="0"] .id', "c3")
+        assert "Longer side" in page.inner_text("#head")
+        assert "Labels" not in page.inner_text("#head")
+    with visit(chromium, address, "/homes/?view=table&columns=doors") as page:
+        page.wait_for_selector("#plans.lines .tile img")
+        assert page.locator('#head [role="columnheader"]').count() == 2
+
+
+def test_plans_are_selected_tagged_and_found_by_their_tag(chromium: Any, address: str) -> None:
+    with visit(chromium, address, "/homes/") as page:
+        page.wait_for_selector("a.plan img")
+        page.focus('[data-number="0"]')
+        page.keyboard.press("x")
+        page.keyboard.press("Shift+ArrowRight")
+        page.keyboard.press("Shift+ArrowRight")
+        said(page, "#selected", "3 plans selected")
+        assert barriers(page) == []
+        page.fill("#tag", "to drive")
+        page.click('[data-does="tag"]')
+        said(page, '[data-does="done"]', "3 plans tagged “to drive”, in tags.toml.")
+        page.check("#tags input")
+        said(page, "#count", "3 of 4 plans")
+        page.wait_for_selector('[data-place="2"] .tags')
+        assert page.locator(".tile .tags").all_inner_texts() == ["to drive"] * 3
+        with page.expect_download() as download:
+            page.select_option("#form-of-download", "geojson")
+            page.click('[data-does="download"]')
+        assert download.value.suggested_filename == "homes-geojson.zip"
+        page.click('[data-does="clear"]')
+        assert not page.is_visible("#selection")
+        page.click("#views summary")
+        page.fill("#view-name", "drives")
+        page.keyboard.press("Enter")
+        page.click("#views a:has-text('drives')")
+        said(page, "#count", "3 of 4 plans")
 
 
 def test_another_data_set_is_one_choice_away(chromium: Any, address: str) -> None:

@@ -1,0 +1,82 @@
+"""Tags and saved views: who has which, giving and taking them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+from urllib.parse import urlencode
+
+from msgspec import Meta, Struct
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from houseexpo.service.answers import Json, read
+from houseexpo.service.caching import values
+from houseexpo.service.collection import Collection
+from houseexpo.service.query import PAGE, parsed
+from houseexpo.service.service import Service
+from houseexpo.service.tags import Tagged
+
+
+class Tagging(Struct, frozen=True, forbid_unknown_fields=True):
+    """Give a tag to plans, or take it away: those of ``ids``, or where it is None those that ``query`` finds."""
+
+    tag: Annotated[str, Meta(max_length=200)]
+    ids: list[str] | None = None
+    query: dict[str, str] = {}
+    remove: bool = False
+
+
+class SavedView(Struct, frozen=True, forbid_unknown_fields=True):
+    """Keep a view, as its address holds it, under a name; None forgets it."""
+
+    name: Annotated[str, Meta(max_length=200)]
+    query: dict[str, str] | None
+
+
+def routes(service: Service) -> list[BaseRoute]:
+    """Return the routes."""
+
+    def described(shown: Collection, found: Tagged) -> dict[str, Any]:
+        file = shown.tags.file
+        return {
+            "tags": {name: len(ids) for name, ids in found.tags.items()},
+            "views": dict(found.views),
+            "file": None if file is None else file.name,
+            "writable": file is not None and not service.settings.read_only,
+        }
+
+    def told(request: Request) -> Response:
+        shown = service.collection(request)
+        return values(request, described(shown, shown.tags.now()))
+
+    async def tagged(request: Request) -> Response:
+        shown, asked = service.collection(request), read(await request.body(), Tagging)
+
+        def change() -> Tagged:
+            if asked.ids is not None:
+                ids = [shown.now.known(each) for each in asked.ids]
+            else:
+                now, found = shown.find(parsed(asked.query))
+                ids = [now.views.table.ids[row] for row in found.rows.tolist()]
+            return shown.tags.tag(asked.tag, ids, remove=asked.remove)
+
+        return Json(described(shown, await run_in_threadpool(change)))
+
+    async def saved(request: Request) -> Response:
+        shown, asked = service.collection(request), read(await request.body(), SavedView)
+        query = None if asked.query is None else "&".join(_address(asked.query))
+        found = await run_in_threadpool(shown.tags.save_view, asked.name, query)
+        return Json(described(shown, found))
+
+    return [
+        Route("/api/{data}/tags", told),
+        Route("/api/{data}/tags", tagged, methods=["POST"]),
+        Route("/api/{data}/views", saved, methods=["POST"]),
+    ]
+
+
+def _address(query: dict[str, str]) -> list[str]:
+    parts = [str(parsed(query)), urlencode({name: query[name][:300] for name in PAGE if query.get(name)})]
+    return [part for part in parts if part]

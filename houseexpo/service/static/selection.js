@@ -1,0 +1,120 @@
+// Plans that a person selected, and what is done with them: tag, compare, download. The browser keeps them for its tab.
+import { ask, counted, element, say } from "./api.js";
+
+const FEW = 400, LONGEST = 12000; // ids in one address
+
+export class Selection {
+  constructor(data) {
+    Object.assign(this, { data, key: `selected ${data}`, told: [], lists: new Map() });
+    this.ids = new Set(JSON.parse(sessionStorage.getItem(this.key) ?? "[]"));
+  }
+
+  has(id) { return this.ids.has(id); }
+
+  changed(tell) { this.told.push(tell); }
+
+  put(ids, on = true) {
+    for (const id of ids) { if (on) this.ids.add(id); else this.ids.delete(id); }
+    try { sessionStorage.setItem(this.key, JSON.stringify([...this.ids])); } catch { /* too many to keep: this page knows them */ }
+    for (const tell of this.told) tell();
+  }
+
+  clear() { this.put([...this.ids], false); }
+
+  async inOrder(query) { // the ids of a view, in its order
+    if (!this.lists.has(query)) {
+      const answer = await fetch(`/api/${this.data}/ids.txt?${query}`);
+      this.lists.set(query, (await answer.text()).split("\n").filter(Boolean));
+    }
+    return this.lists.get(query);
+  }
+}
+
+const post = (path, body) => ask(path, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) });
+
+// The bar below the plans. `view()` is the query on show; `retagged` is called when tags have changed.
+export class SelectionBar {
+  constructor(bar, selection, about, view, retagged) {
+    Object.assign(this, { bar, selection, about, view, retagged });
+    this.said = bar.querySelector("#selected");
+    this.part = (name) => bar.querySelector(`[data-does="${name}"]`);
+    this.part("clear").addEventListener("click", () => selection.clear());
+    this.part("all").addEventListener("click", async () => selection.put(await selection.inOrder(view())));
+    this.part("form").append(...Object.entries(about.formats).map(([name, what]) => element("option", { value: name }, `${name}: ${what}`)));
+    this.part("download").addEventListener("click", () => this.download());
+    this.part("ids").addEventListener("click", () => save(`${selection.data}-ids.txt`, [...selection.ids].map((id) => `${id}\n`).join("")));
+    this.part("tag").addEventListener("click", () => this.tag(false));
+    this.part("untag").addEventListener("click", () => this.tag(true));
+    this.part("name").addEventListener("keydown", (event) => { if (event.key === "Enter") { event.preventDefault(); this.tag(false); } });
+    selection.changed(() => this.draw());
+    this.draw();
+  }
+
+  notes(notes) {
+    this.part("tagging").hidden = !notes.writable;
+    this.bar.querySelector("#tag-names").replaceChildren(...Object.keys(notes.tags).map((name) => element("option", { value: name })));
+    this.file = notes.file;
+  }
+
+  draw() {
+    const { size } = this.selection.ids;
+    this.bar.hidden = size === 0;
+    this.said.textContent = `${counted(size, "plan")} selected`;
+    const compare = this.part("compare"), two = [...this.selection.ids].map(encodeURIComponent);
+    compare.hidden = size !== 2;
+    compare.href = `/${this.selection.data}/compare?plans=${two.join(",")}`;
+    document.body.classList.toggle("selecting", size > 0);
+  }
+
+  download() {
+    const ids = [...this.selection.ids].map(encodeURIComponent).join(",");
+    if (this.selection.ids.size > FEW || ids.length > LONGEST) {
+      say(`One download holds ${FEW} plans. Save the list of ids and run: houseexpo export … --ids ${this.selection.data}-ids.txt`);
+      return;
+    }
+    say("");
+    location.href = `/api/${this.selection.data}/export/${this.part("form").value}?ids=${ids}`;
+  }
+
+  async tag(remove) {
+    const input = this.part("name"), name = input.value.trim();
+    if (!name) { input.focus(); return; }
+    try {
+      const notes = await post(`/api/${this.selection.data}/tags`, { tag: name, ids: [...this.selection.ids], remove });
+      const whom = counted(this.selection.ids.size, "plan");
+      this.part("done").textContent = remove ? `“${name}” taken from ${whom}.` : `${whom} tagged “${name}”, in ${notes.file}.`;
+      this.retagged(notes);
+    } catch (error) { say(error.message); }
+  }
+}
+
+// The menu of saved views: each is a link; what is on show can be kept under a name.
+export class SavedViews {
+  constructor(menu, data, address) {
+    Object.assign(this, { menu, data, address });
+    const form = menu.querySelector("form");
+    form.addEventListener("submit", (event) => { event.preventDefault(); this.save(form.elements.name.value.trim()); });
+  }
+
+  show({ views, writable }) {
+    const names = Object.keys(views).sort();
+    this.menu.hidden = !writable && !names.length;
+    this.menu.querySelector("form").hidden = !writable;
+    this.menu.querySelector("ul").replaceChildren(...names.map((name) => element("li", {},
+      element("a", { href: `/${this.data}/?${views[name]}` }, name),
+      ...(writable ? [element("button", { type: "button", class: "quiet", "aria-label": `Forget the view ${name}`, on: { click: () => this.save(name, true) } }, "×")] : []))));
+    if (!names.length) this.menu.querySelector("ul").append(element("li", { class: "muted" }, "No view is saved yet."));
+  }
+
+  async save(name, forget = false) {
+    if (!name) return;
+    try { this.show(await post(`/api/${this.data}/views`, { name, query: forget ? null : Object.fromEntries(this.address()) })); }
+    catch (error) { say(error.message); }
+  }
+}
+
+function save(name, text) {
+  const link = element("a", { href: URL.createObjectURL(new Blob([text], { type: "text/plain" })), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}

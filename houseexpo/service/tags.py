@@ -1,0 +1,171 @@
+"""Tags that people give to plans, and views that they save: one file beside the decisions of a review.
+
+The file is ``tags.toml`` in a folder of plans, ``<name>.tags.toml`` beside an archive. People may edit it, and several
+servers may write it: each change reads the file again, under a lock that the system takes away when its owner ends.
+No link is followed, since a data set may come from anybody.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import re
+import threading
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from houseexpo.dataset.store.folders import overrides_file
+from houseexpo.errors import ConfigError
+from houseexpo.files import write_whole
+
+MOST: Final = 500
+"""Tags of a data set, and views."""
+
+LONGEST: Final = 60
+"""Letters of a name."""
+
+_BYTES: Final = 64 << 20
+_PLAIN: Final = re.compile(r"[^\x00-\x1f\x7f,]+")
+
+
+@dataclass(frozen=True)
+class Tagged:
+    """What the file says: the ids of each tag, and the query of each saved view."""
+
+    tags: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    views: Mapping[str, str] = field(default_factory=dict)
+
+
+class Tags:
+    """The tags and saved views of one data set; ``file`` is None where it lies on another machine."""
+
+    def __init__(self, dataset: str | Path) -> None:
+        local = "://" not in str(dataset) and Path(dataset).exists()
+        beside = overrides_file(Path(dataset)) if local else None
+        self.file = None if beside is None else beside.with_name(beside.name.replace("overrides.toml", "tags.toml"))
+        self._thread = threading.Lock()
+        self._read: tuple[object, Tagged] = (None, Tagged())
+
+    def now(self) -> Tagged:
+        """Return what the file says; it is read again where it has changed.
+
+        Raises
+        ------
+        ConfigError
+            The file cannot be read, or is a link.
+        """
+        stamp = self._stamp()
+        if stamp != self._read[0]:
+            self._read = (stamp, _read(self.file) if self.file is not None and stamp is not None else Tagged())
+        return self._read[1]
+
+    def tag(self, name: str, ids: Iterable[str], *, remove: bool = False) -> Tagged:
+        """Give a tag to plans, or take it away; a tag that no plan has is gone.
+
+        Raises
+        ------
+        ConfigError
+            The name cannot be one, there are too many tags, or the file cannot be written.
+        """
+        name = checked_name(name)
+
+        def change(found: Tagged) -> Tagged:
+            has = dict.fromkeys(found.tags.get(name, ()))
+            for plan in ids:
+                has.pop(plan, None) if remove else has.setdefault(plan)
+            tags = {**found.tags, name: tuple(has)}
+            return Tagged({each: plans for each, plans in tags.items() if plans}, found.views)
+
+        return self._changed(change)
+
+    def save_view(self, name: str, query: str | None) -> Tagged:
+        """Keep a query under a name, or forget it where it is None; ConfigError as ``tag`` raises it."""
+        name = checked_name(name)
+
+        def change(found: Tagged) -> Tagged:
+            views = {**found.views, name: query or ""}
+            if query is None:
+                del views[name]
+            return Tagged(found.tags, views)
+
+        return self._changed(change)
+
+    def _changed(self, change: Callable[[Tagged], Tagged]) -> Tagged:
+        if self.file is None:
+            raise ConfigError("tags: this data set lies on another machine; tag plans where it is served from")
+        with self._thread, self._locked(self.file):
+            made = change(self.now())
+            if max(len(made.tags), len(made.views)) > MOST:
+                raise ConfigError(f"tags: expected at most {MOST} tags and views; take some away first")
+            write_whole(self.file, _text(made).encode(), durable=True)
+            self._read = (self._stamp(), made)
+        return made
+
+    @contextmanager
+    def _locked(self, file: Path) -> Iterator[None]:
+        try:
+            flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW
+            descriptor = os.open(file.with_name(f".{file.name}.lock"), flags, 0o644)
+        except OSError as error:
+            raise _not_written(file, error) from None
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+            yield
+        except OSError as error:
+            raise _not_written(file, error) from None
+        finally:
+            os.close(descriptor)
+
+    def _stamp(self) -> object:
+        if self.file is None:
+            return None
+        if self.file.is_symlink():
+            raise ConfigError(f"{self.file.name}: expected a file, found a link, which is not followed; remove it")
+        try:
+            found = self.file.stat()
+        except OSError:
+            return None
+        return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+def checked_name(name: str) -> str:
+    """Return the name of a tag or a view in one line; ConfigError where it cannot be one."""
+    plain = " ".join(name.split())
+    if not 0 < len(plain) <= LONGEST or not _PLAIN.fullmatch(plain):
+        raise ConfigError(f"tags: expected a name of 1 to {LONGEST} letters without a comma, found {name[:80]!r}")
+    return plain
+
+
+def _read(file: Path) -> Tagged:
+    try:
+        with file.open("rb") as stream:
+            data = stream.read(_BYTES)
+        table = tomllib.loads(data.decode())
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ConfigError(f"{file.name}: cannot be read ({error}); mend it or take it away") from None
+    tags, views = table.get("tags", {}), table.get("views", {})
+    good = isinstance(tags, dict) and isinstance(views, dict) and all(isinstance(each, str) for each in views.values())
+    if not good or not all(isinstance(ids, list) and all(isinstance(i, str) for i in ids) for ids in tags.values()):
+        raise ConfigError(f"{file.name}: expected [tags] with lists of ids and [views] with texts; mend it")
+    return Tagged({checked_name(name): tuple(ids) for name, ids in tags.items()}, views)
+
+
+def _text(found: Tagged) -> str:
+    lines = ["# Tags and saved views of houseexpo serve. You may edit this file.", "", "[tags]"]
+    for name, ids in found.tags.items():
+        lines += [f"{_string(name)} = [", *(f"  {_string(each)}," for each in ids), "]"]
+    lines += ["", "[views]", *(f"{_string(name)} = {_string(query)}" for name, query in found.views.items()), ""]
+    return "\n".join(lines)
+
+
+def _string(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _not_written(file: Path, error: OSError) -> ConfigError:
+    return ConfigError(f"{file.name}: cannot be written ({error.strerror}); nothing was changed")
