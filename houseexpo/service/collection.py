@@ -33,6 +33,7 @@ _LOG = logging.getLogger(__name__)
 _SUFFIXES: Final = (".tar.gz", ".tgz", ".zip", ".jsonl.gz", ".jsonl")
 _LOOK_S: Final = 2.0
 _PICTURES_BYTES: Final = 48 << 20
+_DIVIDED_VERTS: Final = 2000
 _OPENINGS: Final = itertools.count()
 
 
@@ -121,7 +122,7 @@ class Collection:
     def drawn(self, plan_id: str) -> bytes:
         """Return a plan's small picture, drawn now where it was not before."""
         now = self._now
-        return self._pictures.made((now.number, plan_id), lambda: thumbnail(now.plan(plan_id)))
+        return self._pictures.made((now.number, plan_id), lambda: thumbnail(_with_rooms(now.plan(plan_id))))
 
     def look(self) -> None:
         """Open the data set again, in a thread of its own, where it was built anew; at most every two seconds."""
@@ -156,6 +157,14 @@ def opened(paths: Iterable[Path]) -> dict[str, Collection]:
     if not found:
         raise ConfigError("serve: expected a data set, found none")
     return found
+
+
+def _with_rooms(plan: FloorPlan) -> FloorPlan:
+    """Return a plan with the rooms that are found in it; as it is where it records them, or that would take long."""
+    try:
+        return plan.divided if len(plan.verts) <= _DIVIDED_VERTS else plan
+    except HouseExpoError:
+        return plan
 
 
 def _stamp(path: Path) -> object:
