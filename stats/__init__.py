@@ -1,1 +1,1 @@
-"""What a data set is made of: measures of a plan, summaries that add up, reports."""
+"""Statistics of data sets: measures of a plan, summaries that can be merged, reports."""

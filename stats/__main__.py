@@ -1,4 +1,4 @@
-"""``python -m stats`` is ``houseexpo stats``."""
+"""Entry point of ``python -m stats``, which is the same as ``houseexpo stats``."""
 
 from houseexpo.commands.app import main
 

@@ -1,8 +1,8 @@
-"""Plans that need a look: what a robot cannot cross, rings that are no polygons, repeats.
+"""Find plans that need a review: plans that are not connected for a robot, invalid rings, repeated plans.
 
-R1  A plan is not connected where a disc of the radius cannot get to all places that it fits into, or fits nowhere.
-R2  A ring is invalid where it touches or crosses itself.
-R3  A plan repeats an earlier one of the data set where its walls lie on that one's, turned or mirrored perhaps.
+R1  A plan is not connected if a disc of the given radius cannot reach every place where it fits, or fits nowhere.
+R2  A ring is invalid if it touches or crosses itself.
+R3  A plan repeats an earlier one of the data set if its walls are the same, possibly rotated or mirrored.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ from stats.record import Record
 
 @dataclass(frozen=True)
 class Bad:
-    """A plan and what is wrong with it; ``pieces`` is None where a robot gets everywhere.
+    """A plan and its faults.
 
-    ``pieces`` counts the connected pieces of where a robot can stand, ``largest_share`` is the largest one's share.
+    ``pieces`` is the number of connected areas where the robot can stand, None if it can reach all of them;
+    ``largest_share`` is the share of the largest one.
     """
 
     id: str
@@ -33,7 +34,7 @@ class Bad:
     repeats: str | None = None
 
     def reasons(self, radius_m: float) -> Iterator[str]:
-        """Yield what is wrong, in words."""
+        """Yield a description of each fault."""
         robot = f"a robot of {radius_m:.2f} m"
         if self.pieces == 0:
             yield f"{robot} fits nowhere"
@@ -45,22 +46,22 @@ class Bad:
             yield f"repeats {self.repeats}"
 
     def values(self) -> dict[str, Any]:
-        """Return plain values; what is sound is left out."""
+        """Return the faults as plain values."""
         named = {"pieces": self.pieces, "largest_share": self.largest_share, "ring": self.ring, "repeats": self.repeats}
         return {"id": self.id, **{name: value for name, value in named.items() if value is not None}}
 
 
 def find_bad(data_set: Dataset, measured: Sequence[Record], radius_m: float, workers: int | None = None) -> list[Bad]:
-    """Return the plans that need a look, in the data set's order.
+    """Return the plans that need a review, in the data set's order.
 
     Parameters
     ----------
     data_set, measured
-        The plans, and ``stats.gather.records`` of them.
+        The plans, and their records from ``stats.gather.records``.
     radius_m
-        Of the robot; what the records do not hold is measured, and kept as they are.
+        The robot's radius, metres. Values that the records lack are measured and cached.
     workers
-        Processes; one a core by default.
+        Number of processes; by default one for each core.
     """
     first: dict[str, str] = {}
     found = []
@@ -82,7 +83,7 @@ def find_bad(data_set: Dataset, measured: Sequence[Record], radius_m: float, wor
 def _reach(
     data_set: Dataset, measured: Sequence[Record], radius_m: float, workers: int | None
 ) -> list[tuple[int, float]]:
-    """Return, for each plan, the pieces in which a robot can stand and the largest one's share."""
+    """Return for each plan the number of areas where a robot can stand, and the share of the largest one."""
     key = f"{radius_m:.2f}"
     if float(key) == radius_m and all(key in record.reach for record in measured):
         return [record.reach[key][:2] for record in measured]

@@ -1,4 +1,4 @@
-"""The measures that a summary tallies: their names, units, steps and words, in one table."""
+"""The measures of a summary, in one table: their names, units, steps and texts."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from stats import measures
 
 @dataclass(frozen=True)
 class Measure:
-    """A number of a plan, or of each of its rooms or doors.
+    """A number for a plan, or for each of its rooms or doors.
 
-    ``step`` is the precision to which numbers are kept, ``bin_width`` that of the histogram.
+    ``step`` is the precision to which numbers are stored, ``bin_width`` the width of the histogram's bins.
     """
 
     name: str
@@ -25,7 +25,7 @@ class Measure:
     about: str = ""
 
     def numbers(self, plan: FloorPlan) -> Sequence[float]:
-        """Return the numbers of a plan; none where it has nothing to measure."""
+        """Return the numbers of a plan, none if it has nothing to measure."""
         found = self.of(plan)
         if found is None:
             return ()

@@ -1,4 +1,4 @@
-"""The command ``stats``: it reads the command line, calls, and shows what came of it."""
+"""The command ``houseexpo stats``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _RADIUS_M = 0.2
 _NAMED = 8
-"""How many plans that cannot be read are named in the terminal; ``--json`` has all."""
+"""The number of unreadable plans that the terminal lists; ``--json`` lists all."""
 
 
 def stats(
@@ -46,10 +46,9 @@ def stats(
     workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
     replace: Annotated[bool, typer.Option("--replace", help="Write over files that houseexpo did not write.")] = False,
 ) -> None:
-    """Say what a data set is made of: rooms, labels, areas, doors, what a robot reaches, repeats, splits.
+    """Show statistics of a data set: rooms, labels, areas, doors, navigability, repeated plans, splits.
 
-    What is measured is kept in the cache, so that a second run is quick. A plan that cannot be read is named and left
-    out.
+    Measurements are cached, so that a second run is fast. Plans that cannot be read are listed and left out.
     """
     from houseexpo.commands.printing import console, print_json, print_named
     from houseexpo.outputs import Output
@@ -85,7 +84,7 @@ def stats(
 
 
 def _list_bad(one: Measured, radius_m: float, workers: int | None, *, json: bool) -> None:
-    """Print the plans that need a look: a line each, the id first, or JSON."""
+    """Print the plans that need a review, as lines that start with the id or as JSON."""
     from houseexpo.commands.printing import print_json
     from stats.bad import find_bad
 
@@ -99,7 +98,7 @@ def _list_bad(one: Measured, radius_m: float, workers: int | None, *, json: bool
 
 
 def _say_broken(one: Measured) -> None:
-    """Name what cannot be read, on standard error."""
+    """List the plans that cannot be read, on standard error."""
     if not one.broken:
         return
     typer.secho(f"left out, cannot be read: {counted(len(one.broken), 'plan')}", fg=typer.colors.RED, err=True)

@@ -1,4 +1,4 @@
-"""How far two data sets are apart, measure by measure."""
+"""The distance of two data sets in each measure."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ DIFFERENCE = "difference of shares"
 
 @dataclass(frozen=True)
 class Distance:
-    """One measure of two data sets: a mean or a share of each, and a distance of what lies behind it.
+    """One measure of two data sets: a mean or a share of each, and the distance of the two distributions.
 
-    ``kind`` names the distance and ``unit`` its unit. ``deviations`` puts a Wasserstein distance in proportion: it is
-    divided by the first data set's standard deviation; None for other kinds, and where that deviation is 0.
+    ``kind`` names the distance and ``unit`` its unit. ``deviations`` is a Wasserstein distance divided by the standard
+    deviation of the first data set; it is None for other kinds, and if that deviation is 0.
     """
 
     name: str
@@ -34,18 +34,19 @@ class Distance:
 
 
 def compare(one: PlanSummary, other: PlanSummary) -> list[Distance]:
-    """Return the distance in every measure that both have.
+    """Return the distance in every measure that both data sets have.
 
-    1. Numbers: the Wasserstein-1 distance, how far a plan's number has to be moved in the mean until the two
-       distributions are the same; in the unit of the measure.
-    2. Labels, and kinds of doors: total variation, half the sum of the differences of shares; 0 the same, 1 disjoint.
-    3. Plans in which a robot of some radius gets everywhere: the difference of the shares.
+    1. Numbers: the Wasserstein-1 distance in the unit of the measure, which is the mean change of a plan's number that
+       would make the two distributions equal.
+    2. Labels, and kinds of doors: total variation, which is half the sum of the differences of the shares, from 0
+       (equal) to 1 (disjoint).
+    3. Plans in which a robot of a given radius can reach everything: the difference of the shares.
     """
     return [*_numbers(one, other), *_words(one, other), *_reaches(one, other)]
 
 
 def wasserstein(one: Tally, other: Tally) -> float:
-    """Return the Wasserstein-1 distance of two tallies that are not empty, in their unit."""
+    """Return the Wasserstein-1 distance of two non-empty tallies, in their unit."""
     from scipy.stats import wasserstein_distance
 
     (values, counts), (values_, counts_) = one.values(), other.values()
@@ -53,14 +54,14 @@ def wasserstein(one: Tally, other: Tally) -> float:
 
 
 def total_variation(one: Mapping[str, int], other: Mapping[str, int]) -> float:
-    """Return half the sum of the differences between the shares of two counts that are not empty."""
+    """Return half the sum of the differences between the shares of two non-empty counts."""
     total, total_ = sum(one.values()), sum(other.values())
     words = sorted({*one, *other})
     return sum(abs(one.get(word, 0) / total - other.get(word, 0) / total_) for word in words) / 2
 
 
 def report(distances: list[Distance]) -> dict[str, Any]:
-    """Return plain values by name of the measure."""
+    """Return plain values by the measures' names."""
     return {d.name: {key: _rounded(value) for key, value in asdict(d).items() if key != "name"} for d in distances}
 
 

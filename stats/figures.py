@@ -1,4 +1,4 @@
-"""Plots as SVG that take their colours and letters from the page around them, light or dark."""
+"""Plots as SVG that take their colours and font from the surrounding page, light or dark."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from stats.tally import Tally
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_TAIL = 0.98  # the histogram's last bar holds what lies beyond this share
+_TAIL = 0.98  # the histogram's last bar includes everything beyond this share
 
 
 def histogram(measure: Measure, tally: Tally, other: Tally | None = None, *, size: tuple[float, float]) -> str:
-    """Draw a distribution with its median; beside another one, both as shares. ``size`` is in inches."""
+    """Draw a distribution with its median, or two distributions as shares. ``size`` is in inches."""
     from matplotlib.ticker import MaxNLocator
 
     tallies = [tally] if other is None or not other.count else [tally, other]
@@ -28,7 +28,7 @@ def histogram(measure: Measure, tally: Tally, other: Tally | None = None, *, siz
     high = max(max(t.quantile(_TAIL) for t in tallies) // measure.bin_width, low)
     cut = any(t.values()[0][-1] // measure.bin_width > high for t in tallies)
     edges = np.arange(low, high + 2) * measure.bin_width
-    centred = measure.bin_width == measure.step  # whole numbers: a bar stands over its number
+    centred = measure.bin_width == measure.step  # whole numbers: a bar is centred on its number
     edges = edges - measure.bin_width / 2 if centred else edges
     highest = 0.0
     with axes_of(size) as (axes, out):
@@ -50,7 +50,7 @@ def histogram(measure: Measure, tally: Tally, other: Tally | None = None, *, siz
 
 
 def shares(counts: Mapping[str, int], other: Mapping[str, int] | None = None, *, width: float) -> str:
-    """Draw counts by word as bars, the most frequent on top; beside others, both as shares. ``width`` is in inches."""
+    """Draw named counts as bars, the largest on top, or two sets of counts as shares. ``width`` is in inches."""
     words = sorted({*counts, *(other or {})}, key=lambda word: (-counts.get(word, 0), word))
     places = np.arange(len(words))
     groups = [counts] if not other else [counts, other]
@@ -74,7 +74,7 @@ def shares(counts: Mapping[str, int], other: Mapping[str, int] | None = None, *,
 
 
 def reached(reach: Mapping[str, Reach], other: Mapping[str, Reach] | None, *, size: tuple[float, float]) -> str:
-    """Draw the share of plans in which a robot gets everywhere, over its radius."""
+    """Draw the share of plans in which a robot can reach everything, over its radius."""
     with axes_of(size) as (axes, out):
         for found, colour in zip((reach, other or {}), (ONE, OTHER), strict=True):
             radii = sorted(found)
@@ -94,9 +94,9 @@ def reached(reach: Mapping[str, Reach], other: Mapping[str, Reach] | None, *, si
 
 
 def _heights(tally: Tally, edges: npt.NDArray[np.float64], step: float) -> npt.NDArray[np.float64]:
-    """Return what each bin holds; the last one takes all beyond it."""
+    """Return the height of each bin; the last one includes everything beyond it."""
     values, counts = tally.values()
-    inside = np.minimum(values + step / 1e3, (edges[-2] + edges[-1]) / 2)  # a number on an edge starts its bin
+    inside = np.minimum(values + step / 1e3, (edges[-2] + edges[-1]) / 2)  # an edge belongs to the bin above
     return np.histogram(inside, edges, weights=counts)[0].astype(np.float64)
 
 
@@ -108,7 +108,7 @@ def _bars(axes: Axes, edges: Sequence[float] | Any, heights: Any, colour: str, *
 
 
 def _mark(axes: Axes, name: str, value: float) -> None:
-    """Draw a line across, with its name on the side where there is more room."""
+    """Draw a vertical line, with its name on the side with more space."""
     axes.axvline(value, color=INK, linewidth=1, linestyle=(0, (3, 2)))
     left, right = axes.get_xlim()
     after = value < (left + right) / 2

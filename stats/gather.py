@@ -1,4 +1,4 @@
-"""From a data set to what it adds up to: every plan is measured once, in processes, and its record is kept."""
+"""Measure every plan of a data set once, in several processes, cache the records, and add them up."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from stats.summary import PlanSummary
 
 @dataclass
 class Gathered:
-    """What is known of a data set; two parts of one add up.
+    """The statistics of a data set or of a part of one; those of two parts can be merged.
 
-    ``splits`` are the lists that come with it; ``listed`` says how many ids each list names, whether or not there is a
-    plan. ``geometry`` says whether rooms and doors were found where plans had none.
+    ``splits`` are the lists that come with it; ``listed`` is the number of ids in each list, including ids without a
+    plan. ``geometry`` says whether rooms and doors were found for plans without them.
     """
 
     name: str
@@ -32,13 +32,13 @@ class Gathered:
     listed: dict[str, int] = field(default_factory=dict)
 
     def take(self, found: Record, splits: tuple[str, ...] = ()) -> None:
-        """Take in one plan, which belongs to these splits."""
+        """Add one plan, which belongs to these splits."""
         self.whole.take(found)
         for name in splits:
             self.splits.setdefault(name, PlanSummary()).take(found)
 
     def merge(self, other: Gathered) -> None:
-        """Take in another part."""
+        """Add another part of the data set."""
         self.whole.merge(other.whole)
         for name, summary in other.splits.items():
             self.splits.setdefault(name, PlanSummary()).merge(summary)
@@ -46,7 +46,7 @@ class Gathered:
 
 @dataclass(frozen=True)
 class Measured:
-    """A data set with a record for each plan that can be read; ``broken`` are the others."""
+    """A data set with a record for each readable plan; ``broken`` are the others."""
 
     name: str
     data_set: Dataset
@@ -55,7 +55,7 @@ class Measured:
     broken: tuple[Broken, ...] = ()
 
     def summed(self) -> Gathered:
-        """Return what the records add up to."""
+        """Return the sum of the records."""
         found = add_up(self.data_set, self.records, geometry=self.geometry)
         found.name = self.name
         return found
@@ -63,14 +63,14 @@ class Measured:
 
 @contextmanager
 def measured(path: Path, *, geometry: bool = False, workers: int | None = None) -> Iterator[Measured]:
-    """Open a data set and measure its plans; one that cannot be read is named, and the others count.
+    """Open a data set and measure its readable plans; the others are listed.
 
-    Parameters as in ``records``. The data set is there until the block ends.
+    The parameters are those of ``records``. The data set exists until the context ends.
 
     Raises
     ------
     DatasetError, ConfigError
-        Where the data set itself is cut off, or holds no plan that can be read.
+        The data set itself is truncated, or has no readable plan.
     """
     with ExitStack() as opened:
         broken: tuple[Broken, ...] = ()
@@ -87,19 +87,20 @@ def measured(path: Path, *, geometry: bool = False, workers: int | None = None) 
 
 
 def records(data_set: Dataset, *, geometry: bool = False, workers: int | None = None) -> list[Record]:
-    """Measure every plan, in the data set's order.
+    """Measure every plan and return the records in the data set's order.
 
-    Records are kept in the user's cache by the plan's content, so a second run measures only what is new, and one that
-    was stopped goes on; a progress bar shows what is left.
+    Records are cached by the plan's content. A second run therefore measures only new plans, and an interrupted run
+    continues where it stopped. A progress bar shows the remaining plans.
 
     Parameters
     ----------
     data_set
         From ``houseexpo.open_dataset``.
     geometry
-        Find rooms and doors where a plan has none (``houseexpo.inference.with_rooms``): some minutes for 30,000 plans.
+        Whether to find rooms and doors of plans without them (``houseexpo.inference.with_rooms``), which takes some
+        minutes for 30,000 plans.
     workers
-        Processes; one a core by default.
+        Number of processes; by default one for each core.
     """
     name, measure = (f"statistics with rooms {VERSION}", record_with_rooms) if geometry else (_PLAIN, record)
     found = data_set.derived(name, measure, workers or cores())
@@ -107,12 +108,12 @@ def records(data_set: Dataset, *, geometry: bool = False, workers: int | None = 
 
 
 def gather(data_set: Dataset, *, geometry: bool = False, workers: int | None = None) -> Gathered:
-    """Measure every plan and add it all up; parameters as in ``records``."""
+    """Measure every plan and add up the records; the parameters are those of ``records``."""
     return add_up(data_set, records(data_set, geometry=geometry, workers=workers), geometry=geometry)
 
 
 def add_up(data_set: Dataset, measured: Iterable[Record], *, geometry: bool = False) -> Gathered:
-    """Add up the records of a data set's plans, in all and by the lists that come with it."""
+    """Add up the records of a data set's plans, in total and for each list that comes with it."""
     lists = {name: frozenset(ids) for name, ids in data_set.splits.items()}
     total = Gathered(data_set.path.name, geometry, listed={name: len(ids) for name, ids in lists.items()})
     for found in measured:

@@ -1,4 +1,4 @@
-"""A list of plans that someone found unusable, against what is measured: who sees what the other does not."""
+"""Compare a list of unusable plans, such as a manual one, with the measured plans that are not connected."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ DRAWN = 20
 
 @dataclass(frozen=True)
 class Verdict:
-    """Plans by what the list and the measure say of them; a plan is measured as bad where a robot is shut out.
+    """Plans that the list, the measurement or both call bad.
 
-    ``both``, ``measured_only`` and ``listed_only`` are ids, sorted.
+    A plan is measured as bad if a robot cannot reach a place where it fits. ``both``, ``measured_only`` and
+    ``listed_only`` are sorted ids.
     """
 
     name: str
@@ -31,7 +32,7 @@ class Verdict:
 
     @property
     def precision(self) -> float:
-        """Share of the plans measured as bad that the list names."""
+        """Share of the plans measured as bad that are in the list."""
         return len(self.both) / max(len(self.both) + len(self.measured_only), 1)
 
     @property
@@ -40,7 +41,7 @@ class Verdict:
         return len(self.both) / max(len(self.both) + len(self.listed_only), 1)
 
     def drawn(self, seed: int = 0) -> tuple[list[str], list[str]]:
-        """Return ten plans that only the measure calls bad and ten that only the list does, drawn at random."""
+        """Return ten random plans that only the measurement calls bad, and ten that only the list does."""
         rng = np.random.default_rng(seed)
         some, other = (
             sorted(rng.choice(ids, min(DRAWN // 2, len(ids)), replace=False).tolist())
@@ -66,7 +67,7 @@ class Verdict:
 
 
 def read_list(path: Path) -> frozenset[str]:
-    """Read ids, one at the start of each line, with or without ``.json``; one that comes twice counts once."""
+    """Read ids, one at the start of each line, with or without ``.json``; repeated ids count once."""
     try:
         lines = [line.split()[0] for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
     except (OSError, UnicodeError) as error:
@@ -77,7 +78,7 @@ def read_list(path: Path) -> frozenset[str]:
 
 
 def judge(records: Iterable[Record], listed: frozenset[str], name: str) -> Verdict:
-    """Compare a list with what a robot of 0.20 m radius can reach: bad is where it does not reach all that it fits."""
+    """Compare a list with the plans in which a robot of 0.20 m radius cannot reach every place where it fits."""
     ids, bad = set(), set()
     for record in records:
         ids.add(record.id)

@@ -1,4 +1,4 @@
-"""The report of some plans, made while a person waits: ``houseexpo serve`` finds it by its entry point."""
+"""The report of some plans on request; ``houseexpo serve`` finds it by its entry point."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ from stats.report import Report
 
 
 def report_of(data: Dataset) -> str:
-    """Return the page of statistics of a data set or a selection, as HTML; plans are measured in this process."""
+    """Return the statistics of a data set or a selection as an HTML page; plans are measured in this process."""
     return page(Report(gather(data, workers=1)))

@@ -1,7 +1,7 @@
-"""Measures: one plan in, one number out, or one number for each of its rooms or doors.
+"""Measures: functions that return one number for a plan, or one number for each of its rooms or doors.
 
-What only rooms and doors can tell is None, or empty, for a plan that has none (a published one): such a plan is not
-counted in that measure. ``houseexpo.inference.with_rooms`` finds them.
+Measures of rooms and doors are None, or empty, for a plan without them (a published one); the plan is then not counted.
+``houseexpo.inference.with_rooms`` finds rooms and doors.
 """
 
 from __future__ import annotations
@@ -21,88 +21,88 @@ from houseexpo.plan import Navigability
 Fault = Literal["touches", "crosses"]
 
 _MIX = np.uint64(0x9E3779B97F4A7C15)
-"""An odd number without pattern: two edges of a house do not meet in one number."""
+"""A random odd factor, so that two edges of a house do not give the same number."""
 
 
 def rooms(plan: FloorPlan) -> int:
-    """Rooms as the source counts them, unlabelled ones included."""
+    """Return the number of rooms as the source counts them, including unlabelled ones."""
     return plan.room_num
 
 
 def rooms_found(plan: FloorPlan) -> int | None:
-    """Rooms that the plan has as polygons."""
+    """Return the number of room polygons, None if there are none."""
     return len(plan.rooms) or None
 
 
 def label_boxes(plan: FloorPlan) -> int:
-    """Boxes of labelled rooms."""
+    """Return the number of label boxes."""
     return sum(map(len, plan.room_category.values()))
 
 
 def labels(plan: FloorPlan) -> Counter[str]:
-    """Rooms by label; a published plan, which has no rooms, by its boxes."""
+    """Return the number of rooms of each label; for a published plan, which has no rooms, the number of boxes."""
     if plan.rooms:
         return Counter(room.label for room in plan.rooms)
     return Counter({label: len(boxes) for label, boxes in plan.room_category.items()})
 
 
 def area_m2(plan: FloorPlan) -> float:
-    """Free space inside the walls, m2."""
+    """Return the area of the free space, m2."""
     return plan.area
 
 
 def long_side_m(plan: FloorPlan) -> float:
-    """Longer side of the box around the plan, metres."""
+    """Return the longer side of the plan's bounding box, metres."""
     return float(np.ptp(plan.verts, axis=0).max())
 
 
 def short_side_m(plan: FloorPlan) -> float:
-    """Shorter side of the box around the plan, metres."""
+    """Return the shorter side of the plan's bounding box, metres."""
     return float(np.ptp(plan.verts, axis=0).min())
 
 
 def vertices(plan: FloorPlan) -> int:
-    """Corners of the outline and of the holes."""
+    """Return the number of corners of the outline and of the holes."""
     return len(plan.verts) + sum(map(len, plan.holes))
 
 
 def holes(plan: FloorPlan) -> int:
-    """Walls and pillars that stand free inside the outline."""
+    """Return the number of free-standing walls and pillars inside the outline."""
     return len(plan.holes)
 
 
 def quality(plan: FloorPlan) -> float | None:
-    """How sure the pipeline is of the plan, 0 to 1."""
+    """Return the quality score of the plan, 0 to 1; None if it has none."""
     return None if plan.quality is None else plan.quality.score
 
 
 def furniture(plan: FloorPlan) -> int | None:
-    """Pieces of furniture; None where the plan records none."""
+    """Return the number of pieces of furniture, None if the plan records none."""
     return len(plan.objects) or None
 
 
 def doors(plan: FloorPlan) -> int | None:
-    """Doors of every kind."""
+    """Return the number of doors of all kinds."""
     return len(plan.doors) if plan.rooms else None
 
 
 def door_kinds(plan: FloorPlan) -> Counter[str]:
-    """Doors by kind."""
+    """Return the number of doors of each kind."""
     return Counter(door.kind for door in plan.doors)
 
 
 def door_widths_m(plan: FloorPlan) -> list[float]:
-    """Clear width of each door, metres."""
+    """Return the clear width of each door, metres."""
     return [door.width for door in plan.doors]
 
 
 def room_areas_m2(plan: FloorPlan) -> list[float]:
-    """Area of each room, m2."""
+    """Return the area of each room, m2."""
     return [room.area for room in plan.rooms]
 
 
 def doors_per_room(plan: FloorPlan) -> list[int]:
-    """Doors of each room, entrances included; a door between two rooms counts for both."""
+    """Return the number of doors of each room, including entrances; a door between two rooms counts for both."""
     if not plan.rooms:
         return []
     graph = rooms_graph(plan, outside=True)
@@ -110,7 +110,7 @@ def doors_per_room(plan: FloorPlan) -> list[int]:
 
 
 def neighbours(plan: FloorPlan) -> list[int]:
-    """Degree of each room: how many other rooms a door leads to from it."""
+    """Return the degree of each room: the number of other rooms that a door connects it to."""
     if not plan.rooms:
         return []
     graph = rooms_graph(plan)
@@ -118,7 +118,7 @@ def neighbours(plan: FloorPlan) -> list[int]:
 
 
 def loops(plan: FloorPlan) -> int | None:
-    """Independent ways round: doors less rooms, plus the pieces of the graph; 0 in a house that branches as a tree."""
+    """Return the number of independent cycles: doors minus rooms plus connected components; 0 if there is no cycle."""
     if not plan.rooms:
         return None
     import networkx as nx
@@ -129,10 +129,10 @@ def loops(plan: FloorPlan) -> int | None:
 
 
 def depth(plan: FloorPlan) -> int | None:
-    """Doors to pass from the entrance to the farthest room; None where nothing says where one enters.
+    """Return the number of doors between the entrance and the farthest room, None if the entrance is unknown.
 
-    One enters where a door of kind "entrance" is; else, as a published outline hides those, in a room labelled
-    Entryway. Rooms that cannot be reached do not count.
+    The entrance is a door of kind "entrance" or, since published outlines hide those, a room labelled Entryway. Rooms
+    that cannot be reached do not count.
     """
     if not plan.rooms:
         return None
@@ -149,12 +149,12 @@ def depth(plan: FloorPlan) -> int | None:
 
 
 def reach(plan: FloorPlan) -> Mapping[str, Navigability]:
-    """What a disc robot can reach, by radius: as the plan states it, else measured."""
+    """Return the navigability by radius, as recorded in the plan or else measured."""
     return plan.navigability or navigability(plan)
 
 
 def ring_fault(plan: FloorPlan) -> Fault | None:
-    """Whether the published ring touches or crosses itself."""
+    """Return the fault of the published ring, which "touches" or "crosses" itself, or None if it is valid."""
     import shapely
 
     polygon = shapely.Polygon(plan.verts)
@@ -164,15 +164,15 @@ def ring_fault(plan: FloorPlan) -> Fault | None:
 
 
 def ring_digest(plan: FloorPlan) -> str:
-    """Return what two plans share when their rings are the same vertices in the same order."""
+    """Return a digest that is equal for plans whose rings have the same vertices in the same order."""
     return hashlib.blake2b(plan.verts.tobytes(), digest_size=12).hexdigest()
 
 
 def shape_digest(plan: FloorPlan) -> str:
-    """Return what two plans share when one's walls lie on the other's after shifting, turning by 90 degrees, mirroring.
+    """Return a digest that is equal for plans with the same walls up to shifts, rotations by 90 degrees and mirroring.
 
-    Edges on the 1 cm grid, counted from the corner of the box; the least of the eight views. Neither where a ring
-    starts nor which way it runs makes a difference.
+    It is made from the edges on the 1 cm grid, relative to the corner of the bounding box, and is the smallest of the
+    eight symmetric views. The start and the direction of a ring make no difference.
     """
     rings = [np.rint(ring * 100).astype(np.int64) for ring in (plan.verts, *plan.holes)]
     points, following = np.concatenate(rings), np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
@@ -181,6 +181,6 @@ def shape_digest(plan: FloorPlan) -> str:
     across = np.stack([a for a, _ in flipped] + [b for _, b in flipped])  # (8 views, 2 ends, edges)
     up = np.stack([b for _, b in flipped] + [a for a, _ in flipped])
     one, other = np.moveaxis((across << 32 | up).view(np.uint64), 1, 0)
-    edges = np.minimum(one, other) * _MIX + np.maximum(one, other)  # one number an edge, modulo 2**64
+    edges = np.minimum(one, other) * _MIX + np.maximum(one, other)  # one number per edge, modulo 2**64
     edges.sort(axis=1)
     return hashlib.blake2b(min(view.tobytes() for view in edges), digest_size=12).hexdigest()

@@ -1,4 +1,4 @@
-"""A report as one HTML page that needs nothing beside it: plots as vectors, numbers as tables, light and dark."""
+"""A report as one self-contained HTML page: plots as vectors, numbers as tables, light and dark."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _WIDE = (5.0, 2.7)
 
 @dataclass(frozen=True)
 class Plot:
-    """A drawn measure with its words; ``rows`` are the numbers under it."""
+    """The plot of a measure with its texts; ``rows`` are the numbers below it."""
 
     title: str
     about: str
@@ -29,7 +29,7 @@ class Plot:
 
 
 def page(report: Report, plans: dict[str, FloorPlan] | None = None) -> str:
-    """Return the page; ``plans`` holds those that are drawn because a list and the measure disagree on them."""
+    """Return the page; ``plans`` are drawn because a list and the measurement disagree on them."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
@@ -73,7 +73,7 @@ def _histogram(report: Report, name: str, size: tuple[float, float] = _CARD) -> 
 
 
 def _plots(report: Report, names: Sequence[str]) -> Iterator[Plot]:
-    """Yield a plot for each measure that the plans have and that is not the same for all of them."""
+    """Yield a plot for each measure that the plans have and that is not equal for all of them."""
     for name in names:
         tally = report.one.whole.tallies[name]
         if len(tally.values()[0]) > 1:

@@ -1,4 +1,4 @@
-"""What robots of one radius can reach in many plans; counts that add up."""
+"""Navigability of many plans for robots of one radius, as counts that can be merged."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from stats.tally import Tally
 
 
 class Reach:
-    """In how many plans a robot gets everywhere, the share that it reaches, the narrowest passage on its way."""
+    """The number of plans in which a robot can reach everything, the share that it reaches, the narrowest passages."""
 
     def __init__(self) -> None:
         self.plans = 0
@@ -18,7 +18,7 @@ class Reach:
         self.narrowest = Tally(step=0.01, bin_width=0.1)
 
     def take(self, components: int, largest_share: float, narrowest: float) -> None:
-        """Take one plan in; where the robot fits nowhere there is no passage."""
+        """Add one plan; if the robot fits nowhere, there is no passage."""
         self.plans += 1
         self.connected += components == 1
         self.nowhere += components == 0
@@ -27,7 +27,7 @@ class Reach:
             self.narrowest.add(narrowest)
 
     def merge(self, other: Reach) -> None:
-        """Take in the plans of another."""
+        """Add the plans of another one."""
         self.plans += other.plans
         self.connected += other.connected
         self.nowhere += other.nowhere
@@ -36,7 +36,7 @@ class Reach:
 
     @property
     def connected_share(self) -> float:
-        """Share of the plans in which the robot reaches all places that it fits into."""
+        """Share of the plans in which the robot can reach every place where it fits."""
         return self.connected / self.plans if self.plans else 0.0
 
     def report(self) -> dict[str, Any]:

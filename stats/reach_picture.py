@@ -1,4 +1,4 @@
-"""A plan as a small SVG: the free space, where a robot can stand, and in the second colour where it is shut in."""
+"""A plan as a small SVG: the free space, the places where a robot can stand, and those that it cannot reach."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from houseexpo.grids.raster import Space, rings_of
 
 
 def reach_svg(plan: FloorPlan, radius_m: float) -> str:
-    """Return the SVG of a plan, x right and y up, as wide as the page makes it."""
+    """Return the SVG of a plan, x right and y up, with the width that the page gives it."""
     x1, y1, x2, y2 = plan.bbox
     pieces = standing_pieces(plan.free_space, radius_m)
     side, edge = max(x2 - x1, y2 - y1), 0.02 * max(x2 - x1, y2 - y1)

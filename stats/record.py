@@ -1,4 +1,4 @@
-"""What every measure says of one plan: plain values, so that they can be kept and need not be measured again."""
+"""The values of all measures for one plan, as plain values that can be cached."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from stats import measures
 from stats.catalogue import MEASURES
 
 VERSION = 3
-"""Part of the name under which records are kept: another measure, or another way of measuring, needs another one."""
+"""Part of the name under which records are cached; change it when measures are added or changed."""
 
 
 class Record(Struct, array_like=True, frozen=True):
-    """One plan; ``reach`` holds components, largest share and narrowest passage by radius."""
+    """The measures of one plan; ``reach`` has components, largest share and narrowest passage by radius."""
 
     id: str
     numbers: dict[str, list[float]]
@@ -27,7 +27,7 @@ class Record(Struct, array_like=True, frozen=True):
 
 
 def record(plan: FloorPlan) -> Record:
-    """Measure a plan as it is; what it does not state of a robot's reach is measured too."""
+    """Measure a plan as it is, including the navigability if it is not recorded."""
     return Record(
         id=plan.id,
         numbers={measure.name: numbers for measure in MEASURES if (numbers := list(measure.numbers(plan)))},
@@ -44,7 +44,7 @@ def record(plan: FloorPlan) -> Record:
 
 
 def record_with_rooms(plan: FloorPlan) -> Record:
-    """Measure a plan; its rooms and doors are found first where it has none. Labels stay those of its boxes."""
+    """Measure a plan after finding its rooms and doors if it has none. Labels remain those of its boxes."""
     if plan.rooms:
         return record(plan)
     from houseexpo.inference import with_rooms

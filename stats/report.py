@@ -1,4 +1,4 @@
-"""Everything a report says, as plain values: what the page, the terminal and the JSON file show."""
+"""The contents of a report as plain values, for the page, the terminal and the JSON file."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from stats.listed import Verdict
 
 @dataclass(frozen=True)
 class Report:
-    """One data set, perhaps beside another one and beside a list of plans that someone found unusable.
+    """The report on one data set, optionally compared with another one and with a list of unusable plans.
 
-    ``broken`` are the plans of the first that cannot be read.
+    ``broken`` are the plans of the first data set that cannot be read.
     """
 
     one: Gathered
@@ -26,7 +26,7 @@ class Report:
 
     @property
     def distances(self) -> list[compare.Distance]:
-        """Distances between the two data sets; none where there is one."""
+        """Distances between the two data sets, none if there is only one."""
         return [] if self.other is None else compare.compare(self.one.whole, self.other.whole)
 
     def values(self) -> dict[str, Any]:
@@ -43,7 +43,7 @@ class Report:
 
 
 def leaks(gathered: Gathered) -> dict[str, dict[str, int]]:
-    """Return, for each split, how many of its plans occur in each other one too, turned or mirrored perhaps."""
+    """Return for each split how many of its plans also occur in each other split, possibly rotated or mirrored."""
     found: dict[str, dict[str, int]] = {}
     for name, other in permutations(sorted(gathered.splits), 2):
         found.setdefault(name, {})[other] = gathered.splits[name].rings.shared_with(gathered.splits[other].rings)

@@ -1,4 +1,4 @@
-"""Rings that are not simple, and plans that occur more than once; counts that add up."""
+"""Rings that are not simple, and plans that occur more than once, as counts that can be merged."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from stats.record import Record
 
 
 class Rings:
-    """Faults of rings by kind, and how often each ring, and each shape under turning and mirroring, occurs."""
+    """Counts of ring faults by kind, of each ring, and of each shape up to rotation and mirroring."""
 
     def __init__(self) -> None:
         self.faults: Counter[str] = Counter()
@@ -17,24 +17,24 @@ class Rings:
         self.shapes: Counter[str] = Counter()
 
     def take(self, record: Record) -> None:
-        """Take one plan in."""
+        """Add one plan."""
         if record.fault is not None:
             self.faults[record.fault] += 1
         self.rings[record.ring] += 1
         self.shapes[record.shape] += 1
 
     def merge(self, other: Rings) -> None:
-        """Take in the plans of another."""
+        """Add the plans of another one."""
         self.faults.update(other.faults)
         self.rings.update(other.rings)
         self.shapes.update(other.shapes)
 
     def shared_with(self, other: Rings) -> int:
-        """Return how many of the plans here have a shape that occurs there too, turned or mirrored perhaps."""
+        """Return how many plans have a shape that also occurs in ``other``, possibly rotated or mirrored."""
         return sum(n for shape, n in self.shapes.items() if shape in other.shapes)
 
     def report(self) -> dict[str, Any]:
-        """Return plain values; ``repeats`` is plans less distinct rings, ``groups`` the rings of more than one plan."""
+        """Return plain values; ``repeats`` is plans minus distinct rings, ``groups`` the rings of several plans."""
         groups = [n for n in self.rings.values() if n > 1]
         return {
             "invalid": self.faults.total(),

@@ -1,4 +1,4 @@
-"""What a data set is like: measures of its plans, added up."""
+"""The summary of a data set: the measures of its plans, added up."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stats.tally import Tally
 
 
 class PlanSummary:
-    """Every measure of many plans; two summaries add up (``houseexpo.summaries``), in any order."""
+    """All measures of many plans; two summaries can be merged in any order (``houseexpo.summaries``)."""
 
     def __init__(self) -> None:
         self.plans = 0
@@ -26,11 +26,11 @@ class PlanSummary:
         self.rings = Rings()
 
     def add(self, plan: FloorPlan) -> None:
-        """Measure one plan and take it in."""
+        """Measure one plan and add it."""
         self.take(record(plan))
 
     def take(self, found: Record) -> None:
-        """Take in what was measured of one plan."""
+        """Add the record of one plan."""
         self.plans += 1
         for name, numbers in found.numbers.items():
             tally = self.tallies[name]
@@ -44,7 +44,7 @@ class PlanSummary:
         self.rings.take(found)
 
     def merge(self, other: PlanSummary) -> None:
-        """Take in the plans of another summary."""
+        """Add the plans of another summary."""
         self.plans += other.plans
         for name, tally in other.tallies.items():
             self.tallies[name].merge(tally)
@@ -56,7 +56,7 @@ class PlanSummary:
         self.rings.merge(other.rings)
 
     def report(self) -> dict[str, Any]:
-        """Return plain values; ``connected`` counts the plans in which a robot reaches all places that it fits into."""
+        """Return plain values; ``connected`` is the number of plans in which a robot can reach every place it fits."""
         return {
             "count": self.plans,
             **{name: tally.report() for name, tally in self.tallies.items()},

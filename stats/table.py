@@ -1,4 +1,4 @@
-"""A report in the terminal: the numbers that the page shows too."""
+"""A report in the terminal, with the same numbers as the page."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ def tables(report: Report) -> Iterator[Table]:
 
 
 def number(value: float, unit: str = "") -> str:
-    """Write a number for people: thousands apart, two decimals at most and no idle ones."""
+    """Format a number with thousands separators and at most two decimals, without trailing zeros."""
     text = f"{value:,.2f}".rstrip("0").rstrip(".") if value != int(value) else f"{int(value):,}"
     return f"{text} {unit}".rstrip()
 
 
 def mean(value: float | None, distance: Distance) -> str:
-    """Write what a distance lies between: a mean, a share, or nothing."""
+    """Format a mean or a share of a distance, "" for neither."""
     if value is None:
         return ""
     return f"{value:.2%}" if distance.kind == DIFFERENCE else number(value)
@@ -61,7 +61,7 @@ def numbers_table(gathered: Gathered) -> Table:
 
 
 def bars_table(title: str, counts: Mapping[str, int]) -> Table:
-    """Show counts as bars, the greatest first."""
+    """Show counts as bars, the largest first."""
     table = Table(title=title, title_justify="left", title_style="bold", show_header=False, box=None, padding=(0, 1))
     table.add_column(justify="right")
     table.add_column(justify="right")
@@ -73,7 +73,7 @@ def bars_table(title: str, counts: Mapping[str, int]) -> Table:
 
 
 def reach_table(summary: PlanSummary) -> Table:
-    """Show what robots of some radii reach."""
+    """Show the navigability for several radii."""
     table = _table("What a robot reaches", "radius, m", "connected", "share", "narrowest, median")
     for radius, reach in sorted(summary.reach.items()):
         narrowest = number(reach.narrowest.quantile(0.5), "m") if reach.narrowest.count else "-"
@@ -82,7 +82,7 @@ def reach_table(summary: PlanSummary) -> Table:
 
 
 def rings_table(summary: PlanSummary) -> Table:
-    """Show what is wrong with rings, and how often plans repeat."""
+    """Show the faults of rings, and the number of repeated plans."""
     found = summary.rings.report()
     table = _table("Rings", "", "plans")
     table.add_row(
@@ -94,7 +94,7 @@ def rings_table(summary: PlanSummary) -> Table:
 
 
 def splits_table(gathered: Gathered) -> Table:
-    """Show each split beside the others."""
+    """Show the splits side by side."""
     table = _table("Splits", "", "ids", "plans", "rooms, mean", "area, median", "connected at 0.20 m", "also elsewhere")
     repeated = leaks(gathered)
     for name, summary in sorted(gathered.splits.items()):
@@ -120,7 +120,7 @@ def distances_table(report: Report) -> Table:
 
 
 def verdict_table(verdict: Verdict) -> Table:
-    """Show a list of plans against what is measured."""
+    """Show the comparison of a list of plans with the measurement."""
     found = verdict.report()
     table = _table(f"Not connected at 0.20 m, against {verdict.name}", "", "")
     for key in ("listed", "measured", "both", "precision", "recall"):

@@ -1,4 +1,4 @@
-"""Distributions of one number that add up exactly: whole counts of whole steps, so that no order of adding matters."""
+"""Distributions of a number, as counts of whole steps; merging them is exact and does not depend on the order."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Numbers = npt.NDArray[np.float64]
 
 
 class Tally:
-    """Counts how often a number falls on each multiple of ``step``; ``bin_width`` is a whole number of steps."""
+    """Counts of numbers by multiples of ``step``; ``bin_width`` is a whole number of steps."""
 
     def __init__(self, step: float = 1.0, bin_width: float = 1.0) -> None:
         self.step = step
@@ -21,32 +21,32 @@ class Tally:
         self._counts: Counter[int] = Counter()
 
     def add(self, value: float) -> None:
-        """Take in one number, rounded to the nearest step."""
+        """Add one number, rounded to the nearest step."""
         self._counts[round(value / self.step)] += 1
 
     def merge(self, other: Tally) -> None:
-        """Take in the numbers of another tally with the same step."""
+        """Add the numbers of another tally with the same step."""
         self._counts.update(other._counts)
 
     @property
     def count(self) -> int:
-        """How many numbers were taken in."""
+        """The number of numbers that were added."""
         return self._counts.total()
 
     def values(self) -> tuple[Numbers, Numbers]:
-        """Return the distinct numbers in rising order, and how often each occurs; both (n,)."""
+        """Return the distinct numbers in ascending order, and their counts; both (n,)."""
         steps = np.array(sorted(self._counts), dtype=np.int64)
         numbers = np.asarray(steps * self.step, dtype=np.float64)
         return numbers, np.array([self._counts[at] for at in steps.tolist()], dtype=np.float64)
 
     def moments(self) -> tuple[float, float]:
-        """Return mean and standard deviation of numbers of which there are some."""
+        """Return the mean and the standard deviation; the tally must not be empty."""
         count, total = self.count, self._total()
         squares = sum(at * at * n for at, n in self._counts.items())
         return total * self.step / count, math.sqrt(squares * count - total * total) * self.step / count
 
     def quantile(self, share: float) -> float:
-        """Return the least number that this share of the numbers does not exceed; at one half, the median."""
+        """Return the smallest number that this share of the numbers does not exceed; for 0.5, the median."""
         steps = sorted(self._counts)
         ends = np.cumsum([self._counts[at] for at in steps])
         rank = share * (int(ends[-1]) - 1)
@@ -54,10 +54,10 @@ class Tally:
         return self._in_units((low + high) / 2)
 
     def report(self) -> dict[str, Any]:
-        """Return plain values.
+        """Return plain values: count, sum, mean, deviation, 5%, median, 95%, extremes, and a histogram.
 
-        Count, sum, mean, deviation, 5%, median, 95%, extremes, and a histogram: lower end of a bin -> how many, empty
-        bins left out. Sums are of whole steps, so that they come out the same in any order.
+        The histogram maps the lower end of a bin to its count, without empty bins. Sums are of whole steps, so that
+        they do not depend on the order.
         """
         count = self.count
         if not count:
@@ -77,7 +77,7 @@ class Tally:
         }
 
     def bins(self) -> list[tuple[float, int]]:
-        """Return the lower ends of the bins that are not empty, in steps, and what they hold."""
+        """Return the lower ends, in steps, and the counts of the bins that are not empty."""
         per_bin = max(round(self.bin_width / self.step), 1)
         found: Counter[int] = Counter()
         for at, n in self._counts.items():

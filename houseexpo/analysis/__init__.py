@@ -1,1 +1,1 @@
-"""What can be measured on a plan: its graph, walking distances, where a robot fits, walls, likeness to others."""
+"""Measurements on plans: room graph, walking distances, navigability, walls, similarity to other plans."""

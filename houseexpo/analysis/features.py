@@ -1,6 +1,7 @@
-"""Plans, rooms, doors and furniture as rows with a shape, for tables: pandas, GeoPandas.
+"""Plans, rooms, doors and furniture as rows of tables with a geometry, for pandas and GeoPandas.
 
-Columns have the names that the tables of a release have (``houseexpo.release.tables``); shapes are shapely's, metres.
+Columns have the same names as in the tables of a release (``houseexpo.release.tables``). Geometries are shapely's, in
+metres.
 """
 
 from __future__ import annotations
@@ -76,12 +77,12 @@ _LAYERS: Final[dict[str, tuple[Callable[[PlanData], Iterator[Row]], tuple[str, .
 
 
 def features(plans: Iterable[PlanData], layer: Layer) -> Any:
-    """Return one layer of some plans as a ``geopandas.GeoDataFrame``, a row each, metres, without a CRS.
+    """Return one layer of some plans as a ``geopandas.GeoDataFrame``, one row each, in metres, without a CRS.
 
     Raises
     ------
     ConfigError
-        There is no such layer.
+        ``layer`` is not the name of a layer.
     MissingDependencyError
         GeoPandas is not installed.
     """

@@ -1,7 +1,7 @@
-"""How far one walks inside a room, and from room to room.
+"""Walking distances inside a room and between rooms.
 
-Shortest paths inside a polygon turn only at its reflex corners; so they are found exactly, on the graph of corners that
-see each other.
+Shortest paths inside a polygon turn only at its reflex corners. They are therefore found exactly, on the graph of
+corners that see each other.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     import networkx as nx
     from shapely import MultiPolygon, Polygon
 
-_JAG_M: Final = 0.02  # stair-steps of published walls are no corners to walk round
-_SLACK_M: Final = 0.005  # a path may run along a wall; twice the jag's half, the grid's half centimetre
+_JAG_M: Final = 0.02  # steps in published walls do not count as corners
+_SLACK_M: Final = 0.005  # a path may run along a wall; half a centimetre, as of the grid
 
 _COARSER_M: Final = (_JAG_M, 0.05, 0.1, 0.2, 0.4)
 _CORNERS: Final = 800
@@ -30,21 +30,21 @@ Points = npt.NDArray[np.float64]
 
 
 class Way(NamedTuple):
-    """A shortest way: its corners (n, 2), metres, and its length in metres."""
+    """A shortest path: its corners (n, 2), metres, and its length in metres."""
 
     points: Points
     length: float
 
 
 def shortest_way(space: Polygon | MultiPolygon, start: npt.ArrayLike, goal: npt.ArrayLike) -> Way | None:
-    """Return the shortest way inside ``space`` between two points (2,), metres; None where there is none.
+    """Return the shortest path inside ``space`` between two points (2,), metres; None if there is none.
 
-    1. Walls are straightened by at most 0.02 m; of a space of more than 800 reflex corners by as much as leaves so
-       many, at most 0.4 m.
-    2. The way turns at reflex corners only. They are taken in the order of the way to them and the straight rest (A*),
-       and what a corner sees is found when it is its turn.
+    1. Walls are straightened by at most 0.02 m. A space with more than 800 reflex corners is simplified further, by at
+       most 0.4 m, until no more than 800 are left.
+    2. The path turns only at reflex corners. They are expanded by A*, in the order of the distance so far plus the
+       straight line to the goal; what a corner sees is computed when it is expanded.
 
-    For a disc, give the places where its centre can stand (``analysis.navigability.standing_pieces``).
+    For a disc, pass the area in which its centre can be (``analysis.navigability.standing_pieces``).
 
     Examples
     --------
@@ -86,8 +86,8 @@ def shortest_way(space: Polygon | MultiPolygon, start: npt.ArrayLike, goal: npt.
 def walking_distances(space: Polygon | MultiPolygon, points: npt.ArrayLike) -> Points:
     """Return the lengths (n, n) in metres of the shortest paths inside ``space`` between ``points`` (n, 2).
 
-    Infinite where there is no way. Walls are straightened by at most 0.02 m first, and a point may lie up to as far
-    outside.
+    The length is infinite if there is no path. Walls are first straightened by at most 0.02 m, and a point may lie
+    outside by as much.
     """
     import shapely
     from scipy.sparse import csr_array
@@ -101,7 +101,7 @@ def walking_distances(space: Polygon | MultiPolygon, points: npt.ArrayLike) -> P
     one, other = np.triu_indices(len(nodes), k=1)
     seen = shapely.covers(wide, shapely.linestrings(np.stack([nodes[one], nodes[other]], axis=1)))
     one, other = one[seen], other[seen]
-    # 1e-12: two points in one place are joined, which a stored 0 would not say
+    # 1e-12: connects two points in the same place; a stored 0 would mean no edge
     length = np.maximum(np.hypot(*(nodes[one] - nodes[other]).T), 1e-12)
     table = csr_array((length, (one, other)), shape=(len(nodes), len(nodes)))
     found: Points = dijkstra(table, directed=False, indices=np.arange(len(ends)))[:, : len(ends)]
@@ -109,15 +109,16 @@ def walking_distances(space: Polygon | MultiPolygon, points: npt.ArrayLike) -> P
 
 
 def walking_graph(plan: PlanData, *, outside: bool = False) -> nx.MultiGraph[int | str]:
-    """Return ``rooms_graph`` with the metres that one walks.
+    """Return ``rooms_graph`` with walking distances in metres.
 
-    A node has ``position`` too, a point well inside the room (x, y); an edge has ``distance``: from one room's position
-    through the middle of the door to the other's, along the shortest way inside the two rooms. ``graph.graph["doors"]``
-    holds, for each room with two doors or more, the walking distance between each pair: ``{(door, door): metres}``, so
-    that longer ways need not pass through the rooms' middles. An entrance's distance ends at the door.
+    In addition, a node has ``position``, a point (x, y) well inside the room, and an edge has ``distance``: the length
+    of the shortest path inside the two rooms from one position to the other, through the middle of the door. The
+    distance of an entrance ends at the door. For each room with two or more doors, ``graph.graph["doors"]`` has the
+    walking distance between each pair, ``{(door, door): metres}``, so that longer paths need not pass through the
+    middle of a room.
 
-    Weighted shortest paths (``networkx.shortest_path_length(graph, a, b, "distance")``) are thus distances from room to
-    room.
+    Weighted shortest paths (``networkx.shortest_path_length(graph, a, b, "distance")``) are therefore distances between
+    rooms.
     """
     graph = rooms_graph(plan, outside=outside)
     between: dict[tuple[int, int], float] = {}
@@ -138,7 +139,7 @@ def walking_graph(plan: PlanData, *, outside: bool = False) -> nx.MultiGraph[int
 
 
 def _back(before: npt.NDArray[np.int64]) -> list[int]:
-    """Return the nodes from the first to the second, each of which knows the one before it."""
+    """Return the path from the first node to the second, given the predecessor of each node."""
     found = [1]
     while found[-1] != 0:
         found.append(int(before[found[-1]]))
@@ -146,7 +147,7 @@ def _back(before: npt.NDArray[np.int64]) -> list[int]:
 
 
 def _with_doors(room: Room, doors: list[Door]) -> Polygon | MultiPolygon:
-    """The room with the openings that lead out of it: a door's middle lies in the wall, not in the room."""
+    """Return the room together with its doors, since the middle of a door lies in the wall and not in the room."""
     import shapely
 
     return shapely.union_all([room.polygon, *(door.polygon for door in doors)])
@@ -158,7 +159,7 @@ def _middle(door: Door) -> tuple[float, float]:
 
 
 def _inside(room: Room) -> tuple[float, float]:
-    """The centroid where it lies in the room, else the middle of the widest disc."""
+    """Return the centroid if it lies in the room, else the centre of the widest disc."""
     import shapely
 
     centre = room.polygon.centroid
@@ -168,7 +169,7 @@ def _inside(room: Room) -> tuple[float, float]:
 
 
 def _rings(shape: Polygon | MultiPolygon) -> list[Polygon]:
-    """All rings, the free space on the left of each: outer ones counter-clockwise, holes clockwise."""
+    """Return all rings with the free space on their left: outer ones counter-clockwise, holes clockwise."""
     import shapely
 
     parts = shapely.get_parts(shapely.orient_polygons(shape))
@@ -176,6 +177,6 @@ def _rings(shape: Polygon | MultiPolygon) -> list[Polygon]:
 
 
 def _reflex(ring: Points) -> Points:
-    """The corners where the ring turns right: walls that stick out into the room."""
+    """Return the corners where the ring turns right, at walls that project into the room."""
     before, after = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
     return ring[before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] < 0]

@@ -1,4 +1,4 @@
-"""Rooms and doors as a graph, and what a disc robot of a given radius can reach."""
+"""Rooms and doors as a graph."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ OUTSIDE: Final = "outside"
 
 
 def rooms_graph(plan: PlanData, *, outside: bool = False) -> nx.MultiGraph[int | str]:
-    """Return rooms as nodes, doors as edges.
+    """Return the graph of a plan with rooms as nodes and doors as edges.
 
-    A node is a room's id with ``label`` and ``area`` (m2); an edge joins the two rooms of a door, keyed by the door's
-    id, with ``kind`` and ``width`` (m). Two doors between the same rooms are two edges, hence a MultiGraph.
+    A node is the id of a room and has ``label`` and ``area`` (m2). An edge connects the two rooms of a door; its key is
+    the door's id, and it has ``kind`` and ``width`` (m). Two doors between the same rooms are two edges, hence a
+    MultiGraph. A published plan has no rooms; use ``FloorPlan.graph`` or ``with_rooms``.
 
-    Entrances lead to a node "outside" where ``outside`` is True; they are left out by default, because a way through
-    the garden would count as a way from room to room.
+    With ``outside=True``, entrances lead to a node "outside". By default they are left out, because a path through the
+    garden would count as a path between rooms.
     """
     import networkx as nx
 

@@ -1,4 +1,4 @@
-"""What a disc robot of a given radius can reach."""
+"""Measure which areas a disc robot of a given radius can reach."""
 
 from __future__ import annotations
 
@@ -16,18 +16,20 @@ if TYPE_CHECKING:
 
 
 def navigability(space: PlanData | Polygon | MultiPolygon, radii: Sequence[float] = RADII_M) -> Reach:
-    """Measure what a disc robot can reach, for each radius (metres; the keys have two decimals).
+    """Measure the areas that a disc robot can reach, for each radius in metres.
 
-    1. The disc's centre can stand on the free space eroded by the radius; its connected pieces are counted, specks
-       under 0.1 m2 left out (here and in all that follows).
-    2. ``largest_share`` is the biggest piece's share of the pieces' area, 0.0 where there is none.
-    3. ``narrowest`` is the width of the bottleneck of the biggest piece, metres: erode it further until it falls into
-       two pieces; twice the radius at which it does is the narrowest place that must be passed to get between any two
-       of its places. A piece that never falls apart has no passage; its narrowest is the widest disc that fits.
-       A place counts where it outlives the split by up to 0.05 m of radius.
+    The result maps each radius, as text with two decimals (``"0.20"``), to three figures:
 
-    Walls are straightened by at most 0.01 m first and ``narrowest`` is given to 0.01 m; a disc that is wider or
-    narrower than a passage by more than 0.02 m is judged as exact geometry judges it.
+    1. ``components``: the centre of the disc can be in the free space eroded by the radius. This is the number of its
+       connected pieces; pieces under 0.1 m2 are ignored, here and below.
+    2. ``largest_share`` is the largest piece's share of the area of all pieces, 0.0 if there is none.
+    3. ``narrowest`` is the width of the bottleneck of the largest piece, metres. The piece is eroded further until it
+       splits in two; twice the radius at which it does is the narrowest place between any two of its points. If it
+       never splits, there is no passage, and ``narrowest`` is the diameter of the widest disc that fits. A part counts
+       if it outlasts the split by up to 0.05 m of radius.
+
+    Walls are first straightened by at most 0.01 m, and ``narrowest`` is rounded to 0.01 m. The result agrees with exact
+    geometry for a disc that is wider or narrower than a passage by more than 0.02 m.
 
     Raises
     ------
@@ -37,7 +39,7 @@ def navigability(space: PlanData | Polygon | MultiPolygon, radii: Sequence[float
     if odd := [radius for radius in radii if not 0 <= radius < math.inf]:
         raise PlanError(f"expected radii of 0 m or more, found {odd[0]!r}", "navigability")
     standing = Standing(straightened(space.free_space if isinstance(space, PlanData) else space))
-    said = cache(Navigability)  # most radii say the same of a plan
+    said = cache(Navigability)  # most radii of a plan have the same figures
     found = {}
     for radius in radii:
         pieces = standing.pieces(radius)
@@ -47,12 +49,12 @@ def navigability(space: PlanData | Polygon | MultiPolygon, radii: Sequence[float
 
 
 def standing_pieces(space: Polygon | MultiPolygon, radius_m: float) -> list[Polygon]:
-    """Return the pieces in which the centre of a disc can stand, the biggest first; specks under 0.1 m2 left out."""
+    """Return the areas in which the centre of a disc can be, the largest first, without those under 0.1 m2."""
     return eroded(straightened(space), radius_m)
 
 
 def _largest_share(pieces: Sequence[Piece]) -> float:
-    """Return the biggest piece's share of the area; it comes first."""
+    """Return the share of the largest piece, which comes first, in the area of all."""
     if len(pieces) <= 1:
         return float(len(pieces))
     return round(float(pieces[0].polygon.area / sum(piece.polygon.area for piece in pieces)), 4)

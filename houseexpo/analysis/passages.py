@@ -1,8 +1,8 @@
-r"""Passages: the places of a free space where two walls are nearest to each other, and how wide they are.
+r"""Find the passages of a free space, where two walls are closest to each other, and their widths.
 
 ::
 
-    ======A                          A, B  corners that jut into the space
+    ======A                          A, B  corners that project into the space
     wall  |\
     ======A-B===                     A-B   a passage from corner to corner
           :  wall
@@ -21,18 +21,18 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
-_SAME_M: Final = 1e-6  # lengths that differ by less are the same; walls that are parallel are so up to rounding
+_SAME_M: Final = 1e-6  # lengths that differ by less are equal; walls are parallel up to rounding
 
 
 class Passages(NamedTuple):
-    """``radius`` (k,), metres, ascending: that of the widest disc that gets through; ``middle`` (k, 2), metres."""
+    """Passages, sorted: ``radius`` (k,) of the widest disc that fits through, and ``middle`` (k, 2), both in metres."""
 
     radius: Floats
     middle: Floats
 
 
 class _Edges(NamedTuple):
-    """Edges with the free space on their left: start (n, 2), length (n,), unit vector (n, 2), the edge before (n,)."""
+    """Edges with the free space on their left: start (n, 2), length (n,), unit vector (n, 2), previous edge (n,)."""
 
     start: Floats
     length: Floats
@@ -43,14 +43,14 @@ class _Edges(NamedTuple):
 def find_passages(space: Polygon | MultiPolygon, widest_m: float = np.inf) -> Passages:
     """Find the passages of a valid shape (metres, no vertex repeated), up to a width.
 
-    A disc that grows fills a space until two walls stop it from opposite sides: only there can the places where its
-    centre stands fall apart. So each passage ends
+    The area in which the centre of a growing disc can be splits only where two walls touch the disc on opposite sides.
+    Each passage therefore
 
-    P1  at a corner that juts into the space, in the sector between the perpendiculars to its two walls,
-    P2  and opposite at another such corner, or at the foot of the perpendicular to a wall,
-    P3  and no wall reaches into the disc that has the passage as its diameter.
+    P1  starts at a corner that projects into the space, in the sector between the perpendiculars to its two walls,
+    P2  ends at another such corner, or at the foot of the perpendicular to a wall,
+    P3  and is the diameter of a disc that no wall reaches into.
 
-    Whether the space falls apart when a passage closes is another question: there may be another way round.
+    The area need not split when a passage closes, since there may be another way around.
     """
     import shapely
 
@@ -72,7 +72,7 @@ def _edges(space: Polygon | MultiPolygon) -> _Edges:
 
     rings = shapely.get_rings(shapely.get_parts(shapely.orient_polygons(space)))
     points, ring = shapely.get_coordinates(rings, return_index=True)
-    real = ring[1:] == ring[:-1]  # the others would lead from ring to ring
+    real = ring[1:] == ring[:-1]  # other pairs would lead from ring to ring
     along, start = (points[1:] - points[:-1])[real], points[:-1][real]
     last = np.cumsum(np.bincount(ring) - 1) - 1
     before = np.arange(-1, len(start) - 1)
@@ -82,7 +82,7 @@ def _edges(space: Polygon | MultiPolygon) -> _Edges:
 
 
 def _to_corners(corner: Floats, leaving: Floats, back: Floats, widest_m: float) -> tuple[Floats, Floats]:
-    """Radii and middles from corner to corner; ``leaving`` and ``back`` are the directions of a corner's two walls."""
+    """Return radii and middles from corner to corner; ``leaving`` and ``back`` are the directions of its walls."""
     ahead = leaving @ corner.T < (_dot(leaving, corner) + _SAME_M)[:, None]
     ahead &= back @ corner.T < (_dot(back, corner) + _SAME_M)[:, None]
     one, other = np.nonzero(ahead & ahead.T)  # P1 at either end
@@ -94,7 +94,7 @@ def _to_corners(corner: Floats, leaving: Floats, back: Floats, widest_m: float) 
 
 
 def _to_walls(corner: Floats, leaving: Floats, back: Floats, edges: _Edges, widest_m: float) -> tuple[Floats, Floats]:
-    """Radii and middles from a corner to the foot of a perpendicular."""
+    """Return radii and middles of passages from a corner to the foot of a perpendicular."""
     start, length, unit, _ = edges
     left = np.stack([-unit[:, 1], unit[:, 0]])
     away = corner @ left - _dot(start, left.T)

@@ -1,7 +1,8 @@
-"""When two plans are the same house: pixel difference under the symmetries of the square, and a quick bound of it.
+"""Decide whether two plans are the same house, by their pixel difference under symmetries and a fast bound of it.
 
-The difference of two masks A and B is |A xor B| / max(|A|, |B|), the least over the eight symmetries and over the
-positions in which the crops meet at one end of each axis or the other, shifted by up to two cells.
+The difference of two masks A and B is |A xor B| / max(|A|, |B|). It is minimised over the eight symmetries of the
+square, and over positions in which the cropped masks are aligned at either end of each axis, shifted by up to two
+cells.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ SYMMETRIES: Final[Mapping[str, tuple[bool, bool, bool]]] = {
 }
 
 SHIFT_PX: Final = 2
-"""How far from meeting two crops may lie."""
+"""The largest shift of two cropped masks from being aligned, in cells."""
 
 _EPS: Final = 1e-4
 _BINS: Final = 64
@@ -43,14 +44,14 @@ _BIN_PX: Final = 8
 
 
 class Match(NamedTuple):
-    """How well two masks agree, and the symmetry that takes the second onto the first."""
+    """The difference of two masks, and the symmetry that maps the second onto the first."""
 
     difference: float
     symmetry: str
 
 
 class Duplicate(NamedTuple):
-    """A plan that repeats one that is kept; ``symmetry`` takes it onto the kept one."""
+    """A plan that is a duplicate of one that is kept; ``symmetry`` maps it onto the kept one."""
 
     id: str
     kept_id: str
@@ -59,10 +60,10 @@ class Duplicate(NamedTuple):
 
 
 def comparison_mask(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) -> Mask:
-    """Rasterise a plan or polygon so that shifting, turning or mirroring it does the same to its mask; cropped.
+    """Rasterise a plan or polygon so that rotating or mirroring it does the same to its mask, which is cropped.
 
-    The grid is centred on the bounds, has an even number of cells each way and is finer than asked for by 1 in 10,000:
-    then no wall on the 1 cm grid runs through cells' centres, where one side would have to be preferred.
+    The grid is centred on the bounds, has an even number of cells on each axis and is finer than requested by 1 in
+    10,000. Therefore no wall on the 1 cm grid runs through cell centres, where one side would have to be preferred.
     """
     space = compared_space(space)
     frame = comparison_frame(space, pixels_per_metre)
@@ -72,7 +73,7 @@ def comparison_mask(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) ->
 
 
 def compared_space(space: Space) -> Space:
-    """Return what of a plan is compared: furniture makes no other house, so what it stands on counts as free."""
+    """Return the area that is compared: the free space and that under furniture, which does not change the house."""
     return space.floor if isinstance(space, PlanData) and space.objects else space
 
 
@@ -87,7 +88,7 @@ def comparison_frame(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) -
 
 
 def crop(mask: Mask) -> Mask:
-    """Return the smallest part of the mask that holds all True cells; (0, 0) where there is none."""
+    """Return the smallest part of the mask with all True cells, of shape (0, 0) if there are none."""
     rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     if not len(rows):
         return np.zeros((0, 0), dtype=bool)
@@ -102,10 +103,10 @@ def transformed(mask: Mask, symmetry: str) -> Mask:
 
 
 def compare(one: Mask, other: Mask, limit: float = math.inf) -> Match | None:
-    """Return the exact difference of two cropped masks, or None where it exceeds ``limit``.
+    """Return the exact difference of two cropped masks, or None if it exceeds ``limit``.
 
-    Symmetric in its arguments (the symmetry returned is the inverse). Positions whose row or column sums alone differ
-    by more than the best one found are not looked at: they cannot be better.
+    Exchanging the masks gives the same difference and the inverse symmetry. Positions whose row or column sums alone
+    differ by more than the best difference so far are skipped.
     """
     sizes = int(one.sum()), int(other.sum())
     areas, larger = sum(sizes), max(sizes)
@@ -129,10 +130,10 @@ def compare(one: Mask, other: Mask, limit: float = math.inf) -> Match | None:
 
 
 def fingerprint(mask: Mask) -> npt.NDArray[np.int32]:
-    """Return numbers (1 + 2 * 64,) that the eight symmetries and shifts leave as they are.
+    """Return numbers (1 + 2 * 64,) that do not change under the eight symmetries and shifts.
 
-    The area, then the row sums and the column sums, each sorted and added up in bins of 8; the greater of the two
-    goes first. ``lower_bound`` says what they promise.
+    They are the area, the row sums and the column sums. The sums are sorted and added up in bins of 8; the greater of
+    the two profiles comes first. ``lower_bound`` derives a bound from them.
     """
     profiles = [_pooled(np.sort(mask.sum(axis=axis))[::-1]) for axis in (1, 0)]
     profiles.sort(key=lambda sums: sums.tolist(), reverse=True)
@@ -140,10 +141,10 @@ def fingerprint(mask: Mask) -> npt.NDArray[np.int32]:
 
 
 def lower_bound(print_: npt.NDArray[np.int32], prints: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
-    """Return the least |A xor B| in cells that a fingerprint and others (n, 129) allow, under any symmetry and shift.
+    """Return a lower bound of |A xor B|, in cells, of a fingerprint and others (n, 129), for any symmetry and shift.
 
-    It holds because sums differ by no more than what is summed does, and sorting, like binning, only brings two
-    profiles nearer to each other. So no pair is missed.
+    The bound holds because sums differ by no more than the masks do, and sorting and binning can only reduce the
+    difference of two profiles. Therefore no pair is missed.
     """
     area, rows, cols = print_[0], print_[1 : 1 + _BINS], print_[1 + _BINS :]
     rows_, cols_ = prints[:, 1 : 1 + _BINS], prints[:, 1 + _BINS :]
@@ -158,19 +159,19 @@ def find_duplicates(
     threshold: float = THRESHOLD,
     pixels_per_metre: float = PIXELS_PER_METRE,
 ) -> list[Duplicate]:
-    """Group plans that are the same house.
+    """Find plans that are the same house, up to rotations by 90 degrees and mirroring.
 
-    In the order of their ids, a plan whose difference from a kept one is at most ``threshold`` is a duplicate of the
-    first such; the others are kept.
+    Plans are taken in the order of their ids. A plan whose difference from a kept one is at most ``threshold`` is a
+    duplicate of the first such plan; otherwise it is kept.
 
     Parameters
     ----------
     shapes
         Plans, or masks by id.
     threshold
-        Largest difference of duplicates.
+        Largest difference of duplicates, as a share of the larger plan's area (0 to 1).
     pixels_per_metre
-        Resolution at which plans are compared.
+        Resolution of the comparison.
 
     Returns
     -------
@@ -179,7 +180,7 @@ def find_duplicates(
     spaces: Mapping[str, Mask | PlanData] = shapes if isinstance(shapes, Mapping) else {p.id: p for p in shapes}
     ids = sorted(spaces)
 
-    @lru_cache(maxsize=1024)  # plans are rasterised again where candidates turn up: 34,000 masks would take 3 GB
+    @lru_cache(maxsize=1024)  # candidates are rasterised again: 34,000 masks would take 3 GB
     def mask_of(i: int) -> Mask:
         space = spaces[ids[i]]
         return comparison_mask(space, pixels_per_metre) if isinstance(space, PlanData) else crop(space)
@@ -196,7 +197,7 @@ def find_duplicates(
 
 
 def candidates(prints: list[npt.NDArray[np.int32]], threshold: float) -> Iterator[tuple[int, list[int]]]:
-    """Yield each index with the earlier ones that their fingerprints cannot rule out, in order."""
+    """Yield each index with the earlier ones, in order, that the fingerprints cannot rule out as duplicates."""
     if not prints:
         return
     table = np.stack(prints)
@@ -228,7 +229,7 @@ def _pooled(profile: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
 
 
 def _offsets(sums: npt.NDArray[np.int64], sums_: npt.NDArray[np.int64], areas: int) -> list[tuple[int, int]]:
-    """Return where the second profile may lie on the first, each with the least difference that the sums allow."""
+    """Return the possible offsets of the second profile on the first, each with a lower bound of the difference."""
     size, size_ = len(sums), len(sums_)
     ends = sorted({end + by for end in (0, size - size_) for by in range(-SHIFT_PX, SHIFT_PX + 1)}, key=abs)
     common = [int(np.minimum(_from(sums, at, size_), _from(sums_, -at, size)).sum()) for at in ends]
@@ -236,10 +237,10 @@ def _offsets(sums: npt.NDArray[np.int64], sums_: npt.NDArray[np.int64], areas: i
 
 
 def _from(values: npt.NDArray[np.int64], start: int, length: int) -> npt.NDArray[np.int64]:
-    """Return the part of ``values`` that something of this length, laid at ``start``, covers."""
+    """Return the part of ``values`` that an array of this length covers if it begins at ``start``."""
     return values[max(start, 0) : max(start + length, 0)]
 
 
 def _window(mask: Mask, down: int, right: int, shape: tuple[int, ...]) -> Mask:
-    """Return the part of ``mask`` that a mask of this shape, laid at (down, right), covers."""
+    """Return the part of ``mask`` that a mask of this shape covers if it is placed at (down, right)."""
     return mask[max(down, 0) : max(down + shape[0], 0), max(right, 0) : max(right + shape[1], 0)]

@@ -1,4 +1,4 @@
-"""Where the centre of a disc can stand, at any radius, and at which radius that falls apart."""
+"""The areas in which the centre of a disc can be, for any radius, and the radius at which such an area splits."""
 
 from __future__ import annotations
 
@@ -13,27 +13,28 @@ if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
 SPECK_M2: Final = 0.1
-"""A piece smaller than this is no place: neither counted nor measured."""
+"""Smaller pieces, in m2, are neither counted nor measured."""
 
-_JAG_M: Final = 0.01  # stair-steps of published rings; without them a buffer costs a twentieth
-_STEP_M: Final = 0.05  # radii between which a split is looked for
-_EXACT_M: Final = 0.0025  # and to which it is narrowed down: half a centimetre of width
-_ROUND: Final = 0.01  # a buffer's arcs are polygons: it may find a passage wider by half this share
-_COMMON_M: Final = 1.2  # most spaces fall apart at a passage of less; the others' wider ones are found when asked for
+_JAG_M: Final = 0.01  # steps of published rings; without them, buffering takes a twentieth of the time
+_STEP_M: Final = 0.05  # step of radii in the search for a split
+_EXACT_M: Final = 0.0025  # precision of the split's radius: half a centimetre of width
+_ROUND: Final = 0.01  # arcs of a buffer are polygons, so that a passage may appear wider by half this share
+_COMMON_M: Final = 1.2  # most spaces split at a narrower passage; wider ones of the others are found on request
 _SPECK_RADIUS_M: Final = (SPECK_M2 / np.pi) ** 0.5
 
 
 class Piece(NamedTuple):
-    """A connected place, eroded by ``radius`` already; 0.0 where it need not be, since nothing of it falls apart."""
+    """A connected piece, already eroded by ``radius``, which is 0.0 if the piece need not be eroded as it is whole."""
 
     polygon: Polygon
     radius: float
 
 
 class Standing:
-    """The pieces of a free space; radii share what they find, since most have the same bottleneck.
+    """The pieces of a free space for any radius. Radii share results, since most have the same bottleneck.
 
-    Erosions are what costs. Between passages (``analysis.passages``) nothing falls apart, so most are left out.
+    Erosions take most of the time. Between the widths of passages (``analysis.passages``) no piece splits, so that most
+    erosions can be skipped.
     """
 
     def __init__(self, shape: Polygon | MultiPolygon) -> None:
@@ -43,13 +44,13 @@ class Standing:
         self._known: list[tuple[float, float, Polygon]] = []  # (from radius, split at radius, the piece at from)
 
     def pieces(self, radius: float) -> list[Piece]:
-        """Return the pieces at this radius, metres, the biggest first."""
+        """Return the pieces at this radius (metres), the largest first."""
         if radius < self._whole_to:
             return [Piece(self._shape, 0.0)]
         return [Piece(polygon, radius) for polygon in self._erode(radius)]
 
     def width(self, piece: Piece, radius: float) -> float:
-        """Twice the radius at which a piece of this radius falls apart; where it never does, the widest disc's."""
+        """Return twice the radius at which the piece splits, or the diameter of the widest disc if it never does."""
         for start, split, whole in self._known:
             if start <= radius < split and (whole is piece.polygon or _holds(whole, piece.polygon)):
                 return 2.0 * split
@@ -59,7 +60,7 @@ class Standing:
 
     @cached_property
     def _whole_to(self) -> float:
-        """Up to this radius, metres, the space is in one piece for certain, and no speck."""
+        """Return a radius, metres, up to which the space is certainly one piece that is large enough to count."""
         import shapely
 
         if self._shape.geom_type != "Polygon":
@@ -88,7 +89,7 @@ class Standing:
             low = high
 
     def _through(self, piece: Piece, radius: float) -> Floats:
-        """Return the radii of the passages of a piece, ascending; it may end right at one that is just as wide."""
+        """Return the radii of the passages of a piece, ascending; the piece may end at one that is equally wide."""
         import shapely
 
         middles = shapely.points(self._passages.middle)
@@ -96,7 +97,7 @@ class Standing:
         return np.asarray(self._passages.radius[inside])
 
     def _narrowed(self, piece: Piece, passages: Floats, low: float, high: float) -> float:
-        """Find the split between two radii: one of the passages (ascending) closes there."""
+        """Return the radius, between two radii, at which the piece splits because one of its passages closes."""
         while high - low > _EXACT_M:
             between = passages[(passages > low) & (passages < high)]
             first, last = (between[0], between[-1]) if between.size else (low, high)
@@ -117,8 +118,8 @@ class Standing:
 
 
 def straightened(shape: Polygon | MultiPolygon) -> Polygon | MultiPolygon:
-    """Return the shape with walls straightened by at most 0.01 m, valid, its parts and holes all there."""
-    quick = shape.simplify(_JAG_M, preserve_topology=False)  # seven times as quick, but may lose what is thin
+    """Return the shape with walls straightened by at most 0.01 m; it is valid and keeps all parts and holes."""
+    quick = shape.simplify(_JAG_M, preserve_topology=False)  # seven times faster, but may lose thin parts
     if shape.geom_type != "Polygon" or quick.geom_type != "Polygon" or quick.is_empty:
         return shape.simplify(_JAG_M)
     alike = len(shape.interiors) == len(quick.interiors) and abs(shape.area - quick.area) < _JAG_M * shape.length
@@ -126,11 +127,11 @@ def straightened(shape: Polygon | MultiPolygon) -> Polygon | MultiPolygon:
 
 
 def eroded(shape: Polygon | MultiPolygon, radius: float) -> list[Polygon]:
-    """Return the pieces in which the centre of a disc can stand, the biggest first; specks under 0.1 m2 left out."""
+    """Return the areas in which the centre of a disc can be, the largest first, without those under 0.1 m2."""
     import shapely
 
     found = shapely.buffer(shape, -radius, quad_segs=8)
-    if found.geom_type == "Polygon":  # mostly; quicker than what follows
+    if found.geom_type == "Polygon":  # the common case, faster than what follows
         return [found] if found.area >= SPECK_M2 else []
     parts = shapely.get_parts(found)
     areas = shapely.area(parts)
@@ -138,5 +139,5 @@ def eroded(shape: Polygon | MultiPolygon, radius: float) -> list[Polygon]:
 
 
 def _holds(whole: Polygon, part: Polygon) -> bool:
-    """Whether what is left of a piece at a greater radius belongs to it."""
+    """Return whether a piece at a greater radius is part of ``whole``."""
     return bool(whole.covers(part.representative_point()))

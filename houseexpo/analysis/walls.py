@@ -10,14 +10,14 @@ from houseexpo.errors import ConfigError
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
-_MITRE: Final = 2.0  # a right angle keeps its corner, a needle's point does not fly off
+_MITRE: Final = 2.0  # right angles keep their corner, acute ones do not extend far
 _SPECK_M2: Final = 1e-6
 
 
 def walls_around(space: Polygon | MultiPolygon, thickness_m: float) -> tuple[Polygon, ...]:
-    """Return what lies within ``thickness_m`` of the free space and is not free.
+    """Return the walls: the area within ``thickness_m`` metres of the free space that is not free.
 
-    What the free space encloses (pillars, blocks of walls) is wall whole, however thick it is.
+    Areas that the free space encloses (pillars, blocks of walls) are walls as a whole, however thick they are.
 
     Returns
     -------
@@ -26,7 +26,7 @@ def walls_around(space: Polygon | MultiPolygon, thickness_m: float) -> tuple[Pol
     Raises
     ------
     ConfigError
-        Where the thickness is no positive number.
+        The thickness is not a positive number.
     """
     import shapely
 

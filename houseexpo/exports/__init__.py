@@ -1,8 +1,8 @@
-r"""Plans for other programs: one function a format, and ``export``, which writes any of them.
+r"""Export plans for other programs: one function for each format, and ``export``, which writes any of them.
 
-Formats to be looked at or driven in show the house as seen from above, x right and y up, mirrored plans put right;
-``npz`` and ``json`` keep the plan's own axes. ``orientation="world"`` or ``"plan"`` chooses the other
-(``houseexpo.exports.orientation`` holds the one transform).
+Formats for viewers and simulators show the house as seen from above, x right and y up; mirrored plans are mirrored
+back. ``npz`` and ``json`` keep the plan's own axes. The option ``orientation`` ("world" or "plan") changes this
+(``houseexpo.exports.orientation``).
 
 Examples
 --------

@@ -1,4 +1,4 @@
-"""COCO: pictures of plans, rooms and doors as instances."""
+"""COCO: pictures of plans, with rooms and doors as instances."""
 
 from __future__ import annotations
 
@@ -34,13 +34,14 @@ def coco(
 ) -> Iterator[tuple[str, bytes]]:
     """Write ``images/<id>.png`` for each plan, and ``annotations.json`` last.
 
-    Pictures are 8 bits grey, 255 free, 0 not, the first row at the highest y; the house is shown as seen from above
-    (mirrored back where the plan is mirrored). ``resolution`` is metres a pixel; an image's ``origin`` is the
-    lower-left corner of its lower-left pixel in metres. Categories are the 25 labels, "Unlabelled", and the kinds of
-    doors.
+    Pictures are 8-bit grey, 255 for free space and 0 elsewhere, with the first row at the highest y. The house is shown
+    as seen from above (mirrored plans are mirrored back). ``resolution`` is in metres per pixel. The ``origin`` of an
+    image is the lower-left corner of its lower-left pixel in metres. Categories are the 25 labels, "Unlabelled", and
+    the kinds of doors.
 
-    Segmentations are polygons in pixels; a hole is joined to its outline by a slit of 1 cm, since COCO's polygons have
-    none. A plan without rooms (a published one) gives its label boxes, cut to the free space, ``source`` "box".
+    Segmentations are polygons in pixels. COCO's polygons cannot have holes, so that a hole is joined to its outline by
+    a slit of 1 cm. For a plan without rooms (a published one), the instances are its label boxes, clipped to the free
+    space, with ``source`` "box".
     """
     if not resolution > 0:
         raise ConfigError(f"export: expected a resolution of more than 0 m a pixel, found {resolution!r}")
@@ -100,6 +101,6 @@ def _instance(shape: BaseGeometry, label: str, frame: GridFrame) -> dict[str, An
 
 
 def _bounds(plan: FloorPlan) -> list[float]:
-    """Bounds of the free space and of all doors: entrances lie in the outer walls."""
+    """Return the bounds of the free space and of all doors, since entrances lie in the outer walls."""
     bounds: list[float] = shapely.total_bounds([plan.free_space, *(door.polygon for door in plan.doors)]).tolist()
     return bounds

@@ -1,4 +1,4 @@
-"""What the formats share: the files they make, and how a number is written."""
+"""Functions that the formats share: files as a mapping, and the formatting of numbers."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 Files: TypeAlias = dict[str, bytes]
-"""Name inside the folder asked for -> content."""
+"""The content of each file, by its name in the output folder."""
 
 
 def number(value: float) -> str:
-    """Write metres to a tenth of a millimetre, without zeros at the end.
+    """Return a number of metres as text to a tenth of a millimetre, without trailing zeros.
 
     Examples
     --------
@@ -26,17 +26,17 @@ def number(value: float) -> str:
 
 
 def numbers(*values: float) -> str:
-    """Write several, with blanks between."""
+    """Return several numbers as text, separated by spaces."""
     return " ".join(map(number, values))
 
 
 def as_json(value: Any) -> bytes:
-    """Write JSON in UTF-8 with a line end."""
+    """Return a value as JSON in UTF-8 with a final newline."""
     return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode() + b"\n"
 
 
 def image(pixels: npt.NDArray[np.uint8], kind: str) -> bytes:
-    """Write a picture (rows, cols) or (rows, cols, 3) as a file of that kind ("PNG", "PPM" for pgm)."""
+    """Return a picture (rows, cols) or (rows, cols, 3) as the bytes of an image file ("PNG", or "PPM" for pgm)."""
     from PIL import Image
 
     stream = io.BytesIO()

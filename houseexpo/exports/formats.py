@@ -1,4 +1,4 @@
-"""The formats by name, and the one function that writes them."""
+"""The formats by name, and the function that writes them."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from houseexpo.words import nearest
 
 @dataclass(frozen=True)
 class Format:
-    """One format: what it is in a few words, and the function that makes its files.
+    """One format: a short description, and the function that makes its files.
 
-    The function takes a plan; or, where ``indexed``, all of them, for a format with one index over all.
+    The function takes one plan or, if ``indexed``, all plans, for a format with a common index.
     """
 
     what: str
@@ -41,12 +41,12 @@ class Format:
 
     @property
     def options(self) -> tuple[str, ...]:
-        """Names of the options that the format takes."""
+        """The names of the format's options."""
         found = inspect.signature(self.function).parameters.values()
         return tuple(parameter.name for parameter in found if parameter.kind is parameter.KEYWORD_ONLY)
 
     def files(self, plans: Iterable[FloorPlan], **options: Any) -> Iterator[tuple[str, bytes]]:
-        """Make the files of some plans, one after the other: (name inside the folder, content)."""
+        """Yield the files of some plans one after the other: (name in the folder, content)."""
         if self.indexed:
             yield from self.function(plans, **options)
             return
@@ -88,30 +88,31 @@ def export(
     Parameters
     ----------
     plans
-        One or many; taken one at a time, so a generator over a data set stays small.
+        One plan or several. They are read one at a time, so that a generator over a data set needs little memory.
     to
-        A key of ``FORMATS`` or of ``ALIASES``.
+        The name of the format: a key of ``FORMATS`` or of ``ALIASES``.
     out
-        Folder, made where it is missing. It may not lie in the data set that the plans come from.
+        The output folder, created if it does not exist. It must not lie in the data set that the plans come from.
     refused
-        Is told of each plan that the format cannot hold, which is then left out; by default the first one ends it all.
+        A function that is called with the error of each plan that the format cannot represent; the plan is then left
+        out. By default, the first such error is raised.
     replace
-        Whether files of the same name are written over that ``export`` did not write, or that were changed since.
+        Whether to overwrite files that ``export`` did not write or that were changed since.
     sources
-        Files and folders that the plans come from, where ``plans`` is no ``Dataset``; nothing is written into them.
+        Files and folders that the plans come from, if ``plans`` is not a ``Dataset``; nothing is written into them.
     **options
-        Those of the format's function, such as ``resolution``, ``wall_thickness``, ``door_height``, ``orientation``.
+        Options of the format's function, such as ``resolution``, ``wall_thickness``, ``door_height``, ``orientation``.
 
     Returns
     -------
-    The files written.
+    The paths of the files that were written.
 
     Raises
     ------
     ConfigError
-        No such format, no such option of it, ``out`` lies in what is read, or a file is not to be written over.
+        There is no such format or option, ``out`` lies in the input, or an existing file must not be overwritten.
     PlanError
-        A plan that the format cannot hold, or two of one id; what was written before is whole.
+        The format cannot represent a plan, or two plans have the same id; files written before are complete.
     """
     chosen = FORMATS.get(ALIASES.get(to, to))
     if chosen is None:
@@ -140,7 +141,7 @@ def export(
 def _held(
     chosen: Format, plans: Iterable[FloorPlan], refused: Callable[[PlanError], object], options: dict[str, Any]
 ) -> Iterator[tuple[str, bytes]]:
-    """Make the files of the plans that the format can hold."""
+    """Yield the files of the plans that the format can represent."""
     for plan in plans:
         try:
             files = chosen.function(plan, **options)
@@ -151,7 +152,7 @@ def _held(
 
 
 def _distinct(plans: Iterable[FloorPlan]) -> Iterator[FloorPlan]:
-    """Refuse two plans of one id: the second would replace the first one's files."""
+    """Yield the plans; raise an error if two have the same id, since the second would replace the first one's files."""
     seen: set[str] = set()
     for plan in plans:
         if plan.id in seen:

@@ -16,20 +16,20 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 _METRES: Final = 'LOCAL_CS["floor plan",UNIT["metre",1],AXIS["x",EAST],AXIS["y",NORTH]]'
-"""Coordinates that lie nowhere on Earth, in words that GDAL 2 and later read."""
+"""A coordinate system that is not on Earth, in a form that GDAL 2 and later read."""
 
 
 def geojson(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientation: Orientation = "world") -> Files:
-    """Write ``<id>.geojson``: one FeatureCollection; ``properties.kind`` tells what a feature is.
+    """Write ``<id>.geojson``: one FeatureCollection, in which ``properties.kind`` is the kind of a feature.
 
-    ``free_space`` (one), ``wall``, ``room`` (``room``: its id, ``label``, ``source_labels``, ``area``), ``door``
-    (``door``: its id, ``door_kind``, ``width``, ``rooms``), ``object`` (``object``: its id, ``label``, ``room``,
-    ``height``), ``label_box`` (as published: they reach into walls).
+    Kinds are ``free_space`` (one), ``wall``, ``room`` (``room``: its id, ``label``, ``source_labels``, ``area``),
+    ``door`` (``door``: its id, ``door_kind``, ``width``, ``rooms``), ``object`` (``object``: its id, ``label``,
+    ``room``, ``height``), and ``label_box`` (as published; these boxes extend into walls).
 
-    Coordinates are metres, the plan's x and y (mirrored back where the plan is mirrored), not degrees. ``crs`` says so
-    to GDAL, GeoPandas and QGIS, which take a collection without one, or with null, for longitudes and latitudes. The
-    collection's ``properties`` hold the plan's id, its ``quality`` (the score and its ``grounds``, or null) and the
-    matrix ``world_from_plan``. Rings follow the right-hand rule.
+    Coordinates are the plan's x and y in metres (mirrored plans are mirrored back), not degrees. ``crs`` declares this
+    to GDAL, GeoPandas and QGIS, which otherwise interpret coordinates as longitudes and latitudes. The collection's
+    ``properties`` are the plan's id, its ``quality`` (the score and its ``grounds``, or null) and the matrix
+    ``world_from_plan``. Rings follow the right-hand rule.
     """
     turned = oriented(plan, orientation)
     collection = {

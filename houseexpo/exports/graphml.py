@@ -11,17 +11,18 @@ from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.floorplan import FloorPlan
 
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that XML 1.0 cannot hold, escaped or not."""
+"""Characters that XML 1.0 cannot represent, escaped or not."""
 
 
 def graphml(plan: FloorPlan, *, orientation: Orientation = "world") -> Files:
     """Write ``<id>.graphml``, the graph of ``FloorPlan.graph``.
 
-    A node is a room: ``label``, ``area`` (m2), ``x`` and ``y`` (metres, a point well inside, mirrored back where the
-    plan is mirrored). An edge is a door: ``kind``, ``width`` (m), ``distance`` (m, walked from room to room). Of the
-    graph: ``id``, ``area`` (m2, the free space).
+    A node is a room with ``label``, ``area`` (m2), ``x`` and ``y`` (metres, a point well inside the room; mirrored
+    plans are mirrored back). An edge is a door with ``kind``, ``width`` (m) and ``distance`` (m, the walking distance
+    between the rooms). The graph has ``id`` and ``area`` (m2, the free space).
 
-    A plan without rooms (a published one) gives its label boxes as nodes, with ``source`` "box", and no edges.
+    For a plan without rooms (a published one), the nodes are its label boxes, with ``source`` "box", and there are no
+    edges.
     """
     import networkx as nx
 

@@ -13,10 +13,10 @@ from houseexpo.plan import Ring
 
 
 def irsim(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientation: Orientation = "world") -> Files:
-    """Write ``<id>.irsim.yaml``: metres, the plan's x and y (mirrored back where the plan is mirrored).
+    """Write ``<id>.irsim.yaml``, in the plan's x and y in metres (mirrored plans are mirrored back).
 
-    Obstacles are convex, as IR-SIM's planners want them. One robot with a lidar stands at the widest place; its goal is
-    the farthest that it reaches.
+    Obstacles are convex, as IR-SIM's planners require. One robot with a lidar starts at the widest place; its goal is a
+    far place that it can reach.
     """
     built = solid(plan, wall_thickness=wall_thickness, orientation=orientation)
     x1, y1, x2, y2 = built.bounds

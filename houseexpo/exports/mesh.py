@@ -1,4 +1,4 @@
-"""A house to walk through: walls, lintels and floor as closed meshes, in glTF (GLB) and OBJ."""
+"""Export a house as closed meshes of walls, lintels and floor, in glTF (GLB) and OBJ."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ def glb(
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
 ) -> Files:
-    """Write ``<id>.glb`` (binary glTF 2.0): y up, metres, world (x, y, z) as (X, Y, Z) = (x, z, -y).
+    """Write ``<id>.glb`` (binary glTF 2.0) in metres with y up: world (x, y, z) becomes (X, Y, Z) = (x, z, -y).
 
-    x and y are the plan's (mirrored back where the plan is mirrored), z the height above the floor. Two nodes,
-    ``walls`` (doors are gaps under lintels) and ``floor``, and ``furniture`` where there is some, each a closed body.
+    World x and y are the plan's (mirrored plans are mirrored back), and z is the height above the floor. The nodes are
+    ``walls`` (with doors as gaps under lintels), ``floor`` and, if there is any, ``furniture``; each is a closed body.
     Options are those of ``houseexpo.exports.solid.solid``.
     """
     built = solid(
@@ -57,7 +57,7 @@ def obj(
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
 ) -> Files:
-    """Write ``<id>.obj``; axes, bodies and options as in ``glb``, without colours."""
+    """Write ``<id>.obj`` with the axes, bodies and options of ``glb``, without colours."""
     from trimesh.exchange.obj import export_obj
 
     built = solid(
@@ -91,7 +91,7 @@ def _scene(built: Solid) -> trimesh.Scene:
 
 
 def _walls(built: Solid) -> Manifold:
-    """Two storeys: walls up to the doors' heads, walls and lintels above."""
+    """Return the walls: one part up to the height of doors, and one with lintels above."""
     above = shapely.union_all([*built.walls, *built.lintels])
     if not built.lintels:
         return _extruded(above, built.wall_height)
@@ -100,7 +100,7 @@ def _walls(built: Solid) -> Manifold:
 
 
 def _floor(built: Solid) -> Manifold:
-    """The slab under rooms and walls, its top at height 0."""
+    """Return the slab under rooms and walls, with its top at height 0."""
     slab = shapely.union_all([built.space, *built.walls])
     return _extruded(slab, FLOOR_M).translate((0, 0, -FLOOR_M))
 

@@ -17,12 +17,12 @@ RESOLUTION_M = 0.04
 
 
 def npz(plan: FloorPlan, *, resolution: float = RESOLUTION_M, orientation: Orientation = "plan") -> Files:
-    """Write ``<id>.npz``, all grids (rows, cols) of one frame, row 0 at the lowest y, as ``FloorPlan.grid`` has it.
+    """Write ``<id>.npz``: grids (rows, cols) on the same cells, row 0 at the lowest y as in ``FloorPlan.grid``.
 
-    - ``occupancy`` uint8, 0 free, 1 not; ``distance`` float32, metres to the nearest wall;
-    - ``rooms``, ``doors`` int32, ids, -1 elsewhere; ``room_ids``, ``room_labels``: whose;
-    - ``origin`` (2,) metres, the corner of cell (0, 0) with the lowest x and y; ``resolution`` metres a cell;
-    - ``world_from_plan`` (2, 3): the plan is kept in its own axes unless ``orientation`` is "world".
+    - ``occupancy``: uint8, 0 for free cells, 1 for others; ``distance``: float32, metres to the nearest wall;
+    - ``rooms``, ``doors``: int32, ids, -1 elsewhere; ``room_ids``, ``room_labels``: the labels of these rooms;
+    - ``origin``: (2,) metres, the corner of cell (0, 0) with the lowest x and y; ``resolution``: metres per cell;
+    - ``world_from_plan``: (2, 3); the plan keeps its own axes unless ``orientation`` is "world".
     """
     if not resolution > 0:
         raise ConfigError(f"export: expected a resolution of more than 0 m a cell, found {resolution!r}")

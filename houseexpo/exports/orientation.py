@@ -1,11 +1,11 @@
-"""From a plan's axes to those of a right-handed world seen from above: the only file that knows who is mirrored.
+"""Transform a plan's axes to those of a right-handed world seen from above. Only this file handles mirrored plans.
 
-A plan that keeps x = X, y = Z of a y-up source (SUNCG, hence every published plan) shows the house mirrored. Where an
-export is looked at or driven in, the one transform here undoes that::
+A plan that keeps x = X, y = Z of a y-up source (SUNCG, and therefore every published plan) shows the house mirrored.
+Exports for viewers and simulators undo that with this transform::
 
     (x, y)  ->  (x, y_min + y_max - y)
 
-It keeps the plan's bounds; all other plans pass unchanged.
+It preserves the plan's bounds. All other plans are unchanged.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from houseexpo.plan import Box, Frame, Ring
 Orientation: TypeAlias = Literal["world", "plan"]
 Matrix: TypeAlias = tuple[tuple[float, float, float], tuple[float, float, float]]
 
-_DIGITS = 9  # what the sum adds to a coordinate on the 1 cm grid is cut off here
+_DIGITS = 9  # removes the rounding error of the sum from coordinates on the 1 cm grid
 
 
 def is_mirrored(plan: FloorPlan) -> bool:
-    """Whether x right and y up show the house mirrored, seen from above; a plan without a frame is a published one."""
+    """Return whether the plan shows the house mirrored; a plan without a frame is a published one, which does."""
     if plan.frame is None:
         return True
     (a, b, _), (c, d, _) = plan.frame.matrix
@@ -35,12 +35,12 @@ def is_mirrored(plan: FloorPlan) -> bool:
 
 
 def world_from_plan(plan: FloorPlan, orientation: Orientation = "world") -> Matrix:
-    """Return the matrix that takes plan metres (x, y, 1) to the export's metres.
+    """Return the matrix (2, 3) that maps plan metres (x, y, 1) to the export's metres.
 
     Parameters
     ----------
     plan
-        In its own axes.
+        A plan in its own axes.
     orientation
         "world": as seen from above in a right-handed world with z up; "plan": the plan's own axes.
     """
@@ -53,14 +53,14 @@ def world_from_plan(plan: FloorPlan, orientation: Orientation = "world") -> Matr
 
 
 def oriented(plan: FloorPlan, orientation: Orientation = "world") -> FloorPlan:
-    """Return the plan with ``world_from_plan`` applied to all that it holds, its frame included."""
+    """Return the plan with ``world_from_plan`` applied to everything in it, including its frame."""
     (_, _, _), (_, sign, shift) = world_from_plan(plan, orientation)
     if sign > 0:
         return plan
 
     def ring(points: Ring) -> Ring:
         flipped = np.column_stack([points[:, 0], np.round(shift - points[:, 1], _DIGITS)])
-        return flipped[::-1]  # mirroring turns a ring round; this turns it back
+        return flipped[::-1]  # mirroring reverses the direction of a ring; this restores it
 
     def point(x: float, y: float) -> tuple[float, float]:
         return x, round(shift - y, _DIGITS)
@@ -84,7 +84,7 @@ def oriented(plan: FloorPlan, orientation: Orientation = "world") -> FloorPlan:
 
 
 def _flipped(frame: Frame | None, shift: float) -> Frame | None:
-    """Return the frame of the flipped plan: it still leads to the same place in the source."""
+    """Return the frame of the flipped plan, which still maps to the same place in the source."""
     if frame is None:
         return None
     (a, b, tx), (c, d, ty) = frame.matrix

@@ -1,4 +1,4 @@
-"""A picture of the free space: white where a robot may be, black elsewhere."""
+"""A picture of the free space: white for free space, black elsewhere."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ RESOLUTION_M = 0.02
 
 
 def png(plan: FloorPlan, *, resolution: float = RESOLUTION_M, orientation: Orientation = "world") -> Files:
-    """Write ``<id>.png``: 8 bits grey, 255 free, 0 not; one pixel of margin, first row at the highest y.
+    """Write ``<id>.png``: 8-bit grey, 255 for free space and 0 elsewhere, with a margin of one pixel.
 
-    The house is shown as seen from above (mirrored back where the plan is mirrored); ``resolution`` is metres a pixel.
-    Pictures for people, with rooms and labels, are made by ``houseexpo.draw_plan``.
+    The first row is at the highest y. The house is shown as seen from above (mirrored plans are mirrored back).
+    ``resolution`` is in metres per pixel. For pictures with rooms and labels, use ``houseexpo.draw_plan``.
     """
     if not resolution > 0:
         raise ConfigError(f"export: expected a resolution of more than 0 m a pixel, found {resolution!r}")

@@ -1,4 +1,4 @@
-"""``.pol``: the free space as one polygon with holes, in the text format of the art gallery problem's instances."""
+"""``.pol``: the free space as one polygon with holes, in the text format of art gallery problem instances."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from houseexpo.exports.files import Files
 from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.floorplan import FloorPlan
 
-_DENOMINATOR = 10_000  # a tenth of a millimetre; the published centimetres come out exact
+_DENOMINATOR = 10_000  # a tenth of a millimetre; published coordinates, in centimetres, are exact
 
 
 def pol(plan: FloorPlan, *, orientation: Orientation = "world") -> Files:
-    """Write ``<id>.pol``: one line, every number a fraction, metres.
+    """Write ``<id>.pol``: one line with every coordinate as a fraction, in metres.
 
-    ``n x1 y1 ... xn yn`` is the outline, counter-clockwise; where there are holes their number follows, and each of
-    them in the same way, clockwise. x and y are the plan's (mirrored back where the plan is mirrored).
+    ``n x1 y1 ... xn yn`` is the outline, counter-clockwise. If there are holes, their number follows, and then each
+    hole in the same form, clockwise. x and y are the plan's (mirrored plans are mirrored back).
 
     Raises
     ------
     PlanError
-        The free space is in several pieces: the format holds one.
+        The free space has several pieces; the format can represent only one.
     """
     space = oriented(plan, orientation).free_space
     if space.geom_type != "Polygon":

@@ -1,4 +1,4 @@
-"""The published HouseExpo format: five keys, one ring."""
+"""The published HouseExpo format, with five keys and one ring."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from houseexpo.plan.json_codec import encode
 
 
 def published(plan: FloorPlan, *, holes: Literal["slit", "drop"] = "slit", orientation: Orientation = "plan") -> Files:
-    """Write ``<id>.json`` with the published keys alone, in the plan's own axes unless ``orientation`` is "world".
+    """Write ``<id>.json`` with only the published keys, in the plan's own axes unless ``orientation`` is "world".
 
-    A plan without holes keeps every value of ``verts``. The format knows no holes, and a reader would drive through
-    what stands free:
+    A plan without holes keeps every value of ``verts``. The format cannot represent holes, so that readers would not
+    see pillars and free-standing walls. ``holes`` chooses what to do:
 
     - "slit": each hole is joined to the outline by a wall of 1 cm (``houseexpo.exports.slits``);
     - "drop": pillars and free-standing walls are left out.
@@ -27,7 +27,7 @@ def published(plan: FloorPlan, *, holes: Literal["slit", "drop"] = "slit", orien
     Raises
     ------
     PlanError
-        Holes cannot be joined to one ring.
+        The outline and the holes cannot be joined to one ring.
     """
     if holes not in {"slit", "drop"}:
         raise ConfigError(f"holes: expected 'slit' or 'drop', found {holes!r}")
@@ -38,7 +38,7 @@ def published(plan: FloorPlan, *, holes: Literal["slit", "drop"] = "slit", orien
 
 
 def _one_ring(plan: FloorPlan) -> Ring:
-    """Return the free space's outline with its holes slit open, clockwise, (n, 2), unclosed."""
+    """Return the outline of the free space (n, 2), joined with its holes by slits, clockwise, not closed."""
     space = plan.free_space
     if space.geom_type != "Polygon":
         pieces = len(shapely.get_parts(space))

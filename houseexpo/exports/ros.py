@@ -1,4 +1,4 @@
-"""ROS map_server: a picture of the occupancy and its map.yaml."""
+"""ROS map_server: an occupancy picture and its map.yaml."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import fill
 
 RESOLUTION_M = 0.05
-FREE, WALL, UNKNOWN = 254, 0, 205  # what map_server's own map_saver writes
+FREE, WALL, UNKNOWN = 254, 0, 205  # the values that map_server's own map_saver writes
 
 
 def ros(
@@ -27,19 +27,19 @@ def ros(
     wall_thickness: float = WALL_THICKNESS_M,
     orientation: Orientation = "world",
 ) -> Files:
-    """Write ``<id>.pgm`` and ``<id>.yaml``.
+    """Write ``<id>.pgm`` and ``<id>.yaml`` for ROS map_server.
 
-    The picture's first row lies at the highest y; ``origin`` in the YAML is the lower-left corner of its lower-left
-    pixel, in metres of the plan's x and y (mirrored back where the plan is mirrored).
+    The picture's first row is at the highest y. ``origin`` in the YAML is the lower-left corner of the lower-left
+    pixel, in the plan's x and y in metres (mirrored plans are mirrored back).
 
     Parameters
     ----------
     plan
-        Rasterised by pixel centres: walls thinner than ``resolution`` may vanish.
+        The plan; it is rasterised by pixel centres, so that walls thinner than ``resolution`` may disappear.
     resolution
-        Metres a pixel.
+        Metres per pixel.
     wall_thickness
-        Of outer walls; at least a pixel. What lies beyond is unknown.
+        Thickness of the outer walls, metres, at least one pixel. The area beyond them is unknown.
     orientation
         See ``houseexpo.exports.orientation``.
     """
@@ -48,10 +48,10 @@ def ros(
 
 
 def map_files(name: str, pixels: npt.NDArray[np.uint8], resolution: float, origin_m: tuple[float, float]) -> Files:
-    """Write a picture (rows, cols) of FREE, WALL and UNKNOWN, highest y first, and its YAML."""
+    """Return the files of a picture (rows, cols) of FREE, WALL and UNKNOWN, highest y first, and its YAML."""
     x, y = origin_m
     lines = [
-        f"image: {json.dumps(name + '.pgm', ensure_ascii=False)}",  # JSON's strings are YAML's
+        f"image: {json.dumps(name + '.pgm', ensure_ascii=False)}",  # JSON strings are valid in YAML
         "mode: trinary",
         f"resolution: {float(resolution)!r}",
         f"origin: [{number(x)}, {number(y)}, 0.0]",
@@ -65,7 +65,7 @@ def map_files(name: str, pixels: npt.NDArray[np.uint8], resolution: float, origi
 def occupancy(
     plan: FloorPlan, resolution: float, wall_thickness: float, orientation: Orientation
 ) -> tuple[np.ndarray[tuple[int, int], np.dtype[np.uint8]], GridFrame]:
-    """Return the picture (rows, cols) of FREE, WALL and UNKNOWN, highest y first, and where it stands."""
+    """Return the picture (rows, cols) of FREE, WALL and UNKNOWN, highest y first, and its position."""
     if not resolution > 0:
         raise ConfigError(f"export: expected a resolution of more than 0 m a pixel, found {resolution!r}")
     turned = oriented(plan, orientation)

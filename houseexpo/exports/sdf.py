@@ -1,4 +1,4 @@
-"""Gazebo: a world in SDF, walls as boxes and prisms, doors as gaps under lintels."""
+"""Gazebo: a world in SDF, with walls as boxes and prisms, and doors as gaps under lintels."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from houseexpo.exports.trapezoids import trapezoids
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
 
-_VERSION = "1.6"  # read by Gazebo classic and by today's Gazebo
+_VERSION = "1.6"  # read by Gazebo classic and by current Gazebo
 _WALL, _LINTEL, _GROUND = "0.86 0.85 0.82 1", "0.78 0.72 0.62 1", "0.62 0.6 0.57 1"
 _FURNITURE = "0.66 0.53 0.4 1"
 
@@ -28,11 +28,11 @@ def sdf(
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
 ) -> Files:
-    """Write ``<id>.sdf``: z up, metres, the plan's x and y (mirrored back where the plan is mirrored).
+    """Write ``<id>.sdf`` in metres with z up and the plan's x and y (mirrored plans are mirrored back).
 
-    Everything is in the one file. The walls are one static model; each convex piece of a wall is a collision and a
-    visual: a box where it is a rectangle along the axes, else an extruded polyline. Furniture is a second model, each
-    piece as high as it is. Options are those of ``solid``.
+    Everything is in one file. The walls are one static model. Each convex piece of a wall has a collision and a visual:
+    a box if the piece is a rectangle along the axes, else an extruded polyline. Furniture is a second model, with the
+    height of each piece. Options are those of ``solid``.
     """
     built = solid(
         plan,
@@ -53,7 +53,7 @@ def sdf(
 
 
 class _Piece(NamedTuple):
-    """A convex ring from its foot to its top, metres."""
+    """A convex ring, extruded from ``foot`` to ``top``, metres."""
 
     name: str
     colour: str
@@ -80,7 +80,7 @@ def _furniture(built: Solid) -> Iterator[_Piece]:
 
 
 def _model(world: ET.Element, name: str, pieces: Iterator[_Piece]) -> None:
-    """Put pieces up as one static model."""
+    """Add pieces as one static model."""
     model = _child(world, "model", name=name)
     _child(model, "static", "true")
     link = _child(model, "link", name=name)
@@ -90,7 +90,7 @@ def _model(world: ET.Element, name: str, pieces: Iterator[_Piece]) -> None:
 
 
 def _stand(link: ET.Element, kind: str, piece: _Piece) -> None:
-    """Put a piece up as a collision or a visual."""
+    """Add a piece as a collision or a visual."""
     x1, y1, x2, y2 = shapely.Polygon(piece.ring).bounds
     square = {tuple(corner) for corner in piece.ring.tolist()} == {(x1, y1), (x2, y1), (x2, y2), (x1, y2)}
     part = _child(link, kind, name=f"{piece.name}_{kind}")

@@ -1,4 +1,4 @@
-"""From a polygon with holes to one ring: each hole is joined to the outline by a slit, a wall of 1 cm."""
+"""Convert a polygon with holes to one ring: each hole is joined to the outline by a slit, a wall of 1 cm."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ _AXES: Final = ((1, 0), (-1, 0), (0, 1), (0, -1))
 
 
 def without_holes(polygon: Polygon, avoid: Sequence[Polygon] = ()) -> Polygon:
-    """Join the holes of a polygon to its outline, each where the way is shortest.
+    """Join the holes of a polygon to its outline, each by the shortest slit.
 
-    S1  A slit is 0.01 m wide, runs along an axis from a corner of the hole to what it meets first (the outline or
-        another hole), and keeps to the 1 cm grid; so it closes no way but the one between those two walls, and what was
-        connected stays connected.
-    S2  Among the shortest, one that keeps out of ``avoid`` (doors) goes first.
+    S1  A slit is 0.01 m wide. It runs along an axis and on the 1 cm grid from a corner of the hole to the outline or
+        to another hole, whichever comes first. Therefore it closes only the path between these two walls, and the area
+        stays connected.
+    S2  Of equally short slits, one that does not cross ``avoid`` (doors) is preferred.
 
     Parameters
     ----------
     polygon
-        Metres, valid.
+        A valid polygon, metres.
     avoid
-        What slits should not cross where they need not.
+        Areas that slits should not cross if possible.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def without_holes(polygon: Polygon, avoid: Sequence[Polygon] = ()) -> Polygon:
     Raises
     ------
     PlanError
-        No slit leaves a simple ring.
+        No slit gives a simple ring.
     """
     while polygon.interiors:
         polygon = _one_less(polygon, avoid)
@@ -62,17 +62,17 @@ def _one_less(polygon: Polygon, avoid: Sequence[Polygon]) -> Polygon:
 
 
 def _slits(polygon: Polygon, hole: Polygon, avoid: Sequence[Polygon]) -> list[Any]:
-    """Return what strips along the axes from the hole's corners cover of the polygon, the best first."""
+    """Return possible slits, the best first: parts of the polygon in strips along an axis from the hole's corners."""
     corners = shapely.get_coordinates(hole)[:-1].round(_DIGITS)
     reach = float(np.hypot(*np.subtract(polygon.bounds[2:], polygon.bounds[:2])))
     strips = [_strip(corner, axis, side, reach) for corner in corners for axis in _AXES for side in (1, -1)]
     starts = shapely.points(np.repeat(corners, 2 * len(_AXES), axis=0))
     parts, origin = shapely.get_parts(shapely.intersection(strips, polygon), return_index=True)
-    # the piece of a strip that starts at its corner; what lies beyond the wall that it meets is another piece
+    # the piece of a strip that starts at its corner; beyond the first wall that it meets there is another piece
     near = (shapely.distance(parts, starts[origin]) < SLIT_M) & (shapely.get_dimensions(parts) == 2)
     parts = parts[near]
     doors = shapely.union_all(avoid) if avoid else shapely.Polygon()
-    # to a tenth of a millimetre: slits of one length keep the order of the corners, whatever the last bit says
+    # rounded to a tenth of a millimetre, so that slits of equal length keep the order of the corners
     keys = [np.round(shapely.area(parts), 6), shapely.intersects(parts, doors)]
     return [parts[i] for i in np.lexsort(keys)]
 

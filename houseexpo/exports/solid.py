@@ -1,4 +1,4 @@
-"""What stands in a plan, for the formats that build it: walls, lintels, and where a robot may start."""
+"""The bodies of a plan for 3D formats: walls and lintels, and a start and a goal for a robot."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ROBOT_RADIUS_M: Final = 0.2
 
 _UNDER_LINTELS: Final = frozenset({"door", "cut"})  # openings are gaps of full height, entrances are closed
 _JAG_M: Final = (
-    0.01  # published oblique walls are stairs of 1 cm; straight again, one is one piece and not five hundred
+    0.01  # oblique walls of published plans are steps of 1 cm; straightened, each is one piece instead of five hundred
 )
 _GRID_M: Final = 1e-4
 
@@ -34,11 +34,11 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A plan to be built: polygons in metres, x right and y up in the export's world, heights above the floor.
+    """The bodies of a plan: polygons in metres, x right and y up in the export's world, and heights above the floor.
 
-    ``space`` is the floor with walls straightened by at most 0.01 m; ``free`` is what ``furniture`` leaves of it.
-    ``walls`` stand around and in the floor, leave doors open and have no hollows (a courtyard that no door leads to is
-    filled: it is not free). ``lintels`` are the doors' areas, from ``door_height`` to ``wall_height``.
+    ``space`` is the floor, with walls straightened by at most 0.01 m, and ``free`` is ``space`` without ``furniture``.
+    ``walls`` are around and in the floor and leave doors open. They have no cavities: a courtyard without a door is
+    filled, since it is not free. ``lintels`` are the areas of doors, from ``door_height`` to ``wall_height``.
     """
 
     plan: FloorPlan
@@ -52,7 +52,7 @@ class Solid:
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """(x_min, y_min, x_max, y_max) of the walls, metres."""
+        """The bounds of the walls: (x_min, y_min, x_max, y_max), metres."""
         import shapely
 
         x1, y1, x2, y2 = shapely.total_bounds(self.walls).tolist()
@@ -67,16 +67,16 @@ def solid(
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
 ) -> Solid:
-    """Build a plan; ConfigError where a size makes no house.
+    """Return the bodies of a plan; raise ConfigError if a size is not possible.
 
     Parameters
     ----------
     plan
-        Without doors (a published one) it gets no lintels; its walls are the same.
+        The plan. Without doors (a published one), it has no lintels, but the same walls.
     wall_thickness
-        Of outer walls; walls between rooms are as thick as they are.
+        Thickness of outer walls, metres; walls between rooms keep their own thickness.
     wall_height, door_height
-        Metres above the floor; equal heights leave doors without lintels.
+        Metres above the floor; if they are equal, doors have no lintels.
     orientation
         See ``houseexpo.exports.orientation``.
     """
@@ -104,9 +104,9 @@ def solid(
 
 
 def start_and_goal(space: Polygon | MultiPolygon, radius_m: float = ROBOT_RADIUS_M) -> tuple[Point, Point]:
-    """Return the widest place of a free space and a far one that a disc of this radius reaches from there, metres.
+    """Return the widest place of a free space, and a far place that a disc of this radius can reach from it, metres.
 
-    In a space too narrow for the disc both are a point inside.
+    If the space is too narrow for the disc, both are the same point inside.
     """
     import shapely
 
@@ -122,7 +122,7 @@ def start_and_goal(space: Polygon | MultiPolygon, radius_m: float = ROBOT_RADIUS
 
 
 def _without_hollows(space: Polygon | MultiPolygon, walls: tuple[Polygon, ...]) -> Polygon | MultiPolygon:
-    """Return the walls as one shape, and with them what house and walls enclose."""
+    """Return the walls as one shape, together with the cavities that they enclose."""
     import shapely
 
     house = shapely.union_all([space, *walls])

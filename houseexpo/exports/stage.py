@@ -1,4 +1,4 @@
-"""Stage: a world file, walls as convex blocks."""
+"""Stage: a world file, with walls as convex blocks."""
 
 from __future__ import annotations
 
@@ -33,22 +33,22 @@ def stage(
     wall_height: float = WALL_HEIGHT_M,
     orientation: Orientation = "world",
 ) -> Files:
-    """Write ``<id>.world``: metres, the plan's x and y (mirrored back where the plan is mirrored).
+    """Write ``<id>.world``, in the plan's x and y in metres (mirrored plans are mirrored back).
 
-    Stage scales a model's blocks to the model's size and centres them on its pose; both are set so that blocks stand
-    where their points say. It draws blocks as convex polygons, so walls come in convex pieces. One robot with a laser
-    stands at the widest place. Options are those of ``houseexpo.exports.solid.solid``.
+    Stage scales a model's blocks to the model's size and centres them on its pose; both are set so that blocks keep
+    their coordinates. Stage draws blocks as convex polygons, so that walls are cut into convex pieces. One robot with a
+    laser starts at the widest place. Options are those of ``houseexpo.exports.solid.solid``.
     """
     built = solid(
         plan,
         wall_thickness=wall_thickness,
         wall_height=wall_height,
-        door_height=wall_height,  # no lintels: a robot in the plane would never meet one
+        door_height=wall_height,  # no lintels: a 2D robot would never meet one
         orientation=orientation,
     )
     x1, y1, x2, y2 = built.bounds
     (x, y), _ = start_and_goal(built.free)
-    side = ROBOT_RADIUS_M * math.sqrt(2)  # the square inside the disc
+    side = ROBOT_RADIUS_M * math.sqrt(2)  # the square that fits in the disc
     middle = numbers((x1 + x2) / 2, (y1 + y2) / 2)
     lines = [
         f"name {_quoted(plan.id)}",
@@ -79,4 +79,4 @@ def _block(ring: Ring, height: float) -> str:
 
 
 def _quoted(name: str) -> str:
-    return '"' + name.replace('"', "'") + '"'  # the world file's strings know no escape
+    return '"' + name.replace('"', "'") + '"'  # strings of world files have no escapes

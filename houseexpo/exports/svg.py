@@ -1,4 +1,4 @@
-"""SVG to scale: one layer each for free space, walls, rooms, doors and furniture, metres as its units."""
+"""SVG to scale in metres, with a layer each for free space, walls, rooms, doors and furniture."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _PIXELS_A_METRE = 50
 
 
 def svg(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientation: Orientation = "world") -> Files:
-    """Write ``<id>.svg``: the view box is in metres, x right, y turned to run down as SVG has it.
+    """Write ``<id>.svg`` with a view box in metres, x right, and y flipped to run down as in SVG.
 
-    The house is shown as seen from above (mirrored back where the plan is mirrored), 50 pixels a metre. Layers are
-    groups: ``walls``, ``free-space``, ``rooms``, ``doors`` and, where the plan has furniture, ``objects``; rooms and
-    objects carry their label as a title. Pictures with a scale bar and a legend are made by ``houseexpo.svg``.
+    The house is shown as seen from above (mirrored plans are mirrored back), at 50 pixels per metre. Layers are groups:
+    ``walls``, ``free-space``, ``rooms``, ``doors`` and, if the plan has furniture, ``objects``. Rooms and objects have
+    their label as a title. For pictures with a scale bar and a legend, use ``houseexpo.svg``.
     """
     turned = oriented(plan, orientation)
     walls = turned.walls(wall_thickness)
@@ -58,5 +58,5 @@ def _layer(name: str, parts: Iterable[tuple[BaseGeometry, str, str]]) -> list[st
 
 
 def _path(shape: BaseGeometry) -> str:
-    """Return the rings as closed subpaths; y runs down."""
+    """Return the rings as closed subpaths, with y down."""
     return path_data((ring * (1.0, -1.0) for ring in rings_of(shape)), number)

@@ -1,4 +1,4 @@
-"""Polygons with holes, cut into convex pieces: rectangles along the axes, trapezoids where walls are oblique."""
+"""Cut polygons with holes into convex pieces: rectangles along the axes, and trapezoids for oblique walls."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _SLIVER_M2 = 1e-7
 
 
 def trapezoids(polygon: Polygon) -> list[Ring]:
-    """Cut a valid polygon, holes and all, along upright lines through its vertices.
+    """Cut a valid polygon, including its holes, along vertical lines through its vertices.
 
-    A line sweeps from left to right. Between two neighbouring stops the edges that it crosses lie above one another in
-    pairs, a lower and an upper one, with the polygon between them; a pair is one trapezoid for as long as it lasts.
+    A vertical line sweeps from left to right. Between two neighbouring stops, the edges that it crosses form pairs of a
+    lower and an upper edge, with the polygon between them. Each pair is one trapezoid until it ends.
 
     Returns
     -------
-    Rings (3 or 4, 2), metres, counter-clockwise, in the order in which they end; together they are the polygon.
+    Rings (3 or 4, 2), metres, counter-clockwise, in the order in which they end; together they cover the polygon.
     """
     edges = _Edges(rings_of(polygon))
     stops = edges.stops.tolist()
@@ -40,7 +40,7 @@ def trapezoids(polygon: Polygon) -> list[Ring]:
 
 
 class _Edges:
-    """The edges of some rings that are not upright, the left end first."""
+    """The edges of some rings that are not vertical, with the left end first."""
 
     def __init__(self, rings: list[Ring]) -> None:
         here = np.concatenate(rings)
@@ -60,12 +60,12 @@ class _Edges:
         return list(zip(order[::2], order[1::2], strict=True))
 
     def between(self, low: int, high: int, left: float, right: float) -> Ring:
-        """Return the trapezoid between two edges and two upright lines; without corners that fall together."""
+        """Return the trapezoid between two edges and two vertical lines, without coincident corners."""
         corners = [(left, self._y(low, left)), (right, self._y(low, right))]
         corners += [(right, self._y(high, right)), (left, self._y(high, left))]
         return np.array([corner for i, corner in enumerate(corners) if corner != corners[i - 1]])
 
     def _y(self, edge: int, x: float) -> float:
         if x == self.end[edge, 0]:
-            return float(self.end[edge, 1])  # not by the slope: rounding would open a gap to the next edge
+            return float(self.end[edge, 1])  # not from the slope, since rounding would leave a gap to the next edge
         return float(self.start[edge, 1] + self.slope[edge] * (x - self.start[edge, 0]))

@@ -1,7 +1,7 @@
-"""Rooms and doors of a plan that has only its outline, as published plans do.
+"""Find rooms and doors of a plan that has only an outline, such as the published plans.
 
-``with_rooms`` looks for what makes a door in a drawing: walls that end opposite each other, or opposite another wall,
-with wider space before and behind. See its docstring for the method and how well it does.
+``with_rooms`` looks for the features of a door in a drawing: walls that end opposite each other, or opposite another
+wall, with wider space on both sides. Its docstring describes the method and its accuracy.
 """
 
 from __future__ import annotations
@@ -23,30 +23,34 @@ _Plan = TypeVar("_Plan", bound=PlanData)
 
 
 def with_rooms(plan: _Plan) -> _Plan:
-    """Return the plan with rooms and doors found from ``verts`` and ``holes`` alone; its own are replaced.
+    """Return the plan with rooms and doors that are found from ``verts`` and ``holes`` alone.
 
-    1. *Fronts*: where a wall ends, each of its faces is drawn on to the wall across the opening, 0.4 to 2.2 m away.
-    2. *Necks*: two fronts that face each other through a wall's thickness (0.5 m; 0.8 m for a narrow door), with wider
-       space before both. Two wall ends are better evidence than one beside a straight wall, narrow is better than wide.
-    3. *Doors*: the likeliest of the necks that meet, as long as each joins two rooms, does not open most of the wall
-       between them, and leaves no room under 0.8 m2. *Rooms* are what the doors part.
-    4. *Labels*: each box of ``room_category`` goes to the room that it fits best; a room may carry several
-       (``source_labels``; ``label`` is the best), and is "Unlabelled" where none fits. Boxes never change the geometry.
+    Rooms and doors that the plan already has are ignored and replaced.
 
-    All doors are of kind "door" (an outline shows no lintel), none is an entrance (those are closed in an outline). A
-    gap wider than 2.2 m is no boundary. Rooms and doors tile the free space on the 1 cm grid and share vertices; pieces
-    of a repaired outline that only touch are rooms apart.
+    1. *Fronts*: where a wall ends, each of its faces is extended across the opening to the opposite wall, 0.4 to 2.2 m
+       away.
+    2. *Necks*: two fronts that face each other through the thickness of a wall (0.5 m; 0.8 m for a narrow door), with
+       wider space in front of both. Two wall ends are better evidence than one wall end beside a straight wall, and
+       narrow openings are better than wide ones.
+    3. *Doors*: of necks that overlap, the most likely one. Each door must connect two rooms, must not open most of the
+       wall between them, and must not leave a room under 0.8 m2. *Rooms* are the areas that the doors separate.
+    4. *Labels*: each box of ``room_category`` belongs to the room that it fits best. A room may have several labels
+       (``source_labels``; ``label`` is the best), and is "Unlabelled" if it has none. Boxes never change the geometry.
 
-    Measured (``tests/benchmarks/test_bench_inference.py``): on 207 plans of the pipeline with all but ``verts`` and
-    ``holes`` hidden, recall and precision of rooms and of doors are 0.99 or more; with ``holes`` hidden too, 0.93 and
-    0.99 for rooms, 0.93 and 1.00 for doors. On eight real houses they are 0.93 and 0.99, 1.00 and 0.96. On 2,000
-    published plans the number of rooms differs from ``room_num`` by 1 in the median: an outline shows neither the
-    walls that stood free in it nor what parts rooms at a gap wider than a door.
+    All doors have the kind "door", since an outline shows no lintels. None is an entrance, since an outline closes
+    those. A gap wider than 2.2 m does not separate rooms. Rooms and doors cover the free space on the 1 cm grid and
+    share vertices. Pieces of a repaired outline that only touch are separate rooms.
+
+    Accuracy (``tests/benchmarks/test_bench_inference.py``): on 207 plans of the pipeline, given only ``verts`` and
+    ``holes``, recall and precision of rooms and of doors are 0.99 or more. Without ``holes`` they are 0.93 and 0.99 for
+    rooms, 0.93 and 1.00 for doors. On eight real houses they are 0.93 and 0.99 for rooms, 1.00 and 0.96 for doors. On
+    2,000 published plans, the median difference between the number of rooms and ``room_num`` is 1: an outline shows
+    neither free-standing walls nor the boundary of rooms at a gap wider than a door.
 
     Raises
     ------
     PlanError
-        Where the outline cannot be repaired.
+        The outline cannot be repaired.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Which candidates are doors, and the rooms that they part."""
+"""Decide which candidates are doors, and find the rooms that they separate."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SMALLEST_M2: Final = 0.8
 OPEN_ALONE: Final = 0.65
 OPEN_ROW: Final = 0.6
 
-_OVER_M: Final = 0.02  # lines go on into the walls, past what straightening took off
+_OVER_M: Final = 0.02  # lines extend into the walls, by as much as straightening may have removed
 _APART_M: Final = 0.02
 _BESIDE_M: Final = 0.03
 _COMMON_M: Final = 1.2
@@ -31,7 +31,7 @@ _JAGS_M2: Final = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Doorway:
-    """A door: its neck, its freed area, and the two rooms (indices) before the neck's fronts."""
+    """A door: its neck, the area of its passage, and the indices of the two rooms in front of the neck."""
 
     neck: Neck
     polygon: Polygon
@@ -40,7 +40,7 @@ class Doorway:
 
 @dataclass(frozen=True, eq=False)
 class _Link:
-    """A neck among the faces: its own face, and the one before each front."""
+    """A neck among the faces: its own face, and the face in front of each front."""
 
     neck: Neck
     face: int
@@ -48,13 +48,13 @@ class _Link:
 
 
 def divide(space: Polygon | MultiPolygon, candidates: list[Neck]) -> tuple[list[Polygon], list[Doorway]]:
-    """Rooms and doors that tile a free space (metres); ``candidates`` come the likeliest first.
+    """Return rooms and doors that cover a free space (metres); ``candidates`` are sorted, the most likely first.
 
-    R1  Of candidates that meet, the likeliest counts.
-    R2  A door joins two rooms: one that leaves its room in one piece is none.
-    R3  Passages that together open 0.6 of the wall between two rooms are no doors; nor is a wide one alone that opens
-        0.65 of it, unless a wall ends on either side.
-    R4  A room has 0.8 m2 at least; a smaller space belongs to what lies behind its least likely door.
+    R1  Of candidates that overlap, the most likely one counts.
+    R2  A door connects two rooms; a candidate that does not split its room is not a door.
+    R3  Passages that together open 0.6 of the wall between two rooms are not doors. Neither is a single wide one that
+        opens 0.65 of it, unless a wall ends on both sides.
+    R4  A room has at least 0.8 m2. A smaller space is merged with the one behind its least likely door.
     """
     chosen = _non_overlapping(candidates)
     while True:
@@ -62,7 +62,7 @@ def divide(space: Polygon | MultiPolygon, candidates: list[Neck]) -> tuple[list[
         links = _links(faces, chosen)
         if len(links) == len(chosen):
             break
-        chosen = [link.neck for link in links]  # the others part nothing
+        chosen = [link.neck for link in links]  # the others separate nothing
     links, rooms = _settled(faces, links)
     room_of = {face: k for k, room in enumerate(rooms) for face in room}
     doors = [Doorway(k.neck, faces[k.face], (room_of[k.sides[0]], room_of[k.sides[1]])) for k in links]
@@ -85,7 +85,7 @@ def _non_overlapping(candidates: list[Neck]) -> list[Neck]:
 
 
 def _faces(space: Polygon | MultiPolygon, necks: list[Neck]) -> npt.NDArray[np.object_]:
-    """The free space, parted along all fronts of the necks."""
+    """Return the faces of the free space when it is cut along all fronts of the necks."""
     import shapely
 
     fronts = np.array([neck.fronts for neck in necks]).reshape(-1, 2, 2)
@@ -99,7 +99,7 @@ def _faces(space: Polygon | MultiPolygon, necks: list[Neck]) -> npt.NDArray[np.o
 
 
 def _links(faces: npt.NDArray[np.object_], necks: list[Neck]) -> list[_Link]:
-    """The necks that have a face of their own between two others."""
+    """Return the necks that have a face of their own between two other faces."""
     import shapely
 
     if not necks:
@@ -119,7 +119,7 @@ def _links(faces: npt.NDArray[np.object_], necks: list[Neck]) -> list[_Link]:
 
 
 def _fills(faces: npt.NDArray[np.object_], necks: list[Neck]) -> npt.NDArray[np.bool_]:
-    """Whether each face is about as large as its neck: something else may run through it."""
+    """Return whether each face is about as large as its neck, that is, whether nothing else runs through it."""
     import shapely
 
     area = shapely.area(shapely.convex_hull(shapely.multipoints([neck.fronts.reshape(4, 2) for neck in necks])))
@@ -128,12 +128,12 @@ def _fills(faces: npt.NDArray[np.object_], necks: list[Neck]) -> npt.NDArray[np.
 
 
 def _looks(neck: Neck) -> Floats:
-    """The middle of a neck and a point before each of its fronts, (3, 2)."""
+    """Return the middle of a neck and a point in front of each of its fronts, (3, 2)."""
     return np.vstack([neck.middle[None], neck.fronts.mean(axis=1) - _BESIDE_M * neck.into])
 
 
 def _settled(faces: npt.NDArray[np.object_], links: list[_Link]) -> tuple[list[_Link], list[list[int]]]:
-    """R2 to R4 until nothing changes; links come the likeliest first. Also the faces of each room."""
+    """Apply R2 to R4 until nothing changes; links are sorted, the most likely first. Also return each room's faces."""
     import shapely
 
     area = shapely.area(faces)
@@ -153,7 +153,7 @@ def _settled(faces: npt.NDArray[np.object_], links: list[_Link]) -> tuple[list[_
 
 
 def _rooms(faces: int, links: list[_Link], kept: list[_Link]) -> list[list[int]]:
-    """The faces of each room: what no door parts, with the faces of candidates that are no doors."""
+    """Return the faces of each room: those that no door separates, with those of candidates that are not doors."""
     import networkx as nx
 
     doors = {link.face for link in kept}
@@ -178,7 +178,7 @@ def _open(links: list[_Link], sides: list[tuple[int, int]]) -> set[int]:
 
 
 def _in_rows(necks: list[Neck], sides: list[tuple[int, int]]) -> list[list[int]]:
-    """Necks (indices) between the same two rooms that stand side by side in one wall."""
+    """Return the indices of necks between the same two rooms, grouped if they are side by side in one wall."""
     import networkx as nx
 
     rows = nx.Graph()
@@ -193,7 +193,7 @@ def _in_rows(necks: list[Neck], sides: list[tuple[int, int]]) -> list[list[int]]
 
 
 def _whole(faces: npt.NDArray[np.object_]) -> Polygon:
-    """Faces that share edges as one polygon."""
+    """Return faces that share edges as one polygon."""
     import shapely
 
     return faces[0] if len(faces) == 1 else shapely.union_all(faces)

@@ -1,10 +1,10 @@
-"""Where walls end: their faces, drawn on past the end to what stands across the opening.
+"""Find fronts: faces of walls, extended past the wall's end to the wall across the opening.
 
 ::
 
         room
     =========A.......B=========      A, B, C, D  corners of two wall ends
-      wall   |  neck  |  wall        A..B, C..D  fronts: a face of the wall, drawn on
+      wall   |  neck  |  wall        A..B, C..D  fronts: a face of the wall, extended
     =========C.......D=========
         room
 """
@@ -26,9 +26,9 @@ NARROWEST_M: Final = 0.4
 WIDEST_M: Final = 2.2
 
 _CORNER: Final = np.sin(np.deg2rad(35.0))
-_STEP_M: Final = 0.025  # an edge that leaves an axis by less runs along it: published walls have steps of 1 cm
-_INWARD_M: Final = 0.012  # into the neck: along the face itself a ray would graze the wall on the other side
-_ONWARD_M: Final = 0.02  # past the end, clear of its jags
+_STEP_M: Final = 0.025  # an edge that deviates less from an axis counts as parallel: published walls have steps of 1 cm
+_INWARD_M: Final = 0.012  # into the neck: a ray along the face itself would graze the wall on the other side
+_ONWARD_M: Final = 0.02  # past the end, beyond its steps
 _SNAP_M: Final = 0.08
 _LOOKS_M: Final = (0.15, 0.3)
 _STAND_M: Final = 0.4
@@ -37,10 +37,10 @@ _FARTHEST_M: Final = 10.0
 
 @dataclass(frozen=True, eq=False)
 class Fronts:
-    """Lines (k, 2, 2) across openings, the unit vectors (k, 2) from them into the neck, and what their ends are.
+    """Lines (k, 2, 2) across openings, and the unit vectors (k, 2) from them into the neck.
 
-    ``is_corner`` (k, 2) tells whether a wall ends there; ``room`` (k,) is how wide the space before the front is,
-    metres, 0.0 where there is no place to stand.
+    ``is_corner`` (k, 2) tells for each end of a line whether a wall ends there. ``room`` (k,) is the width of the space
+    in front of the line, metres, 0.0 if there is none.
     """
 
     line: Floats
@@ -50,20 +50,20 @@ class Fronts:
 
     @property
     def middle(self) -> Floats:
-        """(k, 2)."""
+        """Middles of the lines (k, 2), metres."""
         return np.asarray(self.line.mean(axis=1))
 
     @property
     def width(self) -> Floats:
-        """(k,) metres."""
+        """Lengths of the lines (k,), metres."""
         return np.asarray(np.hypot(*(self.line[:, 1] - self.line[:, 0]).T))
 
 
 def find_fronts(shape: Polygon | MultiPolygon, walls: Walls) -> Fronts:
-    """Every front of a door's width in a free space (metres), whose edges are ``walls``."""
+    """Return every front with the width of a door in a free space (metres), whose edges are ``walls``."""
     corner, leading, leaving = _corners(shape)
     start = np.concatenate([corner, corner])
-    along = np.concatenate([leading, -leaving])  # either wall at a corner may be the one that ends
+    along = np.concatenate([leading, -leaving])  # either wall at a corner may be the ending one
     into = np.concatenate([_right_of(leading), -_right_of(-leaving)])
     reach = _ONWARD_M + walls.distance(start + _INWARD_M * into + _ONWARD_M * along, along)
     found = (reach >= NARROWEST_M) & (reach <= WIDEST_M)
@@ -75,9 +75,9 @@ def find_fronts(shape: Polygon | MultiPolygon, walls: Walls) -> Fronts:
 
 
 def _corners(shape: Polygon | MultiPolygon) -> tuple[Floats, Floats, Floats]:
-    """Corners that jut into the free space (k, 2), and the directions of the edges that lead there and leave.
+    """Return corners that project into the free space (k, 2), and the directions of their incoming and outgoing edges.
 
-    Rings are walked with the free space on the left.
+    Rings are traversed with the free space on the left.
     """
     import shapely
 
@@ -95,7 +95,7 @@ def _corners(shape: Polygon | MultiPolygon) -> tuple[Floats, Floats, Floats]:
 
 
 def _directions(edge: Floats) -> Floats:
-    """Unit directions of edges (k, 2), those within a step of an axis along it: short edges are half noise."""
+    """Return unit directions of edges (k, 2), along an axis if within a step of it, as short edges are noisy."""
     length = np.hypot(*edge.T)[:, None]
     axis = np.where(np.abs(edge) > np.abs(edge[:, ::-1]), np.sign(edge), 0.0)
     off = np.abs(edge).min(axis=1)
@@ -107,7 +107,7 @@ def _right_of(direction: Floats) -> Floats:
 
 
 def _snapped(line: Floats, corner: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    """Far ends near a corner are that corner; also whether they are."""
+    """Move far ends to a nearby corner; also return which ones were moved."""
     from scipy.spatial import cKDTree
 
     if not len(line):
@@ -120,7 +120,7 @@ def _snapped(line: Floats, corner: Floats) -> tuple[Floats, npt.NDArray[np.bool_
 
 
 def _squared(line: Floats, into: Floats) -> Floats:
-    """The unit normals of lines on the side of ``into``."""
+    """Return the unit normals of lines on the side of ``into``."""
     along = line[:, 1] - line[:, 0]
     normal = _right_of(along) / np.hypot(*along.T)[:, None]
     side = np.where((normal * into).sum(axis=1) < 0.0, -1.0, 1.0)
@@ -128,7 +128,7 @@ def _squared(line: Floats, into: Floats) -> Floats:
 
 
 def _room(line: Floats, into: Floats, walls: Walls) -> Floats:
-    """How wide it is a little before each front, in the front's direction."""
+    """Return the width of the space a little in front of each front, in the front's direction."""
     along, middle = _right_of(into), line.mean(axis=1)
     widest = np.zeros(len(line))
     for look in _LOOKS_M:

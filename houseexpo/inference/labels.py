@@ -1,4 +1,4 @@
-"""Labels for rooms that were found, from a published plan's boxes."""
+"""Assign the labels of a published plan's boxes to the rooms that were found."""
 
 from __future__ import annotations
 
@@ -23,12 +23,13 @@ _INSIDE: Final = 0.5
 def labels_of(rooms: list[Polygon], category: Mapping[str, tuple[Box, ...]]) -> list[tuple[str, ...]]:
     """Return the labels of each room, the one whose box fits best first.
 
-    A box holds a room of the source, its walls, and objects that may stand out of it; equal boxes are one room under
-    several labels.
+    A box contains a room of the source with its walls and with objects, which may extend beyond it. Equal boxes are one
+    room with several labels.
 
-    R1  Boxes and rooms are paired so that they fit best in all, measured by intersection over union.
-    R2  A box that is left over belongs to a room without one that it covers, for objects may have made it larger.
-    R3  If there is none, several rooms of the source are one here: it adds its labels to the room that it lies in.
+    R1  Boxes and rooms are paired so that the sum of their intersections over union is largest.
+    R2  A remaining box belongs to a room without a box that it covers, since objects may have enlarged the box.
+    R3  If there is no such room, several rooms of the source are one here, and the box adds its labels to the room that
+        it lies in.
     """
     words: dict[Box, list[str]] = {}
     for label, boxes in category.items():
@@ -49,7 +50,7 @@ def labels_of(rooms: list[Polygon], category: Mapping[str, tuple[Box, ...]]) -> 
 
 
 def _overlaps(rooms: list[Polygon], boxes: Matrix) -> tuple[Matrix, Matrix, tuple[Matrix, Matrix]]:
-    """Shared area and intersection over union, both (boxes, rooms), and the areas of boxes and of rooms."""
+    """Return the shared area and the intersection over union (boxes, rooms), and the areas of boxes and rooms."""
     import shapely
 
     shapes = shapely.box(*boxes.T)
@@ -62,7 +63,7 @@ def _overlaps(rooms: list[Polygon], boxes: Matrix) -> tuple[Matrix, Matrix, tupl
 
 
 def _paired(fit: Matrix) -> dict[int, int]:
-    """R1: box -> room."""
+    """Return the room of each box (R1)."""
     from scipy.optimize import linear_sum_assignment
 
     pairs = zip(*(k.tolist() for k in linear_sum_assignment(-fit)), strict=True)
@@ -70,7 +71,7 @@ def _paired(fit: Matrix) -> dict[int, int]:
 
 
 def _holder(box: int, shared: Matrix, fit: Matrix, sizes: tuple[Matrix, Matrix], taken: set[int]) -> int | None:
-    """R2 and R3: the room of a box that is left over."""
+    """Return the room of a remaining box (R2, R3)."""
     covered = [k for k in range(len(sizes[1])) if k not in taken and shared[box, k] > _COVERS * sizes[1][k]]
     if covered:
         return max(covered, key=lambda k: float(fit[box, k]))

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
 JAG_M: Final = 0.012
-"""Steps in a wall up to here are straightened before it is looked at; the thinnest walls (0.02 m) outlive it."""
+"""Steps in a wall up to this size, metres, are straightened first; the thinnest walls (0.02 m) are preserved."""
 
 DEEPEST_M: Final = 0.8
-_THICKEST_M: Final = 0.5  # most walls are thinner; deeper passages need better evidence
-_COMMON_M: Final = 1.1  # most doors are narrower; so do wider ones
+_THICKEST_M: Final = 0.5  # most walls are thinner, and deeper passages need better evidence
+_COMMON_M: Final = 1.1  # most doors are narrower, and wider ones need better evidence
 _SHALLOWEST_M: Final = 0.005
-_FACING: Final = -0.95  # cosine: opposite to 18 degrees
+_FACING: Final = -0.95  # cosine: opposite within 18 degrees
 _ASIDE: Final = 0.35  # of the width
 _WIDER_M: Final = 0.12
 _THIN_M: Final = 0.3
@@ -30,10 +30,10 @@ _HINT_M: Final = 0.015
 
 @dataclass(frozen=True, eq=False)
 class Neck:
-    """A candidate: its two fronts (2, 2, 2), running the same way, and the unit vectors (2, 2) from them into it.
+    """A candidate: its two fronts (2, 2, 2) in the same direction, and the unit vectors (2, 2) from them into it.
 
-    ``width`` and ``depth`` in metres; ``room`` is how wide the narrower of the two spaces before it is; ``whole``
-    counts the jambs where a wall ends; the lower the ``cost``, the more it looks like a door.
+    ``width`` and ``depth`` are in metres; ``room`` is the width of the narrower of the two spaces in front of it;
+    ``whole`` is the number of jambs where a wall ends; a candidate with a lower ``cost`` is more likely a door.
     """
 
     fronts: Floats
@@ -46,24 +46,24 @@ class Neck:
 
     @property
     def middle(self) -> Floats:
-        """(2,)."""
+        """The middle of the candidate (2,), metres."""
         return np.asarray(self.fronts.mean(axis=(0, 1)))
 
     @property
     def segment(self) -> Floats:
-        """(2, 2) from jamb to jamb on the wall's centre line."""
+        """The line (2, 2) from jamb to jamb on the wall's centre line, metres."""
         return np.asarray(self.fronts.mean(axis=0))
 
 
 def find_necks(space: Polygon | MultiPolygon) -> list[Neck]:
-    """All candidates of a free space (metres), the likeliest first.
+    """Return all candidates of a free space (metres), the most likely first.
 
-    R1  Two fronts lie opposite each other, 0.8 m apart at most, and one sees through from one to the other.
-    R2  A jamb is *whole* where a wall ends with both its corners. Where a passage runs along a wall, one jamb is whole;
-        between two walls that start where the other ends, none is: the weakest evidence.
-    R3  The space widens on both sides by 0.12 m. On one of them it need only show, as in a closet that is hardly wider
-        than its door, where a narrow passage through a thin wall has a whole jamb.
-    R4  A wide passage has a whole jamb; one that is deeper than most walls is narrow and has one.
+    R1  Two fronts lie opposite each other, at most 0.8 m apart, and the line of sight between them is free.
+    R2  A jamb is *whole* if a wall ends there with both corners. A passage along a wall has one whole jamb. One between
+        two walls, each of which starts where the other ends, has none, which is the weakest evidence.
+    R3  The space is wider by 0.12 m on both sides. If a narrow passage through a thin wall has a whole jamb, one side
+        need only be slightly wider, as in a closet that is hardly wider than its door.
+    R4  A wide passage must have a whole jamb. One that is deeper than most walls must be narrow and have a whole jamb.
     """
     import shapely
 
@@ -79,7 +79,7 @@ def find_necks(space: Polygon | MultiPolygon) -> list[Neck]:
 
 
 def _opposite(fronts: Fronts) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """Pairs of fronts that may be the two faces of one wall (R1)."""
+    """Return pairs of fronts that may be the two faces of one wall (R1)."""
     from scipy.spatial import cKDTree
 
     if not len(fronts.line):
@@ -97,7 +97,7 @@ def _opposite(fronts: Fronts) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp
 
 
 def _neck(fronts: Fronts, i: int, j: int) -> Neck | None:
-    """The candidate between two fronts, or None where R3 or R4 speaks against it."""
+    """Return the candidate between two fronts, or None if it violates R3 or R4."""
     line, width = fronts.line[[i, j]], fronts.width[[i, j]]
     corner = fronts.is_corner[[i, j]]
     if (line[0, 1] - line[0, 0]) @ (line[1, 1] - line[1, 0]) < 0:

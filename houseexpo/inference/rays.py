@@ -1,4 +1,4 @@
-"""How far one sees from a point: rays against the walls of a plan, many at once."""
+"""Cast many rays at once against the walls of a plan, to find how far one sees from a point."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
-_CHUNK: Final = 500_000  # rays times walls at once: 4 MB an array
+_CHUNK: Final = 500_000  # rays times walls at once: 4 MB per array
 _NEAREST_M: Final = 1e-6
 
 
@@ -28,9 +28,9 @@ class Walls:
         self._edge = (points[1:] - points[:-1])[same]
 
     def distance(self, origins: Floats, directions: Floats) -> Floats:
-        """Metres from each origin (k, 2) along its unit direction (k, 2) to the first wall; inf where none stands.
+        """Return the distance (k,) from each origin (k, 2) along its unit direction (k, 2) to the first wall, metres.
 
-        A ray that runs along a wall does not meet it.
+        It is infinite if there is no wall. A ray along a wall does not hit it.
         """
         step = max(1, _CHUNK // max(1, len(self._start)))
         parts = [self._nearest(origins[k : k + step], directions[k : k + step]) for k in range(0, len(origins), step)]
@@ -41,7 +41,7 @@ class Walls:
         wall_x, wall_y = self._edge.T
         to_x, to_y = self._start[:, 0] - origins[:, :1], self._start[:, 1] - origins[:, 1:]
         turn = ray_x * wall_y - ray_y * wall_x
-        with np.errstate(divide="ignore", invalid="ignore"):  # parallel: no meeting
+        with np.errstate(divide="ignore", invalid="ignore"):  # parallel lines do not meet
             along_ray = (to_x * wall_y - to_y * wall_x) / turn
             along_wall = (to_x * ray_y - to_y * ray_x) / turn
         meets = (along_wall >= 0.0) & (along_wall <= 1.0) & (along_ray > _NEAREST_M)

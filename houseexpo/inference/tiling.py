@@ -1,6 +1,6 @@
-"""Areas on the 1 cm grid that share their vertices: lines are noded together, the faces between them given back.
+"""Find areas on the 1 cm grid that share their vertices, as the faces between lines that are noded together.
 
-Snap rounding keeps neighbours together: where one boundary is moved to the grid, the other moves with it.
+Snap rounding keeps neighbours adjacent: a boundary that is moved to the grid moves for both of them.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 GRID_M: Final = 0.01
-"""Every coordinate of a plan is a multiple of this."""
+"""The grid of a plan's coordinates, metres: each is a multiple of this."""
 
 Points = npt.NDArray[np.float64]
 
 
 def faces_between(lines: Sequence[BaseGeometry]) -> npt.NDArray[np.object_]:
-    """All faces (n,) that lines (metres) enclose on the grid, holes and spaces alike; loose ends are left out."""
+    """Return all faces (n,) that lines (metres) enclose on the grid, including holes; loose ends are left out."""
     import shapely
 
     noded = shapely.union_all(lines, grid_size=GRID_M)
@@ -30,7 +30,7 @@ def faces_between(lines: Sequence[BaseGeometry]) -> npt.NDArray[np.object_]:
 
 
 def grid_ring(ring: BaseGeometry, shift: Points | None = None, *, clockwise: bool) -> Points:
-    """Vertices (n, 2) of a ring moved by ``shift`` (2,), on the grid: unclosed, none repeated, none in line."""
+    """Return the vertices (n, 2) of a ring, shifted by ``shift`` (2,), on the grid: none repeated, none collinear."""
     import shapely
 
     points = shapely.get_coordinates(ring)[:-1] + (0.0 if shift is None else shift)
@@ -46,15 +46,15 @@ def grid_ring(ring: BaseGeometry, shift: Points | None = None, *, clockwise: boo
 
 
 def _bends(ring: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Those cells of a ring in which it turns; plain Python, for a ring has ten cells or so."""
+    """Return the points of a ring at which it turns; plain Python, since a ring has only about ten of them."""
     around = zip(ring[-1:] + ring[:-1], ring, ring[1:] + ring[:1], strict=True)
     return [c for a, c, b in around if (c[0] - a[0]) * (b[1] - c[1]) != (c[1] - a[1]) * (b[0] - c[0])]
 
 
 def grid_rings(shape: Polygon, shift: Points | None = None) -> tuple[Points, tuple[Points, ...]]:
-    """The outline (clockwise) and the holes (counter-clockwise) of a polygon as ``grid_ring`` gives them.
+    """Return the outline (clockwise) and the holes (counter-clockwise) of a polygon, made by ``grid_ring``.
 
-    A hole that has no area on the grid is left out.
+    Holes without area on the grid are left out.
     """
     holes = (grid_ring(hole, shift, clockwise=False) for hole in shape.interiors)
     return grid_ring(shape.exterior, shift, clockwise=True), tuple(hole for hole in holes if len(hole) > 2)

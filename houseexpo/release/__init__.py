@@ -1,4 +1,4 @@
-"""A data set as a folder that can be uploaded as it is: tables, archive, descriptions, data card, checksums."""
+"""Write a data set as a folder that is ready to upload: tables, archive, descriptions, data card, checksums."""
 
 from houseexpo.release.about import About
 from houseexpo.release.run import Released, release

@@ -1,4 +1,4 @@
-"""What only the publisher of a release knows: its title, creators, version, date and addresses."""
+"""Information that the publisher of a release provides: title, creators, version, date and addresses."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ LINE: Final = f"a line of at most {_LONGEST} letters"
 
 @dataclass(frozen=True)
 class About:
-    """Words for the descriptions of a release; what is "" is left out of them.
+    """Texts for the descriptions of a release; empty ones are left out.
 
-    ``published`` is a date (2026-05-01). There is no clock in it: two releases of one data set into folders of one name
-    are the same bytes.
+    ``published`` is a date (2026-05-01). The current time is not used, so that two releases of the same data set to
+    folders of the same name have equal bytes.
 
     Raises
     ------
     ConfigError
-        A word cannot stand where it has to.
+        A text is not valid in its place.
     """
 
     title: str = ""
@@ -53,12 +53,12 @@ class About:
 
     @property
     def year(self) -> str:
-        """The year of publication, "" where no date is given."""
+        """The year of publication, "" if no date is given."""
         return self.published[:4]
 
 
 def is_line(text: str) -> bool:
-    """Whether words can stand in one line of a description: what is printed, not too long, no space around."""
+    """Return whether a text fits in one line of a description: printable, not too long, no space at the ends."""
     return len(text) <= _LONGEST and text.isprintable() and text == text.strip()
 
 

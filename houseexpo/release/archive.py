@@ -1,4 +1,4 @@
-"""The JSON of all plans as one ``.tar.gz``, the same bytes each time: sorted, time 0, nobody's."""
+"""Write the JSON of all plans as one reproducible ``.tar.gz``: sorted, with time 0 and without an owner."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LEVEL: Final = 6
 
 
 def write_archive(file: Path, members: Iterable[tuple[str, bytes]]) -> None:
-    """Write members (name, content) in the order given."""
+    """Write members (name, content) in the given order."""
     with (
         file.open("wb") as raw,
         gzip.GzipFile(filename="", mode="wb", compresslevel=_LEVEL, fileobj=raw, mtime=0) as packed,

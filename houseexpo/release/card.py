@@ -1,4 +1,4 @@
-"""The data card of a release: ``README.md``, with the header that Hugging Face reads."""
+"""The data card of a release: ``README.md`` with the header that Hugging Face reads."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SHEET: Final = "pictures/plans.png"
 _HUB_SPLITS: Final = {"val": "validation"}
 _SIZES: Final = ((1_000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"), (1_000_000, "100K<n<1M"))
 _SIGNS: Final = re.compile(r"[\\`*\[\]<>|]|(?<!\w)_|_(?!\w)|(?<!/)~")
-"""What Markdown reads as its own; a backslash before it makes it a letter. Bare addresses stay what they are."""
+"""The characters of Markdown syntax, which are escaped by a backslash. Bare addresses are unchanged."""
 _ROWS: Final = (
     ("rooms", "rooms in a plan, as its source counts them", ""),
     ("area_m2", "free area", "m²"),
@@ -47,7 +47,7 @@ def card(facts: Facts, tables: Sequence[Table]) -> bytes:
         manifest=facts.material.manifest,
         tables=tables,
         measures=_measures(facts),
-        part=next(iter(facts.parts.lists)),  # train, where there is one
+        part=next(iter(facts.parts.lists)),  # train, if there is one
         reach=[
             (radius, f"{100 * r['connected_share']:.1f}%") for radius, r in sorted(facts.stats["navigability"].items())
         ],
@@ -59,12 +59,12 @@ def card(facts: Facts, tables: Sequence[Table]) -> bytes:
 
 
 def _words(text: str) -> str:
-    """Return somebody's words so that Markdown shows them as they are: neither HTML nor links, pictures or emphasis."""
+    """Escape a text so that Markdown shows it literally: without HTML, links, pictures or emphasis."""
     return _SIGNS.sub(r"\\\g<0>", text)
 
 
 def _header(facts: Facts, tables: Sequence[Table]) -> str:
-    """Return the YAML that tells Hugging Face which tables there are; the first of them is shown."""
+    """Return the YAML that lists the tables for Hugging Face, which shows the first one."""
     import yaml
 
     parts = facts.parts.lists
@@ -92,7 +92,7 @@ def _header(facts: Facts, tables: Sequence[Table]) -> str:
 
 
 def _measures(facts: Facts) -> list[tuple[str, ...]]:
-    """Return the rows of the table of figures: what, mean, median, 5%, 95%."""
+    """Return the rows of the table of figures: name, mean, median, 5%, 95%."""
     rows = []
     for name, title, unit in _ROWS:
         tally = facts.stats.get(name, {})

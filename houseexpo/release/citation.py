@@ -1,4 +1,4 @@
-"""How a release is cited and deposited: ``CITATION.cff``, ``.zenodo.json`` and ``datacite.json``, and ``LICENSE``."""
+"""Files for citing and depositing a release: ``CITATION.cff``, ``.zenodo.json``, ``datacite.json``, ``LICENSE``."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from houseexpo.release.words import KEYWORDS, PAPER, PAPER_AUTHORS, PAPER_URL, F
 
 
 def files(facts: Facts) -> dict[str, bytes]:
-    """Return the files by name; DataCite asks for a year, so ``datacite.json`` is made where a date is given."""
+    """Return the files by name; ``datacite.json`` is made only if a date is given, since DataCite needs a year."""
     found = {
         "CITATION.cff": _citation(facts),
         ".zenodo.json": as_json(_zenodo(facts)),

@@ -1,4 +1,4 @@
-"""The Croissant description of a release (version 1.0, with the terms for responsible AI): ``croissant.json``."""
+"""The Croissant description of a release, ``croissant.json`` (version 1.0, with the terms for responsible AI)."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ _TYPES: Final = {pa.string(): "sc:Text", pa.binary(): "sc:Text", pa.int32(): "sc
 
 
 def croissant(facts: Facts, tables: Iterable[Table], folder: Path) -> dict[str, Any]:
-    """Describe the files of a release and the columns of its tables; the files are read for their hashes."""
+    """Return the description of a release's files and of the columns of its tables; this hashes the files."""
     about, tables = facts.about, tuple(tables)
     files = [f"{table.name}/{part}.parquet" for table in tables for part in facts.parts.lists]
     given = {"datePublished": about.published, "url": about.url, "identifier": about.doi and f"doi:{about.doi}"}

@@ -1,4 +1,4 @@
-"""Pictures for the data card, as PNG: what the statistics say, and plans on a sheet."""
+"""Pictures for the data card, as PNG: statistics, and a sheet of plans."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _SHEET_COLUMNS: Final = 6
 _SHEET_PX: Final = 300
 _INK, _MUTED, _LINE, _BAR = "#2f343b", "#6b7280", "#d9dce1", "#2f6da8"
 _LABELS_SHOWN: Final = 14
-_TAIL: Final = 0.99  # the last bar holds what lies beyond this share
+_TAIL: Final = 0.99  # the last bar includes everything beyond this share
 _STYLE: Final[Any] = plain_style(_INK, _MUTED, _LINE) | {
-    "font.family": "DejaVu Sans",  # comes with matplotlib: the same on every machine
+    "font.family": "DejaVu Sans",  # comes with matplotlib, the same on every machine
     "font.size": 9,
     "axes.titlesize": 10,
     "axes.titlelocation": "left",
@@ -39,7 +39,7 @@ _HISTOGRAMS: Final = (
 
 
 def measures_png(stats: Mapping[str, Any]) -> bytes:
-    """Draw the distributions of ``stats.json``'s plans."""
+    """Draw the distributions of the plans in ``stats.json``."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -61,7 +61,7 @@ def measures_png(stats: Mapping[str, Any]) -> bytes:
 
 
 def sheet_png(plans: Dataset, seed: int = 0) -> bytes:
-    """Draw plans that are drawn by lot."""
+    """Draw a sheet of randomly chosen plans."""
     chosen = plans.sample(min(SHEET_PLANS, len(plans)), seed)
     return image(contact_sheet([draw_plan(plan, size=_SHEET_PX) for plan in chosen], _SHEET_COLUMNS), "PNG")
 

@@ -1,8 +1,8 @@
-"""The folder of a release: it appears whole or not at all, and replaces nothing but a former release.
+"""Write the folder of a release atomically; it replaces nothing but a former release.
 
-1. A folder is written into where it is not there yet, is empty, or holds a former release and nothing else.
-2. All is written beside it first. At the end it takes its place; a former release is removed then, whole.
-3. ``SHA256SUMS`` names every other file with its hash, sorted: ``sha256sum --check SHA256SUMS`` checks them.
+1. The folder must be missing or empty, or contain a former release and nothing else.
+2. Everything is first written to a folder beside it, which replaces it at the end.
+3. ``SHA256SUMS`` lists every other file with its hash, sorted; ``sha256sum --check SHA256SUMS`` verifies them.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ CROISSANT: Final = "croissant.json"
 
 
 def check_target(target: Path) -> None:
-    """Raise ConfigError where a release must not be written (R1)."""
+    """Raise ConfigError if a release must not be written to this folder (R1)."""
     if target.is_symlink() or (target.exists() and not target.is_dir()):
         what = "a link" if target.is_symlink() else "a file"
         raise ConfigError(f"{target}: expected a folder or nothing, found {what}; choose another --out")
@@ -43,7 +43,7 @@ def check_target(target: Path) -> None:
 
 @contextmanager
 def appearing(target: Path) -> Iterator[Path]:
-    """Yield a folder beside the target to fill; at the end it takes the target's place, or vanishes (R2)."""
+    """Yield a folder beside the target; at the end it replaces the target, or is removed after an error (R2)."""
     target = target.absolute()
     target.parent.mkdir(parents=True, exist_ok=True)
     partial = Path(tempfile.mkdtemp(dir=target.parent, prefix=PARTIAL))
@@ -51,7 +51,7 @@ def appearing(target: Path) -> Iterator[Path]:
         new, old = partial / "new", partial / "old"
         new.mkdir()
         yield new
-        check_target(target)  # again: somebody may have put something there meanwhile
+        check_target(target)  # again, since the folder may have changed meanwhile
         if target.exists():
             target.rename(old)
         try:

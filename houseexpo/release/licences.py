@@ -1,6 +1,6 @@
-"""Licences under which plans may be passed on, by their SPDX identifiers.
+"""Licences under which plans may be redistributed, by their SPDX identifiers.
 
-A plan is derived from a house, so licences that forbid derived works are not among them.
+A plan is derived from a house, so that licences that forbid derived works are excluded.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from houseexpo.errors import DatasetError
 
 @dataclass(frozen=True)
 class Licence:
-    """A licence: its SPDX identifier, its name, where it stands, and what Hugging Face calls it."""
+    """A licence: its SPDX identifier, its name, its address, and its name at Hugging Face."""
 
     spdx: str
     title: str
@@ -55,11 +55,11 @@ LICENCES: Final = {
 }
 
 OWN: Final = "CC-BY-4.0"
-"""That of houses which the project makes, where the manifest states no other."""
+"""The licence of houses that the project generates, unless the manifest states another."""
 
 
 def licence_of(spdx: str, what: str) -> Licence:
-    """Return the licence of an identifier, spelt in upper or lower case; DatasetError where it is not among them."""
+    """Return the licence with an identifier in any letter case; raise DatasetError if it is not in the list."""
     by_lower = {name.lower(): licence for name, licence in LICENCES.items()}
     found = by_lower.get(spdx.lower())
     if found is None:

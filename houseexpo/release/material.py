@@ -1,11 +1,12 @@
-"""What may be released: a finished build, whole and unchanged, whose plans may be passed on.
+"""Check that a data set may be released: a complete, unchanged build whose plans may be redistributed.
 
-1. A data set folder that ``houseexpo build`` finished, with a plan or more, all inputs done, no build at work in it.
-2. Every file has the SHA-256 that the manifest gives.
-3. Houses that the project makes (``procedural:``) may be passed on under ``licences.OWN``, or under the licence that
-   their manifest states. All others need that statement.
-4. Whom to name (``credit``) is one line, as the publisher's own words are: it stands in every description.
-5. Published HouseExpo plans are not passed on: they come by ``houseexpo fetch``. Nor are SUNCG's, which were withdrawn.
+1. It is a folder that ``houseexpo build`` finished, with at least one plan and all inputs done. No build is running.
+2. Every file has the SHA-256 that the manifest states.
+3. Houses that the project generates (``procedural:``) may be redistributed under ``licences.OWN``, or under the licence
+   that their manifest states. For all others, the manifest must state a licence.
+4. The credit (``credit``) is one line, like the publisher's own texts, since it is part of every description.
+5. Published HouseExpo plans are not redistributed; ``houseexpo fetch`` downloads them. Nor are plans of SUNCG, which
+   was withdrawn.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ _WITHDRAWN: Final = "suncg"
 
 
 class Manifest(msgspec.Struct, frozen=True):
-    """What ``manifest.json`` says, as far as a release repeats it or rests on it."""
+    """The parts of ``manifest.json`` that a release repeats or depends on."""
 
     sources: list[str]
     counts: dict[str, Any]
@@ -48,13 +49,13 @@ class Manifest(msgspec.Struct, frozen=True):
 
     @property
     def is_made(self) -> bool:
-        """Whether the project made all of the houses."""
+        """Whether the project generated all of the houses."""
         return bool(self.sources) and all(source.startswith(MADE) for source in self.sources)
 
 
 @dataclass(frozen=True)
 class Material:
-    """A data set that may be released, and under which licence; ``stats`` is its ``stats.json``."""
+    """A data set that may be released, and its licence; ``stats`` is its ``stats.json``."""
 
     plans: Dataset
     manifest: Manifest
@@ -64,12 +65,12 @@ class Material:
 
 @contextmanager
 def material(path: Path) -> Iterator[Material]:
-    """Open a data set that may be released; while the block lasts no build changes it.
+    """Open a data set that may be released, and lock it against builds while the context is active.
 
     Raises
     ------
     DatasetError
-        It may not be released, or not yet; the text says why, and what to do.
+        The data set may not be released, or not yet; the message says why, and what to do.
     """
     file = path / "manifest.json"
     if not file.is_file():
@@ -86,10 +87,10 @@ def material(path: Path) -> Iterator[Material]:
 
 
 def _no_build(path: Path) -> DatasetError:
-    """Say why what is no finished build is not released (R1, R5)."""
+    """Return the error for something that is not a finished build (R1, R5)."""
     if (path / ".build").is_dir():
         return DatasetError(f"{path}: expected a finished build, found no manifest.json; run houseexpo build again")
-    first = next(iter(records(path)))  # where there is no plan at all, this says so
+    first = next(iter(records(path)))  # raises an error if there is no plan
     if b'"format"' not in first.data:
         return DatasetError(
             f"{path}: published HouseExpo plans are not passed on from here, because whoever wants them gets them from "
@@ -103,7 +104,7 @@ def _no_build(path: Path) -> DatasetError:
 
 @contextmanager
 def _at_rest(path: Path) -> Iterator[None]:
-    """Hold the lock that builds hold, beside other readers (R1); a data set without ``.build`` is never built into."""
+    """Hold the builds' lock, shared with other readers (R1); no build writes to a data set without ``.build``."""
     lock = path / ".build" / "lock"
     if not lock.is_file():
         yield
@@ -114,7 +115,7 @@ def _at_rest(path: Path) -> Iterator[None]:
             fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
             raise DatasetError(f"{path}: a build is at work in it; wait until it has ended") from None
-        except OSError:  # a file system without locks: whoever builds there sees to it himself
+        except OSError:  # a file system without locks: the user has to take care
             pass
         yield
     finally:
@@ -129,7 +130,7 @@ def _manifest(file: Path) -> Manifest:
 
 
 def _licence(path: Path, manifest: Manifest) -> Licence:
-    """R3."""
+    """Return the licence of the plans (R3)."""
     if manifest.licence:
         return licence_of(manifest.licence, f"{path / 'manifest.json'}: licence")
     if manifest.is_made:
@@ -143,7 +144,7 @@ def _licence(path: Path, manifest: Manifest) -> Licence:
 
 
 def _check_credit(path: Path, manifest: Manifest) -> None:
-    """R4."""
+    """Raise DatasetError if the credit is not one line (R4)."""
     if not is_line(manifest.credit):
         raise DatasetError(
             f"{path}: manifest.json: credit: expected {LINE}, found {manifest.credit!r}; write it so under [build] and "
@@ -152,7 +153,7 @@ def _check_credit(path: Path, manifest: Manifest) -> None:
 
 
 def _check_whole(path: Path, manifest: Manifest, plans: Dataset) -> None:
-    """R1, R2."""
+    """Raise DatasetError if a file is missing or changed (R1, R2)."""
     if not len(plans):
         raise DatasetError(f"{path}: expected plans, found none; see rejected.jsonl for what came of the inputs")
     if waiting := manifest.counts.get("not_done", 0):
@@ -181,7 +182,7 @@ def _inside(path: Path, name: str) -> bool:
 
 
 def _check_withdrawn(path: Path, manifest: Manifest, plans: Dataset) -> None:
-    """R5: the reader of SUNCG reads made houses too, so what counts is that the sources are others."""
+    """Raise DatasetError for SUNCG (R5), by the sources, since its reader also reads generated houses."""
     if manifest.is_made:
         return
     withdrawn = plans.column("source").count(_WITHDRAWN)

@@ -1,4 +1,4 @@
-"""Parquet files of tables: in small row groups, with settings that give the same bytes each time."""
+"""Write tables as Parquet files, in small row groups and with settings that give reproducible bytes."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ import pyarrow.parquet as pq
 from houseexpo.release.tables import Row, Table, schema_of
 
 GROUP_BYTES: Final = 32 * 2**20
-"""A row group is closed when it holds this much; what is added at once may take it a little further."""
+"""A row group is closed at this size; the last rows that are added may exceed it a little."""
 
 GROUP_ROWS: Final = 10_000
 
 
 class TableWriter:
-    """Writes one file of a table, a row group at a time; a context manager."""
+    """A context manager that writes one file of a table, one row group at a time."""
 
     def __init__(self, file: Path, table: Table) -> None:
         self._schema = schema_of(table)
@@ -49,7 +49,7 @@ class TableWriter:
         self._writer.close()
 
     def add(self, rows: Sequence[Row]) -> None:
-        """Take rows, in order."""
+        """Add rows, in order."""
         batch = pa.RecordBatch.from_pylist(list(rows), schema=self._schema)
         self._waiting.append(batch)
         self._bytes += batch.nbytes

@@ -1,8 +1,8 @@
-"""The parts of a release: train, val, test, without a house or a copy of one on both sides.
+"""The parts of a release: train, val and test, without the same house or a copy of it in two parts.
 
-1. Lists that come with the data set are taken, where each plan stands in one of them and in no other.
-2. Where there are none, ``houseexpo split``'s own shares and seed divide the plans.
-3. Levels and copies of one house stand in one list (``dataset.splits``); lists that part them are refused.
+1. Lists that come with the data set are used if each plan is in exactly one of them.
+2. If there are none, the plans are split with the default shares and seed of ``houseexpo split``.
+3. Levels and copies of one house must be in the same list (``dataset.splits``); other lists are refused.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ _FIRST: Final = tuple(SHARES)
 
 @dataclass(frozen=True)
 class Parts:
-    """Ids by part, sorted; ``group_of`` gives each id the first id of those that must stay with it."""
+    """The sorted ids of each part; ``group_of`` maps each id to the first one of those that must stay with it."""
 
     lists: Mapping[str, tuple[str, ...]]
     group_of: Mapping[str, str]
 
     @property
     def groups(self) -> int:
-        """How many groups hold more than one plan."""
+        """The number of groups with more than one plan."""
         return sum(count > 1 for count in Counter(self.group_of.values()).values())
 
 
 def parts_of(plans: Dataset, workers: int = 1) -> Parts:
-    """Divide a data set for its release; DatasetError where its own lists do not."""
+    """Split a data set for its release; raise DatasetError if its own lists are not a valid split."""
     own = plans.splits
     if not own:  # R2
         found = split(plans, SHARES, SEED, workers)
@@ -57,7 +57,7 @@ def _place(name: str) -> tuple[int, str]:
 
 
 def _checked(own: Mapping[str, tuple[str, ...]], plans: Dataset) -> dict[str, tuple[str, ...]]:
-    """R1."""
+    """Return the lists with sorted ids; raise DatasetError unless each plan is in exactly one of them (R1)."""
     times = Counter(name for ids in own.values() for name in ids)
     wrong = sorted(name for name in {*times, *plans.ids} if times[name] != 1 or name not in plans)
     odd = sorted(name for name in own if not _NAME.fullmatch(name) or name == "all")
@@ -74,7 +74,7 @@ def _checked(own: Mapping[str, tuple[str, ...]], plans: Dataset) -> dict[str, tu
 
 
 def _check_apart(lists: Mapping[str, tuple[str, ...]], groups: tuple[tuple[str, ...], ...], plans: Dataset) -> None:
-    """R3."""
+    """Raise DatasetError if lists divide a group (R3)."""
     part_of = {name: part for part, ids in lists.items() for name in ids}
     for group in groups:
         sides = sorted({part_of[name] for name in group})

@@ -1,4 +1,4 @@
-"""Release a data set: check it, divide it, write tables, archive and descriptions, and let the folder appear whole."""
+"""Release a data set: check it, split it, and write tables, archive and descriptions to a folder atomically."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _CHUNK: Final = 32
 
 @dataclass(frozen=True)
 class Released:
-    """A release that stands: its folder, its licence, how many rows each part of each table has, and its size."""
+    """A finished release: its folder, its licence, the number of rows of each part of each table, and its size."""
 
     folder: Path
     licence: Licence
@@ -54,26 +54,26 @@ class Released:
 
 def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about: About | None = None, *,
             workers: int = 1) -> Released:  # fmt: skip
-    """Write a folder that can be uploaded as it is.
+    """Write a release of a data set: a folder that is ready to upload.
 
     Parameters
     ----------
     dataset
         A data set folder that ``houseexpo build`` finished.
     out
-        The folder; new, empty, or a former release, which is replaced whole.
+        The output folder: new, empty, or a former release, which is replaced.
     about
         Title, creators, version, date, addresses.
     workers
-        Processes; with more than one, a script needs its ``if __name__ == "__main__"``. What is written does not depend
-        on how many.
+        Number of processes; it does not change the output. With more than one, a script needs
+        ``if __name__ == "__main__"``.
 
     Raises
     ------
     ConfigError
         ``out`` holds other files.
     DatasetError
-        The data set is not finished, damaged or empty, its plans may not be passed on, or its lists part a house.
+        The data set is unfinished, damaged or empty, its plans may not be redistributed, or its lists divide a house.
     """
     target = Path(out)
     check_target(target)
@@ -90,7 +90,7 @@ def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about:
 def _write_tables(
     folder: Path, tables: tuple[Table, ...], found: Material, parts: Parts, workers: int
 ) -> dict[str, dict[str, int]]:
-    """Write a file for each table and part; return how many rows each has."""
+    """Write a file for each table and part; return the number of rows of each."""
     rows: defaultdict[str, dict[str, int]] = defaultdict(dict)
     for table in tables:
         (folder / table.name).mkdir()
@@ -119,7 +119,7 @@ def _chunks(parts: Parts) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def _rows_of(chunk: tuple[str, list[tuple[bytes, str]]]) -> tuple[str, dict[str, list[Row]]]:
-    """Return the rows of some plans of a part by table; this is what a worker does."""
+    """Return the rows of some plans of a part, by table; this runs in a worker."""
     part, plans = chunk
     rows: dict[str, list[Row]] = {table.name: [] for table in TABLES}
     for data, group in plans:
@@ -131,7 +131,7 @@ def _rows_of(chunk: tuple[str, list[tuple[bytes, str]]]) -> tuple[str, dict[str,
 
 
 def _write_files(folder: Path, tables: tuple[Table, ...], facts: Facts) -> None:
-    """Write all that stands beside the tables, the checksums last."""
+    """Write all files other than the tables, the checksums last."""
     plans, manifest = facts.material.plans, facts.material.manifest
     write_archive(folder / ARCHIVE, ((f"json/{name}.json", plans.raw(name)) for name in plans.ids))
     for home in ("splits", "pictures"):
@@ -155,10 +155,10 @@ def _write_files(folder: Path, tables: tuple[Table, ...], facts: Facts) -> None:
 
 
 def _furnished(found: Material) -> bool:
-    """Whether a plan has furniture, by the statistics."""
+    """Return whether any plan has furniture, according to the statistics."""
     return bool(found.stats["plans"].get("furniture", {}).get("count"))
 
 
 def _slug(target: Path) -> str:
-    """Return the folder's name as descriptions may hold it."""
+    """Return the folder's name in a form that is valid in descriptions."""
     return re.sub(r"[^A-Za-z0-9._-]+", "-", target.absolute().name).strip("-.") or "houseexpo-release"

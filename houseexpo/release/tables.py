@@ -1,7 +1,7 @@
-"""The tables of a release: plans, rooms, doors, and furniture where there is some; one row each.
+"""The tables of a release: plans, rooms, doors and, if there is any, furniture, with one row each.
 
-Geometry is WKB in the plan's own metres (docs/format.md), polygons counter-clockwise. What a column means is said once,
-here: the data card and the Croissant description repeat it.
+Geometry is WKB in the plan's own coordinates in metres (docs/format.md), with polygons counter-clockwise. Columns are
+described only here; the data card and the Croissant description repeat these texts.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ class Placed(NamedTuple):
 
 @dataclass(frozen=True)
 class Column:
-    """A column: its name, its type, and what it holds."""
+    """A column: its name, its type, and its description."""
 
     name: str
-    type: Any  # pyarrow has no types of its own
+    type: Any  # pyarrow has no type annotations
     about: str
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table; ``geometries`` are its columns of WKB with the kinds that occur, the first is the row's own."""
+    """A table; ``geometries`` are its WKB columns with the geometry types that occur, the row's own one first."""
 
     name: str
     about: str
@@ -114,7 +114,7 @@ def _object_rows(placed: Placed) -> Iterator[Row]:
 
 
 def wkb(shape: BaseGeometry) -> bytes:
-    """Return a geometry as WKB, little-endian; the outer rings of polygons run counter-clockwise."""
+    """Return a geometry as little-endian WKB, with the outer rings of polygons counter-clockwise."""
     import shapely
 
     return bytes(shapely.to_wkb(shapely.orient_polygons(shape), byte_order=1, include_srid=False))
@@ -206,7 +206,7 @@ TABLES: Final = (PLANS, ROOMS, DOORS, OBJECTS)
 
 
 def schema_of(table: Table) -> Any:
-    """Return the Arrow schema, with what GeoParquet 1.1 and Hugging Face look for in a file's metadata."""
+    """Return the Arrow schema with the file metadata that GeoParquet 1.1 and Hugging Face read."""
     import json
 
     columns = {

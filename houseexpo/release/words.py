@@ -1,4 +1,4 @@
-"""What is said of a released data set in more than one place: its description, and what to know before using it."""
+"""Texts about a released data set that several files contain: its description, and notes on its use."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PAPER_AUTHORS: Final = (
 
 @dataclass(frozen=True)
 class Facts:
-    """All that the descriptions of a release need; ``rows`` counts by table and part, in their order."""
+    """The facts for the descriptions of a release; ``rows`` are counts by table and part, in order."""
 
     name: str
     about: About
@@ -40,18 +40,18 @@ class Facts:
 
     @property
     def plans(self) -> int:
-        """How many plans there are."""
+        """The number of plans."""
         return len(self.material.plans)
 
     @property
     def title(self) -> str:
-        """The title given, or one that says what there is."""
+        """The given title, or a generic one."""
         kind = "made houses" if self.material.manifest.is_made else "houses"
         return self.about.title or f"{counted(self.plans, 'floor plan')} of {kind}"
 
     @property
     def stats(self) -> Mapping[str, Any]:
-        """The statistics of the plans, as ``stats.json`` has them."""
+        """The statistics of the plans in ``stats.json``."""
         found: Mapping[str, Any] = self.material.stats["plans"]
         return found
 
@@ -62,7 +62,7 @@ class Facts:
 
     @property
     def description(self) -> str:
-        """A paragraph."""
+        """A paragraph that describes the data set."""
         rooms, area = sum(self.rows["rooms"].values()), self.stats["area_m2"]
         made = self.material.manifest.is_made
         furniture = " Some are furnished." if self.furnished else ""
@@ -75,12 +75,12 @@ class Facts:
 
     @property
     def credit(self) -> str:
-        """Who is to be named for the houses, as their manifest says."""
+        """The credit for the houses that their manifest states."""
         return self.material.manifest.credit
 
     @property
     def collection(self) -> str:
-        """How the plans came about."""
+        """A text on how the plans were made."""
         made = self.material.manifest.is_made
         source = (
             "A program makes 3D houses with known rooms from random numbers and a seed. "
@@ -94,7 +94,7 @@ class Facts:
 
     @property
     def limits(self) -> tuple[str, ...]:
-        """What the data cannot tell."""
+        """The limitations of the data."""
         furniture = (
             "Furniture was placed by rules, in part of the plans."
             if self.furnished
@@ -110,7 +110,7 @@ class Facts:
 
     @property
     def biases(self) -> tuple[str, ...]:
-        """In which way the data leans."""
+        """The biases of the data."""
         made = self.material.manifest.is_made
         return (
             *(("Layouts follow the rules of the program that made them and vary less than homes do.",) if made else ()),
@@ -120,7 +120,7 @@ class Facts:
 
     @property
     def uses(self) -> tuple[str, ...]:
-        """What the data is for, and what it is not for."""
+        """The intended uses of the data, and unsuitable ones."""
         return (
             "Training and testing of exploration, navigation, mapping and map prediction for mobile robots.",
             "Study of floor plans: rooms, doors, graphs.",
@@ -129,14 +129,14 @@ class Facts:
 
     @property
     def personal(self) -> str:
-        """Whether people show in the data."""
+        """A text on personal data in the data set."""
         if self.material.manifest.is_made:
             return "Nobody: the houses exist nowhere and belong to no one."
         return "No names, no addresses; file names of the sources stand in the provenance of plans."
 
 
 def bibtex(facts: Facts) -> str:
-    """Return how to cite the release."""
+    """Return the BibTeX entry of the release."""
     about = facts.about
     fields = {
         "title": f"{{{facts.title}}}",
