@@ -36,15 +36,17 @@ def stats(
             min=0.01, max=5, help="Radius of the robot, for --list-bad.", metavar="METRES", show_default="0.2"
         ),
     ] = None,
-    compare: Annotated[Path | None, typer.Option(help="Another data set to compare with.", show_default=False)] = None,
+    compare: Annotated[Path | None, typer.Option(help="Another data set for comparison.", show_default=False)] = None,
     unusable: Annotated[
-        Path | None, typer.Option(help="Judge a list of plans that somebody found bad.", show_default=False)
+        Path | None, typer.Option(help="Compare with a list of plans that somebody found unusable.", show_default=False)
     ] = None,
     geometry: Annotated[
-        bool, typer.Option("--geometry", help="Find rooms and doors of plans that have none; some minutes, once.")
+        bool, typer.Option("--geometry", help="Find rooms and doors of plans without them; takes some minutes, once.")
     ] = False,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
-    replace: Annotated[bool, typer.Option("--replace", help="Write over files that houseexpo did not write.")] = False,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
+    ] = None,
+    replace: Annotated[bool, typer.Option("--replace", help="Overwrite files that houseexpo did not write.")] = False,
 ) -> None:
     """Show statistics of a data set: rooms, labels, areas, doors, navigability, repeated plans, splits.
 

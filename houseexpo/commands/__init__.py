@@ -1,1 +1,1 @@
-"""The library's commands, a file each; they parse, call and print, and own nothing else."""
+"""The library's commands, one file each; they parse arguments, call the library and print the result."""

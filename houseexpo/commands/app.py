@@ -1,7 +1,7 @@
-"""The command ``houseexpo``: it finds its commands through entry points and owns nothing else.
+"""The command ``houseexpo``, which finds its subcommands through entry points.
 
-A command is loaded when it is called, or when ``--help`` says what there is. One that cannot be loaded says so, and
-harms no other.
+A command is loaded when it is called or when ``--help`` lists the commands. If one cannot be loaded, it reports that
+and does not affect the others.
 """
 
 from __future__ import annotations
@@ -23,14 +23,13 @@ from houseexpo.errors import INTERRUPTED, HouseExpoError, MissingDependencyError
 from houseexpo.words import nearest
 
 GROUP = "houseexpo.commands"
-"""Entry points of this group are functions that typer can call, or a ``typer.Typer`` of several; their names are the
-commands' names."""
+"""The group of entry points: functions that typer can call, or a ``typer.Typer`` of several, by the commands' names."""
 
 _SETTINGS = {"help_option_names": ["-h", "--help"]}
 
 
 class _Commands(TyperGroup):
-    """The commands of the entry points; an error that houseexpo raises on purpose is one red line and exit code 2."""
+    """The commands of the entry points; an error that houseexpo raises becomes one red line and exit code 2."""
 
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002  # click's signature
         known = [name for names in PANELS.values() for name in names]
@@ -41,7 +40,7 @@ class _Commands(TyperGroup):
         return None if entry is None else _command(entry)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Say which command a person may have meant."""
+        """Find the command; if it is unknown, suggest a similar one."""
         if args and not args[0].startswith("-") and args[0] not in _entries():
             ctx.fail(f"No such command {args[0]!r}{nearest(args[0], _entries())}")
         return super().resolve_command(ctx, args)
@@ -49,7 +48,7 @@ class _Commands(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
-        except BrokenPipeError:  # `houseexpo info plans | head -1`: the reader has seen enough
+        except BrokenPipeError:  # `houseexpo info plans | head -1`: the reader has closed the pipe
             drop_output()
             raise typer.Exit(0) from None
         except KeyboardInterrupt:
@@ -61,7 +60,7 @@ class _Commands(TyperGroup):
 
 
 def _said(error: Exception) -> str:
-    """Return an error as people read it: of the system's errors the file, what is wrong, and what to do."""
+    """Return the message of an error; for errors of the system, the file, the problem and what to do."""
     if not isinstance(error, OSError) or isinstance(error, HouseExpoError) or not error.strerror:
         return str(error)
     where = f"{error.filename}: " if error.filename else ""
@@ -84,7 +83,7 @@ PANELS: Final = {
     "Use and pass on": ("export", "split", "release"),
     "Simulate": ("play", "record", "benchmark", "train", "observe", "prepare"),
 }
-"""The commands as ``--help`` groups them; others, such as those of plug-ins, stand below."""
+"""The commands in the groups of ``--help``; others, such as those of plug-ins, come after them."""
 
 
 def panel_of(command: str) -> str:
@@ -107,7 +106,7 @@ def make_app() -> typer.Typer:
 
 
 def main(*command: str) -> None:
-    """Run the command line; ``command`` is put before the arguments (``python -m pipeline`` is ``houseexpo build``)."""
+    """Run the command line with ``command`` before the arguments (``python -m pipeline`` runs ``houseexpo build``)."""
     make_app()(args=[*command, *sys.argv[1:]], prog_name="houseexpo")
 
 
@@ -115,7 +114,7 @@ def _entries() -> dict[str, EntryPoint]:
     return {entry.name: entry for entry in entry_points(group=GROUP)}
 
 
-def _command(entry: EntryPoint) -> Any:  # what typer makes of a function
+def _command(entry: EntryPoint) -> Any:  # a click command, made by typer
     function = _loaded(entry)
     if isinstance(function, typer.Typer):
         return _group(entry.name, function)
@@ -130,7 +129,7 @@ def _command(entry: EntryPoint) -> Any:  # what typer makes of a function
 
 
 def _group(name: str, commands: typer.Typer) -> Any:
-    """Return a command that has commands of its own."""
+    """Return a command with subcommands."""
     found: Any = typer.main.get_group(commands)
     found.name = name
     found.rich_help_panel = panel_of(name)
@@ -142,19 +141,19 @@ def _group(name: str, commands: typer.Typer) -> Any:
 
 
 def _loudness() -> list[Any]:
-    """Return the options -v and -q of a command: people type them at its end, too."""
+    """Return the options -v and -q of a command, so that they may also follow its name."""
     alone = typer.Typer(add_completion=False)
     alone.command()(_only_loudness)
     found = typer.main.get_command(alone).params
     for option in found:
-        option.expose_value = False  # its callback hears it; the command does not
+        option.expose_value = False  # its callback handles it, not the command
     return found
 
 
 def _loaded(entry: EntryPoint) -> Callable[..., Any] | typer.Typer:
-    """Return a command's function, or functions; where it cannot be loaded, one that says why."""
+    """Return a command's function or Typer; if it cannot be loaded, a function that reports why."""
     package = entry.module.partition(".")[0]
-    spec = PathFinder.find_spec(package)  # finds it without running it
+    spec = PathFinder.find_spec(package)  # finds it without importing it
     if spec is not None and spec.submodule_search_locations is None and entry.module != package:
         return _broken(entry, f"{spec.origin} hides the installed package {package!r}; run it from another folder")
     try:
@@ -188,8 +187,8 @@ def _quietly(asked: bool) -> None:
         logs.set_up(0, quiet=True)
 
 
-_MORE = "Say what is done; -vv: more."
-_LESS = "Say errors only, without progress bars."
+_MORE = "Report each action; -vv: report more."
+_LESS = "Report only errors, without progress bars."
 
 
 def _only_loudness(
@@ -198,11 +197,11 @@ def _only_loudness(
     ] = 0,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", callback=_quietly, help=_LESS)] = False,
 ) -> None:
-    """Stand for the options that every command has."""
+    """Declare the options that every command has."""
 
 
 def _root(
-    _: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Say which version.")] = False,
+    _: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")] = False,
     verbose: Annotated[int, typer.Option("--verbose", "-v", count=True, help=_MORE, show_default=False)] = 0,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help=_LESS)] = False,
 ) -> None:

@@ -39,16 +39,18 @@ def run(
         Path | None,
         typer.Option(help="Data set with its list: a folder, an archive or JSON lines.", show_default="fetched"),
     ] = None,
-    split: Annotated[str, typer.Option(help="The list that plans are chosen from.")] = "test",
-    plans: Annotated[int, typer.Option(min=1, help="How many plans; episodes, for avoidance.")] = 500,
+    split: Annotated[str, typer.Option(help="The list from which plans are chosen.")] = "test",
+    plans: Annotated[int, typer.Option(min=1, help="Number of plans; for avoidance, of episodes.")] = 500,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the policy; starts are the same for all.")] = 0,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
-    decision_limit: Annotated[float, typer.Option(min=0.001, help="Seconds that an action may take.")] = 60.0,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
+    ] = None,
+    decision_limit: Annotated[float, typer.Option(min=0.001, help="Time limit of an action, seconds.")] = 60.0,
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
-    """Run a policy in fixed plans from fixed starts, and write what it came to.
+    """Run a policy in fixed plans from fixed starts, and write the result.
 
-    The result is the same however many processes there are, but for its times.
+    Except for times, the result does not depend on the number of processes.
     """
     from houseexpo.commands.given import data_set
     from houseexpo.commands.printing import console, print_named
@@ -62,7 +64,7 @@ def run(
     _check_out(out)
     wanted = track_of(track)
     settings = Settings(split, plans, seed, workers or cores(), decision_limit)
-    with Output(out, [dataset], replace=replace):  # before hours of work
+    with Output(out, [dataset], replace=replace):  # check before hours of work
         houses = data_set(dataset) if wanted.needs_plans else None
         result = run_benchmark(wanted, policy, houses, settings)
         write_result(result, out)
@@ -76,10 +78,10 @@ def compare(
     out: Annotated[
         Path | None, typer.Option(help="A page with curves (.html), or the tables (.md).", show_default=False)
     ] = None,
-    title: Annotated[str, typer.Option(help="The page's heading.")] = "Policies compared",
+    title: Annotated[str, typer.Option(help="Heading of the page.")] = "Policies compared",
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
-    """Put results side by side, a table for each track; they have to be of the same plans."""
+    """Compare results in a table for each track; they must be for the same plans."""
     from houseexpo.commands.printing import console, print_named
     from houseexpo.outputs import Output
     from houseexpo.pseudoslam.benchmark.comparison import read_results
@@ -107,7 +109,7 @@ def _print(files: list[Path]) -> None:
 
 
 def _check_out(file: Path) -> None:
-    """Refuse, before hours of work, a file that cannot be written."""
+    """Raise an error, before hours of work, if a file cannot be written."""
     if file.suffix != ".json":
         raise ConfigError(f"--out: expected a file that ends in .json, found {file.name!r}")
     _check_folder(file)

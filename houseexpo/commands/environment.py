@@ -1,4 +1,4 @@
-"""The environment that ``play`` and ``record`` ask for."""
+"""The environment of the commands ``play`` and ``record``."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def environment(
     interface: Interface | None = None,
     ranges: bool = False,
 ) -> tuple[PseudoSlamEnv, dict[str, Any]]:
-    """Return an environment and the options of its resets; ``max_steps`` holds where no configuration is given.
+    """Return an environment and the options for its resets; ``max_steps`` applies if no configuration is given.
 
     Parameters
     ----------
     interface
-        How who drives wants to see and to act; None: single steps, on the map.
+        The driver's observations and actions; None for single steps and the map.
     ranges
-        Show a dictionary with the laser's ranges where the map is wanted: it holds that, too.
+        Whether the observation is a dictionary with the laser's ranges, which also contains the map.
     """
     from houseexpo.pseudoslam.agents.protocol import Interface
     from houseexpo.pseudoslam.config import SimulatorConfig
@@ -56,7 +56,7 @@ def environment(
 
 
 def _plans(dataset: Path | None, plan: str | None, task: TaskName) -> Plans:
-    """Return what was named; the paper's room for avoidance, else the fetched data set, where nothing was."""
+    """Return the named plans; if none are named, the paper's room for avoidance, or else the fetched data set."""
     from houseexpo.commands.given import data_set, is_plan_file
     from houseexpo.dataset.plan_files import load_plan
     from houseexpo.pseudoslam.tasks import ROOM

@@ -1,4 +1,4 @@
-"""``houseexpo export``: plans in the formats of other programs."""
+"""``houseexpo export``: write plans in the formats of other programs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from houseexpo.floorplan import FloorPlan
 
 
-# the table of formats brings shapely, which `houseexpo --help` does without; a test keeps the two alike
+# the table of formats imports shapely, which `houseexpo --help` does not need; a test compares the two lists
 _NAMES = "coco, geojson, glb, graphml, irsim, json, npz, obj, png, pol, ros, sdf, stage, svg"
 _OWN = "the format's own"
 
@@ -51,12 +51,14 @@ def export(
         Literal["world", "plan"] | None,
         typer.Option(help="As seen from above, or the plan's own axes.", show_default=_OWN),
     ] = None,
-    find_rooms: Annotated[bool, typer.Option("--find-rooms", help="Find rooms and doors of plans without.")] = False,
+    find_rooms: Annotated[
+        bool, typer.Option("--find-rooms", help="Find rooms and doors of plans without them.")
+    ] = False,
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Write plans for other programs: maps, worlds, meshes, features, graphs, pictures, grids.
 
-    Exit code 1: plans that the format cannot hold are named and left out.
+    The exit code is 1 if the format cannot represent some plans; these are listed and left out.
     """
     from houseexpo.commands.given import plan_ids
     from houseexpo.commands.printing import console, print_refused
@@ -86,7 +88,7 @@ def export(
 
 
 def _plans(path: Path, wanted: Sequence[str] | None) -> tuple[int, Iterator[FloorPlan]]:
-    """Return how many plans there will be, and the plans; all ids are known before the first plan is read."""
+    """Return the number of plans, and the plans; all ids are checked before the first plan is read."""
     from houseexpo.dataset import Dataset, open_dataset
     from houseexpo.dataset.plan_files import load_plan
     from houseexpo.dataset.store.catalogue import nearest

@@ -10,7 +10,7 @@ import typer
 
 
 class Size(StrEnum):
-    """How many plans."""
+    """The number of plans of a subset."""
 
     TEN = "10"
     HUNDRED = "100"
@@ -19,12 +19,12 @@ class Size(StrEnum):
 
 
 def fetch(
-    subset: Annotated[Size, typer.Option(help="How many plans; smaller subsets lie in larger ones.")] = Size.ALL,
+    subset: Annotated[Size, typer.Option(help="Number of plans; larger subsets contain smaller ones.")] = Size.ALL,
     manifest: Annotated[Path | None, typer.Option(help="Manifest of another data set.", dir_okay=False)] = None,
 ) -> None:
-    """Download the published data set into the cache, verified, and say where it is.
+    """Download the published data set into the cache, verify it and print its path.
 
-    A download that was interrupted goes on where it stopped. The variable HOUSEEXPO_CACHE moves the cache.
+    An interrupted download continues where it stopped. The variable HOUSEEXPO_CACHE sets the place of the cache.
     """
     from rich.console import Console
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn

@@ -1,4 +1,4 @@
-"""What the commands take: a data set's path, or plans by id or file; ids are given alike in all of them."""
+"""Arguments that the commands share: a data set's path, or plans by id or file."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from houseexpo.dataset import Dataset
     from houseexpo.floorplan import FloorPlan
 
-REPLACE_HELP = "Write over files that houseexpo did not write."
+REPLACE_HELP = "Overwrite files that houseexpo did not write."
 
 
 def offering(*words: str) -> Callable[[str], list[str]]:
-    """Return what completes an option in a shell: those of some words that begin as what was typed does."""
+    """Return a function for shell completion: the words that start with what was typed."""
 
-    def begun(incomplete: str) -> list[str]:  # typer knows the parameter by its name
+    def begun(incomplete: str) -> list[str]:  # typer identifies the parameter by its name
         return [word for word in words if word.startswith(incomplete)]
 
     return begun
@@ -28,12 +28,12 @@ POLICIES = (
     *("random", "forward", "wall", "frontier", "information", "tour", "chooser", "chooser-1", "chooser-2", "oracle"),
     *("greedy", "a-star"),
 )
-"""The policies that come with the project; the table itself brings the simulator (a test keeps the two alike)."""
+"""The policies of the project. Their table would import the simulator; a test compares the two."""
 IDS_HELP = "Ids, by commas, or @FILE with one a line; may be repeated."
 
 
 def data_set(path: Path | None) -> Dataset:
-    """Open the data set given, else the published one that ``houseexpo fetch`` brought, the largest of them."""
+    """Open the given data set, or else the largest subset of the published one that ``houseexpo fetch`` downloaded."""
     from houseexpo.dataset import open_dataset
     from houseexpo.dataset.fetch import folder_of
 
@@ -46,21 +46,21 @@ def data_set(path: Path | None) -> Dataset:
 
 
 def is_plan_file(name: str | Path) -> bool:
-    """Whether this is the file of one plan."""
+    """Return whether this is the file of one plan."""
     return Path(name).suffix == ".json" and Path(name).is_file()
 
 
 def is_data_set(name: str | Path) -> bool:
-    """Whether this is there, and is no plan's file: a folder, an archive or JSON lines; or a service's address."""
+    """Return whether this is an existing folder, archive or file of JSON lines, or the address of a service."""
     from houseexpo.dataset.store import address_in
 
     return bool(address_in(name)) or (Path(name).exists() and not is_plan_file(name))
 
 
 def plan_ids(words: Sequence[str] | None) -> list[str]:
-    """Return the ids that words name, each once, in order: by commas, or ``@FILE`` with one at the start of each line.
+    """Return the ids in ``words``, each once, in order: separated by commas, or ``@FILE`` with one id per line.
 
-    ConfigError where a file cannot be read.
+    Raise ConfigError if a file cannot be read.
     """
     found: list[str] = []
     for word in words or ():
@@ -69,7 +69,7 @@ def plan_ids(words: Sequence[str] | None) -> list[str]:
 
 
 def plans(names: Sequence[str], data: Path | None) -> list[FloorPlan]:
-    """Return plans by file where there is one of that name, by id of the data set else (``plan_ids``)."""
+    """Return plans from files if they exist, or else by their ids in the data set (``plan_ids``)."""
     from houseexpo.dataset.plan_files import load_plan
 
     found, opened = [], None
@@ -83,7 +83,7 @@ def plans(names: Sequence[str], data: Path | None) -> list[FloorPlan]:
 
 
 def named_plans(what: Sequence[str], data: Path | None, ids: Sequence[str] | None) -> Sequence[FloorPlan]:
-    """Return the plans that a command line names: a data set's, all or by ``--ids``, or those of files and ids."""
+    """Return the plans that a command line names: those of a data set, all or by ``--ids``, or of files and ids."""
     from houseexpo.dataset import open_dataset
 
     if len(what) == 1 and is_data_set(what[0]):
@@ -93,7 +93,7 @@ def named_plans(what: Sequence[str], data: Path | None, ids: Sequence[str] | Non
 
 
 def _looked_up_in(name: str, data: Path | None) -> Dataset:
-    """Return the data set that a word is an id of."""
+    """Return the data set in which to look up a word as an id."""
     try:
         return data_set(data)
     except ConfigError:
@@ -110,6 +110,6 @@ def _lines(file: Path) -> list[str]:
         lines = file.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"{file}: expected a text file with one id a line, found: {error}") from None
-    # what `stats --list-bad` writes has a tab after the id, which may hold blanks
+    # the output of `stats --list-bad` has a tab after the id, which may contain spaces
     found = (line.partition("\t")[0] if "\t" in line else line.split(maxsplit=1)[0] for line in lines if line.strip())
     return [name for name in found if not name.startswith("#")]

@@ -1,4 +1,4 @@
-"""``houseexpo info``: what a data set or a plan is, at a glance."""
+"""``houseexpo info``: a summary of a data set or of plans."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def info(
     ids: Annotated[list[str] | None, typer.Option(help=IDS_HELP, show_default="the data set as a whole")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")] = False,
 ) -> None:
-    """Say what a data set is, or what plans are."""
+    """Show a summary of a data set or of plans."""
     from houseexpo.commands.given import is_data_set, named_plans
     from houseexpo.commands.printing import console, print_json, print_named
     from houseexpo.dataset import open_dataset
@@ -48,7 +48,7 @@ def info(
 
 
 _Row = tuple[str, Any, str]
-"""A name, its value for programs, and how people are told."""
+"""A name, its value for programs, and its text for people."""
 
 
 def _of_data_set(plans: Dataset) -> list[_Row]:
@@ -68,7 +68,7 @@ def _of_data_set(plans: Dataset) -> list[_Row]:
 
 
 def _quality(scores: list[float | None]) -> list[_Row]:
-    """Say how sure the pipeline is of the plans; nothing where none says so."""
+    """Return the row on the plans' quality scores, none if no plan has one."""
     from houseexpo.plan.quality import SURE
 
     known = [score for score in scores if score is not None]
@@ -138,6 +138,6 @@ def _of_quality(quality: Quality | None) -> list[_Row]:
     judged = "doubtful" if quality.is_doubtful else "sure"
     grounds: list[_Row] = []
     for name, value in quality.grounds.items():
-        about = f", {GROUNDS[name]}" if value > 0 and name in GROUNDS else ""  # of 0 there is nothing to explain
+        about = f", {GROUNDS[name]}" if value > 0 and name in GROUNDS else ""  # 0 needs no explanation
         grounds.append((f"  {name}", value, f"{value:g}{about}"))
     return [("quality", quality.score, f"{quality.score:.2f}, {judged}"), *grounds]

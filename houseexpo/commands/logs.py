@@ -1,4 +1,4 @@
-"""How much the commands say: ``-q`` errors only and no progress bars, ``-v`` what is done, ``-vv`` all."""
+"""Verbosity of the commands: ``-q`` only errors and no progress bars, ``-v`` each action, ``-vv`` everything."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ OURS = ("houseexpo", "pipeline", "stats")
 
 
 def set_up(verbose: int, *, quiet: bool) -> None:
-    """Send what our packages log to standard error, from WARNING on, or as was asked."""
+    """Send the log messages of our packages to standard error, by default from WARNING on."""
     level = logging.ERROR if quiet else (logging.WARNING, logging.INFO, logging.DEBUG)[min(verbose, 2)]
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("%(levelname)s %(name)s: %(message)s"))

@@ -1,4 +1,4 @@
-"""``houseexpo observe``: pairs of partial and complete maps, for who learns to predict maps."""
+"""``houseexpo observe``: write pairs of partial and complete maps, for learning map prediction."""
 
 from __future__ import annotations
 
@@ -14,23 +14,25 @@ def observe(
         Path | None, typer.Argument(help="Data set: a folder, an archive or JSON lines.", show_default="fetched")
     ] = None,
     limit: Annotated[
-        int | None, typer.Option(min=1, help="Pairs at most.", show_default="a visit to each plan")
+        int | None, typer.Option(min=1, help="Largest number of pairs.", show_default="a visit to each plan")
     ] = None,
-    each: Annotated[int, typer.Option(min=1, help="Pairs from one visit to a plan.")] = 10,
+    each: Annotated[int, typer.Option(min=1, help="Number of pairs from one visit to a plan.")] = 10,
     every: Annotated[int, typer.Option(min=1, help="Steps of the robot from one pair to the next.")] = 8,
     size: Annotated[float, typer.Option(help="Side of the window, metres.")] = 16.0,
     pixels: Annotated[int, typer.Option(min=2, help="Side of the window, pixels.")] = 128,
-    rooms: Annotated[bool, typer.Option(help="Write rooms and their labels, too.")] = True,
-    noise: Annotated[bool, typer.Option(help="Let laser and odometry err as usual ones do.")] = False,
+    rooms: Annotated[bool, typer.Option(help="Also write rooms and their labels.")] = True,
+    noise: Annotated[bool, typer.Option(help="Add typical errors of laser and odometry.")] = False,
     config: Annotated[
         Path | None, typer.Option(help="YAML file of a SimulatorConfig.", show_default="the paper's")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of starts, ways and noise.")] = 0,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of starts, paths and noise.")] = 0,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
+    ] = None,
 ) -> None:
-    """Write pairs of maps, what a robot knows so far and the whole house: npz shards, and manifest.json at the end.
+    """Write pairs of maps, a robot's partial map and the whole house, as npz shards with a manifest.json.
 
-    The same seed gives the same bytes, with any number of workers. A run that was stopped goes on where it stopped.
+    The same seed gives the same bytes with any number of workers. An interrupted run continues where it stopped.
     """
     from dataclasses import replace
 

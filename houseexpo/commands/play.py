@@ -22,10 +22,10 @@ def play(
         Path | None, typer.Argument(help="Data set, or one plan's JSON file.", show_default="fetched")
     ] = None,
     plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="at random")] = None,
-    task: Annotated[
-        TaskName, typer.Option(help="What the robot is to do; avoidance has a room of its own.")
-    ] = "exploration",
-    window: Annotated[bool, typer.Option("--window", help="In a window (needs pygame), not in the terminal.")] = False,
+    task: Annotated[TaskName, typer.Option(help="Task of the robot; avoidance has a room of its own.")] = "exploration",
+    window: Annotated[
+        bool, typer.Option("--window", help="Show a window (needs pygame) instead of the terminal.")
+    ] = False,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the trajectory and the map.", show_default="nothing is kept")
     ] = None,
@@ -35,7 +35,7 @@ def play(
     seed: Annotated[int | None, typer.Option(help="Seed of plan, start and noise.", show_default="at random")] = None,
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
-    """Drive a robot through a house with the arrow keys, and see the map that it draws."""
+    """Drive a robot through a house with the arrow keys, and watch its map grow."""
     from houseexpo.commands.environment import environment
     from houseexpo.commands.printing import console
     from houseexpo.files import make_folder
@@ -43,12 +43,12 @@ def play(
     from houseexpo.pseudoslam.agents.driving import FILES, Drive, drive
 
     output = None if out is None else Output(out, [dataset], replace=replace, folder=True)
-    if out is not None and output is not None:  # now: at the end there would be a drive to lose
+    if out is not None and output is not None:  # check now, not when the drive is over
         make_folder(out)
         with output:
             for name in FILES:
                 output.check(out / name)
-    screen = _screen(window)  # first: without one there is nothing to wait for
+    screen = _screen(window)  # first, since nothing else makes sense without one
     printed = console()
     with printed.status("making the house ready"):
         env, options = environment(dataset, plan, task, config, _NO_END)

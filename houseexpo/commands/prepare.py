@@ -1,4 +1,4 @@
-"""``houseexpo prepare``: the worlds of a data set, made before training."""
+"""``houseexpo prepare``: compute the worlds of a data set before training."""
 
 from __future__ import annotations
 
@@ -18,12 +18,14 @@ def prepare(
     config: Annotated[
         Path | None, typer.Option(help="YAML file of a SimulatorConfig, instead of the options above.")
     ] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
+    ] = None,
 ) -> None:
-    """Make and keep what PseudoSLAM needs of every plan, so that a new house costs a reset nothing extra.
+    """Compute and cache what PseudoSLAM needs for every plan, so that resets to a new house are fast.
 
-    Environments of this resolution, robot radius and laser range find it by themselves. Without it they make, and keep,
-    what they need as they go on.
+    Environments with the same resolution, robot radius and laser range use the cache automatically. Without it, they
+    compute and cache what they need during the resets.
     """
     from houseexpo.commands.given import data_set
     from houseexpo.commands.printing import console, print_refused

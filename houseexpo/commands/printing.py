@@ -1,4 +1,4 @@
-"""How commands print: tables for people, JSON for programs; a reader who has seen enough is no error."""
+"""Output of commands: tables for people, JSON for programs. A reader that closes the pipe causes no error."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
 
 
 _AROUND = 3
-"""What a table has round a column: a blank on both sides, and a line."""
+"""The width around a column of a table: a space on both sides, and a line."""
 
 
 def console(*, stderr: bool = False, quiet: bool = False) -> Console:
-    """Return a console; once its reader has gone (``| head -1``) it prints nothing more, and the command goes on.
+    """Return a console that prints nothing more after its reader has gone (``| head -1``); the command continues.
 
-    What stands in square brackets is printed as it is: paths, ids and labels may hold some. Styles are given by name.
+    Text in square brackets is printed literally, since paths, ids and labels may contain it. Styles are given by name.
     """
     from rich.console import Console
 
     class PipedConsole(Console):
-        def on_broken_pipe(self) -> None:  # rich would end the command with 1
+        def on_broken_pipe(self) -> None:  # rich would exit with code 1
             self.quiet = True
             if not self.stderr:
                 drop_output()
@@ -37,15 +37,15 @@ def console(*, stderr: bool = False, quiet: bool = False) -> Console:
 
 
 def print_named(out: Console, name: str, said: str, style: str = "bold") -> None:
-    """Print a name, in bold or another style, and what is said of it in the same line."""
+    """Print a name, in bold or another style, and a text about it on the same line."""
     out.print(f"{name} ", style=style, end="", highlight=False)
     out.print(said, highlight=False, soft_wrap=True)
 
 
 def print_table(out: Console, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table: names first, then numbers; where it is wider than the screen, columns go on below, with the names.
+    """Print a table of names and numbers; columns that do not fit continue below, with the names repeated.
 
-    Heads break between words. Names alone break within one, where they would take more than half of the screen.
+    Heads are broken between words. Only names may be broken within a word, if they need more than half of the screen.
     """
     from rich.table import Table
 
@@ -63,7 +63,7 @@ def print_table(out: Console, heads: Sequence[str], rows: Sequence[Sequence[str]
 
 
 def _side_by_side(widths: Sequence[int], room: int) -> list[list[int]]:
-    """Return the numbers of columns in parts, each no wider than the room where it has more than one."""
+    """Return the columns' numbers in parts, each of which fits in ``room`` or has a single column."""
     parts: list[list[int]] = [[]]
     left = room
     for i, width in enumerate(widths):
@@ -76,23 +76,23 @@ def _side_by_side(widths: Sequence[int], room: int) -> list[list[int]]:
 
 
 def drop_output() -> None:
-    """Send what is still to be written on standard output nowhere: its reader has gone."""
+    """Discard further standard output, since its reader has gone."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def print_json(value: Any) -> None:  # what json takes
+def print_json(value: Any) -> None:  # any value that json accepts
     """Print a value as JSON, for other programs."""
     sys.stdout.write(json.dumps(value, indent=2, ensure_ascii=False) + "\n")
 
 
 def typed_command() -> str:
-    """Return the command that is running, as it is typed in a shell."""
+    """Return the running command as a line for a shell."""
     by_module = Path(sys.argv[0]).name == "__main__.py"
     return shlex.join(sys.orig_argv if by_module else ["houseexpo", *sys.argv[1:]])
 
 
 def print_refused(out: Console, what: str, problems: Sequence[str], most: int = 10) -> None:
-    """Print the first problems, each after ``what`` it means, and how many more there are."""
+    """Print the first problems, each after ``what``, and the number of further ones."""
     for problem in problems[:most]:
         out.print(f"{what}: {problem}", highlight=False, soft_wrap=True)
     if len(problems) > most:

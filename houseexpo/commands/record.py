@@ -1,4 +1,4 @@
-"""``houseexpo record``: a policy as a GIF, a film or a ROS bag."""
+"""``houseexpo record``: record a policy as a GIF, a movie or a ROS bag."""
 
 from __future__ import annotations
 
@@ -23,34 +23,32 @@ def record(
         Path | None, typer.Option(help="ROS 2 bag to write: .mcap (needs the extra 'bag').", show_default="none")
     ] = None,
     plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="at random")] = None,
-    task: Annotated[
-        TaskName, typer.Option(help="What the robot is to do; avoidance has a room of its own.")
-    ] = "exploration",
+    task: Annotated[TaskName, typer.Option(help="Task of the robot; avoidance has a room of its own.")] = "exploration",
     policy: Annotated[
         str | None,
         typer.Option(
-            help="A name such as frontier, a file, or module:name; several, by commas, go side by side.",
+            help="A name such as frontier, a file, or module:name; several, separated by commas, run side by side.",
             show_default="frontier; wall, avoidance; a-star, navigation",
             autocompletion=offering(*POLICIES),
         ),
     ] = None,
-    steps: Annotated[int, typer.Option(min=1, help="Steps at most; the episode may end sooner.")] = 200,
+    steps: Annotated[int, typer.Option(min=1, help="Largest number of steps; the episode may end earlier.")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="Seed of plan, start, noise and policy.")] = 0,
-    fps: Annotated[float, typer.Option(help="Pictures a second.")] = 15.0,
-    every: Annotated[int, typer.Option(min=1, help="Steps from one picture to the next.")] = 1,
+    fps: Annotated[float, typer.Option(help="Pictures per second.")] = 15.0,
+    every: Annotated[int, typer.Option(min=1, help="Number of steps between pictures.")] = 1,
     shows: Annotated[
         Literal["map", "both", "truth", "beside"],
         typer.Option(
             help="map: what the robot knows; both: that over a pale house; truth: the house; beside: house and map."
         ),
     ] = "both",
-    size: Annotated[tuple[int, int], typer.Option(help="Width and height at most, pixels.")] = (640, 480),
+    size: Annotated[tuple[int, int], typer.Option(help="Largest width and height, pixels.")] = (640, 480),
     config: Annotated[
         Path | None, typer.Option(help="YAML file of a SimulatorConfig.", show_default="the task's")
     ] = None,
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
-    """Write a movie of a policy at work, or a ROS bag of what its robot knows and reads."""
+    """Write a movie of a policy at work, or a ROS bag with its robot's map and sensor data."""
     from houseexpo.commands.environment import environment
     from houseexpo.commands.printing import console
     from houseexpo.errors import ConfigError

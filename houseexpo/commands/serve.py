@@ -1,4 +1,4 @@
-"""``houseexpo serve``: data sets as pages to walk through, and as an interface for programs."""
+"""``houseexpo serve``: show data sets in the browser, and offer them to programs."""
 
 from __future__ import annotations
 
@@ -25,20 +25,24 @@ def serve(
         list[Path] | None,
         typer.Argument(help="Data sets: folders, archives, JSON lines.", show_default="the fetched one"),
     ] = None,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="0: any that is free.")] = 8000,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 for any free one.")] = 8000,
     host: Annotated[
-        str, typer.Option(help="Address to listen on. Others than this machine's own need a token.", metavar="ADDRESS")
+        str,
+        typer.Option(help="Address to listen on. A token is needed for all but this machine's own.", metavar="ADDRESS"),
     ] = "127.0.0.1",
-    review: Annotated[bool, typer.Option("--review", help="Pages for judging plans.")] = False,
-    read_only: Annotated[bool, typer.Option("--read-only", help="Write nothing.")] = False,
+    review: Annotated[bool, typer.Option("--review", help="Add pages for reviewing plans.")] = False,
+    read_only: Annotated[bool, typer.Option("--read-only", help="Do not write any files.")] = False,
     measure: Annotated[
-        bool, typer.Option("--measure", help="Find doors and reach of plans that record none first; minutes, once.")
+        bool,
+        typer.Option(
+            "--measure", help="First compute doors and navigability that plans do not record; takes minutes, once."
+        ),
     ] = False,
     with_token: Annotated[
-        bool, typer.Option("--token", help="Ask for the token in the address on this machine too, as on others.")
+        bool, typer.Option("--token", help="Require the token in the address on this machine too.")
     ] = False,
 ) -> None:
-    """Show data sets in the browser: gallery, plans, statistics, a robot to drive; and serve them to programs."""
+    """Show data sets in the browser, with a gallery, statistics and a robot to drive, and serve them to programs."""
     from houseexpo.dataset.store import files_at
     from houseexpo.errors import ConfigError
 
@@ -56,7 +60,7 @@ def serve(
     if review and read_only:
         raise ConfigError("serve: --review writes decisions, --read-only forbids it; leave one out")
     for place in dataset or () if review else ():
-        files_at(place, "serve --review")  # decisions lie beside the data set
+        files_at(place, "serve --review")  # decisions are stored beside the data set
     token = "" if is_loopback(host) and not with_token else secrets.token_urlsafe(_TOKEN_BYTES)
     listening = _listening(host, port)
     with listening:
@@ -74,14 +78,14 @@ def serve(
 
 
 def address(settings: Settings) -> str:
-    """Return the address that people open; it holds the token, where there is one."""
+    """Return the address to open in a browser, with the token if there is one."""
     host = f"[{settings.host}]" if ":" in settings.host else settings.host
     host = settings.names[0] if settings.names else host
     return f"http://{host}:{settings.port}/" + (f"?token={settings.token}" if settings.token else "")
 
 
 def _checked_decisions(dataset: Path) -> Path:
-    """Return the file that decisions on a data set go to; ConfigError where they could not be written."""
+    """Return the file for decisions on a data set; raise ConfigError if it is not writable."""
     from houseexpo.dataset.store.folders import overrides_file
     from houseexpo.service.review.decisions import Decisions
 
@@ -97,7 +101,7 @@ def _fetched() -> Path:
 
 
 def _listening(host: str, port: int) -> socket.socket:
-    """Return a socket that listens, before data sets are opened: a port in use is said at once, and a browser waits."""
+    """Return a listening socket before data sets are opened, so that a port in use is reported and browsers wait."""
     from houseexpo.errors import ConfigError
 
     with ExitStack() as undone:
@@ -106,8 +110,8 @@ def _listening(host: str, port: int) -> socket.socket:
             found = undone.enter_context(socket.socket(family, socket.SOCK_STREAM))
             found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             found.bind(where)
-            found.listen(_QUEUE)  # with SO_REUSEADDR two may be bound, but only one listens
-        except (OSError, UnicodeError) as error:  # UnicodeError: a name that no host can have
+            found.listen(_QUEUE)  # with SO_REUSEADDR two sockets may be bound, but only one can listen
+        except (OSError, UnicodeError) as error:  # UnicodeError: an invalid host name
             what = getattr(error, "strerror", None) or str(error)
             refusal = f"serve: cannot listen on {host}:{port} ({what}); choose another --port or --host"
             raise ConfigError(refusal) from None

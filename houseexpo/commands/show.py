@@ -1,4 +1,4 @@
-"""``houseexpo show``: plans as a picture."""
+"""``houseexpo show``: draw plans as a picture."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from houseexpo.words import counted
 if TYPE_CHECKING:
     from houseexpo.floorplan import FloorPlan
 
-_MAX_PICTURES = 1000  # a sheet of more is larger than viewers open
+_MAX_PICTURES = 1000  # a larger sheet is too large for viewers
 
 
 def show(
@@ -26,12 +26,12 @@ def show(
         Path | None, typer.Option("--dataset", "--data", help="The data set of the ids; the fetched one by default.")
     ] = None,
     ids: Annotated[list[str] | None, typer.Option(help=IDS_HELP, show_default="all")] = None,
-    limit: Annotated[int | None, typer.Option(min=1, help="At most so many plans, the first ones.")] = None,
-    sample: Annotated[int | None, typer.Option(min=1, help="So many plans, drawn at random.")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Decides which plans are drawn.")] = 0,
+    limit: Annotated[int | None, typer.Option(min=1, help="Draw at most this many plans, the first ones.")] = None,
+    sample: Annotated[int | None, typer.Option(min=1, help="Draw this many plans, chosen at random.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random choice.")] = 0,
     size: Annotated[int, typer.Option(min=64, max=8000, help="Longer side of a plan, pixels.")] = 800,
-    columns: Annotated[int | None, typer.Option(min=1, help="Pictures in a row, where there are several.")] = None,
-    find_rooms: Annotated[bool, typer.Option(help="Find rooms and doors where the plan records none.")] = True,
+    columns: Annotated[int | None, typer.Option(min=1, help="Number of pictures in a row.")] = None,
+    find_rooms: Annotated[bool, typer.Option(help="Find rooms and doors of plans without them.")] = True,
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Draw plans: rooms coloured by label, doors by kind, scale bar, legend. Several make a contact sheet."""
@@ -61,7 +61,7 @@ def show(
 
 
 def _chosen(found: Sequence[FloorPlan], limit: int | None, sample: int | None, seed: int) -> Sequence[FloorPlan]:
-    """Return the plans to draw; ConfigError where there are none, or more than a sheet can show."""
+    """Return the plans to draw; raise ConfigError if there are none, or more than a sheet can show."""
     import numpy as np
 
     if not found:

@@ -1,4 +1,4 @@
-"""``houseexpo split``: divide a data set for learning."""
+"""``houseexpo split``: split a data set for learning."""
 
 from __future__ import annotations
 
@@ -16,11 +16,13 @@ def split(
     val: Annotated[float | None, typer.Option(help="Share of the plans.", show_default="0.1, or the rest")] = None,
     test: Annotated[float | None, typer.Option(help="Share of the plans.", show_default="0.2, or the rest")] = None,
     paper: Annotated[bool, typer.Option("--paper", help="The paper's 70/30, without validation plans.")] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Decides which plan goes where.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random choice.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for splits/; the data set's own by default.")] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
+    ] = None,
 ) -> None:
-    """Divide a data set: all levels and copies of a house stay in one split, and each has the same kinds of houses."""
+    """Split a data set: levels and copies of a house stay together, and all parts have similar kinds of houses."""
     from rich.table import Table
 
     from houseexpo.commands.printing import console
@@ -52,9 +54,9 @@ def split(
 
 
 def _shares(given: dict[str, float | None]) -> dict[str, float]:
-    """Return the shares of the splits: those given, and of the others the first takes the rest, if there is any.
+    """Return the shares of the splits: the given ones; the first of the others gets the rest, if there is any.
 
-    Where none is given, 0.7 train, 0.1 val, 0.2 test.
+    If none is given, they are 0.7 train, 0.1 val, 0.2 test.
     """
     known = {name: share for name, share in given.items() if share is not None}
     if not known:

@@ -14,7 +14,7 @@ from houseexpo.errors import INTERRUPTED, ConfigError
 def train(
     task: Annotated[
         Literal["exploration", "chooser", "avoidance", "navigation"],
-        typer.Argument(help="What is learned; chooser: to choose frontiers.", show_default=False),
+        typer.Argument(help="What to learn; chooser: choosing frontiers.", show_default=False),
     ],
     out: Annotated[Path, typer.Option(help="Folder of the run.", show_default=False)],
     data: Annotated[
@@ -26,19 +26,21 @@ def train(
     config: Annotated[
         Path | None, typer.Option(help="TOML file of a TrainConfig, or a ChoosingConfig.", show_default="PPO's usual")
     ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on from the folder's last whole checkpoint.")] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue from the folder's last complete checkpoint.")
+    ] = False,
     dataset: Annotated[
-        Path | None, typer.Option(help="The data set once more, as older versions took it.", show_default=False)
+        Path | None, typer.Option(help="The data set, in the form of older versions.", show_default=False)
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of all that is random.", show_default="the file's")] = None,
-    steps: Annotated[int | None, typer.Option(help="Steps to learn from.", show_default="the file's")] = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="Threads.", show_default="one a core")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.", show_default="the file's")] = None,
+    steps: Annotated[int | None, typer.Option(help="Number of steps of training.", show_default="the file's")] = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="Number of threads.", show_default="one per core")] = None,
 ) -> None:
-    """Learn by PPO on the robot's map, with a memory or without; test on plans that are not learned in.
+    """Train a policy by PPO on the robot's map, with or without a memory, and evaluate it on other plans.
 
-    A run that was killed goes on with --resume, as if it had not been. The folder then holds policy.pt and policy.json,
-    the curves learning.csv and evaluation.csv, and logs for TensorBoard. A chooser is learned by a search over whole
-    explorations, without PyTorch; its folder holds weights.json.
+    A killed run continues with --resume, with the same result as without the interruption. The folder contains
+    policy.pt and policy.json, the curves learning.csv and evaluation.csv, and logs for TensorBoard. A chooser is
+    trained by a search over whole explorations, without PyTorch; its folder contains weights.json.
     """
     from houseexpo.commands.printing import typed_command
     from houseexpo.outputs import check_apart
@@ -54,7 +56,7 @@ def train(
             _chooser(out, config, dataset, seed, resume=resume, threads=threads)
         else:
             _policy(task, out, config, dataset, seed, steps, threads, resume=resume)
-    except KeyboardInterrupt:  # the same command again would be refused, for the folder holds a run now
+    except KeyboardInterrupt:  # the same command would be refused, since the folder now holds a run
         again = typed_command() + ("" if resume else " --resume")
         typer.echo(f"interrupted; it goes on by: {again}", err=True)
         raise typer.Exit(INTERRUPTED) from None
@@ -71,7 +73,7 @@ def _policy(
     *,
     resume: bool,
 ) -> None:
-    """Learn by PPO."""
+    """Train a policy by PPO."""
     from dataclasses import replace
     from functools import partial
 
@@ -104,7 +106,7 @@ def _policy(
 def _chooser(
     out: Path, config: Path | None, dataset: Path | None, seed: int | None, *, resume: bool, threads: int | None
 ) -> None:
-    """Learn to choose frontiers."""
+    """Train a chooser of frontiers."""
     from dataclasses import replace
     from functools import partial
 

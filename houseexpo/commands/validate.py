@@ -1,4 +1,4 @@
-"""``houseexpo validate``: every plan against the schema and the rules of the format."""
+"""``houseexpo validate``: check plans against the schema and the rules of the format."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ import typer
 def validate(
     dataset: Annotated[Path, typer.Argument(help="Data set: a folder, an archive or JSON lines.", show_default=False)],
     json: Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")] = False,
-    list_: Annotated[bool, typer.Option("--list", help="Print a line for each finding.")] = False,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
+    list_: Annotated[bool, typer.Option("--list", help="Print one line for each finding.")] = False,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
+    ] = None,
 ) -> None:
     """Check every plan of a data set, and a folder against its manifest.
 
-    Exit code 0: nothing found; 1: findings; 2: the data set cannot be read.
+    The exit code is 0 if nothing is found, 1 if something is, and 2 if the data set cannot be read.
     """
     from rich.table import Table
 
