@@ -27,6 +27,7 @@ from pipeline.overrides import Override
 from pipeline.quality import check_quality
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import reader
+from pipeline.sources.left_out import told_of
 from pipeline.sources.reading import recorded
 from pipeline.timing import measured, timed
 from pipeline.top_view import top_view
@@ -172,7 +173,7 @@ def _of_level(level: Level, job: Job, settings: Settings) -> list[Outcome]:
         return [_outcome(each, level, job, settings) for each in found]
     except Rejection as rejection:
         _raise_transient(rejection)
-        return [Refused.of(level.id, rejection.pictured(top_view(level.walls)))]
+        return [Refused.of(level.id, told_of(rejection, level.provenance).pictured(top_view(level.walls)))]
     except Exception as error:  # noqa: BLE001 - the other levels of the house go on
         return [Refused.of(level.id, _as_rejection(error, job.item))]
 

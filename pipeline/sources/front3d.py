@@ -26,6 +26,7 @@ from pipeline.geometry.overlay import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, floor_of, openings, prism, standing
 from pipeline.sources.front3d_scene import Chamber, Placed, parse_scene
+from pipeline.sources.left_out import LeftOut
 from pipeline.sources.naming import check_file, level_id, single_input
 from pipeline.sources.recognise import LONGEST_JSON
 from pipeline.sources.room_names import labels_for
@@ -57,12 +58,14 @@ def read(item: Input) -> Iterator[Level]:
     name = dict(item.options).get("file", path.name)
     check_file(path)
     data = path.read_bytes() if path.stat().st_size < LONGEST_JSON else b""
-    rooms = parse_scene(data, path.name)
+    left_out = LeftOut()
+    rooms = parse_scene(data, path.name, left_out)
     floors = [found for room in rooms if (found := _floor(room)) is not None]
     if not floors:
         detail = f"{name}: expected a mesh of type Floor in a room, found none"
+        detail += f"; left out: {left_out.note}" if left_out else ""
         raise Rejection("source", Reason.NO_LEVEL, detail, "leave the scene out")
-    provenance = {"source": "3d-front", "file": name, "sha256": hashlib.sha256(data).hexdigest()}
+    provenance = {"source": "3d-front", "file": name, "sha256": hashlib.sha256(data).hexdigest()} | left_out.provenance
     levels = _levels(floors)
     for number, level in enumerate(levels):
         above = levels[number + 1][0].height_m if number + 1 < len(levels) else np.inf

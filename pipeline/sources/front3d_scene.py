@@ -1,10 +1,16 @@
-"""A scene of 3D-FRONT as checked values: metres, its own axes, y up; keys that plans do not need are passed over."""
+"""A scene of 3D-FRONT as checked values: metres, its own axes, y up.
+
+Keys that plans do not need are passed over. A mesh, a piece of furniture or its place that cannot be read is left out,
+and said; the scene goes on without it.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 import numpy as np
@@ -12,10 +18,15 @@ import numpy.typing as npt
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.json_house import check_lengths, decoded
+from pipeline.sources.left_out import LeftOut
 from pipeline.values import Mesh
+
+FLOOR = "Floor"
+"""The type of the meshes that a plan cannot do without."""
 
 _ADVICE = "copy it again from the data set"
 _Numbers = list[float]
+_Part = TypeVar("_Part")
 
 
 class _Mesh(msgspec.Struct, frozen=True):
@@ -27,23 +38,23 @@ class _Mesh(msgspec.Struct, frozen=True):
 
 class _Model(msgspec.Struct, frozen=True):
     uid: str
-    size: _Numbers | None = None
-    bbox: _Numbers | None = None
+    size: Any = None
+    bbox: Any = None
     category: str | None = None
     title: str | None = None
 
 
 class _Child(msgspec.Struct, frozen=True):
     ref: str
-    pos: _Numbers = []
-    rot: _Numbers = []
-    scale: _Numbers = []
+    pos: Any = None
+    rot: Any = None
+    scale: Any = None
 
 
 class _Room(msgspec.Struct, frozen=True):
     type: str = ""
     instanceid: str = ""
-    children: list[_Child] = []
+    children: list[msgspec.Raw] = []
 
 
 class _Content(msgspec.Struct, frozen=True):
@@ -51,9 +62,9 @@ class _Content(msgspec.Struct, frozen=True):
 
 
 class _Scene(msgspec.Struct, frozen=True):
-    mesh: list[_Mesh]
+    mesh: list[msgspec.Raw]
     scene: _Content
-    furniture: list[_Model] = []
+    furniture: Any = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,24 +95,46 @@ class Chamber:
 
 
 _DECODER = msgspec.json.Decoder(_Scene)
+_PARTS: dict[type[Any], msgspec.json.Decoder[Any]] = {
+    kind: msgspec.json.Decoder(kind) for kind in (_Mesh, _Child, _Model)
+}
 
 
-def parse_scene(data: bytes, name: str) -> tuple[Chamber, ...]:
-    """Read the rooms of a scene; raises Rejection (EMPTY, UNREADABLE, NOT_FINITE, BAD_UNITS).
+def parse_scene(data: bytes, name: str, left_out: LeftOut) -> tuple[Chamber, ...]:
+    """Read the rooms of a scene; raises Rejection where it is none (EMPTY, UNREADABLE), or a floor is damaged.
 
     Surfaces that no room refers to come in a last room without a name.
     """
     scene = decoded(_DECODER, data, name, _ADVICE)
-    surfaces = {mesh.uid: Surface(mesh.type, _triangles(mesh, name)) for mesh in scene.mesh if mesh.xyz}
-    models = {model.uid: model for model in scene.furniture}
+    surfaces: dict[str, Surface] = {}
+    for mesh in _parts(scene.mesh, _Mesh, f"{name}: mesh", left_out):
+        with nullcontext() if mesh.type == FLOOR else left_out.part():
+            if mesh.xyz:
+                surfaces[mesh.uid] = Surface(mesh.type, _triangles(mesh, name))
+    listed = scene.furniture if isinstance(scene.furniture, list) else []
+    models = {model.uid: model for model in _parts(map(msgspec.json.encode, listed), _Model, "furniture", left_out)}
     rooms, used = [], set()
     for room in scene.scene.room:
-        refs = [child.ref for child in room.children if child.ref in surfaces and child.ref not in used]
+        children = list(_parts(room.children, _Child, f"{name}: child of {room.type[:40]}", left_out))
+        refs = [child.ref for child in children if child.ref in surfaces and child.ref not in used]
         used.update(refs)
-        things = [thing for child in room.children if (thing := _placed(models.get(child.ref), child, name))]
+        things = []
+        for child in children:
+            with left_out.part():
+                thing = _placed(models.get(child.ref), child, name)
+                things += [thing] if thing else []
         rooms.append(Chamber(room.type, tuple(surfaces[ref] for ref in dict.fromkeys(refs)), tuple(things)))
     loose = tuple(surface for uid, surface in surfaces.items() if uid not in used)
     return (*rooms, Chamber("", loose, ()))
+
+
+def _parts(found: Iterable[bytes | msgspec.Raw], kind: type[_Part], what: str, left_out: LeftOut) -> Iterator[_Part]:
+    """Yield the parts that can be read."""
+    for number, part in enumerate(found):
+        try:
+            yield _PARTS[kind].decode(part)
+        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+            left_out.add(f"{what} {number}: {error}")
 
 
 def _triangles(mesh: _Mesh, name: str) -> Mesh:
@@ -122,14 +155,23 @@ def _faces(mesh: _Mesh, count: int, what: str) -> npt.NDArray[np.int64]:
 
 def _placed(model: _Model | None, child: _Child, name: str) -> Placed | None:
     """Return a piece of furniture where its size is known; its place is the middle of its underside."""
-    size = (model.size or model.bbox) if model is not None else None
-    if model is None or size is None or len(size) != 3 or len(child.pos) != 3:
+    if model is None:
         return None
-    scale = child.scale if len(child.scale) == 3 else [1.0, 1.0, 1.0]
-    x, y, z, w = child.rot if len(child.rot) == 4 else (0.0, 0.0, 0.0, 1.0)
-    numbers: list[Any] = [*size, *child.pos, *scale, x, y, z, w]
-    check_lengths(numbers, f"{name}: furniture {model.uid[:60]}", _ADVICE)
+    what = f"{name}: furniture {model.uid[:60]}"
+    size, place = _numbers(model.size, 3) or _numbers(model.bbox, 3), _numbers(child.pos, 3)
+    if size is None or place is None:
+        return None
+    scale = _numbers(child.scale, 3) or [1.0, 1.0, 1.0]
+    x, y, z, w = _numbers(child.rot, 4) or (0.0, 0.0, 0.0, 1.0)
+    check_lengths([*size, *place, *scale, x, y, z, w], what, _ADVICE)
     turn = math.atan2(2 * (w * y + x * z), 1 - 2 * (y * y + x * x))
     sizes = [abs(a * b) for a, b in zip(size, scale, strict=True)]
     words = model.category or model.title or ""
-    return Placed(words, (child.pos[0], child.pos[1], child.pos[2]), (sizes[0], sizes[1], sizes[2]), turn)
+    return Placed(words, (place[0], place[1], place[2]), (sizes[0], sizes[1], sizes[2]), turn)
+
+
+def _numbers(value: Any, count: int) -> list[float] | None:
+    """Return so many numbers, None where a file has something else there, such as corners for a size."""
+    if not isinstance(value, list) or len(value) != count:
+        return None
+    return [float(each) for each in value] if all(isinstance(each, int | float) for each in value) else None

@@ -23,6 +23,7 @@ from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import united
 from pipeline.sources.gazebo_scene import Body, Scene
+from pipeline.sources.left_out import told_of
 from pipeline.sources.levels import FoundLevel, find_levels
 from pipeline.sources.name_tables import Role
 from pipeline.sources.naming import check_file, level_id, single_input
@@ -50,12 +51,16 @@ def read(item: Input) -> Iterator[Level]:
     parts = _sorted(list(scene.bodies()))
     if not len(parts.building.faces):
         detail = f"{name} has no fixed body; left out as missing: {', '.join(scene.missing[:5]) or 'nothing'}"
+        detail += f"; as damaged: {scene.left_out.note}" if scene.left_out else ""
         raise Rejection("source", Reason.EMPTY, detail, "give the models' folder with --model-path")
     shift = near_shift(parts.building.vertices)
-    levels = find_levels(Mesh(parts.building.vertices - shift, parts.building.faces))
-    provenance = {"source": "gazebo", "file": name, "sha256": _digest(scene)}
+    provenance = {"source": "gazebo", "file": name, "sha256": _digest(scene)} | scene.left_out.provenance
     if scene.missing:
         provenance["missing"] = ", ".join(scene.missing)
+    try:
+        levels = find_levels(Mesh(parts.building.vertices - shift, parts.building.faces))
+    except Rejection as rejection:
+        raise told_of(rejection, provenance) from None
     for number, level in enumerate(levels):
         yield Level(
             id=level_id(item.id, number, len(levels)),

@@ -1,7 +1,8 @@
 """A Gazebo file as bodies in the world: models within models, includes, poses and frames resolved.
 
 R1  Of a link's visuals and collisions those count that are the fuller: fewer meshes missing, then more wall in them.
-R2  A model that is included is read from its folder's newest ``.sdf``; one that is missing is named and left out.
+R2  A model that is included is read from its folder's newest ``.sdf``; one that is missing or damaged is named and left
+    out, and so are a link and a mesh.
 R3  A model is fixed where it, or one that contains it, is ``static``. Actors and lights are no bodies.
 R4  Where the world was saved with its state, a model stands where the state says.
 """
@@ -9,6 +10,7 @@ R4  Where the world was saved with its state, a model stands where the state say
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +20,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import united
 from pipeline.sources.gazebo_poses import Frames, Matrix, matrix_of, placed
 from pipeline.sources.gazebo_shapes import Shapes, named
+from pipeline.sources.left_out import LeftOut
 from pipeline.sources.uris import Places
 from pipeline.sources.xml_tree import Element, parse_xml
 from pipeline.values import Mesh
@@ -47,10 +50,14 @@ class _Place:
 
 
 class Scene:
-    """Reads one file and all that it includes; ``missing`` names what was not to be had, ``files`` what was read."""
+    """Reads one file and all that it includes; ``missing`` names what was not to be had, ``files`` what was read.
+
+    ``left_out`` has what was there and could not be read.
+    """
 
     def __init__(self, path: Path, places: Places) -> None:
-        self._places, self._shapes = places, Shapes(places)
+        self.left_out = LeftOut()
+        self._places, self._shapes = places, Shapes(places, self.left_out)
         self._path = path.resolve()
         self._trees: dict[Path, Element] = {}
         self._included: dict[tuple[str, Path], Path | None] = {}
@@ -78,12 +85,13 @@ class Scene:
 
     def _inner(self, scope: Element, place: _Place, frames: Frames, state: dict[str, Element]) -> Iterator[Body]:
         for child in scope:
-            if child.tag == "model":
-                saved = state.get(child.get("name", ""))
-                pose = matrix_of(saved.find("pose"), "state") if saved is not None else frames.pose(child)
-                yield from self._model(child, child.get("name", ""), place, place.pose @ pose)
-            elif child.tag == "include":
-                yield from self._include(child, place, frames, state)
+            with self.left_out.part():  # R2
+                if child.tag == "model":
+                    saved = state.get(child.get("name", ""))
+                    pose = matrix_of(saved.find("pose"), "state") if saved is not None else frames.pose(child)
+                    yield from self._model(child, child.get("name", ""), place, place.pose @ pose)
+                elif child.tag == "include":
+                    yield from self._include(child, place, frames, state)
 
     def _model(self, model: Element, name: str, place: _Place, pose: Matrix) -> Iterator[Body]:
         self._met += 1
@@ -93,7 +101,10 @@ class Scene:
         fixed = place.fixed or _is_true(model.findtext("static"))  # R3
         here = _Place(place.folder, place.files, placed(model, pose, name), fixed)
         frames = Frames(model, name)
-        parts = [self._link(link, here, frames, name) for link in model.findall("link")]
+        parts = []
+        for link in model.findall("link"):
+            with self.left_out.part():
+                parts.append(self._link(link, here, frames, name))
         mesh = united(parts)
         self._faces += len(mesh.faces)
         if self._faces > MAX_FACES:
@@ -176,8 +187,9 @@ def _model_file(found: Path | None) -> Path | None:
     config = found / "model.config"
     names = ["model.sdf"]
     if config.is_file():
-        listed = [(each.text or "").strip() for each in parse_xml(config.read_bytes(), config.name).findall("sdf")]
-        names = [*reversed(listed), *names]
+        with suppress(Rejection, OSError):  # one that cannot be read names no file; the usual one may be there
+            listed = [(each.text or "").strip() for each in parse_xml(config.read_bytes(), config.name).findall("sdf")]
+            names = [*reversed(listed), *names]
     files = [found / name for name in names if name and Path(name).name == name]
     return next((file.resolve() for file in files if file.is_file() and not file.is_symlink()), None)
 

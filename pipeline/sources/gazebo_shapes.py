@@ -16,6 +16,7 @@ import shapely
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import NOTHING, clean, prism
 from pipeline.sources.gazebo_poses import numbers
+from pipeline.sources.left_out import LeftOut
 from pipeline.sources.mesh_load import SUFFIXES, convention, load_scene
 from pipeline.sources.uris import Places
 from pipeline.sources.xml_tree import Element
@@ -28,14 +29,14 @@ LARGEST_M = 10_000.0
 class Shapes:
     """Makes geometry into triangles; ``missing`` names the meshes that were not to be had."""
 
-    def __init__(self, places: Places) -> None:
-        self._places = places
-        self._meshes: dict[Path, Mesh] = {}
+    def __init__(self, places: Places, left_out: LeftOut) -> None:
+        self._places, self._left_out = places, left_out
+        self._meshes: dict[Path, Mesh | None] = {}
         self.missing: dict[str, None] = {}
         self.files: dict[Path, None] = {}
 
     def of(self, geometry: Element, folder: Path, what: str) -> Mesh | None:
-        """Return a geometry's triangles; None where its mesh is missing. ``folder`` holds the file that names it."""
+        """Return a geometry's triangles; None where its mesh cannot be had. ``folder`` holds its file."""
         for shape in geometry:
             if shape.tag == "mesh":
                 return self._mesh(shape, folder, what)
@@ -54,8 +55,12 @@ class Shapes:
             return None
         if path not in self._meshes:
             self.files[path] = None
-            self._meshes[path] = _in_metres(path)
+            self._meshes[path] = None
+            with self._left_out.part():
+                self._meshes[path] = _in_metres(path)
         mesh = self._meshes[path]
+        if mesh is None:
+            return None
         return Mesh(mesh.vertices * scale, mesh.faces[:, ::-1] if np.prod(scale) < 0 else mesh.faces)
 
 

@@ -113,3 +113,26 @@ def test_damaged_scenes_end_as_levels_or_rejections(tmp_path):
         except Rejection as error:
             found.append(error)
     assert 20 < sum(isinstance(each, Rejection) for each in found) < 200
+
+
+@pytest.mark.parametrize(
+    ("change", "note"),
+    [
+        (lambda s: s["furniture"].append({"uid": "s", "bbox": [[0, 0, 0], [1, 1, 1]]}), ""),
+        (lambda s: s["furniture"].append({"uid": 7}), "furniture 1: Expected `str`"),
+        (lambda s: s.update(furniture={"sofa": 1}), ""),
+        (lambda s: s["furniture"][0].update(size=[1e31, 1.0, 1.0]), "length of 1e+31 m"),
+        (lambda s: s["scene"]["room"][0]["children"].append({"ref": None}), "child of"),
+        (lambda s: s["mesh"].append({"uid": "c", "type": "Ceiling", "xyz": [0.0, 1.0], "faces": []}), "mesh c"),
+        (lambda s: s["mesh"].append({"uid": "c", "type": "Ceiling", "xyz": "zero"}), "mesh 1"),
+    ],
+)
+def test_a_fault_costs_the_part_that_it_is_in(tmp_path, change, note):
+    value = scene()
+    value["furniture"] = [{"uid": "bed", "size": [2.0, 0.5, 1.6], "category": "Bed"}]
+    value["scene"]["room"][0]["children"].append({"ref": "bed", "pos": [5.0, 0.0, 1.5]})
+    change(value)
+    level = one(tmp_path, value)
+    assert len(level.rooms) == 2
+    assert note in level.provenance.get("left_out", "")
+    assert bool(level.provenance.get("left_out")) == bool(note)

@@ -5,6 +5,7 @@ import pytest
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, gazebo, reader
+from tests.builders.batch import lines, run_build
 from tests.builders.gazebo import box, cube, house, model, world
 from tests.builders.houses import kinds, plan_of
 from tests.builders.meshes import as_trimesh, one_level
@@ -194,3 +195,62 @@ def test_damaged_worlds_end_as_levels_or_rejections(tmp_path):
         except Rejection as error:
             found.append(error)
     assert 20 < sum(isinstance(each, Rejection) for each in found) < 200
+
+
+def _include(name):
+    return f"<include><uri>model://{name}</uri></include>"
+
+
+def _mesh(uri):
+    return f"<visual name='m'><geometry><mesh><uri>{uri}</uri></mesh></geometry></visual>"
+
+
+def _beside(tmp_path, fault):
+    """A cart whose file has a fault, beside a house that has none; what the world says of it, and what it is."""
+    cart = cube("cart", "1 1 0.3 0 0 0", static=False)
+    folder = model(tmp_path, "cart", cart).parent
+    if fault == "an unescaped & in its config":
+        (folder / "model.config").write_text("<model><name>A & B</name><sdf>model.sdf</sdf></model>")
+    elif fault == "a mesh without faces":
+        (tmp_path / "none.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n")
+        return cart.replace("</link>", f"{_mesh('none.obj')}</link>"), "none.obj holds no face"
+    elif fault == "a mesh that is garbage":
+        (tmp_path / "bad.dae").write_bytes(b"<COLLADA><library")
+        return cart.replace("</link>", f"{_mesh('bad.dae')}</link>"), "bad.dae cannot be read as dae"
+    elif fault == "a file that is no XML":
+        (folder / "model.sdf").write_text("<sdf><model>")
+        return _include("cart"), "model.sdf is no XML"
+    elif fault == "a size below zero":
+        return cart.replace("<size>0.", "<size>-0."), "expected 0 to 10000 m"
+    elif fault == "an impossible pose":
+        return cart.replace("<pose>1 1 0.3 0 0 0", "<pose>1e300 0 0 0 0 0"), "pose"
+    return _include("cart"), ""
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        "an unescaped & in its config",
+        "a mesh without faces",
+        "a mesh that is garbage",
+        "a file that is no XML",
+        "a size below zero",
+        "an impossible pose",
+    ],
+)
+def test_a_fault_costs_the_model_that_it_is_in(tmp_path, fault):
+    words, note = _beside(tmp_path, fault)
+    level = one(tmp_path, house(), words)
+    assert kinds(plan_of(level)) == ["door"]
+    assert note in level.provenance.get("left_out", "")
+    assert str(tmp_path) not in str(level.provenance)
+
+
+def test_a_rejection_names_what_was_missing(tmp_path):
+    (tmp_path / "in").mkdir()
+    link = f"<link name='l'>{box('v', (0.2, 0.2, 2.5), '0 0 1.25 0 0 0')}</link>"
+    wall = f"<model name='post'><static>1</static>{link}</model>"
+    (tmp_path / "in" / "house.world").write_text(world(wall, _include("wall_north"), _include("wall_south")))
+    run_build([tmp_path / "in"], tmp_path / "out")
+    (found,) = lines(tmp_path / "out" / "rejected.jsonl")
+    assert "missing: model://wall_north, model://wall_south" in found["detail"]
