@@ -27,7 +27,7 @@ from pipeline.sources.no_unit import outside_of
 from pipeline.sources.placing import Shift, near_shift
 from pipeline.sources.scene import Scene
 from pipeline.sources.sizes import above_zero, metres_of
-from pipeline.sources.units import UPS, Frame3D, Wish, detect
+from pipeline.sources.units import TRIED, UPS, Frame3D, Wish, bad_units, detect
 from pipeline.top_view import top_view
 from pipeline.values import Input, Level, Mesh
 
@@ -81,10 +81,13 @@ def read(item: Input) -> Iterator[Level]:
     try:
         levels = find_levels(named.solid, named.floor, named.ceiling)
         shares = share_out(named, [level.floor_z for level in levels])
-        if not any(share.leaves or share.rooms or share.openings for share in shares):
+        if TRIED in found.guesses or not any(share.leaves or share.rooms or share.openings for share in shares):
             check_interior(((level.walls, level.floor and float(level.floor.area)) for level in levels), path.name)
     except Rejection as rejection:
-        raise rejection.pictured(top_view(upright)) from None
+        why = rejection
+        if TRIED in found.guesses:
+            why = outside_of(upright, path.name) or bad_units(structural(raw), found, path.name)
+        raise why.pictured(top_view(upright)) from None
     provenance = {
         "source": "mesh",
         "file": options.get("file", path.name),

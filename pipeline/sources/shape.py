@@ -34,6 +34,7 @@ class Shape:
     bare: bool  # hardly any face looks up: walls alone
     square: float  # share of the area that is upright or level; on a wrong axis, a turned house has slopes
     heads: tuple[float, ...] = ()  # of openings, above the storey's foot
+    height: float = 0.0  # of all walls, whatever divides them
     lower: tuple[float, ...] = ()  # in the lower half of the storey, where openings end that are as many
 
     def fits(self, metres: float) -> bool:
@@ -65,7 +66,7 @@ def measured(surfaces: Surfaces, axis: int) -> Shape | None:
     tall = [np.subtract(*_span(surfaces, walls, i, PLINTH)[::-1]) for i in range(3) if i != axis]
     storey, heads, lower = _storey(surfaces, walls, _over(surfaces, flats, spans, axis), axis, float(np.prod(tall)))
     bare = flat_area < 0.06 * all_area and square > SQUARE
-    return Shape((widths[0], widths[1]), storey, flatness, bare, square, heads, lower)
+    return Shape((widths[0], widths[1]), storey, flatness, bare, square, heads, height, lower)
 
 
 def _span(surfaces: Surfaces, faces: Bools, axis: int, beyond: float = 0.005) -> tuple[float, float]:

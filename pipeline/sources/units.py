@@ -10,16 +10,21 @@ R3  A declared unit stands while the building is 1.9 to 60 m high: a shell has n
     which few modellers heed, the heads of openings tell it too: a storey higher than any dwelling's, in which no
     opening ends at a usual height, is one of a model.
 R4  Doors that the file names are 1.5 to 3.2 m high in any unit that is not absurd; where no unit does that, the model
-    is to a scale that makes them 2.05 m.
+    is to a scale that makes them 2.05 m. Against a declared unit they speak only if that scale gives a usual storey:
+    else they are hatches, or handles.
 R5  What the user says is believed: the axis, the unit or metres a unit, a model's scale, or a storey's height; it must
     put the walls within 1.5 to 200 m.
+R6  Where the format lays down axis and unit, and what divides the walls leaves no storey as high as a room, the walls
+    as a whole may be one: what divides them is no slab.
+R7  Where no unit fits, the scale is tried that makes a storey 2.7 m high (``TRIED``). The caller believes it only if
+    there are rooms then.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.mesh_load import Convention
@@ -39,6 +44,10 @@ from pipeline.values import Mesh
 UPS = {"y": 1, "z": 2}
 USUAL_DOOR_M = 2.05
 DOOR_M = (1.5, 3.2)
+LIKELY_STOREY_M = (2.0, 5.0)
+TRIED = "tried scale"
+"""Among the guesses: no unit fits, and a storey of the usual height was taken."""
+
 CUSTOM_WEIGHT = 0.9  # a house outweighs it that is 1.5 times as deep as high when stood on the other axis
 BINDING_WEIGHT = 1.6  # here twice as deep as high: exporters forget to turn their models
 DECLARED_WEIGHT = 6.0
@@ -84,18 +93,39 @@ def detect(
     surfaces = Surfaces.of(Mesh(mesh.vertices, mesh.faces[::step]))
     candidates = [wish.up] if wish.up in UPS else sorted(UPS)
     shapes = {axis: shape for axis in candidates if (shape := measured(surfaces, UPS[axis]))}
+    if convention.binding and convention.metres is not None and convention.up in shapes:
+        shapes[convention.up] = _undivided(shapes[convention.up], convention.metres)
     if not shapes:  # no wall on any axis: the search for levels says so
         metres = (wish.metres or convention.metres or 1.0) * wish.scale
         return Frame3D(convention.up if wish.up == "auto" else wish.up, metres, unit_name(metres))
     axis = max(shapes, key=lambda key: _upright(shapes[key], key, convention))
     shape, door = shapes[axis], (doors or {}).get(axis)
     found = _given(shape, convention, wish) if wish.is_about_size else _unit(shape, convention, door)
+    tried = found is None and not wish.is_about_size
+    if tried:  # R7
+        found = USUAL_STOREY_M / shape.storey
     if found is None or not shape.fits_width(found):
-        raise _bad_units(shape, axis, found, wish, name)
+        raise _bad_units(shape, axis, None if tried else found, wish, name)
     guesses = [] if wish.up in UPS or axis == convention.up else ["up"]
     if not wish.is_about_size:
-        guesses += _guessed(found, convention)
+        guesses += [TRIED] if tried else _guessed(found, convention)
     return Frame3D(axis, found, unit_name(found), tuple(guesses))
+
+
+def bad_units(mesh: Mesh, found: Frame3D, name: str) -> Rejection:
+    """Return the rejection of a mesh of which the scale that was tried (R7) gives no rooms."""
+    shape = measured(Surfaces.of(mesh), UPS[found.up])
+    if shape is None:  # there were walls when the scale was tried
+        return Rejection("source", Reason.NO_LEVEL, f"{name}: no wall stands", "look at it in a viewer")
+    return _bad_units(shape, found.up, None, Wish(), name)
+
+
+def _undivided(shape: Shape, metres: float) -> Shape:
+    """R6."""
+    low, high = STOREY_M
+    if shape.storey * metres < low <= shape.height * metres <= high:
+        return replace(shape, storey=shape.height, heads=(), lower=())
+    return shape
 
 
 def unit_name(metres: float) -> str:
@@ -134,6 +164,9 @@ def _upright(shape: Shape, axis: str, convention: Convention) -> float:
 
 def _unit(shape: Shape, convention: Convention, door: float | None) -> float | None:
     """R3, R4."""
+    if door and convention.metres is not None and shape.fits(convention.metres):  # R4
+        low, high = LIKELY_STOREY_M
+        door = door if low <= shape.storey * USUAL_DOOR_M / door <= high else None
 
     def is_sound(metres: float) -> bool:
         return door is None or DOOR_M[0] <= door * metres <= DOOR_M[1]

@@ -19,7 +19,7 @@ from tests.builders.meshes import (
 )
 
 
-def scaled(mesh: Mesh, by: float) -> Mesh:
+def scaled(mesh: Mesh, by: float | tuple[float, float, float]) -> Mesh:
     return Mesh(mesh.vertices * by, mesh.faces)
 
 
@@ -73,9 +73,25 @@ def test_terrain_around_a_house_says_nothing_of_its_unit(tmp_path, suffix):
     assert level.guesses == ()
 
 
+def test_a_scale_that_no_unit_gives_is_tried_and_said(tmp_path):
+    (level,) = read(write(scaled(walls_alone(), 1 / 3), tmp_path / "model.glb"))
+    assert level.guesses == ("tried scale",)
+    assert level.ceiling_m == pytest.approx(2.7, abs=0.1)
+
+
+def test_hatches_do_not_scale_a_house_whose_metres_are_declared(tmp_path):
+    scene = trimesh.Scene()
+    scene.add_geometry(as_trimesh(y_up(walls_alone())), node_name="Walls")
+    hatch = box((1.0, 0.05, 1.5, 0.1), 0.0, 0.6)
+    scene.add_geometry(as_trimesh(y_up(Mesh(hatch.vertices, hatch.faces))), node_name="Door_of_the_cellar")
+    scene.export(tmp_path / "house.glb")
+    (level,) = read(tmp_path / "house.glb")
+    assert level.provenance["units"] == "m"
+
+
 def test_a_unit_that_cannot_be_decided_shows_the_sizes(tmp_path):
-    path = write(scaled(walls_alone(), 1 / 3), tmp_path / "model.glb")
-    with pytest.raises(Rejection, match=r"bad_units.*in: 0\.06773 m.*--scale") as caught:
+    path = write(scaled(walls_alone(), (1.0, 1.0, 0.001)), tmp_path / "model.glb")
+    with pytest.raises(Rejection, match=r"bad_units.*in: 0\.\d+ m.*--scale") as caught:
         read(path)
     assert caught.value.reason is Reason.BAD_UNITS
 
