@@ -1,4 +1,4 @@
-"""PseudoSLAM: a simulated robot in a floor plan, and the map that a SLAM would have made of what it saw.
+"""PseudoSLAM: a simulated robot in a floor plan, and the map that SLAM would build from its observations.
 
 Importing this registers the environments with gymnasium::
 
@@ -7,7 +7,7 @@ Importing this registers the environments with gymnasium::
 
     env = gymnasium.make("PseudoSLAM/Exploration-v0", dataset="plans/demo")
 
-An episode's length is ``SimulatorConfig.max_steps``; no wrapper cuts it off.
+``SimulatorConfig.max_steps`` limits the length of an episode; there is no separate wrapper for that.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""Compiling a step's kernel in a process of its own, while this one compiles what an episode's start takes.
+"""Compile the kernel of a step in another process, while this one compiles the kernels of an episode's start.
 
-numba compiles one function at a time, and keeps it on disk for other processes: two processes have a first step ready
-in three quarters of the time of one. Where there cannot be another, each kernel is compiled when it is called first.
+numba compiles one function at a time and caches it on disk for other processes. With two processes, the first step is
+ready in three quarters of the time. If a second process is not possible, each kernel is compiled when it is first
+called.
 """
 
 from __future__ import annotations
@@ -20,30 +21,30 @@ from houseexpo.kernel_cache import is_missing
 from houseexpo.pseudoslam.kernels.compiling import compiled_elsewhere, say_once
 from houseexpo.workers import cores
 
-_MOST_S: Final = 120.0  # that anybody waits for the other process
+_MOST_S: Final = 120.0  # longest wait for the other process
 _NOWHERE: Final = subprocess.DEVNULL
 _running: dict[Any, subprocess.Popen[bytes]] = {}
 
 
 def compile_ahead(kernel: Any) -> None:
-    """Begin, where the kernel is not on disk yet, and there is a core for it.
+    """Start to compile the kernel if it is not on disk yet and there is a free core.
 
-    Workers of a pool do not: each of them would start another, for the same kernel.
+    Workers of a pool do not, since each of them would start a process for the same kernel.
     """
-    if not hasattr(kernel, "signatures") or kernel.signatures or kernel in _running:  # numba is off, or it is there
+    if not hasattr(kernel, "signatures") or kernel.signatures or kernel in _running:  # no numba, or compiled
         return
     if cores() > 1 and multiprocessing.parent_process() is None and sys.executable and is_missing(kernel):
         paths = str(Path(houseexpo.__file__).parents[1]), *filter(None, sys.path)
         command = [sys.executable, "-P", "-m", "houseexpo.pseudoslam.compile_step", kernel.__name__]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONSAFEPATH": "1"}
-        with suppress(OSError):  # no more processes are allowed: it is compiled here
+        with suppress(OSError):  # no more processes are allowed: compile it here
             _running[kernel] = subprocess.Popen(  # noqa: S603  # this interpreter, and a name of ours
                 command, env=environment, stdin=_NOWHERE, stdout=_NOWHERE, stderr=_NOWHERE
             )
 
 
 def wait_for(kernel: Any) -> None:
-    """Wait until the other process is done with a kernel, where one is at it; what it leaves undone is done here."""
+    """Wait until the other process has compiled a kernel, if it is compiling it; if it fails, it is compiled here."""
     process = _running.pop(kernel, None) if _running else None
     if process is None:
         return
@@ -63,6 +64,6 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 @atexit.register
 def _end_all() -> None:
-    """End what nobody has waited for."""
+    """End processes that nobody has waited for."""
     while _running:
         _end(_running.popitem()[1])

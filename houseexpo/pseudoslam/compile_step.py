@@ -1,4 +1,4 @@
-"""``python -m houseexpo.pseudoslam.compile_step KERNEL``: compile the kernel of a step to disk, see ``ahead``."""
+"""``python -m houseexpo.pseudoslam.compile_step KERNEL``: compile the kernel of a step to disk (see ``ahead``)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from houseexpo.pseudoslam.worlds.people import new_bodies
 
 
 def example() -> tuple[Any, ...]:
-    """Return what all kernels of steps take: they are compiled for kinds of arrays, however long those are."""
+    """Return example arguments of step kernels, which are compiled for types of arrays, not for their lengths."""
     raster, config = np.zeros((1, 1), np.uint8), SimulatorConfig()
     moving = new_bodies(0, 0), no_tracks(), no_flow(), no_field()
     episode = new_episode((raster, raster, raster), (0, 0, 0), np.zeros(3), moving, key=0, best_px=0.0)

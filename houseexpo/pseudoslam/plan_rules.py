@@ -1,4 +1,4 @@
-"""How planners find frontiers and travel, as the kernels take it."""
+"""The parameters of planners, for finding frontiers and travelling, in the form of the kernels."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from houseexpo.pseudoslam.kernels.planning.plan import (
 from houseexpo.pseudoslam.kernels.types import Offsets
 
 LARGE_M = 0.4
-"""Frontiers so long come before the others."""
+"""Frontiers of this length, metres, come before shorter ones."""
 ENOUGH = 0.95
-"""A step that gains so much of the best one's is taken, if it needs fewer turns: 18 degrees off cost 5% of the way."""
+"""A step with this share of the best progress is taken if it needs fewer turns: 18 degrees cost 5% of the way."""
 MAX_FRONTIERS, MAX_BUMPS = 64, 4
-"""Frontiers that an explorer looks at, and how often it may be blocked on its way to one."""
+"""The number of frontiers that an explorer considers, and how often it may be blocked on its way to one."""
 _SPARE_PX = 1.5
-_NEAR_M = 1.0  # how far from a frontier a goal is looked for before all that see it are
-_FAN = 32  # directions in which is looked from a place for what is unknown
-_SAMPLES_PER_M = 4  # cells that are looked at in a box, in rows and in columns
-_AIM_M = 1.5  # how far along its way the robot looks for where to head
+_NEAR_M = 1.0  # goals this close to a frontier are tried before all others that see it
+_FAN = 32  # directions in which unknown cells are counted from a place
+_SAMPLES_PER_M = 4  # samples in a box, in rows and in columns
+_AIM_M = 1.5  # how far ahead on its path the robot aims
 
 
 KINDS = {"frontier": BY_FRONTIER, "waypoint": BY_WAYPOINT, "neighbour": BY_NEIGHBOUR}
 
 
 def plan_rules(config: SimulatorConfig, planning: PlanningConfig, actions: str) -> PlanRules:
-    """Return what a planner's actions go by: one of ``KINDS``."""
+    """Return the parameters of a planner's actions of one of ``KINDS``."""
     robot, ppm = config.robot, float(config.pixels_per_metre)
     frontiers = frontier_rules(config, planning.large_m, planning.least_m)
     return PlanRules(
@@ -56,7 +56,7 @@ def plan_rules(config: SimulatorConfig, planning: PlanningConfig, actions: str) 
 
 
 def frontier_rules(config: SimulatorConfig, large_m: float = LARGE_M, least_m: float = 0.0) -> FrontierRules:
-    """Return what frontiers are found by."""
+    """Return the parameters for finding frontiers."""
     ppm = config.pixels_per_metre
     radius_px = config.robot.radius_m * ppm
     return FrontierRules(
@@ -71,17 +71,17 @@ def frontier_rules(config: SimulatorConfig, large_m: float = LARGE_M, least_m: f
 
 
 def explorer_frontiers(config: SimulatorConfig) -> FrontierRules:
-    """Return how explorers find frontiers: close by what was given up there may be others."""
+    """Return the parameters of explorers, which may find other frontiers close to one that was given up."""
     return frontier_rules(config)._replace(spare_px=_SPARE_PX)
 
 
 def first_looks(config: SimulatorConfig) -> int:
-    """Return how many turns it takes until the robot has looked all round."""
+    """Return the number of turns until the robot has looked in all directions."""
     return math.ceil((360.0 - config.laser.fov_deg) / config.robot.turn_deg - 1e-9)
 
 
 def outlook_rules(config: SimulatorConfig) -> OutlookRules:
-    """Return what frontiers are described by."""
+    """Return the parameters for describing frontiers."""
     ppm = float(config.pixels_per_metre)
     angles = np.arange(_FAN) * (2 * math.pi / _FAN)
     frontiers = frontier_rules(config)
@@ -90,7 +90,7 @@ def outlook_rules(config: SimulatorConfig) -> OutlookRules:
 
 
 def near_offsets(reach_px: float) -> Offsets:
-    """Return the offsets of the cells within reach, nearest first, as ``FrontierRules.near`` has them."""
+    """Return the offsets of the cells within reach, nearest first, in the form of ``FrontierRules.near``."""
     reach = math.ceil(reach_px)
     found = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1).T
     squared = (found**2).sum(axis=1)

@@ -1,4 +1,4 @@
-"""What a robot can plan by its own map: where it may stand, how far that is, and where the map ends in free space."""
+"""Planning on a robot's own map: where it can stand, how far away that is, and where the frontiers are."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from houseexpo.pseudoslam.step_params import scratch_of, with_room
 
 
 class MapPlanner:
-    """Plans by maps, one after the other, in memory of its own: one object serves one thread.
+    """A planner for one map at a time. It has its own memory, so that each thread needs its own object.
 
-    Cells are flat indices of the map, ``row * cols + col``; the middle of a cell is at (col + 0.5, row + 0.5).
+    Cells are flat indices of the map, ``row * cols + col``; the centre of a cell is at (col + 0.5, row + 0.5).
 
     Parameters
     ----------
     config
-        The robot's radius, the laser's range and the resolution count.
+        The robot's radius, the laser's range and the resolution are used.
     most
-        Frontiers that are told at most.
+        Largest number of frontiers to return.
     large_m, least_m
-        Clusters so long come first; shorter ones than ``least_m`` are left out.
+        Clusters at least ``large_m`` long come first; those shorter than ``least_m`` are left out.
 
     Examples
     --------
@@ -48,11 +48,11 @@ class MapPlanner:
         self._shape = (0, 0)
 
     def frontiers(self, known: npt.NDArray[np.uint8], x: float, y: float, given_up: Sequence[int] = ()) -> Any:
-        """Return the frontiers of a map, (n,) rows ``FRONTIER`` in the order of ``kernels.planning.frontiers``.
+        """Return the frontiers of a map, (n,) records ``FRONTIER`` in the order of ``kernels.planning.frontiers``.
 
-        They are valid until the next call. ``goal`` is where to stand, ``middle`` the cell to look at, ``cells`` the
-        size, ``way`` the way to the goal (``metres`` makes metres of it). What lies within the robot's radius of the
-        cells ``given_up`` is no frontier. It finds the ways, too.
+        They are valid until the next call. ``goal`` is the cell to stand on, ``middle`` the cell to look at, ``cells``
+        the size, and ``way`` the distance to the goal (``metres`` converts it). Cells within the robot's radius of
+        those ``given_up`` are not frontiers. This also computes the distances of ``find_ways``.
         """
         self._prepare(known)
         lost = np.asarray(given_up, np.int32)
@@ -60,26 +60,26 @@ class MapPlanner:
         return self._table[:n]
 
     def find_ways(self, known: npt.NDArray[np.uint8], x: float, y: float, until: int = -1) -> None:
-        """Find the ways alone; those up to the cell ``until``, or all of them."""
+        """Compute only the distances to cells: those up to the cell ``until``, or all of them."""
         self._prepare(known)
         find_ways(known, float(x), float(y), self._rules.radius_px, int(until), self._scratch.ways)
 
     @property
     def ways(self) -> npt.NDArray[np.int32]:
-        """(rows, cols) the way to each cell, as ``KnownWays.ways`` has it, until the next call."""
+        """The distance to each cell (rows, cols), in the units of ``KnownWays.ways``, valid until the next call."""
         return self._scratch.ways.ways[: self._shape[0] * self._shape[1]].reshape(self._shape)
 
     def path(self, cell: int) -> npt.NDArray[np.int32]:
-        """Return the cells on the shortest way to a cell, from the robot on; none where there is no way."""
+        """Return the cells on the shortest path from the robot to a cell, none if there is no path."""
         path = np.empty(max(self._shape[0] * self._shape[1], 1), np.int32)
         return path[: trace(self._scratch.ways, int(cell), path)]
 
     def metres(self, ways: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
-        """Return ways in metres."""
+        """Convert distances to metres."""
         found: npt.NDArray[np.float64] = ways * (self._cell_m / STRAIGHT)
         return found
 
     def _prepare(self, known: npt.NDArray[np.uint8]) -> None:
-        """Have memory for a map."""
+        """Allocate memory for a map, if needed."""
         self._scratch = with_room(self._scratch, known.size)
         self._shape = known.shape

@@ -1,6 +1,7 @@
-"""The arrays of ``kernels.episode.Episode``, alone and in pools with one axis more in front.
+"""The arrays of ``kernels.episode.Episode``, of one episode or in pools with an additional first axis.
 
-Some lie in an episode itself, some in tuples of arrays that are its parts: no deeper.
+Some arrays are fields of an episode itself, others are in tuples of arrays that are its fields. There is no deeper
+nesting.
 """
 
 from __future__ import annotations
@@ -17,11 +18,11 @@ from houseexpo.pseudoslam.kernels.episode import Episode
 Array = npt.NDArray[Any]
 
 RASTERS, MAP, SHOWN = 3, Episode._fields.index("known"), Episode._fields.index("shown")
-"""The first arrays of an episode are as big as its house, and lie flat in a pool; which are its map and its view."""
+"""The number of arrays that have the size of the house, which are flat in a pool; and the map's and view's numbers."""
 
 
 def flatten(episode: Episode) -> list[Array]:
-    """Return the arrays of an episode, one after the other."""
+    """Return the arrays of an episode as a flat list."""
     found: list[Array] = []
     for part in episode:
         if isinstance(part, np.ndarray):
@@ -32,7 +33,7 @@ def flatten(episode: Episode) -> list[Array]:
 
 
 def unflatten(episode: Episode, arrays: Iterable[Array]) -> Episode:
-    """Return the same tuples, of other arrays."""
+    """Return an episode with the same structure but other arrays."""
     rest = iter(arrays)
     parts: Iterable[Any] = (
         next(rest) if isinstance(part, np.ndarray) else type(part)(*islice(rest, len(part))) for part in episode
@@ -41,18 +42,18 @@ def unflatten(episode: Episode, arrays: Iterable[Array]) -> Episode:
 
 
 def pool_of_one(episode: Episode) -> Episode:
-    """Return a pool that holds one episode: views of its arrays."""
+    """Return a pool with one episode, as views of its arrays."""
     return _each(episode, lambda raster: raster.reshape(1, -1), lambda array: array[None])
 
 
 def one_of(pool: Episode, i: int, shape: tuple[int, int]) -> Episode:
-    """Return episode ``i`` of a pool, of a house whose rasters have this shape: views of the pool's arrays."""
+    """Return episode ``i`` of a pool as views of the pool's arrays; ``shape`` is that of the house's rasters."""
     cells = shape[0] * shape[1]
     return _each(pool, lambda raster: raster[i, :cells].reshape(shape), lambda array: array[i])
 
 
 def _each(episode: Episode, of_raster: Callable[[Array], Array], of_other: Callable[[Array], Array]) -> Episode:
-    """Return an episode of what the functions make of each array."""
+    """Return an episode with the functions applied to each array."""
     parts: tuple[Any, ...] = episode
     rasters: Iterable[Any] = map(of_raster, parts[:RASTERS])
     others = (

@@ -1,4 +1,4 @@
-"""Attributes by the names that they had before: they work, with a warning."""
+"""Former names of attributes, which still work but give a warning."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import warnings
 from typing import Any
 
 
-def renamed(old: str, new: str) -> Any:  # a property, which stands for an attribute of any kind
-    """Return a property ``old`` that gives the attribute ``new``, with a DeprecationWarning."""
+def renamed(old: str, new: str) -> Any:  # a property, for an attribute of any type
+    """Return a property ``old`` that returns the attribute ``new`` with a DeprecationWarning."""
 
     def get(self: object) -> Any:
         warnings.warn(f"{type(self).__name__}.{old} is called {new}", DeprecationWarning, stacklevel=2)

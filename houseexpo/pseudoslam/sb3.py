@@ -1,4 +1,4 @@
-"""``houseexpo.pseudoslam.sb3.SB3VecEnv``, as the guide names it; it lives in ``houseexpo.pseudoslam.envs.sb3``."""
+"""The name ``houseexpo.pseudoslam.sb3.SB3VecEnv``; the class is defined in ``houseexpo.pseudoslam.envs.sb3``."""
 
 from houseexpo.pseudoslam.envs.sb3 import SB3VecEnv
 

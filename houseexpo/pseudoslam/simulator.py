@@ -1,4 +1,4 @@
-"""The simulator: a robot that moves in a world, looks, and draws its map. It knows no gymnasium."""
+"""The simulator: a robot that moves in a world, scans it and builds a map. It does not depend on gymnasium."""
 
 from __future__ import annotations
 
@@ -28,9 +28,10 @@ ACTIONS: tuple[Action, ...] = get_args(Action)
 
 @dataclass(frozen=True, eq=False)
 class OccupancyGrid:
-    """A map as ROS publishes it: ``data`` (rows, cols) int8, -1 unknown, 0 free, 100 occupied, row 0 at the lowest y.
+    """A map in the form of ROS: ``data`` (rows, cols) int8, -1 unknown, 0 free, 100 occupied, row 0 at the lowest y.
 
-    ``resolution`` is metres a cell, ``origin`` the plan's (x, y) of the lower-left corner of the first cell.
+    ``resolution`` is in metres per cell; ``origin`` is the lower-left corner of the first cell, (x, y) in the plan's
+    metres.
     """
 
     data: npt.NDArray[np.int8]
@@ -39,10 +40,11 @@ class OccupancyGrid:
 
 
 class Simulator:
-    """One robot in one world.
+    """A simulator of one robot in one world.
 
-    ``start(rng)`` draws all that an episode draws, the key of its noise included; ``step(state, action)`` is then a
-    pure function of the state: equal seeds give equal bytes. One object serves one thread, for it keeps scratch memory.
+    ``start(rng)`` draws all random values of an episode, including the key of its noise. After that,
+    ``step(state, action)`` depends only on its arguments, so that equal seeds give equal bytes. Each thread needs its
+    own simulator, since it contains working memory.
 
     Examples
     --------
@@ -66,34 +68,34 @@ class Simulator:
 
     @classmethod
     def of(cls, plan: FloorPlan, config: SimulatorConfig) -> Simulator:
-        """Return the simulator of a plan; ConfigError and PlanError as ``world_for`` raises them."""
+        """Return the simulator of a plan; raise ConfigError or PlanError like ``world_for``."""
         params = step_params_of(config)
         prepare_kernel(config, params)
         return cls(world_for(plan, config), config, params)
 
     def start(self, rng: np.random.Generator) -> State:
-        """Return the state at the start of an episode, after a first look round.
+        """Return the state at the start of an episode, after the first scan.
 
         Raises
         ------
         ConfigError
-            Where ``start``, ``goal``, ``obstacles``, ``people`` or ``trajectories`` ask for what this house cannot
-            give.
+            ``start``, ``goal``, ``obstacles``, ``people`` or ``trajectories`` of the configuration are not possible in
+            this house.
         """
         state = initial_state(self.world, self.config, self.params, self._scratch, rng)
         look_round(state, self.params, self._scratch)
         return state
 
     def step(self, state: State, action: Action) -> None:
-        """Change a state by one action; ConfigError where there is no such action."""
+        """Apply one action to a state, in place; raise ConfigError if there is no such action."""
         if action not in self._moves:
             raise ConfigError(f"action: expected one of {', '.join(ACTIONS)}; found {action!r}")
         self.move(state, *self._moves[action])
 
     def move(self, state: State, turn_rad: float, forward_m: float) -> None:
-        """Change a state by a turn and then a way straight on, each executed exactly unless something is in the way.
+        """Turn the robot and then move it straight on, both exactly unless an obstacle blocks it; changes the state.
 
-        Then the robot stops where it touches, and ``state.blocked`` says so until the next step.
+        A blocked robot stops at the obstacle, and ``state.blocked`` is true until the next step.
         """
         if not (abs(turn_rad) <= 2 * math.pi and abs(forward_m) <= FURTHEST_M):
             raise ConfigError(
@@ -103,11 +105,11 @@ class Simulator:
         step_one(state, float(turn_rad), float(forward_m * self._ppm), self.params, self._scratch)
 
     def pose(self, state: State) -> tuple[float, float, float]:
-        """Return (x, y) in the plan's metres and the heading in radians, counter-clockwise from x."""
+        """Return the pose: (x, y) in the plan's metres, and the heading in radians, counter-clockwise from x."""
         return self._in_metres(state.pose_px)
 
     def believed_pose(self, state: State) -> tuple[float, float, float]:
-        """Return where odometry has the robot, as ``pose`` does; it is the pose where odometry does not err."""
+        """Return the pose according to odometry, in the units of ``pose``; without odometry noise they are equal."""
         return self._in_metres(state.believed_px)
 
     def _in_metres(self, pose_px: npt.NDArray[np.float64]) -> tuple[float, float, float]:
@@ -115,15 +117,15 @@ class Simulator:
         return *self.world.frame.point_from_pixel(across, down), heading
 
     def explored_m2(self, state: State) -> float:
-        """Return the area of the map that is known, obstacles included."""
+        """Return the known area of the map, including obstacles, m2."""
         return float(state.counts.known) / self._ppm**2
 
     def coverage(self, state: State) -> float:
-        """Return how much is known of the free cells that the robot can see from where it can go, 0 to 1."""
+        """Return the known share of the free cells that the robot can see from the places it can reach, 0 to 1."""
         return float(state.counts.covered) / max(state.observable_cells, 1)
 
     def map(self, state: State) -> OccupancyGrid:
-        """Return the map as ROS publishes it."""
+        """Return the map in the form of ROS."""
         values = np.full(256, -1, np.int8)
         values[[UNKNOWN, FREE, OBSTACLE]] = -1, 0, 100
         frame = self.world.frame
@@ -131,6 +133,6 @@ class Simulator:
 
 
 def motions(config: SimulatorConfig) -> dict[str, tuple[float, float]]:
-    """Return the turn in radians and the way forward in metres of each action."""
+    """Return for each action its turn in radians and its distance forward in metres."""
     turn = math.radians(config.robot.turn_deg)
     return {"forward": (0.0, config.robot.step_m), "left": (turn, 0.0), "right": (-turn, 0.0)}

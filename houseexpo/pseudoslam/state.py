@@ -1,4 +1,4 @@
-"""What changes in a step."""
+"""The state of an episode, which a step changes."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from houseexpo.pseudoslam.renamed import renamed
 
 @dataclass(eq=False)
 class State:
-    """An episode so far; ``Simulator.step`` changes its arrays in place, ``copy`` keeps one.
+    """The state of an episode. ``Simulator.step`` changes its arrays in place; use ``copy`` to keep one.
 
     Parameters
     ----------
     episode
-        All that changes, as arrays (``kernels.episode.Episode``), and what is the episode's own: equal bytes there are
-        equal episodes.
+        Everything that changes or is specific to the episode, as arrays (``kernels.episode.Episode``). Episodes with
+        equal bytes are equal.
     observable_cells
-        How many cells coverage counts.
+        Number of cells that coverage counts.
     obstacles
-        What was set down at the start, those told and those drawn.
+        The obstacles that were placed at the start, both configured and random ones.
     goal_m
         (x, y) in the plan's metres, or None.
     shortest_path_m
-        The way from the start to the goal, metres; 0 where there is none.
+        Length of the shortest path from the start to the goal, metres; 0 if there is none.
     """
 
     episode: Episode
@@ -47,48 +47,48 @@ class State:
 
     @cached_property
     def pool(self) -> Episode:
-        """A pool of this one episode, views."""
+        """A pool with this one episode, as views."""
         return pool_of_one(self.episode)
 
     @cached_property
     def sizes(self) -> npt.NDArray[np.int64]:
-        """(1, 2): rows and columns of the rasters, as the kernels take them for the episodes of ``pool``."""
+        """Rows and columns of the rasters (1, 2), in the form that kernels take for the episodes of ``pool``."""
         return np.array([self.episode.occupied.shape])
 
     @property
     def occupied(self) -> npt.NDArray[np.uint8]:
-        """(rows, cols): bit 1 where something stands, bit 2 where something moves."""
+        """The occupied cells (rows, cols): bit 1 for static obstacles, bit 2 for moving ones."""
         return self.episode.occupied
 
     @property
     def known(self) -> npt.NDArray[np.uint8]:
-        """(rows, cols) map: 0 unknown, 127 free, 255 obstacle."""
+        """The robot's map (rows, cols): 0 unknown, 127 free, 255 obstacle."""
         return self.episode.known
 
     @property
     def view(self) -> npt.NDArray[np.uint8]:
-        """(side, side): the map round the robot, heading up."""
+        """The map around the robot (side, side), with its heading up."""
         return self.episode.shown
 
     @property
     def poses_px(self) -> npt.NDArray[np.float64]:
-        """(6,): ``pose_px`` and ``believed_px``."""
+        """``pose_px`` and ``believed_px`` side by side (6,)."""
         poses: npt.NDArray[np.float64] = self.episode.pose.view(np.float64)
         return poses
 
     @property
     def pose_px(self) -> npt.NDArray[np.float64]:
-        """(3,): x across, y down in cells of the world's grid, heading in radians, counter-clockwise from x."""
+        """The pose (3,): x across and y down in cells of the world's grid, heading in radians, counter-clockwise."""
         return self.poses_px[:3]
 
     @property
     def believed_px(self) -> npt.NDArray[np.float64]:
-        """(3,): the pose that odometry reports; the map is drawn from there."""
+        """The pose that odometry reports (3,), from which the map is drawn."""
         return self.poses_px[3:]
 
     @property
     def counts(self) -> Any:
-        """What is counted, by name and by number: the row ``kernels.episode.COUNTS``."""
+        """The counters, a record ``kernels.episode.COUNTS``."""
         return self.episode.counts[0]
 
     @property

@@ -1,4 +1,4 @@
-"""Which kernel takes the steps of an episode, and how it is called."""
+"""Choose and call the kernel for the steps of an episode."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ONE_STEP = np.full(1, step_pool.STEP, np.uint8)
 
 
 def kernel_for(episode: Episode, params: StepParams) -> Any:
-    """Return the kernel that steps such episodes, or makes planners' actions of them, ready to be called."""
+    """Return the compiled kernel for steps of such episodes, or for planners' actions in them."""
     moves = len(episode.bodies.people) + len(episode.bodies.clocks) > 0
     kernel = _kernel(params, travels=len(episode.plans.state) > 0, moves=moves, ranges=len(episode.ranges) > 0)
     wait_for(kernel)
@@ -26,12 +26,12 @@ def kernel_for(episode: Episode, params: StepParams) -> Any:
 
 
 def prepare_kernel(config: SimulatorConfig, params: StepParams, *, travels: bool = False, ranges: bool = False) -> None:
-    """Begin to compile the kernel that steps such episodes, where that is to be done yet: before worlds are made.
+    """Start to compile the kernel for steps of such episodes if needed; call this before making worlds.
 
     Parameters
     ----------
     travels
-        Whether actions are planners'.
+        Whether the actions are those of planners.
     ranges
         Whether ranges and the overview are observed.
     """
@@ -40,16 +40,16 @@ def prepare_kernel(config: SimulatorConfig, params: StepParams, *, travels: bool
 
 
 def kernel_named(name: str) -> Any:
-    """Return a kernel of steps, or of planners' actions."""
+    """Return a kernel for steps or for planners' actions, by its name."""
     if name.startswith("travels"):
-        from houseexpo.pseudoslam.kernels import travel_pool  # what is not asked for need not be read
+        from houseexpo.pseudoslam.kernels import travel_pool  # import only what is needed
 
         return getattr(travel_pool, name)
     return getattr(step_pool, name)
 
 
 def _kernel(params: StepParams, *, travels: bool, moves: bool, ranges: bool) -> Any:
-    """Return the kernel of such steps: what is not asked for need not be compiled."""
+    """Return the kernel for such steps, so that features that are not used need not be compiled."""
     kind = "travels" if travels else "steps"
     if moves:
         return kernel_named(f"{kind}_with_people")
@@ -59,8 +59,8 @@ def _kernel(params: StepParams, *, travels: bool, moves: bool, ranges: bool) -> 
 
 
 def entry_point(kernel: Any, *arguments: Any) -> Callable[..., None]:
-    """Return what a kernel is compiled to for arguments of such types: numba takes 20 us to find it at each call."""
-    if not hasattr(kernel, "compile"):  # numba is off
+    """Return the compiled function of a kernel for such arguments, which numba needs 20 us to find at each call."""
+    if not hasattr(kernel, "compile"):  # numba is disabled
         plain: Callable[..., None] = kernel
         return plain
     compiled: Callable[..., None] = kernel.compile(tuple(map(kernel.typeof_pyval, arguments)))
@@ -68,17 +68,17 @@ def entry_point(kernel: Any, *arguments: Any) -> Callable[..., None]:
 
 
 def step_one(state: State, turn_rad: float, forward_px: float, params: StepParams, scratch: Scratch) -> None:
-    """Step one episode: turn, then go forward."""
+    """Step one episode: turn, then move forward."""
     kernel_for(state.episode, params)(*arguments_of(state, turn_rad, forward_px, params, scratch))
 
 
 def arguments_of(
     state: State, turn_rad: float, forward_px: float, params: StepParams, scratch: Scratch
 ) -> tuple[Any, ...]:
-    """Return what the kernels take to step one episode."""
+    """Return the kernels' arguments for a step of one episode."""
     return state.pool, state.sizes, np.array([[turn_rad, forward_px]]), _ONE_STEP, params, scratch, 0, 1
 
 
 def look_round(state: State, params: StepParams, scratch: Scratch) -> None:
-    """Take the first look of an episode that has just begun: a step in place, which is not counted."""
+    """Take the first scan of an episode that has just begun: a step in place, which is not counted."""
     step_one(state, 0.0, 0.0, params, scratch)

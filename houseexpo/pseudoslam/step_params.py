@@ -1,4 +1,4 @@
-"""A configuration as the kernels take it."""
+"""A configuration in the form of the kernels."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from houseexpo.pseudoslam.worlds.people import walk_of
 from houseexpo.pseudoslam.worlds.world import scan_buffers
 
 BETWEEN_M, BETWEEN_DEG = 0.3, 10.0
-"""A robot looks at least so often on its way (section III-B: a map is built at each sub-pose)."""
+"""The largest distance between two scans during a step (section III-B: a map is built at each sub-pose)."""
 
 
 def step_params_of(config: SimulatorConfig, clearance_m: float = 0.0, plan: PlanRules | None = None) -> StepParams:
-    """Return what is the same in all steps of all environments.
+    """Return the parameters that are the same in all steps of all environments.
 
-    ``clearance_m`` is how far round the robot its clearance is measured; 0: it is not. ``plan`` is for actions of
-    planners.
+    ``clearance_m`` is the distance up to which the robot's clearance is measured; 0 turns this off. ``plan`` is for
+    planners' actions.
     """
-    ppm, laser, noise = float(config.pixels_per_metre), config.laser, config.noise  # a whole number makes other kernels
+    ppm, laser, noise = float(config.pixels_per_metre), config.laser, config.noise  # an int would need other kernels
     half = math.radians(laser.fov_deg) / 2
     angles = np.arange(-half, half, math.radians(laser.resolution_deg))
     return StepParams(
@@ -51,7 +51,7 @@ def step_params_of(config: SimulatorConfig, clearance_m: float = 0.0, plan: Plan
 
 
 def scratch_of(config: SimulatorConfig) -> Scratch:
-    """Return memory for the scans of one thread."""
+    """Return working memory for the scans of one thread."""
     laser, range_px = config.laser, config.laser.range_m * config.pixels_per_metre
     runs, hit, slopes = scan_buffers(range_px)
     if laser.rule == "rays":
@@ -65,5 +65,5 @@ def scratch_of(config: SimulatorConfig) -> Scratch:
 
 
 def with_room(scratch: Scratch, cells: int) -> Scratch:
-    """Return memory for plans on grids of so many cells, too; what there is may be enough."""
+    """Return working memory that is also large enough for plans on grids of this many cells."""
     return scratch if cells <= len(scratch.ways.ways) else scratch._replace(ways=known_ways_of(cells))

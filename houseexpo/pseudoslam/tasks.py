@@ -1,6 +1,7 @@
-"""What a robot is asked to do: rewards, ends and reports, for many episodes at once.
+"""The tasks of a robot: rewards, termination and reports, for many episodes at once.
 
-Single and vector environments call the same functions, with arrays of one or of N, so that both say the same bits.
+Single and vector environments call the same functions with arrays of length 1 or N, so that their results are identical
+to the last bit.
 """
 
 from __future__ import annotations
@@ -25,41 +26,41 @@ AvoidanceReward = Literal["paper", "way"]
 
 
 class Task(ABC):
-    """A task's default configuration, its reward, and when it is done."""
+    """A task: its default configuration, its reward, and its termination."""
 
     default: SimulatorConfig
     clearance_m: float = 0.0
     rewards_add_up: bool = False
-    """Whether ``rewards`` from before several steps to after them is the sum of theirs: planners' actions need it."""
+    """Whether ``rewards`` over several steps equals the sum over single steps, which planners' actions need."""
 
     def configured(self, config: SimulatorConfig | None) -> SimulatorConfig:
-        """Return the configuration that is used where this one is asked for; None: the task's own."""
+        """Return the configuration to use if this one is requested; for None, the task's own."""
         return config or self.default
 
     @abstractmethod
     def rewards(self, before: Metrics, after: Metrics, ahead: Bools, success: Bools) -> Floats:
-        """Return the rewards of a step.
+        """Return the rewards (N,) of a step.
 
-        ``ahead`` says where the action was to go forward, ``success`` where the task is fulfilled now.
+        ``ahead`` says in which episodes the action was to go forward, ``success`` in which the task is now fulfilled.
         """
 
     @abstractmethod
     def success(self, after: Metrics) -> Bools:
-        """Return where the task is fulfilled."""
+        """Return in which episodes (N,) the task is fulfilled."""
 
     def terminated(self, after: Metrics, success: Bools) -> Bools:  # noqa: ARG002  # other tasks use it
-        """Return where the episode ends for the task's sake, an array of its own."""
+        """Return which episodes (N,) the task terminates, as a new array."""
         return success.copy()
 
     def enough_cells(self, observable_cells: int) -> int:  # noqa: ARG002  # other tasks use it
-        """Return how many of the cells that coverage counts are to be known for success; more than there can be: any.
+        """Return how many of the cells that coverage counts must be known for success.
 
-        Planners' actions end there, for an action is many steps.
+        Planners' actions, which take many steps, end at this number. It is larger than possible if they need not.
         """
         return np.iinfo(np.int64).max
 
     def report(self, after: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
-        """Return what ``info`` says, a value for each episode: arrays of the caller's own."""
+        """Return the entries of ``info`` as new arrays with one value for each episode."""
         return {
             "explored_m2": after.explored_m2.copy(),
             "coverage": after.coverage.copy(),
@@ -72,17 +73,18 @@ class Task(ABC):
 
 @dataclass(frozen=True)
 class Exploration(Task):
-    """See the whole house.
+    """The task of exploring the whole house.
 
-    An episode ends when ``success_coverage`` of what the robot can see is known; None: when time is up.
+    An episode terminates when the robot knows the share ``success_coverage`` of what it can see; with None, it runs
+    until the time limit.
 
     Parameters
     ----------
     reward
-        "area": the newly known area, m2. "coverage": the newly known share of what can be seen, so that small houses
-        count as much as big ones; an episode's rewards add up to 1 at most.
+        "area": the newly known area, m2. "coverage": the newly known share of what the robot can see, so that small
+        and large houses have equal weight; the rewards of an episode add up to 1 at most.
     cost_per_metre, cost_per_turn
-        What a metre of the way gone and a full turn on the spot take off the reward, in its unit.
+        The amounts that each metre travelled and each full turn in place subtract from the reward, in its unit.
     """
 
     success_coverage: float | None = 0.95
@@ -102,11 +104,11 @@ class Exploration(Task):
 
     @property
     def rewards_add_up(self) -> bool:  # type: ignore[override]  # a constant of other tasks
-        """Whether they do: turns on the way are seen only step by step."""
+        """Whether they do; turns can only be measured step by step."""
         return self.cost_per_turn == 0
 
     def rewards(self, before: Metrics, after: Metrics, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
-        """Return what became known, less what that cost."""
+        """Return the newly known area or share minus the costs."""
         found: Floats
         if self.reward == "area":
             found = np.multiply(after.counts["known"] - before.counts["known"], after.cell_m**2)
@@ -119,12 +121,12 @@ class Exploration(Task):
         return found
 
     def success(self, after: Metrics) -> Bools:
-        """Return where enough is known."""
+        """Return in which episodes enough is known."""
         least = math.inf if self.success_coverage is None else self.success_coverage
         return after.coverage >= least
 
     def enough_cells(self, observable_cells: int) -> int:
-        """Return how many cells ``success_coverage`` is, by the same division."""
+        """Return the number of cells that ``success_coverage`` stands for, by the same division."""
         if self.success_coverage is None:
             return super().enough_cells(observable_cells)
         all_cells = max(observable_cells, 1)
@@ -134,19 +136,19 @@ class Exploration(Task):
 
 @dataclass(frozen=True)
 class ObstacleAvoidance(Task):
-    """Keep moving and off everything (section IV-B).
+    """The task of moving without touching obstacles (section IV-B).
 
-    A collision leaves the robot where it touches; ``terminate_on_collision`` ends the episode there. An episode without
-    a collision is a success.
+    After a collision, the robot stays where it touches the obstacle; with ``terminate_on_collision``, the episode
+    terminates. An episode without a collision is a success.
 
     Parameters
     ----------
     safe_m
-        r_s is the room round the robot as a share of this, at most 1.
+        r_s is the clearance around the robot divided by this distance, at most 1.
     reward
-        "paper": -1 for a collision, else 0.9 r_s + 0.1 for going forward. Who spins on the spot in an open place gets
-        nearly all of it. "way": -1 for a collision, else 0.9 r_s + 0.1, times the way gone forward as a share of a
-        whole step: who spins, stands or backs gets nothing.
+        "paper": -1 for a collision, else 0.9 r_s, plus 0.1 for going forward. A robot that spins in an open place gets
+        nearly all of it. "way": -1 for a collision, else (0.9 r_s + 0.1) times the distance forward as a share of a
+        full step, so that spinning, standing and going backward give nothing.
     """
 
     terminate_on_collision: bool = False
@@ -164,11 +166,11 @@ class ObstacleAvoidance(Task):
 
     @property
     def clearance_m(self) -> float:  # type: ignore[override]  # a constant of other tasks
-        """How far round the robot its clearance is measured."""
+        """The distance up to which the robot's clearance is measured."""
         return self.safe_m
 
     def rewards(self, before: Metrics, after: Metrics, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
-        """Return the paper's reward, or that for the way gone."""
+        """Return the paper's reward, or the one for the distance travelled."""
         if self.reward == "way":
             share = np.minimum(after.way_since(before) / after.config.robot.step_m, 1.0) * ahead
             return np.where(after.collided, -1.0, share * (0.9 * self._safety(after) + 0.1))
@@ -179,12 +181,12 @@ class ObstacleAvoidance(Task):
         return share
 
     def success(self, after: Metrics) -> Bools:
-        """Return where time is up and nothing was touched."""
+        """Return which episodes have reached the time limit without a collision."""
         success: Bools = after.truncated() & (after.counts["collisions"] == 0)
         return success
 
     def terminated(self, after: Metrics, success: Bools) -> Bools:  # noqa: ARG002
-        """Return where the robot has just collided, if that is to end the episode."""
+        """Return in which episodes the robot has just collided, if that terminates the episode."""
         return after.collided if self.terminate_on_collision else np.zeros(len(after.counts), bool)
 
     def report(self, after: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
@@ -194,10 +196,11 @@ class ObstacleAvoidance(Task):
 
 @dataclass(frozen=True)
 class Navigation(Task):
-    """Go to a place in a known house: the reward is the way to the goal that is saved, m, and ``success_reward``.
+    """The task of going to a place in a known house.
 
-    An episode ends within ``config.goal.radius_m`` of the goal. ``spl`` is success weighted by path length (Anderson et
-    al., 2018): 0, or the shortest way as a share of the way gone.
+    The reward is the progress along the shortest path to the goal, metres, plus ``success_reward`` at the goal. An
+    episode terminates within ``config.goal.radius_m`` of the goal. ``spl`` in ``info`` is success weighted by path
+    length (Anderson et al., 2018): 0 without success, else the shortest path as a share of the distance travelled.
     """
 
     success_reward: float = 2.5
@@ -213,18 +216,18 @@ class Navigation(Task):
         return config if config.goal else replace(config, goal=GoalConfig())
 
     def rewards(self, before: Metrics, after: Metrics, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
-        """Return the progress along the shortest way, and a reward for being there."""
+        """Return the progress along the shortest path, plus the reward at the goal."""
         saved: Floats = (before.readings["to_goal"] - after.readings["to_goal"]) * after.cell_m
         return saved + self.success_reward * success
 
     def success(self, after: Metrics) -> Bools:
-        """Return where the robot is at the goal."""
+        """Return in which episodes the robot is at the goal."""
         x, y = (after.constants.goal_m - after.pose[:, :2]).T
         there: Bools = np.hypot(x, y) <= (after.config.goal or GoalConfig()).radius_m
         return there
 
     def report(self, after: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
-        """Add the way left, the way gone, and the success weighted by path length."""
+        """Add the remaining distance, the distance travelled, and the success weighted by path length."""
         gone, best = after.readings["path_length"] * after.cell_m, after.constants.shortest_path_m
         share = best / np.maximum(np.maximum(gone, best), 1e-12)
         report = super().report(after, success)
@@ -238,4 +241,4 @@ class Navigation(Task):
 
 
 ROOM = FloorPlan("room-5.2x3.5", np.array([(0.0, 0.0), (0.0, 3.5), (5.2, 3.5), (5.2, 0.0)]), 1, {})
-"""The room that the paper avoids obstacles in."""
+"""The room in which the paper tests obstacle avoidance."""

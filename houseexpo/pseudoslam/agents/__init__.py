@@ -1,1 +1,1 @@
-"""Robots that act: by policies, towards frontiers, or driven by hand."""
+"""Agents: policies, frontier explorers, and driving by hand."""

@@ -1,4 +1,4 @@
-"""The shortest way to the goal on the robot's own map; what is unknown counts as free until it is seen."""
+"""Follow the shortest path to the goal on the robot's own map, on which unknown cells count as free."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
 
 
 class AStar:
-    """Finds the way anew after each step; where its map shows none, it goes straight at the goal.
+    """A policy that plans the path again after each step; if its map shows no path, it heads straight for the goal.
 
-    The ways are exact, as A*'s are: it looks for them from the goal on, so that one search serves all headings.
+    The paths are exact, like those of A*. The search starts at the goal, so that one search serves all headings.
     """
 
     interface = Interface(tasks=("navigation",))
@@ -26,7 +26,7 @@ class AStar:
         self.decided = False
 
     def __call__(self, observation: Any, info: Knowledge) -> int:
-        """Return forward, left or right."""
+        """Return the action forward, left or right."""
         known = info["map"]
         hoped = np.where(known == UNKNOWN, FREE, known)
         hoped[[0, -1]] = hoped[:, [0, -1]] = OBSTACLE

@@ -1,7 +1,8 @@
-"""A learned chooser of frontiers: it goes to the one that its weights score highest.
+"""A learned chooser of frontiers, which goes to the frontier with the highest score.
 
-What it sees of each frontier is in ``kernels.planning.outlook``; all else it does as the other explorers. ``houseexpo
-train chooser`` made the weights that come with the project, three times, with three seeds; ``chooser`` is the first.
+``kernels.planning.outlook`` computes the features of a frontier; everything else is like the other explorers. The
+weights that come with the project were trained by ``houseexpo train chooser`` with three seeds; ``chooser`` is the
+first of them.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ FAMILY: Final = "chooser"
 
 
 class Chooser(Explorer):
-    """Goes to the frontier with the highest score."""
+    """An explorer that goes to the frontier with the highest score."""
 
     def __init__(self, robot: Robot, seed: int, weights: Floats) -> None:
         super().__init__(robot, seed)
@@ -33,7 +34,7 @@ class Chooser(Explorer):
         self._outlooks, self._scores = np.zeros((LOOKED_AT, len(OUTLOOKS))), np.zeros(LOOKED_AT)
 
     def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
-        """Return the best of those that ``find_frontiers`` puts first."""
+        """Return the best of the frontiers that ``find_frontiers`` ranks first."""
         x, y, heading = info["pose_px"].tolist()
         n = describe(
             known, x, y, heading, info["steps"], frontiers, len(frontiers), self._outlook,
@@ -51,12 +52,12 @@ class TrainedChooser:
         self.file = file
 
     def __call__(self, robot: Robot, seed: int) -> Policy:
-        """Return the explorer of an episode."""
+        """Return the explorer for an episode."""
         return Chooser(robot, seed, self._read[0])
 
     @property
     def training(self) -> Training:
-        """Of what family it is, and by which seed it was trained."""
+        """The family of the weights, and the seed of their training."""
         return Training(FAMILY, int(self._read[1].get("seed", 0)))
 
     @cached_property
@@ -65,7 +66,7 @@ class TrainedChooser:
 
 
 def weights_file(seed: int) -> Path:
-    """Return the file of the weights that come with the project, by the seed of their training."""
+    """Return the path of the project's weights that were trained with a seed."""
     return Path(__file__).with_name(f"{FAMILY}-{seed}.json")
 
 

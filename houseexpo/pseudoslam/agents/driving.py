@@ -1,4 +1,4 @@
-"""Driving by hand: what keys do, what is shown, and what is kept of it."""
+"""Driving by hand: the keys, the display, and the recording."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ KEYS: Final[dict[str, Action]] = {
 }  # fmt: skip
 HELP: Final = "arrows or w a d: drive   r: again   t: truth   q: quit"
 FILES: Final = ("map.pgm", "map.png", "map.yaml", "trajectory.csv")
-"""What is kept of a drive."""
+"""The files of a recorded drive."""
 _WAIT_S = 0.5
 
 
 class Screen(Protocol):
-    """What a drive is shown on: ``terminal.Terminal``, ``window.Window``."""
+    """A display of a drive: ``terminal.Terminal`` or ``window.Window``."""
 
     @property
     def most_px(self) -> tuple[int, int]:
-        """How wide and high a picture can be."""
+        """Return the largest width and height of a picture, pixels."""
 
     def show(self, image: Image, caption: str = "") -> None:
-        """Show a picture and words."""
+        """Show a picture and a caption."""
 
     def keys(self, wait_s: float) -> list[str]:
-        """Return the keys pressed, waiting so long for one."""
+        """Return the pressed keys, after waiting for one for at most ``wait_s`` seconds."""
 
 
 class Row(NamedTuple):
@@ -57,16 +57,16 @@ class Row(NamedTuple):
 
 
 class Drive:
-    """An episode that somebody drives.
+    """An episode that a person drives.
 
-    ``rows`` is its trajectory, ``observation`` and ``info`` are what the environment shows and says now.
+    ``rows`` is its trajectory; ``observation`` and ``info`` are the latest ones of the environment.
 
     Parameters
     ----------
     env
-        With discrete actions.
+        An environment with discrete actions.
     seed, options
-        Of the first ``reset``; later ones go on from there.
+        Arguments of the first ``reset``; later resets continue with the same generator.
     """
 
     def __init__(self, env: PseudoSlamEnv, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
@@ -87,7 +87,7 @@ class Drive:
         self._trail.append(self._env.state.poses_px.copy())
 
     def press(self, key: str) -> None:
-        """Do what a key says; nothing where it says nothing, or the episode has ended."""
+        """Perform the action of a key; do nothing if it has none or the episode has ended."""
         if key == "r":
             self._start_episode()
         elif key == "t":
@@ -96,19 +96,19 @@ class Drive:
             self.act(ACTIONS.index(KEYS[key]), KEYS[key])
 
     def act(self, action: Any, name: str) -> None:
-        """Take an action of the environment, which the trajectory calls so."""
+        """Take an action of the environment; ``name`` is its name in the trajectory."""
         self.observation, reward, terminated, truncated, self.info = self._env.step(action)
         self._note(name, reward)
         if terminated or truncated:
             self._ended = "done: " if self.info["is_success"] else "over: "
 
     def picture(self, most_px: tuple[int, int]) -> Image:
-        """Return a picture of the episode now."""
+        """Return a picture of the current state."""
         return picture(self._env.simulator, self._env.state, self._trail, most_px=most_px, shows=self._shows)
 
     @property
     def caption(self) -> str:
-        """How it stands, in a line, and the keys, in another."""
+        """Return one line on the state of the episode, and one on the keys."""
         info, rewards = self.info, [row.reward for row in self.rows]
         bumps = counted(info["collisions"], "collision")
         hit = ", bump!" if info["collided"] else ""
@@ -135,7 +135,7 @@ class Drive:
         return files
 
     def save(self, folder: Path, write: Callable[[Path, bytes], object] = write_whole) -> list[Path]:
-        """Write ``files`` into a folder; return where they are."""
+        """Write ``files`` into a folder and return their paths."""
         files = self.files()
         make_folder(folder)
         for name, data in files.items():
@@ -144,7 +144,7 @@ class Drive:
 
 
 def drive(session: Drive, screen: Screen) -> None:
-    """Show a drive and do what keys say until one is "q", or the keyboard interrupts."""
+    """Show a drive and perform the actions of keys until "q" or Ctrl-C is pressed."""
     size, keys = (0, 0), [""]
     try:
         while "q" not in keys:

@@ -1,9 +1,9 @@
-"""What explorers share: they look round, choose a frontier, go there as their map has it, and look at it.
+"""Base class of explorers, which look around, choose a frontier, go there by their map, and look at it.
 
-R1  First the robot turns until it has looked all round.
-R2  It chooses anew when what it went for is known, or given up.
-R3  Where it cannot get nearer it turns to the frontier; what stays unknown then is given up. So is one on whose way it
-    is blocked again and again.
+R1  First the robot turns until it has looked in all directions.
+R2  It chooses again when the frontier is known or given up.
+R3  If it cannot get closer, it turns to the frontier; a frontier that is still unknown after that is given up. So is
+    one on the way to which the robot is blocked repeatedly.
 R4  It is done when no frontier is left.
 """
 
@@ -30,7 +30,7 @@ Grid = npt.NDArray[np.uint8]
 
 
 class Explorer(ABC):
-    """Goes to frontiers, one after the other, until there is none; subclasses say which."""
+    """A policy that goes to one frontier after the other until there is none; subclasses choose the frontier."""
 
     interface = Interface(tasks=("exploration",))
 
@@ -52,20 +52,20 @@ class Explorer(ABC):
 
     @abstractmethod
     def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
-        """Return the number of the frontier to go to; ``scratch.ways`` are the ways from where the robot is.
+        """Return the index of the frontier to go to; ``scratch.ways`` are the distances from the robot.
 
         Parameters
         ----------
         known
             The map.
         frontiers
-            (n,) ``FRONTIER``, one at least, ordered as ``find_frontiers`` does.
+            (n,) ``FRONTIER``, at least one, in the order of ``find_frontiers``.
         info
-            What else the robot knows.
+            Other knowledge of the robot.
         """
 
     def __call__(self, _observation: Any, info: Knowledge) -> int | None:
-        """Return forward, left or right; None when there is nothing left to see."""
+        """Return the action forward, left or right, or None when there is nothing left to see."""
         known, pose = info["map"], info["pose_px"]
         self.decided = False
         if self._looks:  # R1
@@ -85,7 +85,7 @@ class Explorer(ABC):
         return None
 
     def _has_to_decide(self, known: Grid) -> bool:
-        """Whether R2 asks for it; gives up what it is blocked on the way to (R3)."""
+        """Return whether to choose again (R2); give up a frontier to which the robot is blocked (R3)."""
         if self._bumps > MAX_BUMPS:
             self._given_up.append(self._target)
             return True
@@ -109,7 +109,7 @@ class Explorer(ABC):
         return True
 
     def _look(self, known: Grid, pose: npt.NDArray[np.float64]) -> int | None:
-        """Turn towards the frontier; None where it has been looked at (R3)."""
+        """Return the turn towards the frontier, None if the robot has looked at it (R3)."""
         row, col = divmod(self._target, known.shape[1])
         x, y, heading = pose.tolist()
         turns = round(math.remainder(math.atan2(y - row - 0.5, col + 0.5 - x) - heading, 2 * math.pi) / self._turn)

@@ -1,4 +1,4 @@
-"""Nearest frontier (Yamauchi, 1997): to the nearest place from which it can see beyond the edge of its map."""
+"""Nearest frontier (Yamauchi, 1997): go to the nearest place from which the robot can see beyond its map's edge."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from houseexpo.pseudoslam.state import State
 
 
 class NearestFrontier(Explorer):
-    """Goes to the nearest long frontier, and to the specks in the end."""
+    """An explorer that goes to the nearest long frontier, and to the small ones at the end."""
 
     def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
-        """Return the first: they are ordered so."""
+        """Return the first frontier, since they are in this order."""
         del known, frontiers, info
         return 0
 
 
 def frontier_walk(simulator: Simulator, state: State) -> Iterator[Action]:
-    """Yield an explorer's actions by what the map shows at the time; take each before asking for the next.
+    """Yield the actions of an explorer for the current map; take each action before requesting the next one.
 
-    They end when nothing is left that it could see.
+    They end when there is nothing left to see.
     """
     explorer = NearestFrontier(Robot(simulator.config), 0)
     while (action := explorer(None, knowledge_of(simulator, state))) is not None:

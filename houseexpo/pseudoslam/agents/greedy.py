@@ -1,4 +1,4 @@
-"""Straight towards the goal; round what is in the way by chance."""
+"""Go straight towards the goal, and around obstacles at random."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MAX_STEPS: Final = 12
 
 
 class Greedy:
-    """Turns to the goal and goes; where it is blocked it turns to a side and goes some steps there, both at random."""
+    """A policy that goes straight to the goal; when blocked, it goes a random number of steps to a random side."""
 
     interface = Interface(tasks=("navigation",))
 
@@ -25,7 +25,7 @@ class Greedy:
         self._waiting: list[int] = []
 
     def __call__(self, _: Any, info: Knowledge) -> int:
-        """Return forward, left or right."""
+        """Return the action forward, left or right."""
         if info["collided"]:
             side = LEFT if self._rng.random() < 0.5 else RIGHT
             turns, steps = self._rng.integers(1, (_MAX_AWAY + 1, _MAX_STEPS + 1)).tolist()

@@ -1,4 +1,4 @@
-"""Information gain (Gonzalez-Banos and Latombe, 2002): much that is new, for a short way."""
+"""Information gain (Gonzalez-Banos and Latombe, 2002): go where much is unknown and the path is short."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from houseexpo.pseudoslam.kernels.planning.plan import STRAIGHT
 from houseexpo.pseudoslam.kernels.types import Rows
 
 _PER_M: Final = 0.2
-"""The gain is worth exp(-0.2) as much for each metre of way, as in the paper."""
+"""The factor exp(-0.2) of the gain for each metre of the path, as in the paper."""
 _BEAMS: Final = 90
 _LOOKED_AT: Final = 16
-"""Frontiers whose gain is found: those that ``find_frontiers`` puts first."""
+"""The number of frontiers whose gain is computed: those that ``find_frontiers`` ranks first."""
 
 
 class InformationGain(Explorer):
-    """Goes where A exp(-0.2 L) is greatest: A the unknown area that could be seen from the goal, L the way there."""
+    """An explorer that maximises A exp(-0.2 L) with A the unknown area visible from the goal, L the path's length."""
 
     def __init__(self, robot: Robot, seed: int) -> None:
         super().__init__(robot, seed)
@@ -29,7 +29,7 @@ class InformationGain(Explorer):
         self._cos, self._sin = np.cos(angles), np.sin(angles)
 
     def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:  # noqa: ARG002  # others use it
-        """Return the one with the greatest worth; of equal ones the first."""
+        """Return the frontier with the greatest value, the first of equal ones."""
         first = frontiers[:_LOOKED_AT]
         worth = [
             unknown_in_sight(known, x + 0.5, y + 0.5, self.range_px, self._cos, self._sin)

@@ -1,4 +1,4 @@
-"""What ``houseexpo train`` has learned, as a policy: ``policy.pt``, read by its suffix."""
+"""Policies trained by ``houseexpo train``, from files with the suffix ``.pt``."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from houseexpo.pseudoslam.learning.places import simulator_of
 
 
 class Learned:
-    """A factory of policies with the weights of a file, each with a memory and a chance of its own.
+    """A factory of policies with the weights of a file, each with its own memory and random generator.
 
-    It sees and acts as it learned to. The sensor and the map's resolution are those of where it is put: it is refused
-    where its view would have another number of pixels, and has to cope where it would not.
+    Observations and actions are those of its training. The sensor and the map's resolution are those of the new
+    environment: a policy is refused if its view would have another number of pixels, and otherwise has to cope.
     """
 
     def __init__(self, file: Path) -> None:
@@ -27,7 +27,7 @@ class Learned:
 
         from houseexpo.pseudoslam.learning.policy_file import read_policy
 
-        torch.set_num_threads(1)  # one decision is too little to share, and episodes run in processes of their own
+        torch.set_num_threads(1)  # one decision is too little work to share, and episodes run in their own processes
         self._file, self._trained = file, read_policy(file)
         place, task = self._trained.config.environment, self._trained.task
         view = simulator_of(task, place).observation
@@ -35,7 +35,7 @@ class Learned:
         self.training = Training(_family(self._trained.about), self._trained.config.seed)
 
     def __call__(self, robot: Robot, seed: int) -> Policy:
-        """Return the policy of an episode; ConfigError where it would see, or act, otherwise than it has learned to."""
+        """Return the policy for an episode; raise ConfigError if observations or actions differ from its training."""
         from houseexpo.pseudoslam.learning.policy_file import Actor
 
         policy = self._trained.policy
@@ -51,8 +51,8 @@ class Learned:
 
 
 def _family(about: dict[str, Any]) -> str:
-    """Return a name that policies share which differ by the seed only: PPO, the network, a hash of how they learned."""
+    """Return a name for all policies that differ only in the seed: PPO, the network, a hash of the training."""
     config = {key: value for key, value in about["config"].items() if key not in {"seed", "evaluation"}}
-    place = {key: value for key, value in config["environment"].items() if key != "dataset"}  # it may have moved
+    place = {key: value for key, value in config["environment"].items() if key != "dataset"}  # its path may differ
     alike = msgspec.json.encode([about["task"], {**config, "environment": place}, about["lists"]], order="sorted")
     return f"PPO {config['policy']} {hashlib.sha256(alike).hexdigest()[:6]}"

@@ -1,4 +1,4 @@
-"""Policies by name, by file (Python, or what was learned), and by module and function."""
+"""Load policies by name, from a file (Python or trained weights), or from a module and function."""
 
 from __future__ import annotations
 
@@ -34,21 +34,21 @@ NAMES: Final = {
 }
 """The policies that come with the project."""
 ATTRIBUTE: Final = "policy"
-"""The factory that a file holds where none is named."""
+"""The name of the factory in a file if none is given."""
 
 
 @dataclass(frozen=True)
 class NamedPolicy:
-    """A policy's factory and where it came from.
+    """The factory of a policy, and its origin.
 
     Parameters
     ----------
     name
-        As it was asked for.
+        The name that was requested.
     source
         ``module:function`` or ``file:function``.
     sha256
-        Of the file that it came from, of its weights where it has some; "" where there is none.
+        SHA-256 of the file of its weights or, if it has none, of its code; "" if there is no file.
     """
 
     name: str
@@ -58,25 +58,25 @@ class NamedPolicy:
 
     @property
     def interface(self) -> Interface:
-        """How it wants to see and to act."""
+        """The policy's observations and actions."""
         return interface_of(self.factory)
 
     @property
     def training(self) -> Training | None:
-        """Which training made it, where one did."""
+        """The training that produced the policy, None if it was not trained."""
         return training_of(self.factory)
 
 
 def load_policy(name: str) -> NamedPolicy:
     """Return a policy by a name of ``NAMES``, a file, ``FILE.py:function``, or ``module:function``.
 
-    A file's suffix says how it is read (``LOADERS``). Modules are looked for where Python does. The working directory
-    is looked in only for a module that a person named and that lies there: nothing else is imported from it.
+    A file's suffix determines how it is read (``LOADERS``). Modules are found in the usual way of Python. From the
+    working directory, only the module that was named is imported.
 
     Raises
     ------
     ConfigError
-        There is none, it cannot be imported, or it is no factory.
+        The policy does not exist, cannot be imported, or is not a factory.
     """
     if name in NAMES:
         return _imported(name, NAMES[name])
@@ -95,7 +95,7 @@ def load_policy(name: str) -> NamedPolicy:
 
 
 def raised(error: BaseException, here: str) -> str:
-    """Return what a policy raised, and the last line of its own file that led to it, for the file that called it."""
+    """Return a text on a policy's exception and the last line of its code; ``here`` is the caller's file."""
     frames = [frame for frame in extract_tb(error.__traceback__) if frame.filename != here]
     own = [frame for frame in frames if frame.filename == frames[0].filename]
     where = f" ({own[-1].filename}, line {own[-1].lineno})" if own else ""
@@ -103,7 +103,7 @@ def raised(error: BaseException, here: str) -> str:
 
 
 def no_factory(named: NamedPolicy, returned: object) -> str:
-    """Return what is wrong where a factory returned what is no policy."""
+    """Return the message for a factory that did not return a policy."""
     return (
         f"expected {named.source} to be a factory: called with (robot, seed), it returns a policy, which is called "
         f"with (observation, info); it returned {returned!r}"
@@ -111,7 +111,7 @@ def no_factory(named: NamedPolicy, returned: object) -> str:
 
 
 def _parted(name: str) -> tuple[Path, str]:
-    """Return a file or module, and what follows its last colon."""
+    """Return a file or module, and the text after its last colon."""
     place, colon, attribute = name.rpartition(":")
     return (Path(place), attribute) if colon and attribute.isidentifier() else (Path(name), "")
 
@@ -126,7 +126,7 @@ def _imported(name: str, place: str) -> NamedPolicy:
 
 @contextmanager
 def _working_directory(module_name: str) -> Iterator[None]:
-    """Let a module be found that lies in the working directory, after all others: it hides no library."""
+    """Allow to import a module from the working directory, after all others, so that it cannot hide a library."""
     here, top = Path.cwd(), module_name.partition(".")[0]
     if not ((here / f"{top}.py").is_file() or (here / top).is_dir()) or str(here) in sys.path:
         yield
@@ -142,7 +142,7 @@ def _from_python(path: Path, attribute: str) -> PolicyFactory:
     spec = importlib.util.spec_from_file_location(f"policy_{path.stem}", path)
     assert spec is not None and spec.loader is not None  # noqa: S101, PT018  # it ends in .py
     module, loader = importlib.util.module_from_spec(spec), spec.loader
-    sys.modules[spec.name] = module  # dataclasses look their module up
+    sys.modules[spec.name] = module  # dataclasses look up their module
     _run(str(path), lambda: loader.exec_module(module))
     return _attribute(str(path), module, attribute)
 
@@ -162,13 +162,13 @@ def _from_weights(path: Path, _attribute: str) -> PolicyFactory:
 LOADERS: Final[dict[str, Callable[[Path, str], PolicyFactory]]] = {
     ".py": _from_python, ".pt": _from_training, ".json": _from_weights,
 }  # fmt: skip
-"""How files are read, by suffix: from the file and what was named in it to a factory."""
+"""The readers of files by suffix: functions of the file and the name in it that return a factory."""
 
 
 def _run(name: str, work: Callable[[], object]) -> object:
     try:
         return work()
-    except (Exception, SystemExit) as error:  # a script may end itself, and would end us
+    except (Exception, SystemExit) as error:  # a script may call sys.exit()
         raise ConfigError(f"policy {name!r}: cannot be imported: {type(error).__name__}: {error}") from error
 
 

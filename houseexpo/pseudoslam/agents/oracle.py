@@ -1,14 +1,14 @@
-"""An explorer that knows the house: a short tour of few places from which all that is left can be seen.
+"""An explorer that knows the house: it makes a short tour of a few places from which it can see everything.
 
-It is no shortest way, for that is hard to find; it is one that others can be measured by.
+The tour is not the shortest possible one, which is hard to compute, but a reference for other explorers.
 
-R1  Places lie on a lattice of 0.5 m, or more where there would be more than 600. What each sees is found once.
-R2  Of these, greedily, few that together see all that is unknown; their order is a short tour from where the robot is.
-    Both are found anew when what the first place was for is seen, and after each metre of way.
-R3  What the first place is for is what no other of them sees. Of all places that see that, it goes to the one with the
-    shortest way by it to the second. There it turns until that is seen, once round at most; what is not seen then is
-    left for the end.
-R4  What is left in the end it sees as the nearest-frontier explorer does.
+R1  Places are on a lattice of 0.5 m, or a coarser one if there were more than 600. What each sees is computed once.
+R2  A greedy selection of few places together sees everything that is unknown. Their order is a short tour from the
+    robot. Both are computed again when the purpose of the first place is fulfilled, and after each metre.
+R3  The purpose of the first place is to see the cells that no other selected place sees. Of all places that see them,
+    the robot goes to the one on the shortest path to the second place. There it turns until they are seen, by at most
+    one full turn; cells that are not seen then are left for the end.
+R4  At the end, it explores the remaining cells like the nearest-frontier explorer.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ _MAX_PLACES: Final = 600
 _MIN_CELLS: Final = 4
 _DECIDE_M: Final = 1.0
 _SEEN: Final = 0.99
-"""Of what a place is for: then it has served."""
+"""The share of a place's purpose that counts as fulfilled."""
 Floats = npt.NDArray[np.float64]
 Cells = npt.NDArray[np.int32]
 
 
 class Oracle:
-    """Sees the truth: where it has to go, though not what it will have seen."""
+    """An explorer that knows the true house, and therefore where to go, but not the map that it will have."""
 
     interface = Interface(sees_truth=True, tasks=("exploration",))
 
@@ -65,7 +65,7 @@ class Oracle:
         self.decided = False
 
     def __call__(self, observation: Any, info: Knowledge) -> int | None:
-        """Return forward, left or right; None when all is seen."""
+        """Return the action forward, left or right, or None when everything is seen."""
         known, pose = info["map"], info["pose_px"]
         self.decided = False
         while self._is_left:
@@ -84,12 +84,12 @@ class Oracle:
         return self._rest(observation, info)  # R4
 
     def _has_served(self, known: npt.NDArray[np.uint8]) -> bool:
-        """Whether what the robot goes for is seen, or has been given up."""
+        """Return whether the purpose of the current place is fulfilled or given up."""
         left = (known.ravel()[self._purpose] == UNKNOWN) & (self._unwanted[self._purpose] == 0)
         return bool(np.count_nonzero(left) <= (1 - _SEEN) * len(self._purpose))
 
     def _choose(self, known: npt.NDArray[np.uint8], x: float, y: float) -> bool:
-        """Aim at the first place of a short tour of those that see what is left; return whether there is one (R2)."""
+        """Aim at the first place of a short tour that sees all that is left; return whether there is one (R2)."""
         covered = self._unwanted | (known.ravel() != UNKNOWN)
         needless = covered.copy()
         chosen = np.zeros(len(self._places), np.int64)
@@ -111,7 +111,7 @@ class Oracle:
         return True
 
     def _only_seen_from(self, order: list[int], needless: npt.NDArray[np.uint8]) -> list[int]:
-        """Set the purpose to what the first place alone sees; return the order from the first on that has one (R3)."""
+        """Set the purpose to the cells that only the first place sees; return the tour without useless places (R3)."""
         seen = [self._views[self._starts[place] : self._starts[place + 1]] for place in order]
         times = np.zeros(self._house.size, np.int32)
         for cells in seen:
@@ -121,17 +121,17 @@ class Oracle:
             if len(self._purpose):
                 return order[i:]
             times[cells] -= 1
-        return order  # not reached: the last one would see what no other does
+        return order  # not reached: the last place would see cells that no other does
 
     def _best_that_sees(self, lengths: Floats, first: int) -> int:
-        """Return the place with the shortest way of those that see what a place is for (R3)."""
+        """Return the place with the shortest path of those that see the cells of the purpose (R3)."""
         others = np.ones(self._house.size, np.uint8)
         others[self._purpose] = 0
         enough = np.flatnonzero(count_all(self._starts, self._views, others) >= _SEEN * len(self._purpose))
         return int(enough[lengths[enough].argmin()]) if len(enough) else first
 
     def _lengths_from(self, place: int) -> Floats:
-        """Return the ways from a place to all places."""
+        """Return the distances from a place to all places."""
         if place not in self._lengths:
             row, col = divmod(int(self._places[place]), self._house.shape[1])
             find_ways(self._house, col + 0.5, row + 0.5, self._radius_px, -1, self._ways)
@@ -140,7 +140,7 @@ class Oracle:
 
 
 def _views(world: World, robot: Robot) -> tuple[Cells, npt.NDArray[np.int64], Cells]:
-    """Return places (flat indices), and what they see as ``list_views`` lists it (R1)."""
+    """Return places (flat indices), and the cells that they see in the form of ``list_views`` (R1)."""
     config = robot.config
     traversable = np.flatnonzero(world.traversable)
     rows, cols = np.divmod(traversable, world.occupied.shape[1])

@@ -1,4 +1,4 @@
-"""Policies for an environment that one has: for films, and for driving it from a script."""
+"""Policies for an existing environment, for recording movies and for scripts."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.state import State
 
 Policy: TypeAlias = Callable[[Any], Any]
-"""Takes an observation, returns an action of the environment."""
+"""A function that takes an observation and returns an action of the environment."""
 
 _EARLIER: Final = {"bounce": "forward"}
-"""Names that policies had before."""
+"""Former names of policies."""
 _WAITING: Final = {"discrete": LEFT, "continuous": np.array([0.0, 1.0]), "waypoint": np.zeros(2)}
-"""What who is done for good does: turns on the spot, or stays. Where there is nowhere to go, 0 means a turn, too."""
+"""The actions of a policy that is done: turn in place, or stay. If there is nowhere to go, 0 also means a turn."""
 _DICT_ONLY: Final = ("global_map", "pose", "ranges")
-"""What the observation "dict" holds beside what "map" does."""
+"""The entries of the observation "dict" in addition to those of "map"."""
 
 
 def interface_for(name: str, task: str) -> Interface:
-    """Return how a policy wants to see and to act; ConfigError where there is none, or it is made for other tasks."""
+    """Return a policy's observations and actions; raise ConfigError if it does not exist or is for other tasks."""
     if name == "random":
         return Interface()
     wanted = load_policy(_EARLIER.get(name, name)).interface
@@ -41,13 +41,14 @@ def interface_for(name: str, task: str) -> Interface:
 def policy_of(name: str, env: gymnasium.Env[Any, Any], seed: int | None = None) -> Policy:
     """Return a policy for an environment, by its name or file (``loading.load_policy``).
 
-    It is made anew with each episode, and where it is done. "random" takes any environment's actions. A policy that
-    wants to be shown "map" may be in an environment that shows more. Calls raise PolicyError where the policy does.
+    The policy is created again for each episode, and when it is done. "random" works with the actions of any
+    environment. A policy for the observation "map" also works in an environment that shows more. If the policy raises
+    an exception, calls raise PolicyError.
 
     Raises
     ------
     ConfigError
-        Where there is no such policy, or the environment has other actions than it knows, or shows something else.
+        There is no such policy, or the environment has other actions or observations than the policy needs.
     """
     if name == "random":
         env.action_space.seed(seed)
@@ -66,7 +67,7 @@ def policy_of(name: str, env: gymnasium.Env[Any, Any], seed: int | None = None) 
 
 
 class _Everlasting:
-    """Makes a policy with each episode, and again where it is done."""
+    """A policy that is created again for each episode, and when it is done."""
 
     def __init__(self, env: PseudoSlamEnv, policy: NamedPolicy, seed: int) -> None:
         self._env, self._policy, self._seed = env, policy, seed
@@ -107,7 +108,7 @@ class _Everlasting:
 
 
 def _map_of(shown: Any) -> Any:
-    """Return what "map" shows, or its space, of what "dict" does."""
+    """Return the part of an observation "dict", or of its space, that "map" has."""
     parts = {key: shown[key] for key in shown if key not in _DICT_ONLY}
     if len(parts) == 1:
         return parts["map"]
@@ -115,7 +116,7 @@ def _map_of(shown: Any) -> Any:
 
 
 def known_env(env: gymnasium.Env[Any, Any]) -> PseudoSlamEnv:
-    """Return the environment within its wrappers; ConfigError where it is not one of ours."""
+    """Return the environment inside its wrappers; raise ConfigError if it is not one of ours."""
     found = env.unwrapped
     if not isinstance(found, PseudoSlamEnv):
         raise ConfigError(f"env: expected an environment of PseudoSLAM, found {env}")

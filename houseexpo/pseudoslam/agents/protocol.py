@@ -1,13 +1,14 @@
-"""What a policy is: made anew for each episode, it is shown what the robot knows, and says what to do.
+"""The protocol of policies, which are created for each episode and choose actions from what the robot knows.
 
-A *factory* makes one: ``factory(robot, seed)``, a class or a function. A *policy* is what it returns: a function
-``policy(observation, info)`` from what the environment shows, and a ``Knowledge``, to an action of the environment, or
-None where it is done. A factory may have an attribute ``interface`` that says how it wants to see and to act, and
-``training``, of which policies it is one that differ by the seed of their training only. A policy may have an attribute
-``decided``, False where its last action only went on with what it had decided before.
+A *factory* ``factory(robot, seed)``, a class or a function, returns a policy. A *policy* is a function
+``policy(observation, info)`` of the environment's observation and a ``Knowledge``. It returns an action of the
+environment, or None when it is done. A factory may have an attribute ``interface``, which declares its observations and
+actions, and an attribute ``training``, which names the family of policies that differ only in the seed of their
+training. A policy may have an attribute ``decided``, which is False if its last action only continued an earlier
+decision.
 
-A policy sees the robot's own map and no truth: not the house's id, not its walls, not the share that is seen. Only one
-whose interface says ``sees_truth`` is given the world, and results say so.
+A policy sees the robot's own map, but no ground truth: neither the house's id, nor its walls, nor the explored share.
+Only a policy whose interface has ``sees_truth`` is given the world, and results state this.
 """
 
 from __future__ import annotations
@@ -31,36 +32,36 @@ from houseexpo.pseudoslam.worlds.world import World
 
 
 class Knowledge(TypedDict):
-    """What the robot knows: copies, which the policy may keep and write to."""
+    """The knowledge of the robot, as copies that the policy may keep and change."""
 
     map: npt.NDArray[np.uint8]
-    """(rows, cols): 0 unknown, 127 free, 255 obstacle; row 0 at the highest y."""
+    """The map (rows, cols): 0 unknown, 127 free, 255 obstacle; row 0 at the highest y."""
     pose_px: npt.NDArray[np.float64]
-    """(3,): where odometry has the robot on the map: x across, y down, heading in radians, counter-clockwise."""
+    """The pose by odometry (3,): x across and y down in cells of the map, heading in radians, counter-clockwise."""
     collided: bool
-    """Whether something was in the way of the last action."""
+    """Whether an obstacle blocked the last action."""
     steps: int
-    """Steps so far."""
+    """Number of steps so far."""
     path_m: float
-    """The way gone so far."""
+    """Distance travelled so far."""
     goal_px: NotRequired[npt.NDArray[np.float64]]
-    """(2,): the goal on the map, where the task has one."""
+    """The goal on the map (2,), if the task has one."""
 
 
 @dataclass(frozen=True)
 class Interface:
-    """How a policy wants to see and to act.
+    """The observations and actions that a policy needs.
 
     Parameters
     ----------
     actions, observation
-        As the environments take them.
+        Arguments of the environment.
     view
-        The square round the robot that observations show; None: the task's. The sensor and the map are the task's.
+        The view around the robot in observations; None for the task's. The sensor and the map are always the task's.
     sees_truth
-        Whether ``Robot.world`` is wanted.
+        Whether the policy needs ``Robot.world``.
     tasks
-        The benchmark's tasks that it can do; none named: all.
+        The tasks of the benchmark that the policy can do; empty for all.
     """
 
     actions: Actions = "discrete"
@@ -76,7 +77,7 @@ class Interface:
 
 @dataclass(frozen=True)
 class Training:
-    """Which training made a policy: results of one ``family`` and several seeds are one row of a table."""
+    """The training of a policy; results of one ``family`` with several seeds are one row of a table."""
 
     family: str
     seed: int
@@ -84,7 +85,7 @@ class Training:
 
 @dataclass(frozen=True)
 class Robot:
-    """What a factory is given: the configuration and the spaces, and the world where it asked for the truth."""
+    """The argument of a factory: the configuration, the spaces and, with ``sees_truth``, the world."""
 
     config: SimulatorConfig
     action_space: gymnasium.Space[Any] | None = None
@@ -93,17 +94,17 @@ class Robot:
 
 
 class Policy(Protocol):
-    """Says what to do; None: it is done."""
+    """A policy, which chooses the actions of an episode."""
 
     def __call__(self, observation: Any, info: Knowledge, /) -> Any:
-        """Return an action of the environment, or None."""
+        """Return an action of the environment, or None when the policy is done."""
 
 
 PolicyFactory: TypeAlias = Callable[[Robot, int], Policy]
 
 
 def interface_of(factory: PolicyFactory) -> Interface:
-    """Return how a factory's policies want to see and to act; ConfigError where it says that in another way."""
+    """Return the interface of a factory's policies; raise ConfigError if its attribute is of another type."""
     found = getattr(factory, "interface", Interface())
     if not isinstance(found, Interface):
         raise ConfigError(f"policy: expected its attribute 'interface' to be an Interface, found {found!r}")
@@ -111,7 +112,7 @@ def interface_of(factory: PolicyFactory) -> Interface:
 
 
 def training_of(factory: PolicyFactory) -> Training | None:
-    """Return which training made a factory's policies, None where none did; ConfigError where it says so otherwise."""
+    """Return the training of a factory's policies, None if there is none; raise ConfigError for another type."""
     found = getattr(factory, "training", None)
     if found is not None and not isinstance(found, Training):
         raise ConfigError(f"policy: expected its attribute 'training' to be a Training, found {found!r}")
@@ -119,13 +120,13 @@ def training_of(factory: PolicyFactory) -> Training | None:
 
 
 def robot_of(env: PseudoSlamEnv, interface: Interface) -> Robot:
-    """Return what a factory is given at the start of an episode."""
+    """Return the argument of a factory at the start of an episode."""
     world = env.simulator.world if interface.sees_truth else None
     return Robot(env.config, env.action_space, env.observation_space, world)
 
 
 def knowledge_of(simulator: Simulator, state: State) -> Knowledge:
-    """Return what the robot knows now."""
+    """Return the current knowledge of the robot."""
     known: Knowledge = {
         "map": state.known.copy(),
         "pose_px": state.believed_px.copy(),

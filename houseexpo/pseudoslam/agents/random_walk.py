@@ -1,4 +1,4 @@
-"""Any action, whatever is seen."""
+"""Random actions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot
 
 
 class RandomWalk:
-    """Draws actions from the environment's space."""
+    """A policy that draws actions from the environment's action space."""
 
     def __init__(self, robot: Robot, seed: int) -> None:
         if robot.action_space is None:
@@ -18,5 +18,5 @@ class RandomWalk:
         self._space.seed(seed)
 
     def __call__(self, _: Any, __: Knowledge) -> Any:
-        """Return any action."""
+        """Return a random action."""
         return self._space.sample()

@@ -1,6 +1,6 @@
-"""Distance utility (Kulich, Faigl and Preucil, 2011): to the frontier that begins a short tour of all of them.
+"""Distance utility (Kulich, Faigl and Preucil, 2011): go to the first frontier of a short tour of all of them.
 
-A frontier that is near but leaves others behind it costs the way back; the nearest one does not see that.
+Going to a near frontier may leave others behind and cost the way back, which nearest-frontier exploration ignores.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from houseexpo.pseudoslam.kernels.planning.tour import short_tour
 from houseexpo.pseudoslam.kernels.types import NO_WAY, KnownWays, Rows, known_ways_of
 
 _TOURED: Final = 12
-"""Frontiers of the tour: those that ``find_frontiers`` puts first."""
+"""The number of frontiers in the tour: those that ``find_frontiers`` ranks first."""
 
 
 class Tour(Explorer):
-    """Goes to the first frontier of a tour of all: nearest first, then 2-opt, over ways on its map."""
+    """An explorer that goes to the first frontier of a tour: nearest neighbours, then 2-opt, by paths on its map."""
 
     def __init__(self, robot: Robot, seed: int) -> None:
         super().__init__(robot, seed)
         self._ways: KnownWays | None = None
 
     def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:  # noqa: ARG002  # others use it
-        """Return the first frontier of the tour that begins at the robot."""
+        """Return the first frontier of the tour from the robot."""
         if self._ways is None or len(self._ways.ways) < known.size:
             self._ways = known_ways_of(known.size)
         first = frontiers[:_TOURED]
@@ -43,7 +43,7 @@ class Tour(Explorer):
 
 
 def reached(ways: KnownWays, cells: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """Return the ways to cells (flat indices); one that cannot be reached is very far."""
+    """Return the distances to cells (flat indices), very large ones for those that cannot be reached."""
     found: npt.NDArray[np.float64] = ways.ways[np.asarray(cells)].astype(np.float64)
     found[found < 0] = NO_WAY
     return found

@@ -1,4 +1,4 @@
-"""Going to a place on the robot's own map, by discrete actions."""
+"""Go to a place on the robot's own map, by discrete actions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Floats = npt.NDArray[np.float64]
 
 
 class Walker:
-    """Walks down the field of ways to a goal; ``turns`` are those that are left before the next step."""
+    """Follows decreasing distances to a goal; ``turns`` is the number of turns before the next step."""
 
     def __init__(self, robot: Robot) -> None:
         body, metre = robot.config.robot, robot.config.pixels_per_metre
@@ -30,18 +30,18 @@ class Walker:
         self._steps = False
 
     def memory(self, known: Grid) -> KnownWays:
-        """Return memory for ways on a map; ``aim`` uses the same."""
+        """Return working memory for distances on a map, which ``aim`` also uses."""
         if self._ways is None or len(self._ways.ways) < known.size:
             self._ways = known_ways_of(known.size)
         return self._ways
 
     def aim(self, known: Grid, goal_x: float, goal_y: float, until: int = -1) -> None:
-        """Find the ways to a goal, pixels; as far as a cell (a flat index) where the robot may stand, or all."""
+        """Compute the distances to a goal in pixels, up to the cell ``until`` (a flat index) or for all cells."""
         find_ways(known, goal_x, goal_y, self._radius_px, until, self.memory(known))
         self.turns, self._steps = 0, False
 
     def next(self, known: Grid, pose: Floats) -> int | None:
-        """Return the next action; None where no step brings the robot nearer."""
+        """Return the next action, None if no step brings the robot closer."""
         if not self._steps:
             x, y, heading = pose.tolist()
             turns = best_turns(

@@ -1,8 +1,8 @@
-"""Along the wall: the wall stays on the right.
+"""Follow the wall, which stays on the right.
 
-R1  Far from all obstacles that it knows, the robot goes straight on; where it has just left one, it goes in a circle to
-    its right first, to find it again.
-R2  Near one, it takes the first heading in which it can go a step, from where the nearest obstacle is on to the left.
+R1  Far from all known obstacles, the robot goes straight on. If it has just left one, it first goes in a circle to the
+    right, to find it again.
+R2  Near an obstacle, it takes the first heading in which it can go a step, turning left from the nearest obstacle.
 R3  Unknown cells do not stop it.
 """
 
@@ -19,14 +19,14 @@ from houseexpo.pseudoslam.kernels.mapping.merge import OBSTACLE
 from houseexpo.pseudoslam.kernels.motion.disc import clearance, free_way
 
 _NEAR_M: Final = 0.4
-"""Room between the robot's rim and a wall that it follows, at most."""
+"""Largest distance between the robot's rim and the wall that it follows."""
 _EPS_PX: Final = 1e-6
 _ARC_RAD: Final = math.pi / 6
-"""What it turns between two steps of the circle."""
+"""The angle between two steps of the circle."""
 
 
 class WallFollower:
-    """Keeps a wall on its right."""
+    """A policy that keeps a wall on its right."""
 
     def __init__(self, robot: Robot, _: int) -> None:
         body, metre = robot.config.robot, robot.config.pixels_per_metre
@@ -38,7 +38,7 @@ class WallFollower:
         self._arcs = 0
 
     def __call__(self, _: Any, info: Knowledge) -> int:
-        """Return forward, left or right."""
+        """Return the action forward, left or right."""
         if not self._goes:
             self._turns, self._goes = self._best_turns(info), True
         if not self._turns:
@@ -49,7 +49,7 @@ class WallFollower:
         return LEFT if side > 0 else RIGHT
 
     def _best_turns(self, info: Knowledge) -> int:
-        """Return the turns before the next step, left above 0."""
+        """Return the number of turns before the next step, positive to the left."""
         x, y, heading = info["pose_px"].tolist()
         left, top = max(int(x) - self._reach, 0), max(int(y) - self._reach, 0)
         near = info["map"][top : int(y) + self._reach + 1, left : int(x) + self._reach + 1]

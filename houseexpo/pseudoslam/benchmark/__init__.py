@@ -1,1 +1,1 @@
-"""A benchmark of policies: fixed tasks, fixed plans, fixed starts; results that can be compared and cited."""
+"""A benchmark of policies with fixed tasks, plans and starts, whose results can be compared and cited."""

@@ -1,11 +1,11 @@
-"""Which plans and starts: the same ones for everybody, whatever the data set's order.
+"""Choose plans and starts, which are the same for everybody and do not depend on the data set's order.
 
-R1  Plans are taken in the order of their ids' SHA-256, so that fewer plans are the first of more.
-R2  A plan that a robot of 0.2 m cannot cross is passed over: it gets to all places that it fits into.
-R3  So is one that repeats a plan of another list, or one taken before: the same walls by 98%, turned or mirrored
-    perhaps, as ``houseexpo split`` compares them.
-R4  For the published test list the outcome is written down (``data_manifests/benchmark.toml``), and read from there.
-R5  A start is drawn with a seed that is made of the track's id and the plan's id; it depends on nothing else.
+R1  Plans are taken in the order of their ids' SHA-256, so that a smaller number gives the first plans of a larger one.
+R2  A plan is skipped unless a robot of 0.2 m can reach every place where it fits.
+R3  A plan is skipped if it repeats a plan of another list or an earlier one: the same walls by 98%, possibly rotated or
+    mirrored, as compared by ``houseexpo split``.
+R4  For the published test list, the result is recorded in ``data_manifests/benchmark.toml`` and read from there.
+R5  A start is drawn with a seed from the ids of the track and the plan; it depends on nothing else.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ RADIUS_M: Final = 0.2
 
 @dataclass(frozen=True)
 class Case:
-    """An episode: a plan, and the seeds of its start and of the policy."""
+    """An episode: a plan, and the seeds of the start and of the policy."""
 
     plan_id: str
     seed: int
@@ -45,22 +45,22 @@ def cases_of(track_id: str, plan_ids: Sequence[str]) -> list[Case]:
 
 
 def room_cases(track_id: str, room_id: str, number: int) -> list[Case]:
-    """Return so many cases in one room, whose obstacles differ."""
+    """Return a number of cases in one room with different obstacles."""
     return [Case(room_id, seed_of(track_id, f"{room_id} {i}")) for i in range(number)]
 
 
 def seed_of(*words: str) -> int:
-    """Return a seed of 32 bits that words make."""
+    """Return a seed of 32 bits, computed from words."""
     return int.from_bytes(hashlib.sha256("\n".join(words).encode()).digest()[:4])
 
 
 def ids_sha256(ids: Sequence[str]) -> str:
-    """Return the hash of a list of ids, as ``sha256sum`` finds it of a file with one a line."""
+    """Return the hash of a list of ids, which is that of ``sha256sum`` for a file with one id per line."""
     return hashlib.sha256(list_bytes(ids)).hexdigest()
 
 
 def content_sha256(plans: Dataset) -> str:
-    """Return the hash of the plans themselves, in order."""
+    """Return the hash of the contents of the plans, in order."""
     found = hashlib.sha256()
     for number in range(len(plans)):
         found.update(plans.digest(number))
@@ -68,12 +68,12 @@ def content_sha256(plans: Dataset) -> str:
 
 
 def choose(plans: Dataset, split: str, number: int, workers: int = 1) -> list[str]:
-    """Return the ids of so many plans of a list that comes with a data set.
+    """Return the ids of ``number`` plans of a list that comes with a data set.
 
     Raises
     ------
     ConfigError
-        There are fewer.
+        There are too few suitable plans.
     DatasetError
         The data set has no such list.
     """
@@ -91,7 +91,7 @@ def choose(plans: Dataset, split: str, number: int, workers: int = 1) -> list[st
 
 
 def written_ids() -> tuple[str, ...]:
-    """Return the plans of the published test list that the benchmark takes, in order (R4)."""
+    """Return the plans of the published test list that the benchmark uses, in order (R4)."""
     said: dict[str, Any] = tomllib.loads(manifest_path("benchmark").read_text(encoding="utf-8"))
     return tuple(said["test"])
 
@@ -101,7 +101,7 @@ def _chosen(plans: Dataset, split: str, number: int, workers: int) -> list[str]:
     here = sorted(plans.split(split).ids, key=lambda name: hashlib.sha256(name.encode()).digest())  # R1
     others = sorted({name for listed in plans.splits.values() for name in listed if name in plans} - set(here))
     rivals = _Seen(plans)
-    if others:  # many, and kept, for `houseexpo split` compares them too
+    if others:  # many, but cached, since `houseexpo split` also compares them
         known = plans.only(others).derived(TRAITS, traits_of, workers)
         rivals.add(others, np.array([each["print"] for each in known], np.int32))
     found: list[str] = []
@@ -124,7 +124,7 @@ def _chosen(plans: Dataset, split: str, number: int, workers: int) -> list[str]:
 
 
 class _Seen:
-    """Plans that a plan may not repeat (R3)."""
+    """Plans that other plans must not repeat (R3)."""
 
     def __init__(self, plans: Dataset) -> None:
         self._plans = plans
@@ -133,12 +133,12 @@ class _Seen:
         self._mask = lru_cache(maxsize=256)(lambda name: comparison_mask(plans[name]))
 
     def add(self, ids: Sequence[str], prints: npt.NDArray[np.int32]) -> None:
-        """Take plans in, with their fingerprints (n, 129)."""
+        """Add plans with their fingerprints (n, 129)."""
         self._prints = np.vstack([self._prints, prints]) if self._ids else prints
         self._ids += ids
 
     def have(self, name: str, own: npt.NDArray[np.int32]) -> bool:
-        """Whether a plan of this fingerprint repeats one of these."""
+        """Return whether a plan with this fingerprint repeats one of these."""
         if not self._ids:
             return False
         limits = THRESHOLD * np.maximum(own[0], self._prints[:, 0])

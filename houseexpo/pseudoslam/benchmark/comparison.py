@@ -1,8 +1,8 @@
-"""Results side by side: those of one track, on the same plans.
+"""Compare results of one track on the same plans.
 
-R1  Results of one family that differ by the seed of their training are one row: means over seeds and plans.
-R2  A baseline, where there is one, is what others are told to differ from, plan by plan: that says more than two
-    intervals that overlap, for plans differ more than policies.
+R1  Results of one family that differ in the seed of their training are one row: means over seeds and plans.
+R2  Policies are compared with the baseline, if there is one, plan by plan. This is more informative than overlapping
+    intervals, since plans differ more than policies.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from houseexpo.pseudoslam.benchmark.tracks import TRACKS, Track, track_of
 from houseexpo.words import counted
 
 ORACLE: Final = "oracle"
-"""The policy whose ways others are measured by."""
+"""The policy whose path lengths are the reference."""
 BASELINE: Final = "frontier"
-"""The policy that others are told to differ from (R2)."""
+"""The policy with which others are compared (R2)."""
 _LESS, _SHARE = "less_", "share_of_"
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A row: one result, or those of one family, by their seeds (R1)."""
+    """A row: one result, or those of one family in the order of their seeds (R1)."""
 
     results: tuple[Result, ...]
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """The name of the row."""
         policy = self.results[0].policy
         if len(self.results) > 1:
             return f"{policy.family} ({counted(len(self.results), 'training')})"
@@ -43,22 +43,22 @@ class Entry:
 
     @property
     def sees_truth(self) -> bool:
-        """Whether its policies are given the world."""
+        """Whether the policies are given the world."""
         return self.results[0].policy.sees_truth
 
     @property
     def decision_ms(self) -> float | None:
-        """The median of a decision's time, the mean over seeds; None where nothing was decided."""
+        """The median time of a decision, as the mean over seeds; None if there were no decisions."""
         medians = [one.times.decision_ms.get("median") for one in self.results]
         known = [median for median in medians if median is not None]
         return sum(known) / len(known) if known else None
 
     def columns(self, key: str) -> list[Column]:
-        """Return a value of each episode, for each seed."""
+        """Return the values of all episodes, for each seed."""
         return [one.column(key) for one in self.results]
 
     def curve(self, over: str) -> Curve:
-        """Return the mean of the seeds' curves; its band reaches from the lowest to the highest of theirs."""
+        """Return the mean of the seeds' curves; its band covers all of theirs."""
         parts = [one.curves[over] for one in self.results]
         if len(parts) == 1:
             return parts[0]
@@ -76,7 +76,7 @@ class Compared:
     entries: tuple[Entry, ...]
 
     def tables(self) -> list[tuple[Metric, ...]]:
-        """Return the metrics of each table."""
+        """The metrics of each table."""
         found: dict[str, list[Metric]] = {}
         for metric in self.track.metrics:
             if metric.table is not None:
@@ -88,7 +88,7 @@ class Compared:
         return [tables[0] + self._shares(), *tables[1:]]
 
     def value(self, entry: Entry, metric: Metric) -> Estimate:
-        """Return a metric of a row."""
+        """Return the estimate of a metric for a row."""
         if metric.key.startswith(_LESS):
             return self._less(entry, metric.key.removeprefix(_LESS))
         if metric.key.startswith(_SHARE):
@@ -98,7 +98,7 @@ class Compared:
         return estimate_seeds(entry.columns(metric.key))
 
     def _shares(self) -> tuple[Metric, ...]:
-        """Return the shares of the oracle's way, where there is an oracle's result."""
+        """Return the metrics relative to the oracle's path, if there is a result of the oracle."""
         if self._named(ORACLE) is None:
             return ()
         keys = [metric.key for metric in self.track.metrics if metric.key.startswith("metres_to_")]
@@ -108,9 +108,9 @@ class Compared:
         )
 
     def _share(self, entry: Entry, key: str) -> Estimate:
-        """Return the oracle's metres as a share of a policy's, at most 1, over plans: 0 where the policy got nowhere.
+        """Return the oracle's metres as a share of a policy's over plans, at most 1; 0 if the policy did not get there.
 
-        Plans in which the oracle did not get so far are left out.
+        Plans in which the oracle did not get there are left out.
         """
         oracle = self._named(ORACLE)
         best = [] if oracle is None else oracle.results[0].column(key)
@@ -125,7 +125,7 @@ class Compared:
         )
 
     def _less(self, entry: Entry, key: str) -> Estimate:
-        """Return a value less the baseline's, over the plans in which both have one (R2); nothing for itself."""
+        """Return a value minus the baseline's, over plans in which both have one (R2); none for the baseline itself."""
         baseline = self._named(BASELINE)
         if baseline is None or entry is baseline:
             return Estimate(None, None, None, 0)
@@ -142,12 +142,12 @@ class Compared:
 
 
 def read_results(files: Sequence[Path]) -> list[Compared]:
-    """Read results, and put those of one track together, in the tracks' order; those of a folder: all in it.
+    """Read results from files and folders and group them by track, in the order of the tracks.
 
     Raises
     ------
     ConfigError
-        A file is no result, or results of one track are of different plans.
+        A file is not a result, or results of one track are for different plans.
     """
     named = [inner for file in files for inner in (sorted(file.glob("*.json")) if file.is_dir() else [file])]
     if not named:
@@ -192,7 +192,7 @@ def _compared(track: Track, named: Sequence[tuple[Path, Result]]) -> Compared:
 
 
 def _grouped(results: Sequence[Result]) -> list[tuple[Result, ...]]:
-    """Return results by family (R1), one of each training seed; others alone."""
+    """Return results grouped by family (R1), with one for each training seed; others are alone."""
     groups: dict[tuple[Any, ...], list[Result]] = {}
     for number, result in enumerate(results):
         policy = result.policy

@@ -1,4 +1,4 @@
-"""One policy, one episode after the other: what it is asked, what it answers, and what came of it."""
+"""Run episodes of a policy one after the other, and record the results."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ CURVE_POINTS = 80
 
 @dataclass(frozen=True)
 class Outcome:
-    """What an episode came to.
+    """The result of an episode.
 
     Parameters
     ----------
     values
-        By metric, and ``steps``, ``metres`` and ``coverage`` at its end; None where there is none.
+        The value of each metric, and ``steps``, ``metres`` and ``coverage`` at the end; None for no value.
     curves
-        Coverage at ``places`` of each of the track's curves.
+        Coverage at ``places`` for each of the track's curves.
     decisions_ms
-        How long the policy took for each action that it decided on anew.
+        Time of each new decision of the policy, milliseconds.
     """
 
     case: Case
@@ -47,12 +47,12 @@ class Outcome:
 
 
 class Runner:
-    """Runs episodes of a track with a policy, in one environment after the other house.
+    """Runs episodes of a track with a policy, in one environment with changing houses.
 
     Parameters
     ----------
     policy_seed
-        Of what the policy draws; each episode makes a seed of its own from it and the case's.
+        The seed of the policy; each episode derives its own seed from it and from the case's.
     """
 
     def __init__(
@@ -67,12 +67,12 @@ class Runner:
         Parameters
         ----------
         note
-            Is told the step before the policy is asked.
+            A function that is called with the step before each call of the policy.
 
         Raises
         ------
         PolicyError
-            The policy raised, or returned what is no action.
+            The policy raised an exception or returned an invalid action.
         """
         took: list[float] = []
         trace = self.trace(case, note, took)
@@ -84,7 +84,7 @@ class Runner:
         return Outcome(case, rounded, curves, np.array(took, np.float32))
 
     def trace(self, case: Case, note: Note, took: list[float]) -> Trace:
-        """Run one episode, and add to ``took`` how long each decision took, ms."""
+        """Run one episode, and append the time of each decision to ``took``, milliseconds."""
         env, trace = self.env, Trace()
         observation, info = env.reset(seed=case.seed, options={"plan_id": case.plan_id})
         self._add(trace, info, 0.0)
@@ -94,7 +94,7 @@ class Runner:
         policy = self._asked(case, 0, lambda: self.policy.factory(robot, seed))
         if not callable(policy):
             raise PolicyError(f"{self._where(case, 0)}: {no_factory(self.policy, policy)}")
-        for step in range(env.config.max_steps):  # actions of no step at all come to an end, too
+        for step in range(env.config.max_steps):  # a limit also for actions that take no step
             note(step)
             knowledge = knowledge_of(env.simulator, env.state)
             start = time.perf_counter()
@@ -133,5 +133,5 @@ class Runner:
 
 
 def places(most: int) -> npt.NDArray[np.float64]:
-    """Return where curves are given: 0 and 80 places up to ``most``."""
+    """Return the places at which curves are sampled: 0 and 80 places up to ``most``."""
     return np.linspace(0, most, CURVE_POINTS + 1)

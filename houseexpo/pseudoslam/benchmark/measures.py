@@ -1,4 +1,4 @@
-"""From an episode to numbers, and what they are called."""
+"""The metrics of an episode, and their names."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ MEAN_DIGITS: Final = 6
 
 @dataclass(frozen=True)
 class Metric:
-    """A number of an episode.
+    """A metric of an episode.
 
     Parameters
     ----------
     key, title, unit
-        What results call it, what tables call it, and "%", "m" or "".
+        The name in results, the name in tables, and "%", "m" or "".
     better
-        Which direction is.
+        The direction that is better.
     table
-        The table that shows it, "" the first; None: results only.
+        The table that shows it, "" for the first; None to show it only in results.
     paired
-        Whether tables also show, plan by plan, by how much it differs from the baseline's.
+        Whether tables also show the difference from the baseline, plan by plan.
     """
 
     key: str
@@ -40,7 +40,7 @@ COLLISIONS: Final = Metric("collisions", "collisions", "", "low")
 
 
 def budget_metrics(budgets: tuple[int, ...]) -> tuple[Metric, ...]:
-    """Return the metrics of ``Budget``: a table over steps, and one over metres."""
+    """Return the metrics of ``Budget``, with one table over steps and one over metres."""
     found = []
     for over, longest in zip(OVER, (budgets[-1], budgets[1]), strict=True):
         areas = [
@@ -55,7 +55,7 @@ def budget_metrics(budgets: tuple[int, ...]) -> tuple[Metric, ...]:
 
 @dataclass(frozen=True)
 class Budget:
-    """Coverage when so many steps or metres are used, and the area under its curve until then, as a share."""
+    """Coverage after a budget of steps or metres, and the area under its curve up to there, as a share."""
 
     budgets: tuple[int, ...]
 
@@ -82,7 +82,7 @@ def quality_metrics(shares: tuple[int, ...]) -> tuple[Metric, ...]:
 
 @dataclass(frozen=True)
 class Quality:
-    """Whether so much was seen, and after how many steps and metres; None where it never was."""
+    """Whether a coverage was reached, and after how many steps and metres; None if it was not."""
 
     shares: tuple[int, ...]
 
@@ -105,7 +105,7 @@ AVOIDANCE: Final = (
 
 
 def avoidance(trace: Trace) -> Values:
-    """Return the sum of rewards, collisions, and the way gone: a robot that spins on the spot has none."""
+    """Return the sum of rewards, collisions, and the distance travelled, which is 0 for a robot that only spins."""
     collisions = float(trace.info["collisions"])
     return {
         "return": trace.reward,
@@ -125,7 +125,7 @@ NAVIGATION: Final = (
 
 
 def navigation(trace: Trace) -> Values:
-    """Return success, success weighted by path length (Anderson et al., 2018), and what was used."""
+    """Return success, success weighted by path length (Anderson et al., 2018), and the steps and metres used."""
     return {
         "spl": float(trace.info["spl"]),
         "success": float(trace.info["is_success"]),

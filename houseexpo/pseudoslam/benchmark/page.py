@@ -1,4 +1,4 @@
-"""Compared results as one HTML page that needs nothing beside it, or in Markdown with pictures beside it.
+"""Write compared results as one self-contained HTML page, or as Markdown with pictures in a folder.
 
 Both have tables, and curves with bands.
 """
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
 
 SUFFIXES: Final = (".html", ".md")
 _SIZE: Final = (6.2, 3.6)
-_WIDE: Final = (8.4, 3.6)  # with a legend beside it
+_WIDE: Final = (8.4, 3.6)  # including a legend on the right
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table's heads and rows, as text."""
+    """The heads and rows of a table, as text."""
 
     heads: list[str]
     rows: list[list[str]]
 
 
 def check_name(file: Path) -> None:
-    """Raise ConfigError where a comparison cannot be written under a name."""
+    """Raise ConfigError if a comparison cannot be written under a file name."""
     if file.suffix not in SUFFIXES:
         raise ConfigError(f"--out: expected a file that ends in {' or '.join(SUFFIXES)}, found {file.name!r}")
 
@@ -44,7 +44,7 @@ def write_comparison(
     heading: str = HEADING,
     write: Callable[[Path, bytes], object] = write_whole,
 ) -> None:
-    """Write a comparison as the file's name says, HTML or Markdown; curves of ``page.md`` lie in a folder ``page``."""
+    """Write a comparison as HTML or Markdown, by the extension; curves of ``page.md`` are in a folder ``page``."""
     check_name(file)
     if file.suffix == ".html":
         write(file, page(found, heading).encode())
@@ -88,7 +88,7 @@ def _legend(compared: Compared) -> list[tuple[int, str]]:
 
 
 def _curves(compared: Compared) -> Iterator[tuple[str, str]]:
-    """Yield what coverage is drawn over, and the drawing."""
+    """Yield the quantity over which coverage is drawn, and the drawing."""
     for over, _ in compared.track.curves:
         with axes_of(_SIZE) as (axes, out):
             _draw(axes, compared, over)

@@ -1,6 +1,6 @@
-"""A result: a policy on a track, as it is written, read and compared.
+"""The result of a policy on a track: write it, read it and compare it.
 
-All but ``times`` is the same however many processes ran it.
+Everything but ``times`` is independent of the number of processes.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ Column = list[float | None]
 
 
 class PolicyRecord(msgspec.Struct, frozen=True):
-    """Which policy: its name, where it came from, the hash of that file, its seed, and whether it sees the truth.
+    """The policy: its name, its origin, the hash of that file, its seed, and whether it sees the truth.
 
-    Where it was trained: of what family it is, and by which seed; results of one family are one row of a table.
+    A trained policy also has its family and the seed of its training; results of one family are one row of a table.
     """
 
     name: str
@@ -40,7 +40,7 @@ class PolicyRecord(msgspec.Struct, frozen=True):
 
 
 class PlansRecord(msgspec.Struct, frozen=True):
-    """Which plans: the list they were chosen from, how many, the hash of their ids and that of themselves."""
+    """The plans: the list from which they were chosen, their number, and hashes of their ids and of their contents."""
 
     split: str
     number: int
@@ -49,7 +49,7 @@ class PlansRecord(msgspec.Struct, frozen=True):
 
 
 class Curve(msgspec.Struct, frozen=True):
-    """The mean of coverage over plans, and its interval, at steps or metres."""
+    """The mean coverage over plans and its interval, over steps or metres."""
 
     at: list[float]
     mean: list[float]
@@ -58,7 +58,7 @@ class Curve(msgspec.Struct, frozen=True):
 
 
 class Times(msgspec.Struct, frozen=True):
-    """What differs from run to run: how long decisions took, ms, and all of it, s; on what machine."""
+    """The times of a run, which differ between runs: of decisions, ms, and of the whole, s; and the machine."""
 
     decision_ms: dict[str, float]
     wall_s: float
@@ -67,7 +67,7 @@ class Times(msgspec.Struct, frozen=True):
 
 
 class Result(msgspec.Struct, frozen=True):
-    """What ``houseexpo benchmark run`` writes; ``episodes`` has a column for each value, in the plans' order."""
+    """The output of ``houseexpo benchmark run``; ``episodes`` has a column for each value, in the plans' order."""
 
     format: str
     track: dict[str, Any]
@@ -85,7 +85,7 @@ class Result(msgspec.Struct, frozen=True):
         return str(self.track["id"])
 
     def column(self, key: str) -> Column:
-        """Return a value of each episode."""
+        """Return a column: the values of all episodes."""
         return list(self.episodes[key])
 
 
@@ -115,17 +115,17 @@ def episodes_of(outcomes: Sequence[Outcome]) -> dict[str, Any]:
 
 
 def encoded(result: Result) -> bytes:
-    """Return a result as JSON: keys on lines of their own, lists on one."""
+    """Return a result as JSON, with each key and each list on one line."""
     return ("\n".join(_lines(msgspec.to_builtins(result))) + "\n").encode()
 
 
 def write_result(result: Result, file: Path) -> None:
-    """Write a result, whole or not at all."""
+    """Write a result atomically."""
     write_whole(file, encoded(result))
 
 
 def read_result(file: Path) -> Result:
-    """Read a result; ConfigError where it is none, or was cut off."""
+    """Read a result; raise ConfigError if the file is not a complete result."""
     try:
         found = msgspec.json.decode(file.read_bytes(), type=Result)
     except OSError as error:

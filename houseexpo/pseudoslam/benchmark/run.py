@@ -1,4 +1,4 @@
-"""A whole run: the plans are chosen, the episodes run, and the numbers put together."""
+"""A complete run of the benchmark: choose plans, run episodes, and compute the result."""
 
 from __future__ import annotations
 
@@ -39,18 +39,18 @@ _LIBRARIES: Final = ("gymnasium", "llvmlite", "numba", "numpy", "opencv-python-h
 
 @dataclass(frozen=True)
 class Settings:
-    """How a run goes.
+    """The settings of a run.
 
     Parameters
     ----------
     split, number
-        Which list the plans are chosen from, and how many; for avoidance, how many episodes.
+        The list from which plans are chosen, and their number; for avoidance, the number of episodes.
     seed
-        The policy's; starts do not depend on it.
+        The seed of the policy; starts do not depend on it.
     workers
-        Processes.
+        Number of processes.
     decision_limit_s
-        Seconds that a policy may take for an action.
+        Time limit of an action of the policy, seconds.
     """
 
     split: str = "test"
@@ -61,19 +61,19 @@ class Settings:
 
 
 def run(track: Track, policy_name: str, plans: Dataset | None, settings: Settings) -> results.Result:
-    """Run a policy on a track; a script that calls this needs its ``if __name__ == "__main__"``.
+    """Run a policy on a track; a script that calls this needs ``if __name__ == "__main__"``.
 
     Parameters
     ----------
     policy_name
-        As ``load_policy`` takes it.
+        A name for ``load_policy``.
     plans
-        A data set that has the list; None where the track has a room of its own.
+        A data set with the list; None if the track has its own room.
 
     Raises
     ------
     ConfigError, DatasetError
-        There is no such policy or list, or it has too few plans.
+        There is no such policy or list, or the list has too few plans.
     PolicyError
         The policy failed in an episode.
     """
@@ -90,12 +90,12 @@ def run(track: Track, policy_name: str, plans: Dataset | None, settings: Setting
 
 
 def new_runner_of(track_id: str, policy_name: str, plans: Dataset | list[FloorPlan], seed: int) -> Runner:
-    """Return what runs episodes in a process."""
+    """Return a runner of episodes for one process."""
     return Runner(track_of(track_id), load_policy(policy_name), plans, seed)
 
 
 def check_task(policy: NamedPolicy, track: Track) -> None:
-    """Raise ConfigError where a policy is made for other tasks."""
+    """Raise ConfigError if a policy is for other tasks."""
     tasks = policy.interface.tasks
     if tasks and track.task not in tasks:
         raise ConfigError(f"policy {policy.name!r}: made for {', '.join(tasks)}; track {track.id} is {track.task}")
@@ -122,7 +122,7 @@ def result_of(
     outcomes: Sequence[Outcome],
     times: results.Times,
 ) -> results.Result:
-    """Put a result together."""
+    """Return the result of the outcomes."""
     libraries = {library: version(library) for library in _LIBRARIES}
     return results.Result(
         results.FORMAT,
@@ -138,7 +138,7 @@ def result_of(
 
 
 def policy_record(policy: NamedPolicy, seed: int) -> results.PolicyRecord:
-    """Return what a result says of a policy."""
+    """Return the record of a policy in a result."""
     shown, made = policy.interface, policy.training
     return results.PolicyRecord(
         policy.name, policy.source, policy.sha256, seed, shown.sees_truth, shown.actions, shown.observation,
@@ -147,7 +147,7 @@ def policy_record(policy: NamedPolicy, seed: int) -> results.PolicyRecord:
 
 
 def times_of(outcomes: Sequence[Outcome], wall_s: float, workers: int) -> results.Times:
-    """Return how long decisions took, and all of it."""
+    """Return the times of decisions and of the whole run."""
     took_ms = np.concatenate([each.decisions_ms for each in outcomes])
     found: dict[str, float] = {}
     if len(took_ms):

@@ -1,4 +1,4 @@
-"""Means with intervals: by drawing the plans again and again (bootstrap), with a seed that is always the same."""
+"""Means with intervals by resampling the plans (bootstrap) with a fixed seed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Floats = npt.NDArray[np.float64]
 
 
 class Estimate(msgspec.Struct, frozen=True):
-    """A mean over plans, its 95% interval, and how many plans have a value; None where no plan has one."""
+    """A mean over plans, its 95% interval, and the number of plans with a value; None if no plan has one."""
 
     mean: float | None
     low: float | None
@@ -27,9 +27,9 @@ class Estimate(msgspec.Struct, frozen=True):
 
 
 def estimate(values: Sequence[float | None]) -> Estimate:
-    """Return the mean of those that are not None, and its 95% interval (percentiles of ``DRAWS`` draws of all plans).
+    """Return the mean of the values that are not None, and its 95% interval from ``DRAWS`` resamplings of all plans.
 
-    A draw without any value is left out.
+    Resamplings without any value are left out.
     """
     given = np.array([np.nan if value is None else value for value in values], np.float64)
     number = int(np.count_nonzero(~np.isnan(given)))
@@ -40,7 +40,7 @@ def estimate(values: Sequence[float | None]) -> Estimate:
 
 
 def estimate_seeds(columns: Sequence[Sequence[float | None]]) -> Estimate:
-    """Return the mean over plans and training seeds, of each seed's (plans,) values; each draw draws both anew."""
+    """Return the mean over plans and training seeds, from the values (plans,) of each seed; both are resampled."""
     if len(columns) == 1:
         return estimate(columns[0])
     given = np.array([[np.nan if value is None else value for value in column] for column in columns], np.float64)
@@ -57,7 +57,7 @@ def estimate_seeds(columns: Sequence[Sequence[float | None]]) -> Estimate:
 
 
 def means(values: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return the mean, and the ends of its interval, of each column of (plans, columns); NaN: a plan has no value."""
+    """Return the mean and its interval for each column of (plans, columns); NaN means that a plan has no value."""
     has = ~np.isnan(values)
     filled = np.where(has, values, 0.0)
     weights = _weights(len(values))
@@ -71,6 +71,6 @@ def means(values: Floats) -> tuple[Floats, Floats, Floats]:
 
 @lru_cache(maxsize=8)
 def _weights(number: int, seed: int = 0) -> Floats:
-    """Return how often each of so many plans is drawn, (DRAWS, number)."""
+    """Return how often each plan is drawn in each resampling, (DRAWS, number)."""
     rng = np.random.default_rng(seed)
     return rng.multinomial(number, np.full(number, 1 / number), DRAWS).astype(np.float64)

@@ -1,9 +1,9 @@
-"""Episodes in processes of their own, watched: a policy that dies, or never answers, ends the run with its name.
+"""Run episodes in supervised processes: a policy that dies or does not answer ends the run with an error.
 
-R1  Which process runs a case makes no difference to its outcome; outcomes come back in the cases' order.
-R2  A process notes in shared memory which case and step it is at before its policy is asked.
-R3  A process that ends, and one whose step lasts too long, end the run; so does the first error. No process stays.
-R4  While kernels are compiled, which may take a minute once, no time passes for a policy.
+R1  The outcome of a case does not depend on the process that runs it; outcomes are returned in the cases' order.
+R2  Before each call of the policy, a process writes the current case and step to shared memory.
+R3  The run ends if a process ends, if a step takes too long, and at the first error. No process is left over.
+R4  The time for compiling kernels, which may be a minute once, does not count.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from houseexpo.workers import single_threaded
 
 _LOOK_S = 0.5
 NewRunner: TypeAlias = Callable[[], Runner]
-"""Is pickled: a ``functools.partial`` of a function of a module."""
+"""A function that makes a runner. It is pickled: a ``functools.partial`` of a function of a module."""
 
 
 @dataclass
 class _Worker:
-    """A process, its end of the pipe, the case it is at (-1: none), and its notes: step, and when it began."""
+    """A process, its pipe, its current case (-1 for none), and its notes: the step, and when that began."""
 
     process: BaseProcess
     pipe: Connection
@@ -43,21 +43,21 @@ class _Worker:
 def run_cases(
     new_runner: NewRunner, cases: Sequence[Case], workers: int, decision_limit_s: float, name: str
 ) -> Iterator[tuple[int, Outcome]]:
-    """Yield the numbers of cases and their outcomes, as they are done.
+    """Yield the numbers of cases and their outcomes as they are done.
 
     Parameters
     ----------
     new_runner
-        Makes what runs the cases, in each process.
+        A function that makes the runner of the cases in each process.
     decision_limit_s
-        Seconds that a step may last, the policy's making at the first one included, but not compiling (R4).
+        Time limit of a step in seconds; the first one includes creating the policy, but not compiling (R4).
     name
-        The policy's, for errors.
+        The name of the policy, for errors.
 
     Raises
     ------
     PolicyError
-        R3, and where a policy raised or returned what is no action.
+        A process ended or a step took too long (R3), or a policy raised an exception or returned an invalid action.
     """
     waiting = iter(range(len(cases)))
     running: list[_Worker] = []
@@ -90,14 +90,14 @@ def _hand_over(worker: _Worker, cases: Sequence[Case], waiting: Iterator[int]) -
     worker.case = next(waiting, -1)
     worker.notes[1] = 0.0
     if worker.case >= 0:
-        with suppress(OSError):  # it has died: that is found when it is asked for its answer
+        with suppress(OSError):  # it has died, which is noticed when its answer is read
             worker.pipe.send(cases[worker.case])
 
 
 def _answers(
     running: Sequence[_Worker], cases: Sequence[Case], waiting: Iterator[int], name: str
 ) -> Iterator[tuple[int, Outcome]]:
-    """Yield what has been answered, and hand over the next cases."""
+    """Yield the answers, and send the next cases."""
     busy = {worker.pipe: worker for worker in running if worker.case >= 0}
     for pipe in wait(list(busy), timeout=_LOOK_S):
         worker = busy[pipe]  # type: ignore[index]  # pipes are all that was waited for
@@ -129,8 +129,8 @@ def _where(worker: _Worker, cases: Sequence[Case], name: str) -> str:
 
 
 def _serve(new_runner: NewRunner, pipe: Connection, notes: Any) -> None:
-    """Run the cases that come until nobody is at the other end."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to hear
+    """Run the cases that arrive until the other end of the pipe is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
 
     def note(step: int) -> None:
         notes[0], notes[1] = step, time.monotonic()

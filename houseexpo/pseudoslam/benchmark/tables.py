@@ -1,4 +1,4 @@
-"""Compared results as text: cells, and pages in Markdown."""
+"""Compared results as text: cells of tables, and pages in Markdown."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ABOUT: Final = (
 
 
 def heads(metrics: Sequence[Metric]) -> list[str]:
-    """Return the heads of a table's columns, the policy and its time included."""
+    """Return the heads of a table's columns, including the policy and its time."""
     return ["policy", *(f"{metric.title}{_unit(metric)}" for metric in metrics), "ms a decision"]
 
 
@@ -32,12 +32,12 @@ def row(compared: Compared, entry: Entry, metrics: Sequence[Metric]) -> list[str
 
 
 def title(entry: Entry) -> str:
-    """Return what a row is called; a star is for policies that see the truth."""
+    """Return the title of a row, with a star for policies that see the truth."""
     return f"{entry.name}{' *' if entry.sees_truth else ''}"
 
 
 def cell(metric: Metric, value: Estimate) -> str:
-    """Return a mean with its interval; "-" where no plan has a value."""
+    """Return a mean with its interval, or "-" if no plan has a value."""
     if value.mean is None or value.low is None or value.high is None:
         return "-"
     scale = 100 if metric.unit == "%" else 1
@@ -50,7 +50,7 @@ def cell(metric: Metric, value: Estimate) -> str:
 def markdown(
     all_compared: Sequence[Compared], heading: str = HEADING, pictures: Mapping[tuple[str, str], str] | None = None
 ) -> str:
-    """Return tables for each track, under headings; ``pictures`` links curves, by track and what they are over."""
+    """Return tables for each track under headings; ``pictures`` are links to curves, by track and horizontal axis."""
     lines = [f"# {heading}", ABOUT, ""]
     for compared in all_compared:
         lines += _section(compared, pictures or {})
@@ -58,7 +58,7 @@ def markdown(
 
 
 def facts(compared: Compared) -> str:
-    """Return which plans results are of, in a line."""
+    """Return a line on the plans of the results."""
     plans = compared.entries[0].results[0].plans
     where = f"{plans.number} plans of list {plans.split}" if plans.content_sha256 else f"{plans.number} episodes"
     return f"{where}; ids {plans.ids_sha256[:12]}, content {plans.content_sha256[:12] or 'the room'}"

@@ -1,4 +1,4 @@
-"""What an episode came to, step by step."""
+"""The trace of an episode, step by step."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass
 class Trace:
-    """An episode's rows, the start and one after each action, and the last ``info``.
+    """The rows of an episode, one at the start and one after each action, and the last ``info``.
 
-    An action of a planner may be many steps; the rows hold the robot's own steps, not actions.
+    An action of a planner may take many steps; rows count the robot's steps, not actions.
     """
 
     steps: array[float] = field(default_factory=lambda: array("d"))
@@ -26,7 +26,7 @@ class Trace:
     reward: float = 0.0
     info: Mapping[str, Any] = field(default_factory=dict)
     gave_up: bool = False
-    """Whether the policy said that it was done."""
+    """Whether the policy reported that it was done."""
 
     def add(self, steps: int, metres: float, info: Mapping[str, Any], reward: float = 0.0) -> None:
         """Add a row."""
@@ -41,7 +41,7 @@ class Trace:
         return np.frombuffer(self.steps if what == "steps" else self.metres)
 
     def coverage_at(self, what: str, places: npt.ArrayLike) -> Floats:
-        """Return the coverage when so many steps or metres were used: that of the last row within them."""
+        """Return the coverage after a number of steps or metres, which is that of the last row within them."""
         rows = np.searchsorted(self.over(what), np.asarray(places, np.float64), side="right") - 1
         found: Floats = np.frombuffer(self.coverage)[rows]
         return found
@@ -49,12 +49,12 @@ class Trace:
     def mean_coverage(self, what: str, budget: float) -> float:
         """Return the area under the curve of coverage from 0 to a budget, as a share of the budget.
 
-        Coverage stays as it is from a row to the next, and after the last.
+        Coverage is constant from each row to the next, and after the last one.
         """
         ends = np.minimum(np.append(self.over(what), budget), budget)
         return float(np.diff(ends) @ np.frombuffer(self.coverage)) / budget
 
     def first(self, coverage: float) -> tuple[float, float] | None:
-        """Return the steps and metres until so much was seen; None where it never was."""
+        """Return the steps and metres until a coverage was reached, None if it was not."""
         rows = np.flatnonzero(np.frombuffer(self.coverage) >= coverage)
         return None if not len(rows) else (self.steps[rows[0]], self.metres[rows[0]])

@@ -1,6 +1,6 @@
-"""What is measured: tasks whose sensor, resolution, robot and horizon belong to the id.
+"""The tracks of the benchmark: tasks with a fixed sensor, resolution, robot and horizon.
 
-A track is never changed: what would change its numbers gets a new version.
+A track is never changed; anything that would change its numbers becomes a new version.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Metric = measures.Metric
 BUDGETS: Final = (100, 200, 400, 800)
 """Steps, and metres."""
 SHARES: Final = (90, 95, 99)
-"""Per cent of what can be seen."""
+"""Per cent of the observable area."""
 
 
 @dataclass(frozen=True)
@@ -34,21 +34,21 @@ class Track:
     Parameters
     ----------
     name
-        What the command takes for the newest version.
+        The name of the newest version on the command line.
     id
-        Names the version: results of one id can be compared.
+        The id of the version; results with the same id can be compared.
     about
-        What the robot is to do, in a sentence.
+        The robot's task, in one sentence.
     config
-        All that is fixed; ``max_steps`` is the horizon. A policy chooses only how it is shown its surroundings.
+        The fixed configuration; ``max_steps`` is the horizon. A policy can only choose its view of the surroundings.
     task, arguments
-        The environment, and what it is told beside the configuration.
+        The environment, and its arguments other than the configuration.
     metrics
-        What is reported, the one that tables are sorted by first.
+        The reported metrics; tables are sorted by the first one.
     measure
-        From an episode to a value for each metric; None where there is none (a share that was not reached).
+        A function from an episode to a value for each metric, None for no value (a share that was not reached).
     curves
-        What coverage is drawn over, "steps" or "metres", and how far.
+        The horizontal axes of curves of coverage, "steps" or "metres", and their length.
     """
 
     name: str
@@ -63,11 +63,11 @@ class Track:
 
     @property
     def needs_plans(self) -> bool:
-        """Whether it runs in plans; the other one has a room of its own."""
+        """Whether the track uses plans; otherwise it has its own room."""
         return self.task != "avoidance"
 
     def environment(self, plans: Dataset | list[FloorPlan], interface: Interface) -> PseudoSlamEnv:
-        """Return an environment of the track as a policy wants to see it."""
+        """Return an environment of the track with the interface of a policy."""
         make: dict[str, Callable[..., PseudoSlamEnv]] = {
             "exploration": ExplorationEnv,
             "avoidance": ObstacleAvoidanceEnv,
@@ -79,14 +79,14 @@ class Track:
         return make[self.task](houses, config, **self.arguments, **shown)
 
     def record(self) -> dict[str, Any]:
-        """Return what a result says of it; ``observation`` is the policy's affair."""
+        """Return the record of the track in results, without ``observation``, which the policy chooses."""
         config = self.config.to_mapping()
         del config["observation"]
         return {"id": self.id, "about": self.about, "task": self.task, "config": config}
 
 
 _EXPLORER = SimulatorConfig(max_steps=4000)
-"""25 px/m, a robot of 0.2 m that goes 0.3 m or turns 10 degrees, a laser of 5 m and 180 degrees, no noise."""
+"""25 px/m, a robot of 0.2 m radius with steps of 0.3 m or 10 degrees, a laser of 5 m and 180 degrees, no noise."""
 
 TRACKS: Final = (
     Track(
@@ -123,7 +123,7 @@ TRACKS: Final = (
 
 
 def track_of(name: str) -> Track:
-    """Return a track by its name or id; ConfigError where there is none."""
+    """Return a track by its name or id; raise ConfigError if it does not exist."""
     for track in TRACKS:
         if name in {track.name, track.id}:
             return track

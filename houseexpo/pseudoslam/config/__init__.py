@@ -1,4 +1,4 @@
-"""What a simulation can be told, with the paper's defaults; and reading it from mappings and YAML."""
+"""Configuration of simulations with the paper's defaults, and reading it from mappings and YAML."""
 
 from houseexpo.pseudoslam.config.robot import (
     FURTHEST_M,

@@ -1,4 +1,4 @@
-"""What a configuration's values are checked for when it is made; every failure is a ConfigError that names the key."""
+"""Checks on the values of a configuration when it is constructed. Every failure is a ConfigError that names the key."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from houseexpo.errors import ConfigError
 def number(
     value: object, key: str, *, above: float = -math.inf, at_least: float = -math.inf, at_most: float = math.inf
 ) -> None:
-    """Refuse what is no finite number, too small or too large."""
+    """Raise ConfigError unless ``value`` is a finite number within the limits."""
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise ConfigError(f"{key}: expected a finite number, {found(value)}")
     if value <= above:
@@ -24,7 +24,7 @@ def number(
 
 
 def whole(value: object, key: str, *, at_least: int, at_most: float = math.inf) -> None:
-    """Refuse what is no whole number, too small or too large."""
+    """Raise ConfigError unless ``value`` is a whole number within the limits."""
     if isinstance(value, bool) or not isinstance(value, int) or value < at_least:
         raise ConfigError(f"{key}: expected a whole number of at least {at_least}, {found(value)}")
     if value > at_most:
@@ -32,20 +32,20 @@ def whole(value: object, key: str, *, at_least: int, at_most: float = math.inf) 
 
 
 def found(value: object) -> str:
-    """Return what was found, and of numpy's numbers, which look right, what to do: files hold plain ones."""
+    """Return the found value as text; for a number of numpy, which would look right, with advice to convert it."""
     strange = isinstance(value, np.number) and not isinstance(value, float)
     return f"found {value!r}" + ("; make it a plain number by .item()" if strange else "")
 
 
 def above_zero(config: object, where: str, *names: str, at_most: float = math.inf) -> None:
-    """Refuse fields that are no numbers above 0, or too large."""
+    """Raise ConfigError unless the fields are numbers above 0 and at most ``at_most``."""
     for name in names:
         value = getattr(config, name)
-        if not (type(value) is float and 0.0 < value < math.inf and value <= at_most):  # the common case, quickly
+        if not (type(value) is float and 0.0 < value < math.inf and value <= at_most):  # the common case
             number(value, f"{where}.{name}", above=0.0, at_most=at_most)
 
 
 def one_of(value: object, key: str, known: tuple[str, ...]) -> None:
-    """Refuse what is none of the names known."""
+    """Raise ConfigError unless ``value`` is one of the known names."""
     if value not in known:
         raise ConfigError(f"{key}: expected one of {', '.join(known)}; found {value!r}")

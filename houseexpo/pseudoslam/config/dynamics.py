@@ -1,4 +1,4 @@
-"""What moves by itself: people, and shapes on trajectories."""
+"""Moving obstacles: people, and shapes on trajectories."""
 
 from __future__ import annotations
 
@@ -17,27 +17,28 @@ Pose: TypeAlias = tuple[float, float, float]
 
 FASTEST_M_S = 20.0
 FASTEST_DEG_S = 3600.0
-"""What is faster is a slip of the pen, and would need very many substeps."""
+"""The highest speed; a higher one is probably a mistake, and would need very many substeps."""
 
 
 @dataclass(frozen=True)
 class PeopleConfig:
-    """People who walk from room to room by themselves; none by default.
+    """People who walk from room to room; none by default.
 
     Parameters
     ----------
     number
-        How many there are in each house; fewer where it has no room for as many.
+        Number of people in each house; fewer if the house is too small for them.
     least
-        A house without room for so many is an error.
+        Smallest number of people; a house that is too small for them raises ConfigError.
     radius_m
-        Each is a disc.
+        Radius of a person, who is a disc, metres.
     speed_m_s, speed_sd
-        The speed each wishes for is drawn at the start from a normal distribution, cut at two standard deviations.
+        Mean and standard deviation of the desired speed of each person, drawn at the start from a normal distribution
+        that is truncated at two standard deviations.
     relaxation_s
-        How soon they take up the speed they wish for.
+        Time in which people reach their desired speed, seconds.
     away_m
-        They start at least so far from the robot's centre, where there is such a place.
+        Smallest distance from the robot's centre at the start, metres, if there is such a place.
     """
 
     number: int = 0
@@ -66,19 +67,19 @@ class PeopleConfig:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """A shape that goes straight from pose to pose, turning the short way round; it rests before the first time.
+    """A shape that moves straight from pose to pose and rotates by the smaller angle; it rests before the first time.
 
     Parameters
     ----------
     times_s
-        Growing, from 0 on: seconds since the start of the episode.
+        Times of the poses, ascending, in seconds since the start of the episode, 0 or more.
     poses
         (x_m, y_m, heading_deg) for each time, in the plan's frame, counter-clockwise from x.
     loop
-        Whether it starts anew after the last pose, at time 0; without a last pose like the first, it jumps there.
-        Otherwise it rests at the last pose.
+        Whether it starts again at time 0 after the last pose; if the first pose differs, it jumps there. Otherwise it
+        rests at the last pose.
 
-    Its clock stands still while the robot or a person is in its way.
+    The shape's clock stops while the robot or a person blocks it.
 
     Examples
     --------
@@ -122,7 +123,7 @@ class Trajectory:
 
     @property
     def duration_s(self) -> float:
-        """The last time."""
+        """The last time, seconds."""
         return self.times_s[-1]
 
 

@@ -1,4 +1,4 @@
-"""Configurations as nested mappings of plain values, as YAML and JSON hold them, and back."""
+"""Conversion of configurations to and from nested mappings of plain values, as in YAML and JSON."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ _SHAPES: dict[str, type] = {shape.__name__.lower(): shape for shape in get_args(
 
 
 def config_from(kind: type[Config], value: object, key: str = "") -> Config:
-    """Return a configuration of nested mappings; what they leave out keeps its default.
+    """Return a configuration from nested mappings; missing keys keep their defaults.
 
-    A shape is a mapping of one entry, as ``{"circle": {"radius_m": 0.3}}``. ``key`` is where the value stands.
+    A shape is a mapping with one entry, such as ``{"circle": {"radius_m": 0.3}}``. ``key`` is the key of ``value`` in
+    error messages.
 
     Raises
     ------
     ConfigError
-        Where a key is unknown or missing, or a value cannot be; it names the key.
+        A key is unknown or missing, or a value is invalid; the error names the key.
     """
     names = [f.name for f in fields(kind)]  # type: ignore[arg-type]  # a dataclass
     hints = get_type_hints(kind)
@@ -34,7 +35,7 @@ def config_from(kind: type[Config], value: object, key: str = "") -> Config:
 
 
 def mapping_from(value: object) -> Any:  # a mapping for a configuration, a list for a tuple
-    """Return what ``config_from`` makes the same configuration of."""
+    """Return plain values from which ``config_from`` makes the same configuration."""
     if is_dataclass(value):
         found = {f.name: mapping_from(getattr(value, f.name)) for f in fields(value)}
         return {type(value).__name__.lower(): found} if isinstance(value, get_args(Shape)) else found
@@ -42,7 +43,7 @@ def mapping_from(value: object) -> Any:  # a mapping for a configuration, a list
 
 
 def entries(value: object, key: str, known: Iterable[str]) -> list[tuple[str, object]]:
-    """Return a mapping's entries; ConfigError where it is none, or has a key that is not ``known``."""
+    """Return the entries of a mapping; raise ConfigError if it is not a mapping or has an unknown key."""
     known = list(known)
     if not isinstance(value, Mapping):
         raise ConfigError(f"{key or 'configuration'}: expected a mapping of {', '.join(known)}; found {value!r}")
@@ -53,8 +54,8 @@ def entries(value: object, key: str, known: Iterable[str]) -> list[tuple[str, ob
     return list(value.items())
 
 
-def _made(hint: Any, value: object, key: str) -> Any:  # whatever a field may hold
-    """Return a field's value; numbers and words are left to the configuration's own checks."""
+def _made(hint: Any, value: object, key: str) -> Any:  # any type of a field
+    """Return the value of a field; the configuration itself checks numbers and names."""
     if hint == Shape:
         return _shape(value, key)
     if get_origin(hint) in {Union, types.UnionType}:

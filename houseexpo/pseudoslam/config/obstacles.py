@@ -1,4 +1,4 @@
-"""Which obstacles stand in the house (section III-E)."""
+"""The obstacles in the house (section III-E)."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ ShapeName = Literal["rectangle", "ellipse", "circle", "polygon"]
 
 @dataclass(frozen=True)
 class RandomObstacles:
-    """Obstacles drawn anew for each episode.
+    """Obstacles that are drawn at random for each episode.
 
     Parameters
     ----------
     number
-        (low, high), both possible, each as likely. Where a house has no room for as many, there are fewer, but never
-        fewer than ``low``.
+        (low, high), the range of the number of obstacles, both inclusive and all equally likely. In a small house there
+        may be fewer, but never fewer than ``low``.
     size_m
-        (low, high) of what is drawn evenly: the two sides of a rectangle, the axes of an ellipse, the diameter of a
-        circle, that of the circle round a polygon of 3 to 8 corners.
+        (low, high), the range of a uniform distribution, metres: of both sides of a rectangle, both axes of an ellipse,
+        the diameter of a circle, and that of the circle around a polygon of 3 to 8 corners.
     shapes
-        Each as likely.
+        The kinds of shapes, equally likely.
     gap_m
-        What lies between two obstacles, or an obstacle and a wall, at least.
+        Smallest distance between two obstacles, and between an obstacle and a wall, metres.
     """
 
     number: tuple[int, int] = (1, 5)
@@ -71,7 +71,7 @@ class RandomObstacles:
 
 @dataclass(frozen=True)
 class ObstaclesConfig:
-    """Obstacles that stand where they are told to, and random ones between them; none by default."""
+    """Obstacles at given poses, and random ones between them; none by default."""
 
     placed: tuple[Obstacle, ...] = ()
     random: RandomObstacles | None = None
@@ -86,7 +86,7 @@ class ObstaclesConfig:
 
 
 def _polygon(radius_m: float, rng: np.random.Generator) -> Polygon:
-    """Draw a polygon in a circle: its corners go round the middle, at 0.6 to 1 of the radius."""
+    """Draw a polygon in a circle, with corners around the centre at 0.6 to 1 times the radius."""
     corners = int(rng.integers(3, 8, endpoint=True))
     points = []
     for i, (turn, out) in enumerate(rng.random((corners, 2)).tolist()):

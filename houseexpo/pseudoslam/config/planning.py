@@ -1,4 +1,4 @@
-"""What planners use: how many frontiers there are to choose from, how far an action goes, how dense a graph is."""
+"""Configuration of planners: the number of frontiers, the length of an action, the density of a graph."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ MAX_FRONTIERS, MAX_NODES, MAX_NEIGHBOURS = 1024, 4096, 24
 
 @dataclass(frozen=True)
 class PlanningConfig:
-    """What planners' actions and ``observation="graph"`` are told beside the simulator's configuration.
+    """Configuration of planners' actions and of ``observation="graph"``, in addition to the simulator's.
 
     Parameters
     ----------
     frontiers
-        How many frontiers a robot chooses from at most.
+        Largest number of frontiers to choose from.
     large_m, least_m
-        Frontiers so long come first in the ranking; those shorter than ``least_m`` are left out.
+        Frontiers at least ``large_m`` long come first in the ranking; those shorter than ``least_m`` are left out.
     settled_m
-        A frontier counts as seen when its middle is known and no unknown cell beside a free one is left so near to it
-        (in x and in y).
+        A frontier counts as seen when its middle is known and there is no unknown cell beside a free one within this
+        distance (in x and in y) of the middle.
     reach_m
-        Where a waypoint of (1, 1) lies, ahead and to the left; None: half the side of the view.
+        Distance of a waypoint of (1, 1) ahead and to the left, metres; None for half the side of the view.
     max_steps
-        Steps of the simulator that one action takes at most.
+        Largest number of simulator steps in one action.
     spacing_m
-        How far apart the graph's nodes are, or nearly.
+        Approximate distance between the graph's nodes.
     nodes, neighbours
-        How many nodes a graph has at most, and how many neighbours each.
+        Largest number of nodes of a graph, and of neighbours of a node.
     """
 
     frontiers: int = 16

@@ -1,4 +1,4 @@
-"""Sensors and views by name, for what the paper's 180 degrees and 5 m do not show."""
+"""Named presets of laser and view, beyond the paper's 180 degrees and 5 m."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from houseexpo.pseudoslam.config.simulator import SimulatorConfig
 
 @dataclass(frozen=True)
 class Preset:
-    """How far and how widely the robot sees, and how much of its map it is shown, in how many pixels a side.
+    """The laser's range and field of view, and the size of the views of the map in metres and pixels.
 
-    Far and whole maps are shown where the observation has several scales; the whole one in that of ``Dict``, too.
+    Observations with several scales show the far and the whole map; ``dict`` observations also show the whole map.
     """
 
     range_m: float
@@ -30,12 +30,17 @@ PRESETS: Final = {
     "round-10m": Preset(10.0, 360.0, size_m=20.0, pixels=80, far_size_m=40.0, global_size_m=48.0),
     "round-20m": Preset(20.0, 360.0, size_m=40.0, pixels=80, far_size_m=60.0, global_size_m=80.0),
 }
-"""The paper's; its laser with a view of all that it can see; and lasers that see all round, as is usual today, with
-views that hide nothing of it."""
+"""The presets by name: the paper's; its laser with a view of everything that it can see; and lasers that see in all
+directions, as is usual today, with views of their full range."""
 
 
 def with_preset(name: str, config: SimulatorConfig) -> SimulatorConfig:
-    """Return a configuration with another laser and view; ConfigError where there is no preset of that name.
+    """Return a configuration with the laser and the view of a preset.
+
+    Raises
+    ------
+    ConfigError
+        There is no preset of that name.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The robot's body, its laser, its errors, what it is shown, where it starts and goes (the paper's Tables I and II)."""
+"""Configuration of the robot, its laser, noise, observation, start and goal (the paper's Tables I and II)."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ ScanRule = Literal["sector", "rays"]
 Origin = Literal["plan", "centre"]
 
 MAX_SIDE_PX = 20_000
-"""Cells across a view, a scan or a global map, at most: their memory grows with the square."""
+"""Largest number of cells across a view, a scan or a global map; memory grows with its square."""
 MAX_BEAMS = 36_000
-"""Beams of a scan, at most: 100 for each degree of a full circle."""
+"""Largest number of beams of a scan: 100 for each degree of a full circle."""
 FURTHEST_M = 100.0
-"""The longest step."""
+"""The longest step, metres."""
 
 
 @dataclass(frozen=True)
 class RobotConfig:
-    """A disc, and how far one action takes it."""
+    """The robot: a disc with a radius in metres, and the distance and the angle of one action."""
 
     radius_m: float = 0.2
     step_m: float = 0.3
@@ -35,10 +35,11 @@ class RobotConfig:
 
 @dataclass(frozen=True)
 class LaserConfig:
-    """What the sensor sees.
+    """The laser: its range, field of view and angular resolution.
 
-    ``rule`` "sector" decides every cell of the sector, as the paper has it; "rays" is the published simulator's scan,
-    cell by cell: a fan of rays ``resolution_deg`` apart from the right edge, without the left one.
+    With ``rule`` "sector", a scan decides every cell of the sector, as described in the paper. "rays" is the scan of
+    the published simulator, identical to the cell: rays that are ``resolution_deg`` apart, from the right edge on and
+    without the left edge.
     """
 
     range_m: float = 5.0
@@ -61,16 +62,18 @@ class LaserConfig:
 
 @dataclass(frozen=True)
 class NoiseConfig:
-    """What a SLAM gets wrong (section III-D, and what it leaves out); all off by default.
+    """Errors of SLAM (section III-D, and others that it does not cover); all are off by default.
 
-    Standard deviations: ``laser_m`` moves each obstacle along its ray, once a beam and scan; ``registration_m`` (in x
-    and in y) and ``registration_deg`` shift and turn what a step saw before it is merged into the map, once a step.
+    Laser and registration: ``laser_m`` is the standard deviation of each range, drawn once per beam and scan.
+    ``registration_m`` (in x and in y) and ``registration_deg`` are standard deviations of a shift and a rotation, drawn
+    once per step and applied to its scan before that is merged into the map.
 
-    Odometry drifts as the robot moves, and the map with it: ``odometry_way`` and ``odometry_turn`` are standard
-    deviations of a step's way and turn as shares of them, ``odometry_deg_per_m`` of its heading for each metre.
+    Odometry drifts as the robot moves, and the map drifts with it: ``odometry_way`` and ``odometry_turn`` are standard
+    deviations of the distance and the turn of a step, as shares of these; ``odometry_deg_per_m`` is that of the heading
+    per metre.
 
-    Chances, for each beam of each scan: ``drop_out`` that it returns nothing, so that nothing is decided there, and
-    ``max_range`` that it returns the greatest range, as from glass.
+    Probabilities for each beam of each scan: ``drop_out`` that it returns nothing, so that it decides no cells, and
+    ``max_range`` that it returns the largest range, as with glass.
     """
 
     laser_m: float = 0.0
@@ -93,24 +96,24 @@ class NoiseConfig:
 
     @property
     def any(self) -> bool:
-        """Whether there is noise."""
+        """Whether any noise is on."""
         return any(getattr(self, f.name) > 0 for f in fields(self))
 
 
 @dataclass(frozen=True)
 class ObservationConfig:
-    """The square of the map round the robot that a policy sees: ``2 * int(size_m * pixels_per_metre / 2)`` cells.
+    """The view of the map that a policy sees: a square around the robot.
 
-    The global map of ``Dict`` observations is a square of ``global_size_m`` round the start, of ``global_cells`` cells
-    a side.
+    Its side is ``size_m`` metres, which is ``2 * int(size_m * pixels_per_metre / 2)`` cells. The global map of ``dict``
+    observations is a square of ``global_size_m`` metres around the start, with ``global_cells`` cells per side.
 
     Parameters
     ----------
     pixels
-        Pixels along a side of what is shown, of whatever resolution the map is; a pixel shows an obstacle where there
-        is one, else free, else unknown. None: as many as there are cells.
+        Pixels per side of the view, for any resolution of the map. A pixel shows an obstacle if one of its cells is an
+        obstacle, else free if one is free, else unknown. None for one pixel per cell.
     far_size_m
-        The second, wider square of observations at several scales, of as many pixels as the first.
+        Side of the second, wider view of observations at several scales, with as many pixels as the first one.
     """
 
     size_m: float = 4.0
@@ -128,9 +131,10 @@ class ObservationConfig:
 
 @dataclass(frozen=True)
 class GoalConfig:
-    """Where to go: a place, or any that is so far from the start along the way, or as far as the house allows.
+    """The goal: the place (``x_m``, ``y_m``), or a random one.
 
-    The robot is there when its centre is within ``radius_m``.
+    A random goal is at least ``least_way_m`` metres of walking distance from the start, or as far as the house allows.
+    The robot has reached the goal when its centre is within ``radius_m``.
     """
 
     random: bool = True
@@ -148,10 +152,10 @@ class GoalConfig:
 
 @dataclass(frozen=True)
 class StartConfig:
-    """Where an episode starts: anywhere the robot fits and can reach the rest, or at a pose.
+    """The start of an episode: a random place where the robot fits and can reach the rest, or a pose.
 
-    The pose counts from the plan's own origin, or from the centre of its bounding box; x right, y up, counter-clockwise
-    from x.
+    The pose is relative to ``origin``: the plan's own origin, or the centre of its bounding box. x is right, y is up,
+    and the heading is counter-clockwise from x.
     """
 
     random: bool = True

@@ -1,4 +1,4 @@
-"""What can stand in a house: shapes, and where they stand."""
+"""The shapes of obstacles, and obstacles with a shape and a pose."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from houseexpo.pseudoslam.kernels.types import Cells
 Point: TypeAlias = tuple[float, float]
 
 LARGEST_M = 1000.0
-"""What is larger fits into no house."""
+"""The largest size of a shape, metres; a larger one does not fit into any house."""
 
 
 @dataclass(frozen=True)
 class Rectangle:
-    """``width_m`` along the heading, ``height_m`` across it, round the obstacle's place."""
+    """A rectangle around the obstacle's position: ``width_m`` along the heading, ``height_m`` across it."""
 
     width_m: float
     height_m: float
@@ -48,7 +48,7 @@ class Rectangle:
 
 @dataclass(frozen=True)
 class Ellipse:
-    """``width_m`` along the heading, ``height_m`` across it (whole axes), round the obstacle's place."""
+    """An ellipse around the obstacle's position with the axes ``width_m`` along the heading and ``height_m`` across."""
 
     width_m: float
     height_m: float
@@ -70,7 +70,7 @@ class Ellipse:
 
 @dataclass(frozen=True)
 class Circle:
-    """A disc round the obstacle's place. The published simulator halves what it calls a radius; this is one."""
+    """A disc around the obstacle's position, with a true radius; the published simulator halves what it calls radius."""
 
     radius_m: float
     is_round: ClassVar[bool] = True
@@ -91,9 +91,9 @@ class Circle:
 
 @dataclass(frozen=True)
 class Polygon:
-    """Corners (x, y) from the obstacle's place, x along the heading; the ring is not closed.
+    """A polygon with corners (x, y) relative to the obstacle's position, x along the heading; the ring is not closed.
 
-    Where it crosses itself, the even-odd rule says what is inside.
+    If it crosses itself, the even-odd rule decides what is inside.
     """
 
     points_m: tuple[Point, ...]
@@ -108,7 +108,7 @@ class Polygon:
 
     @property
     def thickness_m(self) -> float:
-        """Twice the area by the length of the outline: the width of what is long and thin."""
+        """Twice the area divided by the perimeter, which is the width of a long and thin polygon."""
         area = length = 0.0
         before = self.points_m[-1]
         for point in self.points_m:
@@ -128,7 +128,7 @@ Shape: TypeAlias = Rectangle | Ellipse | Circle | Polygon
 
 @dataclass(frozen=True)
 class Obstacle:
-    """A shape at a place in the plan's metres, turned counter-clockwise from x.
+    """A shape at a position in the plan's metres, with a heading counter-clockwise from x.
 
     Examples
     --------
@@ -149,14 +149,14 @@ class Obstacle:
             number(getattr(self, name), f"obstacle.{name}")
 
     def outline_px(self, frame: GridFrame) -> FloatArray:
-        """Return the shape's ``outline_m`` in its place, pixels (n, 2) as (across, down)."""
+        """Return the shape's ``outline_m`` at its pose, in pixels (n, 2), (across, down)."""
         cos, sin = math.cos(math.radians(self.heading_deg)), math.sin(math.radians(self.heading_deg))
         x, y = self.x_m, self.y_m
         points = ((x + px * cos - py * sin, y + px * sin + py * cos) for px, py in self.shape.outline_m)
         return np.array([frame.pixel_from_point(*point) for point in points])
 
     def spans(self, frame: GridFrame) -> tuple[Cells, int, bool]:
-        """Return what ``shape_spans`` does: the cells as spans of rows, how many, and whether all lie on the grid."""
+        """Return the cells as spans of rows, their number, and whether all lie on the grid, like ``shape_spans``."""
         thickness_px = self.shape.thickness_m * frame.pixels_per_metre
         rows, cols = frame.shape
         found: tuple[Cells, int, bool] = shape_spans(
@@ -165,9 +165,9 @@ class Obstacle:
         return found
 
     def mask(self, frame: GridFrame) -> npt.NDArray[np.bool_]:
-        """Return (rows, cols), True where the obstacle is: where a cell's centre lies in it.
+        """Return the mask of the obstacle (rows, cols): True for cells whose centres lie in it.
 
-        What is thinner than a cell, or holds no centre, is where its outline is.
+        For an obstacle that is thinner than a cell or contains no centre, these are the cells of its outline.
         """
         mask = np.zeros(frame.shape, dtype=bool)
         spans, count, _ = self.spans(frame)
@@ -177,7 +177,7 @@ class Obstacle:
 
 
 def _points(value: object) -> tuple[Point, ...]:
-    """Return corners as pairs of floats; refuse what is none, too few, or a closed ring."""
+    """Return corners as pairs of floats; raise ConfigError for other values, too few corners, or a closed ring."""
     key = "polygon.points_m"
     try:
         points = [(x, y) for x, y in value] if isinstance(value, Iterable) else []
@@ -186,7 +186,7 @@ def _points(value: object) -> tuple[Point, ...]:
     if len(points) < 3:
         raise ConfigError(f"{key}: expected at least 3 corners (x, y) in metres, found {value!r}")
     for i, (x, y) in enumerate(points):
-        if not (type(x) is type(y) is float and max(abs(x), abs(y)) <= LARGEST_M):  # the common case, quickly
+        if not (type(x) is type(y) is float and max(abs(x), abs(y)) <= LARGEST_M):  # the common case
             number(x, f"{key}[{i}]", at_least=-LARGEST_M, at_most=LARGEST_M)
             number(y, f"{key}[{i}]", at_least=-LARGEST_M, at_most=LARGEST_M)
     if points[0] == points[-1]:

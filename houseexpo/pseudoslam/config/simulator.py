@@ -1,4 +1,4 @@
-"""What a simulation can be told (the paper's Table I), with the paper's defaults (Table II)."""
+"""The configuration of a simulation (the paper's Table I), with the paper's defaults (Table II)."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from houseexpo.pseudoslam.config.robot import (
 
 @dataclass(frozen=True)
 class SimulatorConfig:
-    """Everything that a simulation depends on, but the plan and the seed.
+    """The configuration of a simulation: everything that it depends on except the plan and the seed.
 
     Parameters
     ----------
     goal
-        Where to go, for navigation; None: nowhere.
+        The goal for navigation, or None.
     known_map
-        Start with the whole map known, as it is without what moves (the paper's navigation mode).
+        Whether the robot knows the whole map, without moving obstacles, from the start (the paper's navigation mode).
     step_s
-        Seconds that an action takes, for what moves by itself.
+        Duration of an action in seconds, for moving obstacles.
     max_steps
-        Steps after which an episode is truncated.
+        Number of steps after which an episode is truncated.
     """
 
     pixels_per_metre: float = 25.0
@@ -81,15 +81,16 @@ class SimulatorConfig:
 
     @classmethod
     def from_yaml(cls, path: str | os.PathLike[str]) -> SimulatorConfig:
-        """Return the configuration in a YAML file: these keys, nested, or the published simulator's config.yaml.
+        """Return the configuration in a YAML file with these keys, nested, or in the published simulator's config.yaml.
 
-        The logger ``houseexpo.pseudoslam`` says at level INFO how each key of the latter is read;
+        For the latter, the logger ``houseexpo.pseudoslam`` reports at level INFO how each key is converted;
         ``config.yaml_files.read`` returns these notes.
 
         Raises
         ------
         ConfigError
-            Where the file cannot be read or is no YAML, a key is unknown, or a value cannot be; it names file and key.
+            The file cannot be read or is not YAML, a key is unknown, or a value is invalid; the error names file and
+            key.
         """
         from houseexpo.pseudoslam.config.yaml_files import read
 
@@ -100,20 +101,20 @@ class SimulatorConfig:
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, object]) -> SimulatorConfig:
-        """Return the configuration of nested mappings; ConfigError where a key is unknown or a value cannot be."""
+        """Return the configuration from nested mappings; raise ConfigError for unknown keys and invalid values."""
         from houseexpo.pseudoslam.config.mapping import config_from
 
         return config_from(cls, mapping)
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return nested mappings of plain values, which ``from_mapping`` takes."""
+        """Return the configuration as nested mappings of plain values, for ``from_mapping``."""
         from houseexpo.pseudoslam.config.mapping import mapping_from
 
         return dict(mapping_from(self))
 
     @property
     def side_px(self) -> int:
-        """Cells along a side of the observation."""
+        """Number of cells per side of the observation."""
         return 2 * int(self.observation.size_m * self.pixels_per_metre / 2)
 
 

@@ -1,4 +1,4 @@
-"""Configurations in YAML: our own keys, nested, or those of the published simulator's config.yaml, converted."""
+"""Read configurations from YAML with our own keys, nested, or convert the published simulator's config.yaml."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.config.mapping import Config, config_from, entries
 
 
 class _Key(NamedTuple):
-    """What a published key becomes: our key, the value at so many pixels a metre, and what there is to say of it."""
+    """The conversion of a published key: our key, the value for a number of pixels per metre, and a note."""
 
     own: str
     convert: Callable[[Any, float], object]
@@ -65,16 +65,16 @@ _PUBLISHED: dict[str, _Key | None] = {
     "stateSize.x": _Key("observation.size_m", _same),
     "stateSize.y": _Key("observation.size_m", _same),
 }
-_SHAPES = ["rectangle", "ellipse", "circle"]  # what the published simulator draws at random
+_SHAPES = ["rectangle", "ellipse", "circle"]  # the shapes that the published simulator draws at random
 
 
 def read(kind: type[Config], path: str | os.PathLike[str]) -> tuple[Config, list[str]]:
-    """Return the ``SimulatorConfig`` (``kind``) in a file, and a line for each published key converted or left out.
+    """Return the ``SimulatorConfig`` (``kind``) in a file, and a line for each published key, converted or ignored.
 
     Raises
     ------
     ConfigError
-        Where the file cannot be read or is no YAML, a key is unknown, or a value cannot be; it names file and key.
+        The file cannot be read or is not YAML, a key is unknown, or a value is invalid; the error names file and key.
     """
     try:
         loaded = yaml.safe_load(Path(path).read_bytes())
@@ -91,7 +91,7 @@ def read(kind: type[Config], path: str | os.PathLike[str]) -> tuple[Config, list
 
 
 def _is_published(kind: type, loaded: object) -> bool:
-    """Whether a file has the published simulator's keys; ConfigError where it has both kinds."""
+    """Return whether a file has the published simulator's keys; raise ConfigError if it has both kinds."""
     if not isinstance(loaded, Mapping):
         return False
     laser = loaded.get("laser")
@@ -107,7 +107,7 @@ def _is_published(kind: type, loaded: object) -> bool:
 
 
 def _converted(kind: type[Config], loaded: Mapping[str, object]) -> tuple[Config, list[str]]:
-    """Return the configuration that published keys mean, and what was made of them."""
+    """Return the configuration for published keys, and a line on the conversion of each."""
     given = dict(_leaves(loaded, ""))
     if given.get("stateSize.x", given.get("stateSize.y")) != given.get("stateSize.y", given.get("stateSize.x")):
         raise ConfigError(f"stateSize.y: expected x's {given['stateSize.x']!r}, found {given['stateSize.y']!r}")
@@ -135,7 +135,7 @@ def _converted(kind: type[Config], loaded: Mapping[str, object]) -> tuple[Config
 
 
 def _leaves(value: object, section: str) -> Iterator[tuple[str, object]]:
-    """Yield published keys with dots, and their values; ConfigError where a key is unknown."""
+    """Yield published keys in dotted form with their values; raise ConfigError if a key is unknown."""
     for name, part in entries(value, section, [key.rpartition(".")[2] for key in _sections(section)]):
         key = f"{section}.{name}" if section else name
         if key in _PUBLISHED:
@@ -145,14 +145,14 @@ def _leaves(value: object, section: str) -> Iterator[tuple[str, object]]:
 
 
 def _sections(section: str) -> list[str]:
-    """Return the published keys right below a section."""
+    """Return the published keys directly below a section."""
     depth = section.count(".") + 1 if section else 0
     below = [key for key in _PUBLISHED if not section or key.startswith(f"{section}.")]
     return list(dict.fromkeys(".".join(key.split(".")[: depth + 1]) for key in below))
 
 
 def _nested(own: dict[str, object]) -> dict[str, Any]:
-    """Return keys with dots as nested mappings; random obstacles only where some are asked for."""
+    """Return dotted keys as nested mappings, with random obstacles only if there are any."""
     many = own.pop("obstacles.random.number", 0)
     size = [own.pop(f"obstacles.random.size_m[{i}]", default) for i, default in enumerate((0.2, 0.8))]
     found: dict[str, Any] = {"start": {"origin": "centre"}}

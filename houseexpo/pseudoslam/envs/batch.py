@@ -1,4 +1,4 @@
-"""Many episodes side by side in memory, stepped by compiled calls on several threads."""
+"""Many episodes in common arrays, stepped by compiled calls on several threads."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from houseexpo.pseudoslam.step_kernels import entry_point, kernel_for
 from houseexpo.pseudoslam.step_params import scratch_of, with_room
 from houseexpo.workers import cores
 
-_SPARE = 1.25  # room for the next bigger house
-_BLOCKS = 4  # for each thread, so that one that is late leaves little undone
+_SPARE = 1.25  # spare room for larger houses
+_BLOCKS = 4  # per thread, so that threads finish at about the same time
 _NOTHING = np.empty(0, np.uint8)
 
 
 class Batch:
-    """N episodes in pools: each array of ``Episode`` with one axis more in front.
+    """N episodes in pools: each array of ``Episode`` with an additional first axis.
 
-    Rasters and the ways to goals lie flat, with room for the biggest house so far; what is not touched takes no memory.
-    Threads share the pools and have scratch memory of their own; the outcome does not depend on how many there are.
+    Rasters and distances to goals are flat, with room for the largest house so far; untouched memory is not allocated.
+    Threads share the pools and have their own working memory; the result does not depend on the number of threads.
     """
 
     def __init__(self, number: int, config: SimulatorConfig, params: StepParams, threads: int | None = None) -> None:
@@ -50,14 +50,14 @@ class Batch:
         self._blocks = list(pairwise((np.arange(parts + 1) * number // parts).tolist()))
 
     def __reduce__(self) -> tuple[Callable[..., Batch], tuple[Any, ...]]:
-        """Pickle and copy the episodes: the copy has pools and threads of its own."""
+        """Pickle and copy the episodes; the copy has its own pools and threads."""
         states = {i: self.state(i) for i in self._rest}
         return _batch_of, (self._number, self._config, self._params, self.threads, states)
 
     def put(self, i: int, state: State) -> None:
-        """Copy an episode into place ``i``; the state that was there is no longer valid.
+        """Copy an episode to place ``i``; the state that was there is no longer valid.
 
-        What it is shown is to be drawn yet: the array of the last views may be the caller's.
+        Its view is not drawn yet, since the array of the last views may belong to the caller.
         """
         parts = flatten(state.episode)
         parts[:RASTERS] = [raster.ravel() for raster in parts[:RASTERS]]
@@ -74,13 +74,13 @@ class Batch:
             parts[MAP] = _NOTHING
         parts[SHOWN] = _NOTHING
         for part, pool in zip(parts, self._leaves, strict=True):
-            if part.size:  # half of them are of what there is not
+            if part.size:  # half of them are empty
                 pool[i, : len(part)] = part
         self.sizes[i] = state.episode.occupied.shape
         self._rest[i] = state.observable_cells, state.obstacles, state.goal_m, state.shortest_path_m
 
     def _begin(self, first: State, parts: list[Array]) -> None:
-        """Make the pools, and find the kernel that steps such episodes."""
+        """Make the pools, and find the kernel for steps of such episodes."""
         leaves: list[Array] = [np.zeros((self._number, *part.shape), part.dtype) for part in parts]
         self.arrays = unflatten(first.episode, leaves)
         if self._shown is not None:
@@ -90,23 +90,23 @@ class Batch:
             kernel_for(first.episode, self._params),
             self.arrays, self.sizes, motions, wanted, self._params, self._scratch[0], 0, 0,
         )  # fmt: skip
-        self._leaves = leaves  # at the end: it may be interrupted, for the kernel may have to be compiled
+        self._leaves = leaves  # last, since compiling the kernel may be interrupted
 
     def draw_into(self, views: Array) -> None:
-        """Draw all views into an array (N, side, side) of the caller's, for as long as none is to be ``fresh``."""
+        """Draw all views into an array (N, side, side) of the caller, as long as none has to be ``fresh``."""
         self._shown = views
         if self._leaves:
             self.arrays = self.arrays._replace(shown=views)
 
     def state(self, i: int) -> State:
-        """Return the episode that was put at place ``i``: its arrays are views, which the next step changes."""
+        """Return the episode at place ``i``; its arrays are views, which the next step changes."""
         rows, cols = self.sizes[i].tolist()
         return State(one_of(self.arrays, i, (rows, cols)), *self._rest[i])
 
     def step(self, motions: npt.NDArray[np.float64], wanted: npt.NDArray[np.uint8], *, fresh: bool = False) -> None:
-        """Do what is ``wanted`` (N,), see ``kernels.step_pool``: ``motions`` (N, 2) are radians and pixels.
+        """Do what is ``wanted`` (N,) (see ``kernels.step_pool``); ``motions`` (N, 2) are in radians and pixels.
 
-        With ``fresh``, views are drawn into a new array: those of environments that are left out are not in it.
+        With ``fresh``, views are drawn into a new array, without those of environments that are left out.
         """
         if fresh:
             self.arrays = self.arrays._replace(shown=np.empty_like(self.arrays.shown))
@@ -114,24 +114,24 @@ class Batch:
         self._share(lambda scratch, first, end: run(pool, sizes, motions, wanted, params, scratch, first, end))
 
     def share(self, work: Callable[[int, int], None]) -> None:
-        """Have all threads do what is to be done for the environments from one number to another, excluded."""
+        """Call ``work`` on all threads for ranges of environments: from a first number up to but excluding a second."""
         self._share(lambda _, first, end: work(first, end))
 
     def _share(self, work: Callable[[Scratch, int, int], None]) -> None:
         if self._is_closed:
             raise ClosedEnvironmentError("the environments were closed: make new ones")
-        blocks, running = iter(self._blocks), []  # all threads share the blocks: each takes the next one
+        blocks, running = iter(self._blocks), []  # all threads take the next block from here
         if self._executor:
             running = [self._executor.submit(_run, work, scratch, blocks) for scratch in self._scratch[1:]]
         try:
             _run(work, self._scratch[0], blocks)
         finally:
             for other in running:
-                if not other.cancel():  # in a forked process none of them ever starts
+                if not other.cancel():  # in a forked process, none of them starts
                     other.result()
 
     def close(self) -> None:
-        """End the threads; steps are refused from then on."""
+        """End the threads; further steps are refused."""
         self._is_closed = True
         if self._executor:
             self._executor.shutdown()
@@ -146,7 +146,7 @@ def _run(work: Callable[[Scratch, int, int], None], scratch: Scratch, blocks: It
 def _batch_of(
     number: int, config: SimulatorConfig, params: StepParams, threads: int, states: dict[int, State]
 ) -> Batch:
-    """Return a batch with these episodes in their places, and what each was shown last."""
+    """Return a batch with these episodes in their places, and the last view of each."""
     batch = Batch(number, config, params, threads)
     for i, state in states.items():
         batch.put(i, state)
@@ -156,7 +156,7 @@ def _batch_of(
 
 
 def _wider(pool: Array, length: int) -> Array:
-    """Return a pool with room for so many, which may be itself."""
+    """Return a pool with room for ``length`` values, possibly the same one."""
     if length <= pool.shape[1]:
         return pool
     wider = np.zeros((len(pool), int(_SPARE * length), *pool.shape[2:]), pool.dtype)

@@ -1,4 +1,4 @@
-"""Maps drawn into memory of the caller's: learners that keep their own buffers need no copy."""
+"""Draw maps into the caller's memory, so that learners with their own buffers need no copy."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ class DrawsInto:
 
     @one_at_a_time
     def draw_into(self, maps: npt.NDArray[np.uint8]) -> None:
-        """Have maps drawn into an array of the caller's from now on, which each reset and step overwrites.
+        """Draw maps into an array of the caller from now on; each reset and step overwrites it.
 
         Parameters
         ----------
         maps
-            (N, channels, side, side) uint8, C-contiguous, as "map" of the observations with ``layout="CHW"``.
+            (N, channels, side, side) uint8, C-contiguous, like "map" of the observations with ``layout="CHW"``.
 
         Raises
         ------
         ConfigError
-            The array is another one, or the environments were made without ``copy=False``.
+            The array has another shape, type or layout, or the environments were made without ``copy=False``.
         """
         config, several = self._env_spec.config, self._env_spec.kind == "scales"
         shape = self.num_envs, channels_of(config, several=several), side_of(config), side_of(config)

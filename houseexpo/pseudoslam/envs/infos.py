@@ -1,4 +1,4 @@
-"""What ``info`` of a vector environment holds: an array for each key and, as ``_key``, whom it speaks of."""
+"""The ``info`` of a vector environment: an array for each key and, as ``_key``, a mask of its environments."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 
 def infos_of(report: dict[str, npt.NDArray[Any]], which: npt.NDArray[np.bool_]) -> dict[str, Any]:
-    """Return what is said of N environments, arrays of N, with a mask for each key: those of ``which``."""
+    """Return the info for arrays of N values, with the mask ``which`` for each key."""
     masks = np.empty((len(report), len(which)), bool)
     masks[:] = which
     return {**report, **dict(zip(_names(*report), masks, strict=True))}
@@ -19,7 +19,7 @@ def infos_of(report: dict[str, npt.NDArray[Any]], which: npt.NDArray[np.bool_]) 
 def last_of(
     observed: npt.NDArray[Any] | dict[str, npt.NDArray[Any]], which: npt.NDArray[np.bool_]
 ) -> npt.NDArray[np.object_]:
-    """Return (N,) what was observed of those that ended, copies of their own, and None of the others."""
+    """Return copies of the observations of the environments ``which``, and None for the others (N,)."""
     last = np.full(len(which), None, object)
     for i in np.flatnonzero(which).tolist():
         if isinstance(observed, dict):
@@ -31,5 +31,5 @@ def last_of(
 
 @lru_cache(maxsize=8)
 def _names(*keys: str) -> list[str]:
-    """Return the names of the masks that say of which environments an info speaks."""
+    """Return the names of the masks of these keys."""
     return [f"_{key}" for key in keys]

@@ -1,4 +1,4 @@
-"""The ``EnvSpec`` of an environment, made of its arguments."""
+"""Make the ``EnvSpec`` of an environment from its arguments."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def make_env_spec(
     plan_order: Order = "random",
     max_episode_steps: int | None = None,
 ) -> EnvSpec:
-    """Return what an environment takes and gives; ConfigError where an argument is not one of those that there are."""
+    """Return the specification of an environment; raise ConfigError if an argument is invalid."""
     for name, value, kinds in (
         ("actions", actions, Actions),
         ("observation", observation, Kind),
@@ -55,7 +55,7 @@ def make_env_spec(
 def _configured(
     task: Task, config: SimulatorConfig | str | None, observation: Kind, max_episode_steps: int | None
 ) -> SimulatorConfig:
-    """Return the configuration that is used; ConfigError where it is none, or does not go with the observation."""
+    """Return the configuration; raise ConfigError if it is invalid or does not fit the observation."""
     if isinstance(config, str):
         config = with_preset(config, task.configured(None))
     if config is not None and not isinstance(config, SimulatorConfig):
@@ -76,7 +76,7 @@ def _configured(
 def checked_vector(
     num_envs: int, threads: int | None, autoreset_mode: AutoresetMode | str, render_mode: str | None
 ) -> AutoresetMode:
-    """Return what happens at an episode's end in a vector; ConfigError where an argument of a vector cannot be."""
+    """Return the autoreset mode of a vector environment; raise ConfigError if an argument is invalid."""
     whole(num_envs, "num_envs", at_least=1, at_most=MAX_ENVS)
     whole(1 if threads is None else threads, "threads", at_least=1)
     if autoreset_mode not in set(AutoresetMode) | {mode.value for mode in AutoresetMode}:

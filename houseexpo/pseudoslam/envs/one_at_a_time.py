@@ -1,4 +1,4 @@
-"""Methods that wait for each other, where several threads call."""
+"""Methods that several threads can call, one at a time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Method = TypeVar("Method", bound=Callable[..., Any])
 
 
 class Locked:
-    """Something with a lock of its own, which pickles and copies leave out: they make another."""
+    """An object with a lock; pickles and copies have their own lock."""
 
     def __init__(self) -> None:
         self._lock = RLock()
@@ -24,7 +24,7 @@ class Locked:
 
 
 def one_at_a_time(method: Method) -> Method:
-    """Let a thread that calls a method of a ``Locked`` wait for another thread's call."""
+    """Make calls of a method of a ``Locked`` wait for calls in other threads."""
 
     @wraps(method)
     def called(self: Locked, *args: Any, **kwargs: Any) -> Any:

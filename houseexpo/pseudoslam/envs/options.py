@@ -1,4 +1,4 @@
-"""What all environments take beside what their own parameters say."""
+"""Arguments that all environments have in common."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ Layout = Literal["CHW", "HWC"]
 
 
 class EnvOptions(TypedDict, total=False):
-    """Arguments of single and vector environments alike, and of ``gymnasium.make`` and ``make_vec``."""
+    """Arguments of single and vector environments, and of ``gymnasium.make`` and ``make_vec``."""
 
     layout: Layout
-    """Where maps have their channels: "CHW", first, as torch has it, or "HWC", last, as pictures do (views, not copies,
-    of what is first where there are several)."""
+    """Position of the channels of maps: "CHW", first as in torch, or "HWC", last as in pictures (for several channels,
+    as a view of the former)."""
     plan_ids: Iterable[str] | None
-    """Plans that episodes take; None: all of the data set."""
+    """Ids of the plans for episodes; None for all plans of the data set."""
     plan_order: Order
-    """"random", or "in_turn": each of them once, as they are listed, then from the first again. A seed starts over."""
+    """"random", or "in_turn": each plan once, in the order of the list, then again from the first, as after a seed."""
     max_episode_steps: int | None
-    """Steps after which an episode is truncated, instead of ``config.max_steps``. ``gymnasium.make`` keeps this
-    argument for a wrapper of its own, which can only shorten episodes: for longer ones set ``max_steps``."""
+    """Number of steps after which an episode is truncated, instead of ``config.max_steps``. ``gymnasium.make`` uses
+    this argument for its own wrapper, which can only shorten episodes; for longer ones, set ``max_steps``."""
 
 
 def check_options(kind: type, given: Iterable[str]) -> None:
-    """Raise ConfigError where an environment of this class is given an argument that it does not take."""
+    """Raise ConfigError if an environment of this class does not have one of the given arguments."""
     known = EnvOptions.__annotations__
     for name in given:
         if name not in known:

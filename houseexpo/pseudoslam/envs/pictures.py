@@ -1,6 +1,6 @@
-"""The maps that environments are shown where the plain view will not do: of another size in pixels, at several scales.
+"""Maps in observations other than the plain view: with another number of pixels, or at several scales.
 
-The plain view is drawn by the step itself, a cell a pixel. What is said here is drawn after it, by all threads.
+The step itself draws the plain view with one pixel per cell. These maps are drawn after it, by all threads.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from houseexpo.pseudoslam.step_kernels import entry_point
 
 Bytes: TypeAlias = npt.NDArray[np.uint8]
 Work: TypeAlias = Callable[[int, int], None]
-"""Does something for the environments from one number to another, excluded."""
+"""A function for the environments from one number up to but excluding another."""
 
 
 def channels_of(config: SimulatorConfig, *, several: bool) -> int:
-    """Return how many pictures there are: one, or those of several scales with their marks."""
+    """Return the number of pictures: one, or those of several scales and of the marks."""
     if not several:
         return NEAR + 1
     return (GOAL if config.goal else ROBOT) + 1
 
 
 def side_of(config: SimulatorConfig) -> int:
-    """Return how many pixels a picture is wide and high."""
+    """Return the width and height of a picture in pixels."""
     return config.observation.pixels or config.side_px
 
 
 def near_px_of(config: SimulatorConfig) -> float:
-    """Return how many cells of the map a pixel of the near picture is wide."""
+    """Return the width of a pixel of the near picture in cells of the map."""
     view = config.observation
     return 1.0 if view.pixels is None else view.size_m * config.pixels_per_metre / view.pixels
 
@@ -46,7 +46,7 @@ class Pictures:
     Parameters
     ----------
     several
-        Near, far and whole map, and the marks of the robot and of the goal, where there is one; False: near alone.
+        Whether to draw the near, far and whole map and the marks of the robot and of the goal, or only the near map.
     """
 
     def __init__(self, number: int, config: SimulatorConfig, *, several: bool) -> None:
@@ -55,7 +55,7 @@ class Pictures:
             near_px_of(config),
             view.far_size_m * ppm / side,
             view.global_size_m * ppm / side,
-            float(config.robot.radius_m * ppm),  # whole numbers would have the kernel compiled once more
+            float(config.robot.radius_m * ppm),  # an int would compile the kernel again
             float(config.goal.radius_m * ppm) if config.goal else 0.0,
         )
         self._pixels_per_metre = float(ppm)
@@ -64,7 +64,7 @@ class Pictures:
         self.shown = np.zeros((number, channels_of(config, several=several), side, side), np.uint8)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Pickle and copy without what is compiled: the copy finds it again."""
+        """Pickle and copy without the compiled function, which the copy finds again."""
         return {**self.__dict__, "_draw": None}
 
     def draw(
@@ -77,14 +77,14 @@ class Pictures:
         *,
         fresh: bool = False,
     ) -> Bytes:
-        """Draw what is ``wanted`` (N,), see ``kernels.step_pool``, of the episodes of a pool.
+        """Draw the pictures that are ``wanted`` (N,) (see ``kernels.step_pool``) of the episodes of a pool.
 
         Parameters
         ----------
         share
-            Calls the work for all environments, on one thread or on several.
+            A function that calls the work for all environments, on one thread or on several.
         fresh
-            Draw into a new array, as ``Batch.step`` does.
+            Whether to draw into a new array, like ``Batch.step``.
         """
         if fresh:
             self.shown = np.empty_like(self.shown)

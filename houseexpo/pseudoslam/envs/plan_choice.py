@@ -1,4 +1,4 @@
-"""Which plan an episode takes: one that is named, a random one, or the next of a list."""
+"""Choose the plan of an episode: a given one, a random one, or the next of a list."""
 
 from __future__ import annotations
 
@@ -16,18 +16,21 @@ Order = Literal["random", "in_turn"]
 
 
 class PlanChoice:
-    """Hands out the worlds of episodes.
+    """Chooses the worlds of episodes.
 
     Parameters
     ----------
     plan_ids
-        Plans that are taken; None: all of the data set.
+        Ids of the plans; None for all plans of the data set.
     order
-        "random": each as likely, an own draw for each episode. "in_turn": one after the other as they are listed, from
-        the first again after the last one. The environments of a vector take from one list, whichever begins an
-        episode next: as many episodes as there are plans, counted as they begin, have each plan once.
+        "random": a plan is drawn for each episode, all equally likely. "in_turn": plans are used in the order of the
+        list, again from the first after the last one. All environments of a vector share one list, so that any
+        successive episodes, in the order in which they begin, have different plans until all were used.
 
-    ConfigError where an id is unknown, or there is none.
+    Raises
+    ------
+    ConfigError
+        An id is unknown, or there is no plan.
     """
 
     def __init__(self, worlds: WorldCache, plan_ids: Iterable[str] | None, order: Order) -> None:
@@ -36,7 +39,7 @@ class PlanChoice:
         self.take(plan_ids)
 
     def take(self, plan_ids: Iterable[str] | None) -> None:
-        """Take these plans from now on, from the first in turn; None: all."""
+        """Use these plans from now on, starting with the first; None for all."""
         self.plan_ids = None if plan_ids is None else _listed(plan_ids)
         self._numbers: Sequence[int] = range(len(self._worlds))
         if self.plan_ids is not None:
@@ -44,11 +47,11 @@ class PlanChoice:
         self._next = 0
 
     def start_over(self) -> None:
-        """Begin the list anew."""
+        """Start again with the first plan."""
         self._next = 0
 
     def draw(self, rng: np.random.Generator, plan_id: str | None) -> World:
-        """Return the world of a plan; where none is named, of the one whose turn it is, or of a random one."""
+        """Return the world of the given plan; if none is given, that of the next or of a random one."""
         if plan_id is not None:
             return self._worlds[self._worlds.number_of(plan_id)]
         if self._order == "random":
@@ -59,13 +62,13 @@ class PlanChoice:
 
 
 class TakesPlans:
-    """An environment whose plans can be set: those of the episodes that begin from then on."""
+    """An environment with a settable list of plans, which applies to all later episodes."""
 
     _choice: PlanChoice
 
     @property
     def plan_ids(self) -> list[str] | None:
-        """The ids of the plans that are taken; None: all of the data set."""
+        """The ids of the plans for episodes; None for all plans of the data set."""
         return self._choice.plan_ids
 
     @plan_ids.setter
@@ -74,7 +77,7 @@ class TakesPlans:
 
 
 def _listed(plan_ids: Iterable[str]) -> list[str]:
-    """Return the ids as a list; ConfigError where they are none."""
+    """Return the ids as a list; raise ConfigError if they are not ids."""
     if isinstance(plan_ids, str) or not isinstance(plan_ids, Iterable):
         raise ConfigError(
             f"plan_ids: expected a list of plans' ids or None (all), found {plan_ids!r}; "

@@ -1,4 +1,4 @@
-"""Actions that planners use, as environments take them: a frontier out of a list, or a point of the map."""
+"""The actions of planners in environments: a frontier from a list, or a point on the map."""
 
 from __future__ import annotations
 
@@ -34,35 +34,35 @@ from houseexpo.pseudoslam.worlds.world import World
 PlannerActions = Literal["frontier", "waypoint", "neighbour"]
 Parts = dict[str, npt.NDArray[Any]]
 FEATURES = 5
-"""Of a frontier: metres ahead and to the left, of the way there, and along it; 1 where there is one, else all are 0."""
-_FAR_M = 100_000.0  # no way on a grid of 1e8 cells is longer, or nobody goes it
+"""Features of a frontier: metres ahead, to the left, of the path to it and of its length, and 1; all 0 for none."""
+_FAR_M = 100_000.0  # longer than any path that a robot takes on a grid of 1e8 cells
 _OUTCOMES = np.array(OUTCOMES, object)
 
 
 @dataclass(frozen=True)
 class PlannerSpec:
-    """What an environment's actions are where each is a travel along the robot's own map.
+    """The actions of an environment in which each action is a travel on the robot's own map.
 
-    The robot goes by the shortest way over places where it may stand for what it knows, within its limits of turn and
-    step, and looks as it goes. It stops where it arrives, where something is in its way, where the frontier is seen,
-    where the task is fulfilled, and after ``planning.max_steps`` steps; one step is taken at least. An episode's time
-    counts steps.
+    The robot follows the shortest path through places where, according to its map, it can stand, within its limits of
+    turn and step, and scans as it goes. It stops when it arrives, when an obstacle blocks it, when the frontier is
+    seen, when the task is fulfilled, and after ``planning.max_steps`` steps; it takes at least one step. The time limit
+    of an episode counts steps.
 
     Parameters
     ----------
     actions
-        "frontier": a number, in the order of ``kernels.planning.frontiers``. The observation has "frontiers" (K, 5)
-        float32, see ``FEATURES``, and "action_mask" (K,) int8, 1 where there is one. With a goal, the last is the goal,
-        once the map shows a way to it. One that there is not means a turn to the left on the spot; where there is none
-        at all, the mask allows the first. "waypoint": (ahead, left) in [-1, 1], as shares of ``planning.reach_m``. Of a
-        point in a wall, in the unknown or out of reach, the nearest place is meant where the robot may stand and get
-        to; ``info["moved_m"]`` says how far off that is. "neighbour": a number, one of the neighbours of the graph's
-        first node; the observation has "action_mask", too.
+        "frontier": an index in the order of ``kernels.planning.frontiers``. The observation has "frontiers" (K, 5)
+        float32 (see ``FEATURES``) and "action_mask" (K,) int8, 1 for those that exist. With a goal, the last entry is
+        the goal, once the map shows a path to it. An entry that does not exist means a turn to the left in place; if
+        there is none, the mask allows the first. "waypoint": (ahead, left) in [-1, 1], as shares of
+        ``planning.reach_m``. A point that is in a wall, unknown or out of reach is moved to the nearest place that the
+        robot can reach; ``info["moved_m"]`` is that distance. "neighbour": an index of one of the neighbours of the
+        graph's first node; the observation also has "action_mask".
     has_graph
-        Whether the observation has a graph (``kernels.planning.graph``): "nodes" (M, 5) float32, metres ahead and to
-        the left, metres of frontiers in sight, 1 where the robot has been, 1 for the robot's own, which is the first;
-        "node_mask" (M,) int8, 1 where there is one; "edges" (M, k) int64, each node's neighbours, nearest first, and
-        "edge_mask" (M, k) int8, 1 where there is one. What there is not is 0.
+        Whether the observation has a graph (``kernels.planning.graph``): "nodes" (M, 5) float32, which are metres ahead
+        and to the left, metres of visible frontiers, 1 if the robot has been there, and 1 for the robot's own node,
+        which is the first; "node_mask" (M,) int8, 1 for nodes that exist; "edges" (M, k) int64, the neighbours of each
+        node, nearest first; and "edge_mask" (M, k) int8, 1 for edges that exist. All other values are 0.
     """
 
     actions: PlannerActions
@@ -72,12 +72,12 @@ class PlannerSpec:
 
     @property
     def choices(self) -> int:
-        """How many frontiers there are to choose from, the goal included; 0 for other actions."""
+        """The number of frontiers to choose from, including the goal; 0 for other actions."""
         return self.planning.frontiers + (self.config.goal is not None) if self.actions == "frontier" else 0
 
     @property
     def numbers(self) -> int:
-        """How many actions there are; 0 for waypoints."""
+        """The number of actions; 0 for waypoints."""
         return self.planning.neighbours if self.actions == "neighbour" else self.choices
 
     @cached_property
@@ -86,7 +86,7 @@ class PlannerSpec:
         return self.config.side_px / 2 if reach_m is None else reach_m * self.config.pixels_per_metre
 
     def rules(self) -> PlanRules:
-        """Return what is the same in all environments."""
+        """Return the parameters that are the same in all environments."""
         return plan_rules(self.config, self.planning, self.actions)
 
     def action_space(self) -> spaces.Space[Any]:
@@ -94,7 +94,7 @@ class PlannerSpec:
         return spaces.Discrete(self.numbers) if self.numbers else spaces.Box(-1.0, 1.0, (2,), np.float32)
 
     def spaces(self) -> dict[str, spaces.Space[Any]]:
-        """Return the spaces of what is observed beside the rest."""
+        """Return the spaces of the planner's parts of the observation."""
         found: dict[str, spaces.Space[Any]] = {}
         if self.choices:
             found["frontiers"] = _features(self.choices, _FAR_M, _FAR_M)
@@ -109,7 +109,7 @@ class PlannerSpec:
         return found
 
     def meant(self, values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
-        """Return (N, 2) what the kernel takes for actions (N,) or (N, 2); ConfigError where there is no such action."""
+        """Return the kernel's form (N, 2) of actions (N,) or (N, 2); raise ConfigError for an invalid action."""
         return self._numbered(values) if self.numbers else self._waypoints(values)
 
     def _numbered(self, values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
@@ -133,12 +133,12 @@ class PlannerSpec:
         return found
 
     def graph(self) -> Graph:
-        """Return the graph of an episode that begins."""
+        """Return the graph for a new episode."""
         planning = self.planning
         return new_graph(planning.nodes, planning.neighbours) if self.has_graph else new_graph(0, 0)
 
     def plans(self, state: State, world: World, task: Task) -> Plans:
-        """Return the plans of an episode that begins."""
+        """Return the plans for a new episode."""
         plans, config = new_plans(self.choices), self.config
         plans.state["enough"] = task.enough_cells(state.observable_cells)
         plans.state["time"], plans.state["cols"] = config.max_steps, state.occupied.shape[1]
@@ -151,7 +151,7 @@ class PlannerSpec:
         return plans
 
     def observe(self, pool: Episode, metrics: Metrics) -> Parts:
-        """Return what is observed of a pool of episodes beside the rest."""
+        """Return the planner's parts of the observations of a pool of episodes."""
         found: Parts = {}
         cell_m = metrics.cell_m
         if self.choices:
@@ -172,7 +172,7 @@ class PlannerSpec:
         return found
 
     def masks(self, pool: Episode) -> npt.NDArray[np.bool_]:
-        """Return (N, K) which actions are allowed."""
+        """Return the mask of allowed actions (N, K)."""
         masks: npt.NDArray[np.bool_]
         masks = (
             pool.graph.edges[:, 0] >= 0 if self.actions == "neighbour" else pool.plans.frontiers["goal"] != NO_CHOICE
@@ -181,7 +181,7 @@ class PlannerSpec:
         return masks
 
     def report(self, pool: Episode, cell_m: float) -> Parts:
-        """Return what ``info`` says of the last actions: arrays of the caller's own."""
+        """Return the entries of ``info`` on the last actions, as new arrays."""
         state = pool.plans.state[:, 0]
         found: Parts = {
             "outcome": _OUTCOMES[state["outcome"]],
@@ -192,7 +192,7 @@ class PlannerSpec:
 
 
 def _features(number: int, third: float, fourth: float) -> spaces.Box:
-    """Return the space of features of so many places: metres ahead and to the left, up to these, and up to 1."""
+    """Return the space of the features of a number of places, with the upper limits of the third and the fourth."""
     low = np.tile(np.array([-_FAR_M, -_FAR_M, 0, 0, 0], np.float32), (number, 1))
     return spaces.Box(low, np.tile(np.array([_FAR_M, _FAR_M, third, fourth, 1], np.float32), (number, 1)))
 
@@ -204,7 +204,7 @@ def _seen(
     metrics: Metrics,
     more: tuple[npt.NDArray[Any], ...],
 ) -> npt.NDArray[np.float32]:
-    """Return (N, K, 5) float32: metres ahead and to the left of cells (N, K), and more; 0 where they are not valid."""
+    """Return features (N, K, 5) float32 of cells (N, K): metres ahead and to the left, and ``more``; 0 if not valid."""
     cols, cell_m = pool.plans.state["cols"], metrics.cell_m
     x, y, heading = (part[:, None] for part in metrics.pose_px[:, 3:].T)
     right, up = (cells % cols + 0.5 - x) * cell_m, (y - cells // cols - 0.5) * cell_m
@@ -219,7 +219,7 @@ def _seen(
 def make_planner_spec(
     actions: str, observation: str, planning: PlanningConfig | None, config: SimulatorConfig, task: Task
 ) -> PlannerSpec | None:
-    """Return how a planner acts; None where actions are single steps. ConfigError where that cannot be."""
+    """Return the planner's specification, None if actions are single steps; raise ConfigError if it is invalid."""
     if planning is not None and not isinstance(planning, PlanningConfig):
         raise ConfigError(f"planning: expected a PlanningConfig or None, found {planning!r}")
     names = get_args(PlannerActions)

@@ -1,4 +1,4 @@
-"""Vector environments for PufferLib 3, which has an interface and buffers of its own.
+"""Vector environments for PufferLib 3, which has its own interface and buffers.
 
 >>> import pufferlib.vector  # doctest: +SKIP
 >>> from houseexpo.pseudoslam.envs.puffer import PseudoSlamPufferEnv  # doctest: +SKIP
@@ -30,24 +30,29 @@ _OURS: Final = {"autoreset_mode", "copy", "layout"}
 
 
 class PseudoSlamPufferEnv(pufferlib.PufferEnv):  # type: ignore[misc]  # it comes without types where it is not installed
-    """N robots as one native environment of PufferLib: an agent each, which is reset when its episode ends.
+    """N robots as one native environment of PufferLib; each is an agent that is reset when its episode ends.
 
-    Maps are drawn into PufferLib's buffer by the compiled call itself: nothing is copied, and ``observations`` is
-    overwritten by the next step. An ended episode leaves a dictionary in the infos: ``episode_return``,
-    ``episode_length``, and what the task says of the end as a number.
+    The compiled step draws maps directly into PufferLib's buffer, so that nothing is copied and the next step
+    overwrites ``observations``. At the end of an episode, the infos contain a dictionary with ``episode_return``,
+    ``episode_length`` and the task's numbers.
 
     Parameters
     ----------
     task
         "Exploration", "ObstacleAvoidance" or "Navigation".
     num_envs
-        N.
+        The number of robots, N.
     buf, seed
-        PufferLib's, which it hands over where it makes several of these. Robots draw their seeds from ``seed``.
+        Arguments that PufferLib passes if it makes several environments. Robots draw their seeds from ``seed``.
     given
-        What the vector environment takes, ``dataset``, ``config``, ``actions``, ``threads``, ...; ConfigError where
-        what is observed is no single array, and for ``autoreset_mode``, ``copy`` and ``layout``, which are PufferLib's
-        to say. With its Multiprocessing, ``threads=1`` for each.
+        Arguments of the vector environment, such as ``dataset``, ``config``, ``actions``, ``threads``. With PufferLib's
+        Multiprocessing, set ``threads=1``.
+
+    Raises
+    ------
+    ConfigError
+        The observation is not a single array, or ``autoreset_mode``, ``copy`` or ``layout`` is given, which PufferLib
+        determines.
     """
 
     def __init__(
@@ -78,7 +83,7 @@ class PseudoSlamPufferEnv(pufferlib.PufferEnv):  # type: ignore[misc]  # it come
         self.envs.draw_into(self.observations)
 
     def reset(self, seed: int | None = None) -> tuple[npt.NDArray[Any], list[dict[str, float]]]:
-        """Start episodes everywhere; the same seed gives the same episodes."""
+        """Start episodes in all environments; the same seed gives the same episodes."""
         seed, self._seed = self._seed if seed is None else seed, None
         seeds = None if seed is None else np.random.SeedSequence(seed).generate_state(self.num_agents).tolist()
         self.envs.reset(seed=seeds)
@@ -98,7 +103,7 @@ class PseudoSlamPufferEnv(pufferlib.PufferEnv):  # type: ignore[misc]  # it come
         return self.observations, self.rewards, self.terminals, self.truncations, said
 
     def _said(self, i: int, final: dict[str, npt.NDArray[Any]]) -> dict[str, float]:
-        """Return what came of environment ``i``'s episode, as numbers."""
+        """Return the numbers on the end of environment ``i``'s episode."""
         numbers = {
             name: float(values[i])
             for name, values in final.items()
@@ -107,11 +112,11 @@ class PseudoSlamPufferEnv(pufferlib.PufferEnv):  # type: ignore[misc]  # it come
         return {"episode_return": float(self._returns[i]), "episode_length": float(self._lengths[i]), **numbers}
 
     def render(self) -> list[npt.NDArray[np.uint8] | None] | None:
-        """Return a picture of each environment; None without ``render_mode="rgb_array"``."""
+        """Return a picture of each environment, None without ``render_mode="rgb_array"``."""
         return self.envs.render()
 
     def notify(self) -> None:
-        """Do nothing: PufferLib tells its workers so that something may change."""
+        """Do nothing; PufferLib calls this in workers to allow changes."""
 
     def close(self) -> None:
         """End the threads."""

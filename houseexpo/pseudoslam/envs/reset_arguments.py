@@ -1,4 +1,4 @@
-"""What ``reset`` takes: seeds, plans, poses, and in a vector environment a mask of those to reset."""
+"""The arguments of ``reset``: seeds, plans, poses and, for vector environments, a mask of those to reset."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from houseexpo.errors import ConfigError
 
 Seeds = int | Sequence[int | None] | None
 Pose: TypeAlias = tuple[float, float, float]
-"""x, y in the plan's metres, heading in radians, counter-clockwise from x."""
+"""A pose: x, y in the plan's metres, heading in radians, counter-clockwise from x."""
 OPTIONS = ("plan_id", "pose")
-"""What options may hold, beside the mask."""
+"""The keys of ``options``, other than the mask."""
 
 
 def options_of(options: Mapping[str, Any] | None, known: tuple[str, ...] = OPTIONS) -> dict[str, Any]:
-    """Return options, a copy; ConfigError where they are no mapping, or there is one that is not known."""
+    """Return a copy of the options; raise ConfigError if they are not a mapping or have an unknown key."""
     if not isinstance(options, (Mapping, type(None))):
         raise ConfigError(f"options: expected a dictionary or None, found {options!r}")
     found = dict(options or {})
@@ -32,9 +32,9 @@ def options_of(options: Mapping[str, Any] | None, known: tuple[str, ...] = OPTIO
 def options_for(
     options: Mapping[str, Any] | None, number: int
 ) -> tuple[npt.NDArray[np.bool_], list[str | None], list[Pose | None]]:
-    """Return which of so many environments are to be reset, and a plan and a pose for each, None for a random one.
+    """Return which environments to reset, and a plan and a pose for each of them, None for a random one.
 
-    ConfigError as ``options_of``, and where there is not one for each.
+    Raise ConfigError like ``options_of``, and if there is not one value for each environment.
     """
     given = options_of(options, (*OPTIONS, "reset_mask"))
     which = mask_of(given.get("reset_mask"), number)
@@ -42,9 +42,9 @@ def options_for(
 
 
 def seeds_of(seed: Seeds, number: int) -> list[int | None]:
-    """Return a seed for each of so many environments; of one number they are it and those that follow.
+    """Return a seed for each environment; a single number gives this number and the following ones.
 
-    ConfigError for anything else.
+    Raise ConfigError for anything else.
     """
     if seed is None or isinstance(seed, (int, np.integer)):
         return [None if seed is None else int(seed) + i for i in range(number)]
@@ -55,7 +55,7 @@ def seeds_of(seed: Seeds, number: int) -> list[int | None]:
 
 
 def mask_of(mask: object, number: int) -> npt.NDArray[np.bool_]:
-    """Return which environments are to be reset, all where nothing is said; ConfigError where it is no such mask."""
+    """Return the mask of environments to reset, by default all; raise ConfigError if it is not such a mask."""
     if mask is None:
         return np.ones(number, bool)
     if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (number,) or not mask.any():
@@ -66,7 +66,7 @@ def mask_of(mask: object, number: int) -> npt.NDArray[np.bool_]:
 
 
 def plans_of(plan_id: object, number: int) -> list[str | None]:
-    """Return a plan's id for each of so many environments, None for a random one; ConfigError for anything else."""
+    """Return a plan's id for each environment, None for a random one; raise ConfigError for anything else."""
     if plan_id is None or isinstance(plan_id, str):
         return [plan_id] * number
     ids = list(plan_id) if isinstance(plan_id, Iterable) else []
@@ -78,12 +78,12 @@ def plans_of(plan_id: object, number: int) -> list[str | None]:
 
 
 def pose_of(pose: object) -> Pose | None:
-    """Return where an episode starts, None where chance or the configuration decides; ConfigError for anything else."""
+    """Return the pose at the start of an episode, None if none is given; raise ConfigError for anything else."""
     return None if pose is None else _pose(pose, f"(x, y, heading) in metres and radians or None, found {pose!r}")
 
 
 def poses_of(poses: object, number: int) -> list[Pose | None]:
-    """Return a pose for each of so many environments: (3,) for all, or a list or array of as many poses or None."""
+    """Return a pose for each environment, from (3,) for all or from a list or array with one pose or None for each."""
     expected = f"(x, y, heading) in metres and radians, a list of {number} of them or None, found {poses!r}"
     if poses is None:
         return [None] * number
@@ -96,7 +96,7 @@ def poses_of(poses: object, number: int) -> list[Pose | None]:
 
 
 def _pose(pose: object, expected: str) -> Pose:
-    """Return three finite numbers, the heading within half a turn; one that lies there already keeps its bits."""
+    """Return three finite numbers, with the heading in half a turn either way; such a heading is unchanged."""
     try:
         x, y, heading = (float(part) for part in pose)  # type: ignore[attr-defined]  # TypeError where it is no list
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""Vector environments for Stable-Baselines3, which has an interface of its own.
+"""Vector environments for Stable-Baselines3, which has its own interface.
 
 >>> from houseexpo.pseudoslam.envs.sb3 import SB3VecEnv  # doctest: +SKIP
 >>> env = gymnasium.make_vec("PseudoSLAM/Exploration-v0", 16, autoreset_mode="SameStep", dataset="plans/demo")
@@ -31,16 +31,16 @@ Indices = int | Iterable[int] | None
 
 
 class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where it is not installed
-    """A PseudoSLAM vector environment as Stable-Baselines3 takes it.
+    """A PseudoSLAM vector environment with the interface of Stable-Baselines3.
 
-    An info is a dictionary for each environment; at an episode's end it is the end's, with ``terminal_observation`` and
-    ``TimeLimit.truncated``, while the observation is the next episode's first.
+    There is one info dictionary for each environment. At the end of an episode, it is that of the last step, with
+    ``terminal_observation`` and ``TimeLimit.truncated``, while the observation is the first one of the next episode.
 
     Parameters
     ----------
     env
-        Made with ``autoreset_mode="SameStep"``, as Stable-Baselines3 resets, and without gymnasium's wrappers, which
-        would be passed over; ConfigError otherwise.
+        A vector environment made with ``autoreset_mode="SameStep"``, which is how Stable-Baselines3 resets, and without
+        wrappers of gymnasium, which would be ignored. ConfigError is raised otherwise.
     """
 
     def __init__(self, env: PseudoSlamVectorEnv) -> None:
@@ -60,7 +60,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
         super().__init__(inner.num_envs, inner.single_observation_space, inner.single_action_space)
 
     def reset(self) -> Any:
-        """Start episodes everywhere, with the seeds of ``seed()`` and the options of ``set_options()``, if any."""
+        """Start episodes in all environments, with the seeds of ``seed()`` and the options of ``set_options()``."""
         each = [options_of(given) for given in self._options]
         options = {key: [given.get(key) for given in each] for key in OPTIONS if any(key in given for given in each)}
         observation, infos = self.env.reset(seed=list(self._seeds), options=options)
@@ -70,7 +70,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
         return observation
 
     def step_async(self, actions: npt.NDArray[Any]) -> None:
-        """Keep the actions for ``step_wait``: nothing runs beside."""
+        """Store the actions for ``step_wait``, which takes the step."""
         self._actions = actions
 
     def step_wait(self) -> tuple[Any, npt.NDArray[np.float32], npt.NDArray[np.bool_], list[dict[str, Any]]]:
@@ -89,11 +89,11 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
         self.env.close()
 
     def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
-        """Return an attribute, which all environments share."""
+        """Return an attribute for each environment; all share the same one."""
         return [getattr(self.env, attr_name)] * len(self._indices(indices))
 
     def set_attr(self, attr_name: str, value: Any, indices: Indices = None) -> None:
-        """Set what all environments share, see ``SharedAttributes.set_attr``; ConfigError where only some are meant."""
+        """Set a shared attribute (``SharedAttributes.set_attr``); raise ConfigError for only some environments."""
         if sorted(self._indices(indices)) != list(range(self.num_envs)):
             raise ConfigError(f"{attr_name}: the environments share it; set it for all of them (indices=None)")
         self.env.set_attr(attr_name, value)
@@ -101,7 +101,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
     def env_method(self, method_name: str, *args: Any, indices: Indices = None, **kwargs: Any) -> list[Any]:
         """Call a method of the vector environment that takes an environment's number first, such as ``state``.
 
-        "render" gives pictures; ConfigError where a method is for all of them.
+        "render" gives pictures. Raise ConfigError for a method that is only for all environments together.
         """
         if method_name in {*FOR_ALL, "render"}:
             pictures = self.env.call(method_name)
@@ -110,7 +110,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
         return [method(i, *args, **kwargs) for i in self._indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: type, indices: Indices = None) -> list[bool]:  # noqa: ARG002  # SB3's
-        """Return False: there are no wrappers inside."""
+        """Return False for each environment, since they have no wrappers."""
         return [False] * len(self._indices(indices))
 
     def get_images(self) -> Sequence[npt.NDArray[np.uint8] | None]:
@@ -124,7 +124,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
 
 
 def _split_infos(infos: dict[str, Any], number: int) -> list[dict[str, Any]]:
-    """Return a dictionary for each environment of those for all."""
+    """Return a dictionary for each environment from the arrays for all."""
     keys = [key for key in infos if not key.startswith("_")]
     columns = [infos[key] if infos[key].ndim > 1 else infos[key].tolist() for key in keys]
     return [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)] or [{} for _ in range(number)]

@@ -1,4 +1,4 @@
-"""What gymnasium's vector environments say of the environments in them, where those are one."""
+"""Attributes of the environments in a vector environment, which share them."""
 
 from __future__ import annotations
 
@@ -10,22 +10,23 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.tasks import Task
 
 SETTABLE = ("task", "plan_ids")
-"""What environments can be told after they are made: what counts, from the next step on, and which plans to take."""
+"""Attributes that can be set later: the task, from the next step on, and the plans, from the next episodes on."""
 
 FOR_ALL = ("reset", "step", "close", "call", "get_attr", "set_attr")
-"""Methods that have no form for one of the environments."""
+"""Methods that exist only for all environments together."""
 
 
 class SharedAttributes:
-    """``call``, ``get_attr`` and ``set_attr``."""
+    """The methods ``call``, ``get_attr`` and ``set_attr`` of a vector environment."""
 
     num_envs: int
     task: Task
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """Return a method's results for each environment; it takes the environment's number first, as ``state`` does.
+        """Return the result of a method for each environment; its first argument is the number, as in ``state``.
 
-        "render" gives each one's picture; of what is no method, as ``get_attr``. ConfigError where a method is for all.
+        "render" gives a picture of each. For an attribute, this is ``get_attr``. Raise ConfigError for a method that is
+        only for all environments together.
         """
         found = getattr(self, name)
         if not callable(found):
@@ -37,24 +38,24 @@ class SharedAttributes:
         return tuple(found(i, *args, **kwargs) for i in range(self.num_envs))
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
-        """Return an attribute for each environment: they share it."""
+        """Return an attribute for each environment; all share the same one."""
         return (getattr(self, name),) * self.num_envs
 
     def set_attr(self, name: str, values: Any) -> None:
         """Set an attribute that all environments share.
 
-        ``task``, of the same kind, counts from the next step on, ``plan_ids`` from the next episodes on; names that the
-        environment does not know yet are the caller's own.
+        A ``task`` must be of the same kind and applies from the next step on; ``plan_ids`` apply from the next episodes
+        on. Other names are new attributes of the caller.
 
         Parameters
         ----------
         values
-            One for all, or a list or tuple of N that are equal; ``plan_ids`` is one list for all.
+            One value for all, or a list or tuple of N equal ones; ``plan_ids`` is one list for all.
 
         Raises
         ------
         ConfigError
-            What the environments are made with cannot be set, and they cannot differ.
+            The attribute is fixed when the environments are made, or the values differ.
         """
         value = values if name == "plan_ids" else self._one_for_all(name, values)
         if hasattr(self, name) and name not in (*SETTABLE, *self._own):
@@ -69,7 +70,7 @@ class SharedAttributes:
         setattr(self, name, value)
 
     _own: frozenset[str] = frozenset()
-    """Names that the caller has set."""
+    """The names of attributes that the caller has set."""
 
     def _one_for_all(self, name: str, values: Any) -> Any:
         if not isinstance(values, (list, tuple)):
@@ -98,7 +99,7 @@ class SharedAttributes:
 
 
 def _are_equal(one: Any, other: Any) -> bool:
-    """Whether two values are, arrays also: ``==`` gives arrays for those."""
+    """Return whether two values, which may be arrays, are equal."""
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
         return np.array_equal(one, other)
     return bool(one is other or one == other)

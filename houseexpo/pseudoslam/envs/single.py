@@ -1,4 +1,4 @@
-"""gymnasium environments over the simulator, one robot each."""
+"""gymnasium environments with one robot each."""
 
 from __future__ import annotations
 
@@ -41,34 +41,39 @@ _WANTED = np.full(1, STEP, np.uint8)
 
 
 class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
-    """A robot with a task in a house.
+    """A gymnasium environment: a robot with a task in a house.
 
-    - *Action* and *observation*: as ``spec.EnvSpec`` says, for ``actions`` and ``observation``.
-    - *Reward* and *terminated*: the task's; *truncated* after ``config.max_steps``.
+    - *Action* and *observation*: see ``spec.EnvSpec``, for the parameters ``actions`` and ``observation``.
+    - *Reward* and *terminated*: defined by the task; *truncated*: after ``config.max_steps`` steps.
     - *Info*: ``explored_m2``, ``coverage`` (0 to 1), ``collisions`` so far, ``collided`` in this step, ``pose`` (x, y
-      in the plan's metres, heading in radians), ``is_success``, ``plan_id``, and what the task adds.
+      in the plan's metres, heading in radians), ``is_success``, ``plan_id``, and the entries of the task.
 
-    ``reset(seed=...)`` alone decides plan, start, obstacles, people and noise. ``options={"plan_id": ...}`` names the
-    plan, ``"pose"`` where the robot starts: x, y in the plan's metres, heading in radians. ConfigError for actions,
-    options and arguments that there are not.
+    The seed of ``reset(seed=...)`` determines plan, start, obstacles, people and noise.
+    ``options={"plan_id": ..., "pose": ...}`` sets the plan, and the start as x, y in the plan's metres and heading in
+    radians.
 
     Parameters
     ----------
     dataset
-        Path of a data set, a data set, a plan or a list of plans; each episode takes one at random.
+        The path of a data set, a data set, a plan or a list of plans; a plan is drawn at random for each episode.
     config
-        What is simulated; the task's values where it is left out, or with the laser and the view of one of
-        ``config.presets.PRESETS``, by its name.
+        The configuration of the simulation, or the name of one of ``config.presets.PRESETS``, which sets the laser and
+        the view. By default, the values of the task.
     actions
         "discrete", "continuous", "frontier", "waypoint" or "neighbour".
     observation
         "map", "dict", "scales" or "graph".
     planning
-        What planners' actions are told; the defaults where it is left out.
+        The configuration of planners' actions.
     render_mode
         "rgb_array", "human", or None.
     more
-        ``options.EnvOptions``.
+        Further arguments, see ``options.EnvOptions``.
+
+    Raises
+    ------
+    ConfigError
+        An argument, an option or an action is invalid.
     """
 
     metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 10}  # noqa: RUF012  # as gymnasium declares it
@@ -104,14 +109,14 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
 
     @property
     def simulator(self) -> Simulator:
-        """The simulator of this episode; ResetNeeded before the first."""
+        """The simulator of this episode; raises ResetNeeded before the first reset."""
         if self._simulator is None:
             raise gymnasium.error.ResetNeeded("call reset() before anything else")
         return self._simulator
 
     @property
     def state(self) -> State:
-        """The state of this episode, which the next step changes; ResetNeeded before the first."""
+        """The state of this episode, which the next step changes; raises ResetNeeded before the first reset."""
         if self._state is None:
             raise gymnasium.error.ResetNeeded("call reset() before anything else")
         return self._state
@@ -119,13 +124,13 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode."""
+        """Start an episode; return the observation and the info."""
         super().reset(seed=seed)
         given = options_of(options)
         pose = pose_of(given.get("pose"))
         if seed is not None:
             self._choice.start_over()
-        self._simulator = self._state = None  # where a start fails, the old episode does not go on in the new house
+        self._simulator = self._state = None  # if the start fails, the old episode must not continue
         world = self._choice.draw(self.np_random, given.get("plan_id"))
         if self._env_spec.planner:
             self._scratch = with_room(self._scratch, world.occupied.size)
@@ -139,7 +144,7 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
         return self._observation(after), self._info(after, self.task.success(after))
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Take one action."""
+        """Take one action; return the observation, the reward, terminated, truncated and the info."""
         state = self.state
         moves, ahead = self._env_spec.motions(action)
         before = self._after
@@ -153,9 +158,9 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
         return self._observation(after), reward, *ends, self._info(after, success)
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """Return the map with the robot on it, (rows, cols, 3) uint8, row 0 at the highest y; or show it in a window.
+        """Return the map with the robot on it, (rows, cols, 3) uint8, row 0 at the highest y, or show it in a window.
 
-        See ``render.picture``. MissingDependencyError where ``render_mode`` is "human" and there is no pygame.
+        See ``render.picture``. Raise MissingDependencyError if ``render_mode`` is "human" and pygame is not installed.
         """
         if self.render_mode is None:
             gymnasium.logger.warn(
@@ -174,7 +179,7 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
         return None
 
     def action_masks(self) -> npt.NDArray[np.bool_]:
-        """Return (K,) which frontiers there are to choose from, as sb3-contrib's MaskablePPO asks."""
+        """Return the mask of allowed actions (K,), for MaskablePPO of sb3-contrib."""
         masks: npt.NDArray[np.bool_] = self._env_spec.masks(self.state.pool)[0]
         return masks
 
@@ -185,11 +190,11 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
             self._window = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Pickle and copy all but the window: the copy goes on from the same step, and opens its own."""
+        """Pickle and copy everything but the window; the copy continues from the same step and opens its own."""
         return {**self.__dict__, "_window": None}
 
     def _show(self) -> None:
-        """Keep the trail where there are pictures, and show one where they are for people."""
+        """Record the trail if pictures are drawn, and show a picture if ``render_mode`` is "human"."""
         if self.render_mode is not None:
             self._trail.append(self.state.poses_px.copy())
         if self.render_mode == "human":
@@ -215,12 +220,12 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
 
 
 class ExplorationEnv(ExplorationMixin, PseudoSlamEnv):
-    """``PseudoSLAM/Exploration-v0``: see ``tasks.Exploration`` and ``PseudoSlamEnv``."""
+    """``PseudoSLAM/Exploration-v0``; see ``tasks.Exploration`` and ``PseudoSlamEnv``."""
 
 
 class ObstacleAvoidanceEnv(ObstacleAvoidanceMixin, PseudoSlamEnv):
-    """``PseudoSLAM/ObstacleAvoidance-v0``: see ``tasks.ObstacleAvoidance`` and ``PseudoSlamEnv``."""
+    """``PseudoSLAM/ObstacleAvoidance-v0``; see ``tasks.ObstacleAvoidance`` and ``PseudoSlamEnv``."""
 
 
 class NavigationEnv(NavigationMixin, PseudoSlamEnv):
-    """``PseudoSLAM/Navigation-v0``: see ``tasks.Navigation`` and ``PseudoSlamEnv``."""
+    """``PseudoSLAM/Navigation-v0``; see ``tasks.Navigation`` and ``PseudoSlamEnv``."""

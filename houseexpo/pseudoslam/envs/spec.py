@@ -1,4 +1,4 @@
-"""What single and vector environments share: spaces, the meaning of actions, what is observed, and the houses."""
+"""The parts that single and vector environments share: spaces, actions, observations, and houses."""
 
 from __future__ import annotations
 
@@ -32,34 +32,35 @@ from houseexpo.pseudoslam.worlds.world import World
 Actions = Literal["discrete", "continuous", "frontier", "waypoint", "neighbour"]
 Kind = Literal["map", "dict", "graph", "scales"]
 MAPS = ("map", "global_map")
-"""What ``EnvSpec.observe`` returns as views."""
-_NO_VIEW_PX = 2  # the smallest: nobody looks at it
-_FAR_M = 10_000.0  # nothing is further away: a grid has at most 1e8 cells
+"""The parts of observations that ``EnvSpec.observe`` returns as views."""
+_NO_VIEW_PX = 2  # the smallest, since it is not shown
+_FAR_M = 10_000.0  # larger than any distance, since a grid has at most 1e8 cells
 Observation: TypeAlias = npt.NDArray[Any] | dict[str, npt.NDArray[Any]]
 
 
 @dataclass(frozen=True)
 class EnvSpec:
-    """What an environment takes and gives: how a task is seen and acted on.
+    """The specification of an environment: its actions and its observations.
 
     Parameters
     ----------
     actions
-        "discrete": 0 forward, 1 left, 2 right. "continuous": (linear, angular) in [-1, 1], as shares of a step's way
-        (backward where negative) and turn (left where positive); the turn comes first. "frontier",
-        "waypoint" and "neighbour": travels along the robot's own map, see ``planners.PlannerSpec``.
+        "discrete": 0 forward, 1 left, 2 right. "continuous": (linear, angular) in [-1, 1], as shares of the distance of
+        a step (negative for backward) and of its turn (positive for left); the robot turns first. "frontier",
+        "waypoint" and "neighbour": travels on the robot's own map, see ``planners.PlannerSpec``.
     kind
-        "map": the map round the robot, (1, side, side) uint8, heading up: 0 unknown, 127 free, 255 obstacle. "dict":
-        that as "map", "global_map" (1, cells, cells) uint8, the whole map round the start, "pose" (3,) float32, where
-        odometry has the robot since then (m, m, rad), and "ranges" (beams,) float32, metres, from the fan's right.
-        "graph": that as "map", and a graph of what is known, see ``planners.PlannerSpec``.
-        Where there is a goal, each is a dict that has "goal", (2,) float32, metres ahead and to the left.
-        "scales": one picture (4, side, side) uint8: the map near the robot and, ``observation.far_size_m`` wide,
-        farther round it, both heading up; the whole map round the start, the plan's y up, and on a picture of its own
-        where odometry has the robot on that, 255, with a disc of 127 before it. Where there is a goal, a fifth picture
-        has it, at the rim where it lies outside.
+        "map": the map around the robot, (1, side, side) uint8, with its heading up: 0 unknown, 127 free, 255 obstacle.
+        "dict": "map" as above; "global_map" (1, cells, cells) uint8, the whole map around the start; "pose" (3,)
+        float32, the pose by odometry relative to the start (m, m, rad); and "ranges" (beams,) float32, metres, from the
+        right edge of the fan.
+        "graph": "map" as above, and a graph of the known area, see ``planners.PlannerSpec``.
+        With a goal, each of these is a dict that also has "goal", (2,) float32, metres ahead and to the left.
+        "scales": pictures (4, side, side) uint8: the map near the robot and the one ``observation.far_size_m`` wide
+        around it, both with its heading up; the whole map around the start, with the plan's y up; and the mark of the
+        robot's pose by odometry on the latter, 255, with a disc of 127 in front of it. With a goal, a fifth picture has
+        its mark, at the border if it lies outside.
     layout
-        ``options.EnvOptions``.
+        See ``options.EnvOptions``.
     """
 
     task: Task
@@ -72,24 +73,24 @@ class EnvSpec:
 
     @property
     def complete(self) -> bool:
-        """Whether the overview and the ranges are wanted."""
+        """Whether the observation has the overview and the ranges."""
         return self.kind == "dict"
 
     @property
     def has_pictures(self) -> bool:
-        """Whether what is shown is not the plain view (``pictures``)."""
+        """Whether the observation has other maps than the plain view (``pictures``)."""
         return self.kind == "scales" or self.config.observation.pixels is not None
 
     def pictures(self, number: int) -> Pictures | None:
-        """Return what draws the maps of so many environments; None where the step does, in their plain view."""
+        """Return the ``Pictures`` for a number of environments, None if the step draws their plain view."""
         return Pictures(number, self.config, several=self.kind == "scales") if self.has_pictures else None
 
     def params(self) -> StepParams:
-        """Return what is the same in all steps."""
+        """Return the parameters that are the same in all steps."""
         return step_params_of(self.config, self.task.clearance_m, self.planner.rules() if self.planner else None)
 
     def scratch(self) -> Scratch:
-        """Return memory for the scans of one thread."""
+        """Return working memory for the scans of one thread."""
         return scratch_of(self.config)
 
     def action_space(self) -> spaces.Space[Any]:
@@ -123,10 +124,10 @@ class EnvSpec:
         return spaces.Box(0, 255, shape, np.uint8)
 
     def motions(self, actions: object, *number: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-        """Return the turns and ways (N, 2), radians and pixels, that actions mean, and which go ahead.
+        """Return the turns and distances (N, 2) of actions, in radians and pixels, and which actions go forward.
 
-        ``actions`` are so many, (N,) or (N, 2); without a number they are one, () or (2,). ConfigError where there is
-        no such action.
+        ``actions`` are (N,) or (N, 2); without ``number`` they are a single one, () or (2,). Raise ConfigError for an
+        invalid action.
         """
         discrete = self.planner.numbers > 0 if self.planner else self.actions == "discrete"
         shape = number if discrete else (*number, 2)
@@ -141,7 +142,7 @@ class EnvSpec:
         return self._looked_up(values) if discrete else self._scaled(values)
 
     def _looked_up(self, values: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-        """Return what ``motions`` does for numbered actions."""
+        """Return ``motions`` of numbered actions."""
         is_whole = values.dtype.kind in "iu"
         flat = values.ravel().astype(np.int64, copy=False) if is_whole else np.full(values.size, -1)
         found, ahead = np.empty((len(flat), 2)), np.empty(len(flat), bool)
@@ -151,9 +152,9 @@ class EnvSpec:
         return found, ahead
 
     def _scaled(self, values: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-        """Return what ``motions`` does for continuous actions."""
+        """Return ``motions`` of continuous actions."""
         strange = ~((values >= -1) & (values <= 1)) if values.dtype.kind in "iuf" else np.ones(values.shape, bool)
-        if np.count_nonzero(strange):  # a fraction of what strange.any() takes
+        if np.count_nonzero(strange):  # much faster than strange.any()
             wanted = "(linear, angular), numbers from -1 to 1"
             raise ConfigError(f"action: expected {wanted}, found {values[strange].item(0)!r}")
         shares = values.reshape(-1, 2).astype(np.float64)
@@ -161,17 +162,17 @@ class EnvSpec:
 
     @cached_property
     def _table(self) -> npt.NDArray[np.float64]:
-        """What the discrete actions mean, as ``motions`` returns it."""
+        """The motions of the discrete actions, in the form of ``motions``."""
         return np.array([motions(self.config)[action] for action in ACTIONS]) * (1.0, self.config.pixels_per_metre)
 
     @cached_property
     def _full(self) -> npt.NDArray[np.float64]:
-        """A step's whole turn and whole way, as ``motions`` returns them."""
+        """The full turn and the full distance of a step, in the form of ``motions``."""
         robot = self.config.robot
         return np.array([math.radians(robot.turn_deg), robot.step_m * self.config.pixels_per_metre])
 
     def observe(self, episode: Episode, metrics: Metrics, pictures: Pictures | None) -> Observation:
-        """Return the observations of a pool of episodes, whose ``pictures`` are drawn; ``MAPS`` are views."""
+        """Return the observations of a pool of episodes, whose ``pictures`` have been drawn; ``MAPS`` are views."""
         shown = pictures.shown if pictures else episode.shown[:, None]
         parts: dict[str, npt.NDArray[Any]] = {"map": self._laid_out(shown)}
         if self.complete:
@@ -185,7 +186,7 @@ class EnvSpec:
         return parts if len(parts) > 1 else parts["map"]
 
     def _laid_out(self, images: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-        """Return (N, channels, rows, cols) as the layout has it."""
+        """Return images (N, channels, rows, cols) in the configured layout."""
         return images if self.layout == "CHW" else np.moveaxis(images, 1, -1)
 
     def initial_state(
@@ -198,7 +199,7 @@ class EnvSpec:
         own: bool = True,
         pose_m: Pose | None = None,
     ) -> State:
-        """Return the start of an episode, see ``worlds.reset``; its first look round is the next step's to take."""
+        """Return the start of an episode (``worlds.reset``); the next step takes its first scan."""
         state = initial_state(
             world, self.config, params, scratch, rng, complete=self.complete, own=own, pose_m=pose_m,
             view_px=_NO_VIEW_PX if self.has_pictures else None,
@@ -210,12 +211,12 @@ class EnvSpec:
         return state
 
     def report(self, episode: Episode, metrics: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
-        """Return what ``info`` says of a pool of episodes: arrays of the caller's own."""
+        """Return the ``info`` of a pool of episodes, as new arrays."""
         found = self.task.report(metrics, success)
         return {**found, **self.planner.report(episode, metrics.cell_m)} if self.planner else found
 
     def masks(self, episode: Episode) -> npt.NDArray[np.bool_]:
-        """Return (N, K) which of a planner's actions are allowed; ConfigError where all always are."""
+        """Return the mask of a planner's allowed actions (N, K); raise ConfigError for other actions."""
         if not self.planner or not self.planner.numbers:
             wanted = 'actions="frontier" or "neighbour"'
             raise ConfigError(f"action_masks: expected {wanted}, found {self.actions!r}")
@@ -227,13 +228,13 @@ def _shaped(shape: tuple[int, ...]) -> str:
 
 
 def new_constants(number: int) -> EpisodeConstants:
-    """Return the facts of so many episodes that have not begun."""
+    """Return the constants of a number of episodes that have not begun."""
     rows = np.full((number, 10), np.nan)
     rows[:, 6], rows[:, 7] = 1.0, 0.0
     return EpisodeConstants.of(rows)
 
 
 def constants_of(state: State, world: World) -> tuple[float, ...]:
-    """Return the facts of an episode that begins: a row of ``EpisodeConstants.rows``."""
+    """Return the constants of a new episode: a row of ``EpisodeConstants.rows``."""
     corner, goal = (*world.corner_m, 0.0), state.goal_m or (math.nan, math.nan)
     return *corner, *corner, max(state.observable_cells, 1), state.shortest_path_m, *goal

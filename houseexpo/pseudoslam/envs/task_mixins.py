@@ -1,4 +1,4 @@
-"""What each task's environments take beside what all take; single and vector ones alike."""
+"""The additional arguments of each task's environments, single and vector."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.worlds.cache import Plans
 
 
 class ExplorationMixin:
-    """Explore."""
+    """Arguments of exploration."""
 
     def __init__(
         self,
@@ -35,7 +35,7 @@ class ExplorationMixin:
 
 
 class ObstacleAvoidanceMixin:
-    """Keep off obstacles."""
+    """Arguments of obstacle avoidance."""
 
     def __init__(
         self,
@@ -52,7 +52,7 @@ class ObstacleAvoidanceMixin:
 
 
 class NavigationMixin:
-    """Go to a goal."""
+    """Arguments of navigation."""
 
     def __init__(
         self,

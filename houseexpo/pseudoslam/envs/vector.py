@@ -35,36 +35,38 @@ from houseexpo.pseudoslam.worlds.cache import Plans
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 PICTURE_PX = (480, 360)
-"""Width and height of each environment's picture."""
+"""Width and height of each environment's picture, pixels."""
 
 
 class PseudoSlamVectorEnv(
     SharedAttributes, DrawsInto, TakesPlans, Locked, VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
 ):
-    """N environments as ``env.PseudoSlamEnv``, each in a house of its own, stepped together on all cores.
+    """N environments like ``single.PseudoSlamEnv``, each in its own house, stepped together on all cores.
 
-    They agree with N single environments bit by bit: ``reset(seed=s)`` is theirs with the seeds s to s + N - 1, and a
-    list gives each its own. ``options`` may hold ``plan_id`` and ``pose`` as for one of them, one for all or a list of
-    N (None: at random), and ``reset_mask`` (N,) of those to reset.
+    The results are identical to those of N single environments: ``reset(seed=s)`` corresponds to the seeds s to s + N -
+    1, and a list gives each environment its own seed. ``options`` may have ``plan_id`` and ``pose`` as for a single
+    environment, with one value for all or a list of N (None for random), and ``reset_mask`` (N,), the environments to
+    reset.
 
-    What happens at an episode's end is ``autoreset_mode``'s to say:
+    ``autoreset_mode`` determines what happens at the end of an episode:
 
     - NEXT_STEP (the default): the next step ignores the action, resets, and returns reward 0.
-    - SAME_STEP: the environment is reset at once; ``info["final_obs"]`` and ``info["final_info"]`` hold the end.
-    - DISABLED: ``reset(options={"reset_mask": ...})`` is the caller's; a step without it raises ResetNeeded.
+    - SAME_STEP: the environment is reset at once; ``info["final_obs"]`` and ``info["final_info"]`` are those of the
+      last step.
+    - DISABLED: the caller resets with ``reset(options={"reset_mask": ...})``; a step without it raises ResetNeeded.
 
-    ``info`` holds an array for each key and, as ``_key``, which environments it speaks of.
+    ``info`` has an array for each key and, as ``_key``, the mask of environments that it applies to.
 
-    A copy or a pickle goes on from the same step. Several threads may call: each call waits for the one before it.
+    A copy or a pickle continues from the same step. Several threads may make calls, which wait for each other.
 
     Parameters
     ----------
     num_envs
-        N.
+        The number of environments, N.
     copy
-        Return copies of the observations; False: views of the maps, which the next step overwrites.
+        Whether to return copies of the observations. If False, maps are views, which the next step overwrites.
     threads
-        How many share the work; None: as many as there are cores. The outcome is the same.
+        Number of threads; None for one per core. It does not change the results.
     """
 
     def __init__(
@@ -115,7 +117,7 @@ class PseudoSlamVectorEnv(
         which, plan_ids, poses = options_for(options, self.num_envs)
         if which.all() and any(one is not None for one in seeds):
             self._choice.start_over()
-        self._are_begun, self._begun = False, self._begun & ~which  # where a start fails, none of them is half begun
+        self._are_begun, self._begun = False, self._begun & ~which  # if a start fails, none is half started
         for i in np.flatnonzero(which).tolist():
             if seeds[i] is not None or i not in self._rngs:
                 self._rngs[i] = seeding.np_random(seeds[i])[0]
@@ -133,7 +135,7 @@ class PseudoSlamVectorEnv(
             self._need(ready)
             self._are_begun = True
         motions, ahead = self._env_spec.motions(actions, self.num_envs)
-        starting = self._ended.nonzero()[0].tolist()  # in NEXT_STEP, or where a start has failed
+        starting = self._ended.nonzero()[0].tolist()  # in NEXT_STEP, or after a failed start
         for i in starting:
             self._start_episode(i)
             motions[i] = 0.0
@@ -158,18 +160,18 @@ class PseudoSlamVectorEnv(
 
     @one_at_a_time
     def state(self, i: int) -> State:
-        """Return environment ``i``'s episode: its arrays are views, which the next step changes.
+        """Return the state of environment ``i``; its arrays are views, which the next step changes.
 
-        Its ``view`` is the observation of the last step: the same memory, also where that is the caller's own.
+        Its ``view`` is the observation of the last step, in the same memory, even if that belongs to the caller.
         """
         self._need(self._begun, i)
         return self._batch.state(i)
 
     @one_at_a_time
     def render(self) -> list[npt.NDArray[np.uint8] | None] | None:  # type: ignore[override]  # a picture or none
-        """Return a picture of each environment, as ``PseudoSlamEnv.render`` does, all of ``PICTURE_PX``, as films want.
+        """Return a picture of each environment like ``PseudoSlamEnv.render``, all of size ``PICTURE_PX`` for movies.
 
-        None without a render mode.
+        Return None without a render mode.
         """
         if self.render_mode is None:
             return None
@@ -181,13 +183,13 @@ class PseudoSlamVectorEnv(
 
     @one_at_a_time
     def action_masks(self, i: int | None = None) -> Bools:
-        """Return (N, K) which frontiers there are to choose from, or (K,) those of one environment."""
+        """Return the masks of allowed actions (N, K), or the one of environment ``i`` (K,)."""
         self._need(self._begun, i)
         masks = self._env_spec.masks(self._batch.arrays)
         return masks if i is None else masks[i]
 
     def _need(self, ready: Bools, i: int | None = None) -> None:
-        """Raise ResetNeeded where environment ``i`` is not ready; None: where any is not."""
+        """Raise ResetNeeded if environment ``i`` is not ready or, for None, if any is not."""
         if not np.all(ready if i is None else ready[i]):
             raise gymnasium.error.ResetNeeded(f"environments {np.flatnonzero(~ready).tolist()}: call reset() first")
 
@@ -196,24 +198,24 @@ class PseudoSlamVectorEnv(
         self._batch.close()
 
     def _start_episode(self, i: int, plan_id: str | None = None, pose: Pose | None = None) -> None:
-        """Put the start of an episode in place ``i``; it has not looked round yet."""
+        """Put the start of an episode at place ``i``, before its first scan."""
         rng = self._rngs[i]
         world = self._choice.draw(rng, plan_id)
         state = self._env_spec.initial_state(world, self._params, self._scratch, rng, own=False, pose_m=pose)
         self._batch.put(i, state)
         self._constants.rows[i], self._plan_ids[i] = constants_of(state, world), world.plan_id
-        if self.render_mode is not None:  # a simulator keeps its world's rasters
+        if self.render_mode is not None:  # a simulator keeps the rasters of its world
             self._simulators[i] = Simulator(world, self.config, self._params, self._scratch)
 
     def _look_round(self, which: Bools, others: int) -> None:
-        """Take the first looks of the episodes that have just begun, together; the views are new if all are shown."""
+        """Take the first scans of new episodes together; the views are in a new array if all are shown."""
         wanted = np.where(which, STEP, others).astype(np.uint8)
         self._advance(np.zeros((self.num_envs, 2)), wanted, fresh=self._copy and others == REDRAW)
         self._after = self._metrics()
         self._ended = self._ended & ~which
 
     def _advance(self, motions: Floats, wanted: npt.NDArray[np.uint8], *, fresh: bool) -> None:
-        """Do what is wanted, and draw what is shown of it."""
+        """Do the ``wanted`` steps, and draw the observations."""
         self._batch.step(motions, wanted, fresh=fresh)
         if self._pictures:
             pool, sizes = self._batch.arrays, self._batch.sizes
@@ -223,10 +225,10 @@ class PseudoSlamVectorEnv(
         return Metrics.of(self._constants, self._batch.arrays, self.config)
 
     def _observations(self, after: Metrics) -> Observation:
-        """Return what is observed, the caller's own where he wants copies."""
+        """Return the observations, as copies if ``copy`` is set."""
         found = self._env_spec.observe(self._batch.arrays, after, self._pictures)
         if self._copy and isinstance(found, dict) and "global_map" in found:
-            found["global_map"] = found["global_map"].copy()  # the view was drawn into an array of the caller's own
+            found["global_map"] = found["global_map"].copy()  # the view was drawn into the caller's array
         return found
 
     def _infos(self, after: Metrics, success: Bools, which: Bools) -> dict[str, Any]:

@@ -1,1 +1,1 @@
-"""Runs as files: CARMEN logs, films."""
+"""Files of simulated runs: CARMEN logs, ROS bags, movies, pairs of maps."""

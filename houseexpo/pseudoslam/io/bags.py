@@ -1,12 +1,12 @@
-"""A simulated run as a ROS 2 bag, without ROS: an MCAP file, which rosbag2 plays and Foxglove opens.
+"""Write a simulated run as a ROS 2 bag, without ROS: an MCAP file that rosbag2 plays and Foxglove opens.
 
-- ``/map`` nav_msgs/OccupancyGrid: what the robot knows, as ``Simulator.map`` has it, in the frame ``map``, the plan's;
-- ``/scan`` sensor_msgs/LaserScan, in ``base_link``: infinite where a beam met nothing, not a number where it was lost;
-- ``/odom`` nav_msgs/Odometry: where odometry has the robot since its start;
+- ``/map`` nav_msgs/OccupancyGrid: the robot's map (``Simulator.map``), in the frame ``map``, which is the plan's;
+- ``/scan`` sensor_msgs/LaserScan, in ``base_link``: infinite if a beam hit nothing, NaN if it was lost;
+- ``/odom`` nav_msgs/Odometry: the pose by odometry relative to the start;
 - ``/tf`` tf2_msgs/TFMessage: ``odom`` in ``map``, which is the start, and ``base_link`` in ``odom``.
 
-Messages are stamped with the seconds since the start of the episode (``config.step_s`` a step), from 1 on: times of 0
-mean "now" to some programs.
+Stamps of messages are seconds since the start of the episode (``config.step_s`` per step), starting at 1, since some
+programs interpret 0 as "now".
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ TOPICS: Final = {
     "/tf": "tf2_msgs/msg/TFMessage",
 }
 _START_S: Final = 1.0
-_VERSION: Final = 9  # of bags
+_VERSION: Final = 9  # of the bag format
 
 
 class BagWriter:
-    """Writes one episode; the file is there when the ``with`` block has ended well, and not before.
+    """A context manager that writes one episode; the file appears when the context ends without an error.
 
     Parameters
     ----------
@@ -50,9 +50,9 @@ class BagWriter:
     Raises
     ------
     ConfigError
-        Where the name ends otherwise.
+        The file has another extension.
     MissingDependencyError
-        Where rosbags is not installed.
+        rosbags is not installed.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -91,7 +91,7 @@ class BagWriter:
             shutil.rmtree(self._folder, ignore_errors=True)
 
     def write(self, simulator: Simulator, state: State) -> None:
-        """Write what a robot knows and reads now: once at the start of the episode, and after each step."""
+        """Write the robot's map and sensor data; call this at the start of the episode and after each step."""
         seconds = _START_S + float(state.counts.steps) * simulator.config.step_s
         believed = simulator.believed_pose(state)
         if self._start is None:
@@ -112,7 +112,7 @@ class BagWriter:
             self._writer.write(self._topics[topic], round(seconds * 1e9), data)
 
     def _of(self, name: str, package: str = "geometry_msgs", **parts: Any) -> Any:
-        """Return a message; ROS's types have no types here."""
+        """Return a message; ROS's types have no type annotations."""
         return self._types.types[f"{package}/msg/{name}"](**parts)
 
     def _header(self, seconds: float, frame: str) -> Any:
@@ -136,7 +136,7 @@ class BagWriter:
         return self._of("Vector3", x=x, y=y, z=0.0)
 
     def _odometry(self, seconds: float, here: Pose) -> Any:
-        """Return where odometry has the robot; speeds are not said: it moves in steps."""
+        """Return the odometry message, without speeds, since the robot moves in steps."""
         unsaid = np.zeros(36)
         still = self._of("Twist", linear=self._vector(0.0, 0.0), angular=self._vector(0.0, 0.0))
         return self._of(
@@ -168,7 +168,7 @@ class BagWriter:
 
 
 def _ranges_m(simulator: Simulator, state: State) -> npt.NDArray[np.float32]:
-    """Return (beams,) what the laser's beams return: with their errors where the episode keeps them, else without."""
+    """Return the ranges (beams,) in metres, with noise if the episode records it, else without."""
     sensor, ppm = simulator.params.sensor, simulator.config.pixels_per_metre
     found = state.episode.ranges
     if not len(found):

@@ -1,13 +1,13 @@
-"""A simulated run as a CARMEN log, which SLAM programs read: lines ``ROBOTLASER1`` of odometry and ranges.
+"""Write a simulated run as a CARMEN log for SLAM programs: lines ``ROBOTLASER1`` of odometry and ranges.
 
-The laser sits in the middle of the robot; all poses in the log are odometry. How a run is written::
+The laser is at the centre of the robot; all poses in the log are from odometry. To write a run::
 
     poses = [simulator.pose(state)]  # and again after each step
     scanner = Scanner()
     write_log("run.log", scanner, readings(simulator.world, scanner, poses, rng, drift=Drift(), laser_m=0.01))
 
-``readings`` takes the house as the plan has it; where obstacles stand or people walk, make a ``Reading`` after each
-step from ``simulator.believed_pose(state)`` and ``scanner.look(state.occupied, world.frame, simulator.pose(state))``.
+``readings`` uses the house without obstacles and people. If there are any, make a ``Reading`` after each step from
+``simulator.believed_pose(state)`` and ``scanner.look(state.occupied, world.frame, simulator.pose(state))``.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Scanner:
-    """A laser whose beams lie evenly from edge to edge of its field of view, both included."""
+    """A laser whose beams are spaced evenly over its field of view, including both edges."""
 
     fov_deg: float = 180.0
     beams: int = 361
@@ -46,17 +46,17 @@ class Scanner:
 
     @property
     def angles_rad(self) -> Floats:
-        """(beams,) directions from the heading, from the right edge to the left."""
+        """The directions of the beams (beams,) relative to the heading, from the right edge to the left."""
         half = math.radians(self.fov_deg) / 2
         return np.linspace(-half, half, self.beams)
 
     def look(self, occupied: npt.NDArray[np.uint8], frame: GridFrame, pose: Pose) -> Floats:
-        """Return (beams,) metres to the first obstacle, the range where there is none.
+        """Return the distances to the first obstacle (beams,), metres; the range if there is none.
 
         Parameters
         ----------
         occupied
-            (rows, cols), not 0 where an obstacle is; ``frame`` says where it stands, row 0 at the highest y.
+            (rows, cols), not 0 for obstacles; ``frame`` is its position, with row 0 at the highest y.
         pose
             x, y in the plan's metres, heading in radians.
         """
@@ -70,14 +70,14 @@ class Scanner:
 
 @dataclass(frozen=True)
 class Drift:
-    """How odometry errs: standard deviations that add up with the way gone and the angle turned."""
+    """The errors of odometry: standard deviations that accumulate with the distance travelled and the angle turned."""
 
     metres_per_sqrt_metre: float = 0.01
     degrees_per_sqrt_metre: float = 0.5
     degrees_per_sqrt_turn: float = 1.0
 
     def walk(self, poses: Iterable[Pose], rng: np.random.Generator) -> Iterator[Pose]:
-        """Yield what odometry takes the poses for; the first is right."""
+        """Yield the poses by odometry; the first one is exact."""
         before: Pose | None = None
         x = y = heading = 0.0
         for pose in poses:
@@ -103,7 +103,7 @@ class Drift:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """What the robot notes at one place: where odometry has it, and (beams,) ranges in metres."""
+    """The robot's data at one place: its pose by odometry, and ranges (beams,) in metres."""
 
     odometry: Pose
     ranges_m: Floats
@@ -118,16 +118,16 @@ def readings(
     drift: Drift | None = None,
     laser_m: float = 0.0,
 ) -> Iterator[Reading]:
-    """Yield what a robot that stands at these poses reads.
+    """Yield the readings of a robot at these poses.
 
     Parameters
     ----------
     poses
         x, y in the plan's metres, heading in radians.
     drift
-        How odometry errs; None: it does not.
+        The errors of odometry; None for none.
     laser_m
-        Standard deviation of a range; beams that meet nothing stay at the scanner's range.
+        Standard deviation of a range, metres; beams that hit nothing keep the scanner's range.
     """
     poses = list(poses)
     for pose, odometry in zip(poses, drift.walk(poses, rng) if drift else poses, strict=True):
@@ -137,7 +137,7 @@ def readings(
 
 
 def write_log(path: str | os.PathLike[str], scanner: Scanner, run: Iterable[Reading], seconds: float = 0.2) -> int:
-    """Write a log, one line a reading, each ``seconds`` after the one before; return how many."""
+    """Write a log with one line per reading, ``seconds`` apart; return the number of readings."""
     count = 0
     with Path(path).open("w", encoding="ascii") as stream:
         stream.write("# CARMEN log\n")
@@ -149,9 +149,9 @@ def write_log(path: str | os.PathLike[str], scanner: Scanner, run: Iterable[Read
 def laser_line(scanner: Scanner, reading: Reading, seconds: float) -> str:
     """Return a reading as a line ``ROBOTLASER1``.
 
-    In order: kind of laser (3, simulated), first angle, field of view, angle between beams, range, accuracy, remission
-    mode; ranges and remissions, each after its number; laser's pose, robot's pose; speeds, safety distances, turn axis;
-    time, host, time of logging. Metres, radians, seconds.
+    The fields are, in order: kind of laser (3, simulated), first angle, field of view, angle between beams, range,
+    accuracy, remission mode; ranges and remissions, each after its count; laser's pose, robot's pose; speeds, safety
+    distances, turn axis; time, host, time of logging. Units are metres, radians and seconds.
     """
     fov = math.radians(scanner.fov_deg)
     pose = " ".join(f"{value:.6f}" for value in reading.odometry)

@@ -1,4 +1,4 @@
-"""Pictures in a row, as a GIF or an MP4 file."""
+"""Write a sequence of pictures as a GIF or MP4 file."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from houseexpo.files import PARTIAL, make_folder, named_in_errors
 from houseexpo.pseudoslam.render import picture as render
 from houseexpo.pseudoslam.render.canvas import Image
 
-_HOLD_S = 1.5  # a GIF rests on its last picture
+_HOLD_S = 1.5  # a GIF shows its last picture for this time
 
 
 def write_movie(pictures: Iterable[Image], path: str | os.PathLike[str], fps: float) -> None:
-    """Write pictures (rows, cols, 3) uint8 of one size, as they come, by the ending of the file's name.
+    """Write pictures (rows, cols, 3) uint8 of one size to a movie; the file's extension determines the format.
 
-    The file has its name when it is whole: where a picture cannot be made, what was there before stays.
+    The file is replaced only when the movie is complete; if a picture cannot be made, the old file stays.
 
     Raises
     ------
     ConfigError
-        Where the ending is neither .gif nor .mp4, or ``fps`` is no number of pictures a second.
+        The extension is neither .gif nor .mp4, or ``fps`` is not a valid number of pictures per second.
     MissingDependencyError
-        Where OpenCV cannot write MP4 here.
+        OpenCV cannot write MP4 on this machine.
     """
     target = Path(path)
     writers = {".gif": _write_gif, ".mp4": _write_mp4}
@@ -54,7 +54,7 @@ def _write_gif(pictures: Iterator[Image], path: Path, fps: float) -> None:
             frame = Pillow.fromarray(_numbers(image, palette))
             frame.putpalette(palette.tobytes())
             yield frame
-        yield from [frame] * round(_HOLD_S * fps)  # those that are alike become one, shown for longer
+        yield from [frame] * round(_HOLD_S * fps)  # equal pictures become one that is shown for longer
 
     first, *others = frames()
     first.save(
@@ -63,7 +63,7 @@ def _write_gif(pictures: Iterator[Image], path: Path, fps: float) -> None:
 
 
 def _numbers(image: Image, palette: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """Return (rows, cols): the number of the nearest colour of a palette."""
+    """Return the index of the nearest colour of a palette for each pixel (rows, cols)."""
     packed = image.astype(np.uint32) @ np.array([65536, 256, 1], np.uint32)
     values, inverse = np.unique(packed, return_inverse=True)
     colours = np.stack([values >> 16, values >> 8 & 255, values & 255], axis=1).astype(int)
@@ -72,7 +72,7 @@ def _numbers(image: Image, palette: npt.NDArray[np.uint8]) -> npt.NDArray[np.uin
 
 
 def _palette() -> npt.NDArray[np.uint8]:
-    """Return (n, 3): the colours of ``render``, the same where the robot sees, and what lies between two of them."""
+    """Return the palette (n, 3): the colours of ``render``, their tints in the field of view, and mixtures of two."""
     ground = np.array(
         [render.FREE_COLOUR, render.UNKNOWN_COLOUR, render.HIDDEN_COLOUR, render.HIDDEN_THING_COLOUR], float
     )
@@ -95,7 +95,7 @@ def _write_mp4(pictures: Iterator[Image], path: Path, fps: float) -> None:
     import cv2
 
     first = next(pictures)
-    size = first.shape[1] + first.shape[1] % 2, first.shape[0] + first.shape[0] % 2  # the codec halves colours
+    size = first.shape[1] + first.shape[1] % 2, first.shape[0] + first.shape[0] % 2  # the codec needs even sizes
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), fps, size)
     if not writer.isOpened():
         raise MissingDependencyError(f"{path.name}: this build of OpenCV cannot write MP4; write a .gif")

@@ -1,9 +1,9 @@
-"""Pairs of partial and complete maps as files, with all cores: shards of npz, and a manifest when all are there.
+"""Write pairs of partial and complete maps with several processes: npz shards, and a manifest at the end.
 
-R1  A pair depends on the recipe and on its own number: not on how many processes there are, nor on which made it.
-R2  A shard bears its name when it is whole. One that is damaged, or holds another number of pairs, is made again.
-R3  ``manifest.json`` is written last: where it is, all shards are there, and it has their hashes.
-R4  A folder holds pairs of one recipe; ``recipe.json`` says which, from the start.
+R1  A pair depends only on the recipe and its number, not on the number of processes or on the one that made it.
+R2  A shard gets its name when it is complete. A damaged one, or one with another number of pairs, is made again.
+R3  ``manifest.json`` is written last, with the hashes of all shards; if it exists, all shards do.
+R4  A folder contains pairs of one recipe, which is written to ``recipe.json`` at the start.
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ from houseexpo.pseudoslam.worlds.store import WorldStore
 
 VERSION: Final = 1
 EPISODES: Final = 100
-"""Episodes of a shard: it has so many times ``PairConfig.each`` pairs, but for the last one, and for houses that the
-robot fits nowhere in."""
+"""Number of episodes of a shard. It has ``PairConfig.each`` pairs per episode, except for the last shard and for houses
+in which the robot does not fit."""
 RECIPE, MANIFEST = "recipe.json", "manifest.json"
 _LEVEL: Final = 1
-"""Of compression: maps are nearly all alike, and higher ones take three times as long for a tenth less."""
+"""Compression level; higher ones take three times as long for files that are a tenth smaller."""
 
 
 class Episode(NamedTuple):
-    """One visit to a house: its number, the plan's JSON and the hash that it is kept by, and pairs at most."""
+    """One visit to a house: its number, the plan's JSON and its hash, and the largest number of pairs."""
 
     number: int
     plan: bytes
@@ -59,7 +59,7 @@ Job: TypeAlias = tuple[int, list[Episode]]
 
 @dataclass(frozen=True)
 class Observed:
-    """What came of it: shards that were there already and those made, pairs in all, why houses have none, and bytes."""
+    """The result: numbers of existing and new shards, of pairs and of bytes, and why houses have no pairs."""
 
     known: int
     made: int
@@ -71,20 +71,20 @@ class Observed:
 def observe(
     plans: Dataset, out: Path, config: PairConfig, *, limit: int | None = None, seed: int = 0, workers: int = 1
 ) -> Observed:
-    """Write pairs of a data set to a folder; what was stopped goes on where it was.
+    """Write pairs of maps of a data set to a folder; an interrupted run continues where it stopped.
 
-    All plans have their turn, in an order that the seed draws, before one has another. With several workers, a script
-    needs its ``if __name__ == "__main__"``.
+    All plans are visited once, in a random order that the seed determines, before any is visited again. With several
+    workers, a script needs ``if __name__ == "__main__"``.
 
     Parameters
     ----------
     limit
-        Pairs at most; None: of one episode of each plan.
+        Largest number of pairs; None for one episode in each plan.
 
     Raises
     ------
     ConfigError
-        Where the folder holds something else, or a number is too small.
+        The folder holds something else, or a number is too small.
     """
     if not len(plans):
         raise ConfigError("observe: expected at least one plan, found none")
@@ -109,7 +109,7 @@ def observe(
 
 
 def _recipe(plans: Dataset, config: PairConfig, wanted: int, seed: int) -> dict[str, Any]:
-    """Return what decides every byte of the pairs, and what their arrays are."""
+    """Return everything that determines the bytes of the pairs, and the description of their arrays."""
     digests = hashlib.sha256(b"".join(map(plans.digest, range(len(plans)))))
     made = {name: value for name, value in asdict(config).items() if name != "simulator"}
     return {
@@ -126,7 +126,7 @@ def _recipe(plans: Dataset, config: PairConfig, wanted: int, seed: int) -> dict[
 
 
 def _claim(out: Path, recipe: dict[str, Any]) -> None:
-    """Write the recipe; ConfigError where the folder has another (R4)."""
+    """Write the recipe; raise ConfigError if the folder has another one (R4)."""
     file = out / RECIPE
     if not file.exists():
         check_run_folder(out, [RECIPE])
@@ -146,7 +146,7 @@ def _claim(out: Path, recipe: dict[str, Any]) -> None:
 
 
 def _other(there: Mapping[str, Any], asked: Mapping[str, Any], within: str = "") -> tuple[str, Any, Any] | None:
-    """Return the first key that is another, as ``outer.inner``, and both its values; None where all are the same."""
+    """Return the first key that differs, as ``outer.inner``, and both values; None if all are equal."""
     for key, value in asked.items():
         found = there.get(key)
         if found != value and isinstance(found, dict) and isinstance(value, dict):

@@ -1,7 +1,7 @@
-"""What a robot knows of a house beside the whole of it: pairs of maps, to learn from what is seen what is not.
+"""Pairs of a robot's partial map and the complete map of the house, for learning to predict unseen areas.
 
-A pair is a square window round the robot: the map that it has drawn so far, and what a map would be that has seen all,
-laid so that the robot stands in the middle of both and looks the same way. Up is the plan's y, as odometry has it.
+A pair is a square window around the robot on the map that it has built so far and on the complete map. The robot is at
+the centre of both, with the same heading. Up is the plan's y according to odometry.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.world import World
 
 ROOM_LABELS: Final = (UNLABELLED, *LABELS)
-"""What the numbers of ``labels`` mean, from 1 on; 0 is no room."""
+"""The meaning of the numbers of ``labels``, from 1 on; 0 means no room."""
 MAX_ROOMS: Final = 255
 USUAL_NOISE: Final = NoiseConfig(
     laser_m=0.02, odometry_way=0.02, odometry_turn=0.02, odometry_deg_per_m=0.3, drop_out=0.01
 )
-"""A laser that errs by 2 cm and loses a beam in a hundred, and odometry that drifts by 2%, as usual ones do."""
+"""Typical noise: ranges with errors of 2 cm, one lost beam in a hundred, and odometry with a drift of 2%."""
 _NEIGHBOURS = np.ones((3, 3), np.uint8)
 _NO_ROOMS = np.zeros((1, 1), np.uint8)
 _TURN_CHANCE, _MAX_TURNS = 0.1, 12
@@ -43,18 +43,18 @@ Bytes: TypeAlias = npt.NDArray[np.uint8]
 
 @dataclass(frozen=True)
 class PairConfig:
-    """What pairs there are of an episode, and what they show.
+    """The configuration of pairs: their number, their window, and the simulation.
 
     Parameters
     ----------
     each
-        Pairs of an episode: the first after a look round at the start.
+        Number of pairs of an episode; the first is after a full turn at the start.
     every
-        Steps from one to the next.
+        Number of steps between pairs.
     size_m, pixels
-        Side of the window, and how many pixels that is.
+        Side of the window, in metres and in pixels.
     rooms
-        Whether rooms are wanted; of plans that record none they are found (``FloorPlan.divided``).
+        Whether to include rooms; for plans without rooms, they are found (``FloorPlan.divided``).
     simulator
         Resolution, laser, noise and obstacles.
     """
@@ -73,7 +73,7 @@ class PairConfig:
         above_zero(self, "pairs", "size_m", at_most=1000.0)
 
     def arrays(self) -> dict[str, tuple[str, tuple[int, ...]]]:
-        """Return type and shape of each array of one pair, see ``Pair``."""
+        """Return the type and shape of each array of one pair (see ``Pair``)."""
         square = ("uint8", (self.pixels, self.pixels))
         return {
             **dict.fromkeys(("partial", "complete", *(("rooms", "labels") if self.rooms else ())), square),
@@ -83,28 +83,28 @@ class PairConfig:
 
 
 class Pair(NamedTuple):
-    """One pair; maps are (pixels, pixels) uint8, row 0 at the highest y, the robot in the middle."""
+    """One pair of maps (pixels, pixels) uint8, with row 0 at the highest y and the robot at the centre."""
 
     partial: Bytes
-    """0 unknown, 127 free, 255 obstacle: where one of a pixel's cells is one, else free where one is."""
+    """The partial map: 255 if one of the pixel's cells is an obstacle, else 127 if one is free, else 0 (unknown)."""
     complete: Bytes
-    """The same of a map that has seen all; 0 where nobody can look: outside, and within walls."""
+    """The complete map, with the same values; 0 for places that cannot be seen: outside, and inside walls."""
     rooms: Bytes
-    """The number of the room, from 1 on; 0 where there is none."""
+    """The number of the room, from 1 on; 0 for no room."""
     labels: Bytes
-    """Its label, a number of ``ROOM_LABELS`` from 1 on."""
+    """The label of the room, a number of ``ROOM_LABELS`` from 1 on."""
     pose: npt.NDArray[np.float32]
-    """(3,): x, y in the plan's metres, heading in radians, counter-clockwise from x."""
+    """The pose (3,): x, y in the plan's metres, heading in radians, counter-clockwise from x."""
     believed: npt.NDArray[np.float32]
-    """(3,): where odometry has the robot; ``pose`` where it does not err."""
+    """The pose by odometry (3,), which is ``pose`` without noise."""
     coverage: np.float32
-    """The share of what can be seen that is known."""
+    """The known share of the observable cells, 0 to 1."""
     steps: np.float32
-    """Steps since the start."""
+    """Number of steps since the start."""
 
 
 class Truth(NamedTuple):
-    """A house as cells (rows, cols): the map of one who has seen all, the rooms' numbers and those of their labels."""
+    """A house as cells (rows, cols): the complete map, the numbers of rooms, and those of their labels."""
 
     complete: Bytes
     rooms: Bytes
@@ -112,12 +112,12 @@ class Truth(NamedTuple):
 
 
 def pairs_of(plan: FloorPlan, world: World, config: PairConfig, rng: np.random.Generator) -> Iterator[Pair]:
-    """Yield the pairs of an episode that begins somewhere in a house; the robot wanders.
+    """Yield the pairs of an episode in which the robot wanders from a random start.
 
     Raises
     ------
     ConfigError
-        Where the house cannot give what the simulator is to start with, see ``Simulator.start``.
+        The configuration is not possible in this house, see ``Simulator.start``.
     """
     simulator = Simulator(world, config.simulator)
     state = simulator.start(rng)
@@ -130,7 +130,7 @@ def pairs_of(plan: FloorPlan, world: World, config: PairConfig, rng: np.random.G
 
 
 def _wander(state: State, rng: np.random.Generator) -> Iterator[Action]:
-    """Go on; turn to one side where the way is blocked, and now and then."""
+    """Yield actions: go straight on, and turn to one side when blocked and from time to time."""
     while True:
         yield "forward"
         if state.blocked or rng.random() < _TURN_CHANCE:
@@ -140,14 +140,14 @@ def _wander(state: State, rng: np.random.Generator) -> Iterator[Action]:
 
 
 def _complete(state: State) -> Bytes:
-    """Return the map of one who has seen all: free cells, and obstacles as far as they are beside one."""
+    """Return the complete map: free cells, and obstacles beside them."""
     free = ((state.occupied & STATIC) == 0).view(np.uint8)
     near: Any = cv2.dilate(free, _NEIGHBOURS)
     return np.where(free != 0, FREE, np.where(near != 0, OBSTACLE, UNKNOWN)).astype(np.uint8)
 
 
 def _rooms(plan: FloorPlan, frame: GridFrame) -> tuple[Bytes, Bytes]:
-    """Return the number of the room of each cell, and of its label; rooms beyond ``MAX_ROOMS`` have no number."""
+    """Return the numbers of the room and of its label in each cell; rooms beyond ``MAX_ROOMS`` have no number."""
     divided = plan.divided
     ids = room_mask(divided, frame)
     numbers, labels = np.zeros(
@@ -160,7 +160,7 @@ def _rooms(plan: FloorPlan, frame: GridFrame) -> tuple[Bytes, Bytes]:
 
 
 def _pair(simulator: Simulator, state: State, truth: Truth, config: PairConfig) -> Pair:
-    """Draw the windows: the robot's map round where it believes it is, the truth round where it is."""
+    """Draw the windows: the robot's map around its pose by odometry, and the truth around its true pose."""
     pixel = config.size_m * config.simulator.pixels_per_metre / config.pixels
     x, y, heading = state.pose_px.tolist()
     seen_x, seen_y, seen_heading = state.believed_px.tolist()
@@ -178,7 +178,7 @@ def _pair(simulator: Simulator, state: State, truth: Truth, config: PairConfig) 
 
 
 def stacked(pairs: list[Pair], config: PairConfig) -> dict[str, npt.NDArray[Any]]:
-    """Return the arrays of pairs, each with one axis more in front; (0, ...) of none."""
+    """Return the arrays of pairs, stacked along a new first axis; (0, ...) if there are none."""
     names = [name for name in Pair._fields if name in config.arrays()]
     return {
         name: np.array([getattr(pair, name) for pair in pairs], config.arrays()[name][0]).reshape(

@@ -1,4 +1,4 @@
-"""A movie of several policies in one house, from one start, side by side."""
+"""Record a movie of several policies side by side, in the same house and from the same start."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ _FONT, _LARGE, _SMALL = cv2.FONT_HERSHEY_SIMPLEX, 0.45, 0.38
 
 @dataclass
 class Racer:
-    """A policy in an environment of its own, and how far it is.
+    """A policy in its own environment, and its progress.
 
     Parameters
     ----------
     env
-        One of PseudoSLAM's, wrapped or not; all have the same plans.
+        An environment of PseudoSLAM, wrapped or not; all must have the same plans.
     policy
-        From an observation to an action.
+        A function from an observation to an action.
     """
 
     name: str
@@ -44,19 +44,19 @@ class Racer:
     trail: list[Any] = field(default_factory=list)
 
     def begin(self, seed: int | None, options: dict[str, Any] | None) -> None:
-        """Begin an episode."""
+        """Start an episode."""
         self.observation, self.info = self.env.reset(seed=seed, options=options)
         self.trail = [known_env(self.env).state.poses_px.copy()]
 
     def go(self, steps: int) -> None:
-        """Go on until so many steps are taken, or some more where an action is many, or all is over."""
+        """Continue until at least this number of steps is taken, or the episode has ended."""
         while not self.ended and self.steps < steps:
             self.observation, _, terminated, truncated, self.info = self.env.step(self.policy(self.observation))
             self.steps, self.ended = int(known_env(self.env).state.counts.steps), terminated or truncated
             self.trail.append(known_env(self.env).state.poses_px.copy())
 
     def caption(self) -> str:
-        """How far it is, in a line."""
+        """Return a line on the progress."""
         env = known_env(self.env)
         metres = float(env.state.episode.readings[0].path_length) / env.config.pixels_per_metre
         return f"{self.info['coverage']:.0%} seen, {self.steps} steps, {metres:.0f} m"
@@ -74,23 +74,23 @@ def record_race(
     shows: Shows = "both",
     most_px: tuple[int, int] = (960, 480),
 ) -> None:
-    """Write a movie: a picture of the start, and one after every so many steps, until all episodes are over.
+    """Write a movie with a picture of the start and one after every ``every`` steps, until all episodes are over.
 
     Parameters
     ----------
     path
         File to write, .gif or .mp4.
     steps
-        At most.
+        Largest number of steps.
     seed, options
-        Of ``reset``, the same for all: one plan, one start.
+        Arguments of ``reset``, the same for all, so that plan and start are the same.
     most_px
-        Width and height of the whole, at most.
+        Largest width and height of the whole picture.
 
     Raises
     ------
     ConfigError
-        Where there is nobody, a number is too small, or there is no room.
+        There is no policy, a number is too small, or the picture is too small for them.
     """
     if not racers or steps < 1 or every < 1:
         raise ConfigError(f"race: expected policies, steps and every to be at least 1, found {len(racers)} policies")
@@ -112,7 +112,7 @@ def record_race(
 
 
 def _drawn(racers: Sequence[Racer], shows: Shows, most_px: tuple[int, int]) -> Image:
-    """Draw all, side by side, each under its name and how far it is."""
+    """Draw all policies side by side, each below its name and progress."""
     wide = (most_px[0] - _GAP_PX * (len(racers) - 1)) // len(racers)
     panels: list[Image] = []
     for racer in racers:

@@ -1,4 +1,4 @@
-"""A movie of a policy at work, and a bag of what its robot knows and reads."""
+"""Record a movie of a policy, and a ROS bag with its robot's map and sensor data."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Panels = Literal["map", "both", "truth", "beside"]
 
 @dataclass
 class Recorded:
-    """What came of it: actions and steps taken, the sum of rewards, the last ``info``, whether the episode ended."""
+    """The result: numbers of actions and steps, the sum of rewards, the last ``info``, whether the episode ended."""
 
     actions: int = 0
     steps: int = 0
@@ -49,34 +49,34 @@ def record(
     most_px: tuple[int, int] = (640, 480),
     bag: str | os.PathLike[str] | None = None,
 ) -> Recorded:
-    """Write a movie of one episode, a picture of the start and one after each action, or a bag, or both.
+    """Write a movie of one episode, with a picture of the start and one after each action, or a ROS bag, or both.
 
     Parameters
     ----------
     env
-        One of PseudoSLAM's, wrapped or not; ``render_mode`` does not matter.
+        An environment of PseudoSLAM, wrapped or not, with any ``render_mode``.
     policy
-        Any function from an observation to an action; ``policies.policy_of`` makes some.
+        A function from an observation to an action, such as from ``policies.policy_of``.
     path
-        File to write, .gif or .mp4; None: no movie.
+        File to write, .gif or .mp4; None for no movie.
     steps
-        At most; the movie is over where the episode is.
+        Largest number of steps; the movie ends earlier if the episode does.
     seed, options
-        Of ``reset``.
+        Arguments of ``reset``.
     every
-        A picture after so many actions.
+        Number of actions between pictures.
     shows
-        As in ``render.picture``, or "beside": the truth and the map side by side.
+        As in ``render.picture``, or "beside" for the truth and the map side by side.
     bag
-        ROS bag to write, .mcap, see ``bags``; None: none. The laser's errors are in its scans where the environment
-        shows ranges (``observation="dict"``); of others the scans are true.
+        ROS bag to write, .mcap (see ``bags``); None for no bag. Its scans contain the laser's noise if the environment
+        shows ranges (``observation="dict"``), and are exact otherwise.
 
     Raises
     ------
     ConfigError
-        Where the environment is none of ours, a number is too small, or nothing is to be written.
+        The environment is not one of ours, a number is too small, or there is nothing to write.
     MissingDependencyError
-        Where what writes the file is not installed.
+        A library for writing the file is not installed.
     """
     one_of(shows, "shows", get_args(Panels))
     if steps < 1 or every < 1:
@@ -87,7 +87,7 @@ def record(
     trail: list[Any] = []
 
     def episode(writer: BagWriter | None) -> Iterator[bool]:
-        """Play; yield at the start and after each step whether that was the last."""
+        """Run the episode; yield at the start and after each step whether that was the last one."""
         observation, done.info = env.reset(seed=seed, options=options)
         while True:
             trail.append(inner.state.poses_px.copy())

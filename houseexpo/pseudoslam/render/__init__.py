@@ -1,1 +1,1 @@
-"""Pictures of an episode, in a window, in a terminal, or as arrays."""
+"""Pictures of an episode: in a window, in a terminal, or as arrays."""

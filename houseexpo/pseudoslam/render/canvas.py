@@ -1,4 +1,4 @@
-"""A canvas over a grid of cells: smooth shapes, given in the grid's pixels, on squares of whole pixels."""
+"""A canvas over a grid of cells, for drawing smooth shapes in grid coordinates on cells of whole pixels."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ Image: TypeAlias = npt.NDArray[np.uint8]
 Points: TypeAlias = npt.NDArray[np.float64]
 Colour: TypeAlias = tuple[int, int, int]
 
-_BITS = 4  # OpenCV takes fixed-point places
+_BITS = 4  # fractional bits of OpenCV's fixed-point coordinates
 
 
 def scale_for(shape: tuple[int, ...], most_px: tuple[int, int]) -> float:
-    """Return pixels a cell, a whole number or one by a whole number, so that (rows, cols) are at most so (wide, high).
+    """Return pixels per cell, n or 1/n for a whole number n, so that (rows, cols) fit into ``most_px`` (width, height).
 
-    ConfigError where there is no room for a pixel.
+    Raise ConfigError if there is no space for a pixel.
     """
     (rows, cols), (wide, high) = shape, most_px
     if min(wide, high) < 1:
@@ -33,10 +33,10 @@ def scale_for(shape: tuple[int, ...], most_px: tuple[int, int]) -> float:
 def scaled(
     cells: npt.NDArray[np.uint8], priority: npt.NDArray[np.uint8], most_px: tuple[int, int]
 ) -> tuple[float, npt.NDArray[np.uint8]]:
-    """Return pixels a cell, and cells (rows, cols) of small numbers at that scale, at most so (wide, high).
+    """Return pixels per cell, and the cells (rows, cols) at that scale, which fit into ``most_px`` (width, height).
 
-    Cells become squares of whole pixels; or a pixel stands for a square of cells, for the one of them with the highest
-    ``priority[number]``.
+    Either cells become squares of whole pixels, or a pixel stands for a square of cells and shows the one with the
+    highest ``priority[number]``.
     """
     scale = scale_for(cells.shape, most_px)
     if scale >= 1:
@@ -49,13 +49,13 @@ def scaled(
 
 
 class Canvas:
-    """An image (rows, cols, 3) that is drawn on, ``scale`` of its pixels a pixel of the grid."""
+    """An image (rows, cols, 3) to draw on, with ``scale`` pixels per cell of the grid."""
 
     def __init__(self, image: Image, scale: float) -> None:
         self.image, self.scale = np.ascontiguousarray(image), scale
 
     def blob(self, corners: Points, radius: float, colour: Colour) -> None:
-        """Fill a polygon (n, 2) that is grown by a radius; of one corner, a disc."""
+        """Fill a polygon (n, 2) that is enlarged by a radius; with one corner, a disc."""
         if len(corners) > 1:
             cv2.fillPoly(self.image, [self._fixed(corners)], colour, cv2.LINE_AA, _BITS)
             self.line(np.vstack([corners, corners[:1]]), 2 * radius, colour)
@@ -65,12 +65,12 @@ class Canvas:
             )
 
     def line(self, points: Points, width: float, colour: Colour) -> None:
-        """Draw a line through points (n, 2), a pixel wide at least."""
+        """Draw a line through points (n, 2), at least one pixel wide."""
         thick = max(round(width * self.scale), 1)
         cv2.polylines(self.image, [self._fixed(points)], False, colour, thick, cv2.LINE_AA, _BITS)
 
     def tint(self, corners: Points, colour: Colour, share: float, where: npt.NDArray[np.bool_]) -> None:
-        """Lay a share of a colour over a polygon (n, 2), where the image's pixels (rows, cols) are to take it."""
+        """Blend a share of a colour into a polygon (n, 2), for the pixels in the mask ``where`` (rows, cols)."""
         mask = np.zeros(self.image.shape[:2], np.uint8)
         cv2.fillPoly(mask, [self._fixed(corners)], 255, cv2.LINE_AA, _BITS)
         mask[~where] = 0
@@ -80,6 +80,6 @@ class Canvas:
         part[:] = np.rint(part + weight * (np.array(colour, np.float32) - part)).astype(np.uint8)
 
     def _fixed(self, points: Points) -> npt.NDArray[np.int32]:
-        """Return OpenCV's places: the middle of a pixel is a whole number."""
+        """Return points in OpenCV's coordinates, in which the centre of a pixel is a whole number."""
         places: npt.NDArray[np.int32] = np.rint((points * self.scale - 0.5) * 2**_BITS).astype(np.int32)
         return places

@@ -1,4 +1,4 @@
-"""The picture of an episode: the map, and on it the robot, its way, what it sees, and whoever moves beside it."""
+"""Draw an episode: the map with the robot, its trail, its field of view, and moving obstacles."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ TRAIL_COLOUR: Final[Colour] = (122, 166, 228)
 BODY_COLOUR: Final[Colour] = (227, 139, 31)
 HIDDEN_BODY_COLOUR: Final[Colour] = (240, 205, 160)
 GOAL_COLOUR: Final[Colour] = (26, 150, 100)
-"""Told apart by the colour-blind too, and in print."""
+"""Colours that colour-blind readers can distinguish, also in print."""
 SIGHT: Final = 0.13
-"""How much of the robot's colour lies over what it sees."""
+"""Opacity of the robot's colour over its field of view."""
 
 _COLOURS = np.array(
     [UNKNOWN_COLOUR, FREE_COLOUR, HIDDEN_COLOUR, HIDDEN_THING_COLOUR, WALL_COLOUR, MASS_COLOUR, THING_COLOUR], np.uint8
 )
 _UNKNOWN, _FREE, _HIDDEN, _HIDDEN_THING, _WALL, _MASS, _THING = range(7)
-_PRIORITY = np.array([0, 2, 1, 3, 5, 4, 6], np.uint8)  # which colour a pixel has that stands for several cells
+_PRIORITY = np.array([0, 2, 1, 3, 5, 4, 6], np.uint8)  # the cell that a pixel for several cells shows
 _SKIN = np.ones((3, 3), np.uint8)
 _GAP_PX = 12
 
@@ -53,27 +53,27 @@ def picture(
     most_px: tuple[int, int] = (960, 720),
     shows: Shows = "map",
 ) -> Image:
-    """Draw an episode as it stands.
+    """Draw the current state of an episode.
 
     Parameters
     ----------
     trail
-        Where the robot was, as ``State.poses_px`` has it, one after another.
+        The robot's former poses in order, in the form of ``State.poses_px``.
     most_px
-        Width and height that the picture is not to pass. A cell becomes a square of whole pixels, the biggest that do;
-        where cells are more than pixels, a pixel stands for a square of cells, and a wall among them wins.
+        Largest width and height of the picture. Cells become the largest possible squares of whole pixels. If there
+        are more cells than pixels, a pixel stands for a square of cells, and shows a wall if one of them is a wall.
     shows
-        "map": what the robot knows, where it believes to be, and of what moves only what it sees; "truth": the world as
-        it is; "both": the map, over a pale truth.
+        "map": the robot's map, its pose by odometry, and those moving obstacles that it sees; "truth": the true world;
+        "both": the map over a pale picture of the truth.
 
     Returns
     -------
-    (rows, cols, 3) uint8, RGB, row 0 at the highest y.
+    The picture, (rows, cols, 3) uint8, RGB, row 0 at the highest y.
 
     Raises
     ------
     ConfigError
-        Where there is no room for a picture, or ``shows`` is none of those.
+        There is no space for a picture, or ``shows`` is none of these.
     """
     one_of(shows, "shows", get_args(Shows))
     scale, colours = scaled(_colours(simulator, state, shows), _PRIORITY, most_px)
@@ -95,7 +95,7 @@ def picture(
 def beside(
     simulator: Simulator, state: State, trail: Sequence[npt.ArrayLike] = (), *, most_px: tuple[int, int] = (960, 720)
 ) -> Image:
-    """Draw the world and, right of it (or below, where that makes them bigger), the map, as ``picture`` does."""
+    """Draw the world and, to its right (or below it, if that makes them larger), the map, like ``picture``."""
     wide, high = most_px
     sizes = (wide, (high - _GAP_PX) // 2), ((wide - _GAP_PX) // 2, high)
     below, right = (scale_for(state.known.shape, size) for size in sizes)
@@ -107,7 +107,7 @@ def beside(
 
 
 def framed(image: Image, size_px: tuple[int, int]) -> Image:
-    """Return a picture in the middle of one of this width and height, which it does not pass; the rest is unknown."""
+    """Return a picture centred in one of this width and height, surrounded by the colour of unknown cells."""
     wide, high = size_px
     found = np.full((high, wide, 3), UNKNOWN_COLOUR, np.uint8)
     rows, cols = image.shape[:2]
@@ -117,7 +117,7 @@ def framed(image: Image, size_px: tuple[int, int]) -> Image:
 
 
 def _colours(simulator: Simulator, state: State, shows: Shows) -> npt.NDArray[np.uint8]:
-    """Return (rows, cols): the number of each cell's colour."""
+    """Return the number of each cell's colour (rows, cols)."""
     still = state.occupied & STATIC
     wall = (state.known == OBSTACLE).view(np.uint8) if shows != "truth" else still
     found = np.full(wall.shape, _FREE, np.uint8)
@@ -131,7 +131,7 @@ def _colours(simulator: Simulator, state: State, shows: Shows) -> npt.NDArray[np
             found[unknown & (still != 0)] = _HIDDEN
             found[unknown & things] = _HIDDEN_THING
     found[wall != 0] = _WALL
-    found[cv2.erode(wall, _SKIN, iterations=2, borderValue=1) != 0] = _MASS  # walls as lines, not as a dark page
+    found[cv2.erode(wall, _SKIN, iterations=2, borderValue=1) != 0] = _MASS  # walls as lines, not as dark areas
     found[things & (wall != 0)] = _THING
     return found
 
@@ -139,7 +139,7 @@ def _colours(simulator: Simulator, state: State, shows: Shows) -> npt.NDArray[np
 def _draw_robot(canvas: Canvas, pose: Points, radius_px: float) -> None:
     ahead = np.array([math.cos(pose[2]), -math.sin(pose[2])])
     radius = max(radius_px, 1.2 / canvas.scale)
-    if radius * canvas.scale < 4:  # too small to hold a line: it sticks out
+    if radius * canvas.scale < 4:  # too small for a line inside: draw it beyond the rim
         canvas.line(np.array([pose[:2], pose[:2] + 3 * radius * ahead]), 0.0, ROBOT_COLOUR)
         canvas.blob(pose[None, :2], radius, ROBOT_COLOUR)
         return
@@ -158,7 +158,7 @@ def _draw_goal(canvas: Canvas, simulator: Simulator, state: State) -> None:
 
 
 def _draw_bodies(canvas: Canvas, bodies: list[Body], true: Points, seen_from: Points, shows: Shows) -> None:
-    """Draw who moves; in what the robot knows, only whom a beam meets, where the robot believes that to be."""
+    """Draw moving obstacles; on the map, only those that a beam hits, where the robot believes them to be."""
     for body in bodies:
         if not body.seen and shows == "map":
             continue

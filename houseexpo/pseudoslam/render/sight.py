@@ -1,4 +1,4 @@
-"""What a robot sees now: how far its beams reach, and who moves in them."""
+"""What the robot currently sees: the ends of its beams, and moving obstacles."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 
 BEAMS: Final = 721
-"""A sector's edge is drawn with so many corners."""
+"""Number of corners of the edge of a drawn sector."""
 
 
 class Body(NamedTuple):
-    """What moves: a polygon grown by a radius, both in pixels, whether the robot sees it, and a person's velocity.
+    """A moving obstacle: a polygon enlarged by a radius, both in pixels, and whether the robot sees it.
 
-    ``velocity_px`` is (x across, y down) in pixels a second; what goes on a track has none.
+    ``velocity_px`` is the velocity of a person, (x across, y down) in pixels per second; shapes on trajectories have
+    none.
     """
 
     corners: Points
@@ -30,10 +31,10 @@ class Body(NamedTuple):
 
 
 class Sight(NamedTuple):
-    """What a robot sees now, pixels: how far beams (n,) go, from the right of the fan to the left, and who moves there.
+    """What the robot currently sees, in pixels: lengths of beams (n,) from right to left, and moving obstacles.
 
-    ``bodies`` (k, 6) are the number, x, y, radius and velocity (x across, y down, pixels a second) of each, where the
-    robot believes them to be. A number stays with its body for the whole episode.
+    ``bodies`` (k, 6) are the number, x, y, radius and velocity (x across, y down, pixels per second) of each, where the
+    robot believes them to be. An obstacle keeps its number for the whole episode.
     """
 
     ranges: Points
@@ -41,7 +42,7 @@ class Sight(NamedTuple):
 
 
 def sight(simulator: Simulator, state: State, beams: int) -> Sight:
-    """Return what the robot sees, along so many beams; who moves is looked for with those of pictures."""
+    """Return what the robot sees with a number of beams; moving obstacles are found with the beams of pictures."""
     true, moving = state.pose_px, state.episode.bodies
     found = []
     if len(moving.people) + len(moving.clocks) > 0:
@@ -57,7 +58,7 @@ def sight(simulator: Simulator, state: State, beams: int) -> Sight:
 
 
 def beam_ends(simulator: Simulator, state: State, beams: int = BEAMS) -> Points:
-    """Return (n, 2) where the beams of a fan end, pixels, from the right to the left."""
+    """Return the ends of the beams (n, 2) in pixels, from right to left."""
     laser = simulator.config.laser
     half = math.radians(laser.fov_deg) / 2
     angles = np.linspace(-half, half, beams)
@@ -69,7 +70,7 @@ def beam_ends(simulator: Simulator, state: State, beams: int = BEAMS) -> Points:
 
 
 def moved(points: Points, true: Points, believed: Points) -> Points:
-    """Return points seen from a pose as they lie seen from another."""
+    """Return points moved with the robot from its true pose to the believed one."""
     turn = believed[2] - true[2]
     right, down = (points - true[:2]).T
     cos, sin = math.cos(turn), math.sin(turn)
@@ -77,7 +78,7 @@ def moved(points: Points, true: Points, believed: Points) -> Points:
 
 
 def bodies_of(simulator: Simulator, state: State, ends: Points) -> list[Body]:
-    """Return people and what goes on tracks; ``ends`` are ``beam_ends``'."""
+    """Return people and shapes on trajectories; ``ends`` are from ``beam_ends``."""
     episode, radius = state.episode, simulator.params.walk.radius_px
     met = _met(state, ends)
     people = there(episode.bodies.people)
@@ -100,7 +101,7 @@ def bodies_of(simulator: Simulator, state: State, ends: Points) -> list[Body]:
 
 
 def _met(state: State, ends: Points) -> Points:
-    """Return the ends (n, 2) of those beams that meet something that moves."""
+    """Return the ends (n, 2) of the beams that hit a moving obstacle."""
     way = ends - state.pose_px[:2]
     within = ends + 0.5 * way / np.maximum(np.hypot(*way.T), 1e-9)[:, None]  # half a cell beyond the rim
     rows, cols = state.occupied.shape

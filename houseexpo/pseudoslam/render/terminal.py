@@ -1,4 +1,4 @@
-"""A terminal as a screen: two pixels a character, keys as they are pressed, and all as it was in the end."""
+"""A terminal as a display: two pixels per character, immediate keys, and its former state restored at the end."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.render.canvas import Image
 
-_ENTER, _LEAVE = "\x1b[?1049h\x1b[?25l\x1b[2J", "\x1b[0m\x1b[?25h\x1b[?1049l"  # the other screen, without a cursor
+_ENTER, _LEAVE = "\x1b[?1049h\x1b[?25l\x1b[2J", "\x1b[0m\x1b[?25h\x1b[?1049l"  # the alternate screen, without a cursor
 _KEY = re.compile(r"\x1b[\[O]([ABCD])|\x1b.?|(.)", re.DOTALL)
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 _ENDINGS = signal.SIGTERM, signal.SIGHUP, signal.SIGINT
@@ -30,12 +30,12 @@ _TABLE = np.concatenate(
 
 
 class Terminal:
-    """Takes the terminal over in a ``with`` block; whatever ends the block, it is given back as it was.
+    """A context manager that takes over the terminal and always restores its former state.
 
     Raises
     ------
     ConfigError
-        Where input and output are not a terminal, or the system has none of the kind.
+        Input and output are not a terminal, or the system does not support this.
     """
 
     def __init__(self) -> None:
@@ -52,12 +52,12 @@ class Terminal:
         self._ending: BaseException | None = None
 
     def __enter__(self) -> Terminal:
-        """Switch to a screen of its own, and to keys as they are pressed."""
+        """Switch to the alternate screen and to immediate keys."""
         termios = self._termios
         self._before = termios.tcgetattr(self._in)
         ours = termios.tcgetattr(self._in)
         ours[3] &= ~(termios.ICANON | termios.ECHO)
-        ours[6][termios.VSUSP] = b"\0"  # no going to the background with the terminal in this state
+        ours[6][termios.VSUSP] = b"\0"  # no suspending with the terminal in this state
         self._handlers = {ending: signal.signal(ending, self._end) for ending in _ENDINGS}
         termios.tcsetattr(self._in, termios.TCSADRAIN, ours)
         self._write(_ENTER)
@@ -66,7 +66,7 @@ class Terminal:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Give the terminal back."""
+        """Restore the terminal."""
         try:
             self._write(_LEAVE)
         finally:
@@ -76,12 +76,12 @@ class Terminal:
 
     @property
     def most_px(self) -> tuple[int, int]:
-        """How wide and high a picture can be now."""
+        """Return the current largest width and height of a picture, pixels."""
         columns, lines = shutil.get_terminal_size()
         return max(columns, 1), max(2 * (lines - _WORDS), 2)
 
     def show(self, image: Image, caption: str = "") -> None:
-        """Show a picture (rows, cols, 3) no bigger than ``most_px``, and lines of words below it."""
+        """Show a picture (rows, cols, 3) not larger than ``most_px``, and a caption below it."""
         columns, _ = shutil.get_terminal_size()
         indent = " " * ((columns - image.shape[1]) // 2)
         lines = [indent + line for line in half_blocks(image, many=self._many)]
@@ -89,7 +89,7 @@ class Terminal:
         self._write("\x1b[H" + "\x1b[K\n".join(lines) + "\x1b[J")
 
     def keys(self, wait_s: float) -> list[str]:
-        """Return the keys pressed, "up" or "q", waiting so long for one; "q", too, where the terminal is gone."""
+        """Return the pressed keys, such as "up" or "q", after waiting for one; "q" if the terminal is gone."""
         if self._ending is not None:
             raise self._ending
         if not select.select([self._in], [], [], wait_s)[0]:
@@ -101,7 +101,7 @@ class Terminal:
         return [key for key in found if key]
 
     def _end(self, number: int, _: FrameType | None) -> None:
-        """End the block; raised in the middle of a finaliser this is lost, and ``keys`` raises it again."""
+        """End the context; an exception in a finaliser would be lost, so that ``keys`` raises it again."""
         self._ending = KeyboardInterrupt() if number == signal.SIGINT else SystemExit(128 + number)
         raise self._ending
 
@@ -111,9 +111,9 @@ class Terminal:
 
 
 def half_blocks(image: Image, *, many: bool) -> list[str]:
-    """Return a picture (rows, cols, 3) as lines of text, two rows of pixels each.
+    """Return a picture (rows, cols, 3) as lines of text with two rows of pixels each.
 
-    ``many``: with 16 million colours, otherwise with 256.
+    With ``many``, it has 16 million colours, otherwise 256.
     """
     if len(image) % 2:
         image = np.concatenate([image, np.zeros_like(image[:1])])

@@ -1,4 +1,4 @@
-"""A window that shows pictures and hears keys; pygame is an optional extra."""
+"""A window that shows pictures and receives keys, with the optional library pygame."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from houseexpo.errors import MissingDependencyError, installing
 
 
 class Window:
-    """A window; it opens with the first picture.
+    """A window, which opens with the first picture.
 
     Raises
     ------
     MissingDependencyError
-        Where there is no pygame.
+        pygame is not installed.
     """
 
     most_px = (1200, 800)
-    """How wide and high pictures should be at most."""
+    """Largest width and height of pictures, pixels."""
 
     def __init__(self, title: str) -> None:
         os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
@@ -34,7 +34,7 @@ class Window:
         self._screen: pygame.Surface | None = None
 
     def __enter__(self) -> Window:
-        """Close it at the end of a ``with`` block."""
+        """Return the window, which is closed when the context ends."""
         return self
 
     def __exit__(
@@ -44,7 +44,7 @@ class Window:
         self.close()
 
     def show(self, image: npt.NDArray[np.uint8], caption: str = "", fps: float = 0.0) -> None:
-        """Show a picture (rows, cols, 3), not sooner after the last than ``fps`` allows (0: at once)."""
+        """Show a picture (rows, cols, 3), at most ``fps`` per second (0 for no limit)."""
         pygame, size = self._pygame, image.shape[1::-1]
         if self._screen is None or self._screen.get_size() != size:
             pygame.display.init()
@@ -57,7 +57,7 @@ class Window:
             self._clock.tick(fps)
 
     def keys(self, wait_s: float) -> list[str]:
-        """Return the names of the keys pressed, "up" or "q", waiting so long for one; "q", too, where it is closed."""
+        """Return the names of pressed keys, such as "up" or "q", after waiting for one; "q" if the window is closed."""
         pygame = self._pygame
         first = pygame.event.wait(round(1000 * wait_s))
         return [
