@@ -70,7 +70,7 @@ class Ellipse:
 
 @dataclass(frozen=True)
 class Circle:
-    """A disc around the obstacle's position, with a true radius; the published simulator halves what it calls radius."""
+    """A disc around the obstacle's position, with a true radius; the published simulator halves its ``radius``."""
 
     radius_m: float
     is_round: ClassVar[bool] = True

@@ -1,9 +1,10 @@
-"""Checkpoints: whole files or none, from which a run goes on bit by bit as if it had never been stopped.
+"""Checkpoints, from which a run continues with results identical to those of an uninterrupted run.
 
-1. A file has its name only when it is whole and on the disk.
-2. It holds tensors and numbers, no code: weights, optimiser, the spread of returns, the states of chance, the steps.
-3. It says of which run it is; one of another run is refused, by the first thing that differs.
-4. The last two are kept; one that is damaged is passed over for the one before it, with a warning.
+1. A file gets its name only when it is complete and on the disk.
+2. It contains tensors and numbers, but no code: weights, optimiser, the variance of returns, the states of random
+   generators, the number of steps.
+3. It identifies its run. A checkpoint of another run is refused; the error names the first difference.
+4. The last two checkpoints are kept. If the last one is damaged, the one before it is used, with a warning.
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ from houseexpo.pseudoslam.learning.model import Learner
 FORMAT: Final = 1
 KEPT: Final = 2
 FREE: Final = ("config.steps", "config.environment.dataset")
-"""What may differ where a run goes on: it may go on for longer, and the data set may have moved."""
+"""What may differ in a resumed run: it may be longer, and the data set may have moved."""
 _ABOUT, _STATE = "about.json", "state.pt"
 _logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """What was read: the file, what it says of its run, and the learner's state."""
+    """A checkpoint: its file, the description of its run, and the learner's state."""
 
     file: Path
     about: dict[str, Any]
@@ -42,12 +43,12 @@ class Checkpoint:
 
     @property
     def updates(self) -> int:
-        """Updates that are done."""
+        """The number of updates so far."""
         return int(self.state["updates"])
 
 
 def save(folder: Path, learner: Learner, run: dict[str, Any], updates: int) -> Path:
-    """Write a checkpoint; return its file. ``run`` says what it belongs to, see ``check_run``."""
+    """Write a checkpoint and return its file; ``run`` describes the run (see ``check_run``)."""
     state = io.BytesIO()
     torch.save(_state_of(learner, updates), state)
     packed = io.BytesIO()
@@ -63,12 +64,12 @@ def save(folder: Path, learner: Learner, run: dict[str, Any], updates: int) -> P
 
 
 def files(folder: Path) -> list[Path]:
-    """Return a run's checkpoints, the earliest first."""
+    """Return the checkpoints of a run, the earliest first."""
     return sorted(folder.glob("[0-9]*.zip"))
 
 
 def last_whole(folder: Path) -> Checkpoint | None:
-    """Return the last checkpoint that is whole, None where there is none; TrainingError where all are damaged."""
+    """Return the last complete checkpoint, None if there is none; raise TrainingError if all are damaged."""
     found = files(folder)
     for file in reversed(found):
         try:
@@ -81,7 +82,7 @@ def last_whole(folder: Path) -> Checkpoint | None:
 
 
 def read(file: Path) -> Checkpoint:
-    """Return a checkpoint; TrainingError where it is damaged or from another version."""
+    """Return a checkpoint; raise TrainingError if it is damaged or from another version."""
     try:
         with zipfile.ZipFile(file) as archive:
             about = msgspec.json.decode(archive.read(_ABOUT), type=dict[str, Any])
@@ -94,7 +95,7 @@ def read(file: Path) -> Checkpoint:
 
 
 def check_run(found: dict[str, Any], wanted: dict[str, Any], where: Path) -> None:
-    """TrainingError that names the first thing, other than ``FREE``, in which the run found is not the one wanted."""
+    """Raise TrainingError, which names the first difference outside ``FREE``, unless the runs are the same."""
     there, here = _leaves(found), _leaves(wanted)
     for key in {**here, **there}:
         if key not in FREE and there.get(key) != here.get(key):
@@ -105,7 +106,7 @@ def check_run(found: dict[str, Any], wanted: dict[str, Any], where: Path) -> Non
 
 
 def restore(learner: Learner, state: dict[str, Any]) -> None:
-    """Put a learner into the state in which it was saved."""
+    """Restore the saved state of a learner."""
     learner.policy.load_state_dict(state["policy"])
     learner.policy.optimizer.load_state_dict(state["optimizer"])
     learner.num_timesteps = int(state["steps"])

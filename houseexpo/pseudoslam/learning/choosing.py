@@ -1,15 +1,16 @@
-"""Learning to choose frontiers: a search for the weights with which houses are seen by short ways.
+"""Train a chooser of frontiers: search for weights with which houses are explored on short paths.
 
-R1  Weights are searched for by CMA-ES (Hansen and Ostermeier, 2001): a generation of candidates is drawn round a mean,
-    each explores the same houses, and the mean and the spread move towards the better ones. It begins at a rule that
-    weighs information gain against the way. What is learned is the mean of the last half's means, for costs are noisy.
-R2  A generation's houses are drawn from the train list, anew each time. Its candidates begin at the same places, so
-    that they differ by their choices alone. The last ``tested`` of the list, by their ids' SHA-256, are learned from by
-    nobody.
-R3  A candidate's cost in a house is the metres to 90%, and some for each step, turns too. It is divided by the root of
-    what nearest frontier costs there: large houses count for more, but do not drown the others.
-R4  A generation's costs are kept when it is done. A run that was killed is led by them to where it was, and ends with
-    the same weights. What each thread does has no part in them.
+R1  Weights are optimised by CMA-ES (Hansen and Ostermeier, 2001). The candidates of a generation are drawn around a
+    mean, and all explore the same houses; then the mean and the covariance move towards the better ones. The search
+    starts at a rule that weighs information gain against path length. The result is the mean of the last half of all
+    means, since costs are noisy.
+R2  The houses of each generation are drawn from the train list. All candidates have the same starts, so that they
+    differ only in their choices. The last ``tested`` plans of the list, by their ids' SHA-256, are not used for this.
+R3  The cost of a candidate in a house is the distance to 90% coverage plus a cost per step, including turns. It is
+    divided by the square root of the cost of nearest frontier, so that large houses have more weight but do not
+    dominate.
+R4  The costs of a finished generation are stored. A killed run is replayed from them, and ends with the same weights.
+    The number of threads does not affect the costs.
 """
 
 from __future__ import annotations
@@ -49,22 +50,22 @@ _COSTS: Final = "costs.json"
 
 @dataclass(frozen=True)
 class ChoosingConfig:
-    """A run.
+    """The configuration of the training of a chooser.
 
     Parameters
     ----------
     seed
-        Of all that is drawn.
+        The seed of all random numbers.
     generations, candidates, plans
-        How many generations, of how many candidates, in how many houses each.
+        The numbers of generations, of candidates per generation, and of houses per generation.
     tested
-        Plans on which what was learned is compared with what it began at, and with nearest frontier.
+        Number of plans on which the result is compared with the initial rule and with nearest frontier.
     pixels_per_metre
-        Of the maps that are learned from; what frontiers are described by is in metres.
+        Resolution of the maps in training; features of frontiers are in metres.
     steps
-        The budget of an exploration.
+        Largest number of steps of an exploration.
     step_m
-        What a step costs, in metres.
+        The cost of a step, in metres.
     """
 
     seed: int = 0
@@ -88,24 +89,24 @@ class ChoosingConfig:
 def train_chooser(
     plans: Dataset, ids: Sequence[str], config: ChoosingConfig, folder: Path, *, resume: bool, threads: int, say: Say
 ) -> dict[str, Any]:
-    """Learn to the end, write ``weights.json``, and return what it says of itself.
+    """Train a chooser, write ``weights.json``, and return its description.
 
     Parameters
     ----------
     ids
-        Of the train list.
+        The ids of the train list.
 
     Raises
     ------
     TrainingError
-        The folder holds another run, or one and it is not to be resumed.
+        The folder holds another run, or a run and ``resume`` is False.
     ConfigError
         There are too few plans.
     MissingDependencyError
         ``cma`` is not installed.
     """
     run = {**asdict(config), "train": hashlib.sha256(list_bytes(sorted(ids))).hexdigest()}
-    made_by = commit()  # what the code is now, not what it will be when all is done
+    made_by = commit()  # the code at the start, not at the end
     search = Search(INFORMATION, config.candidates, config.seed)
     houses = _Houses(plans, ids, config, threads)
     _begin(folder, run, resume=resume)
@@ -117,7 +118,7 @@ def train_chooser(
 
 
 def _learned(search: Search, houses: _Houses, config: ChoosingConfig, file: Path, say: Say) -> Floats:
-    """Lead a search through all generations; those that the file knows are not explored again (R4)."""
+    """Run a search through all generations, using the stored costs of former ones (R4)."""
     known, means = _read(file, config), list[Floats]()
     for generation in range(config.generations):
         candidates = search.ask()
@@ -137,14 +138,14 @@ def _learned(search: Search, houses: _Houses, config: ChoosingConfig, file: Path
 
 
 def _costs(ways: Floats, step_m: float) -> Floats:
-    """Return the candidates' costs (R3), of (houses, candidates + 2, 2) ways; nearest frontier's are the last."""
+    """Return the candidates' costs (R3) from distances and steps (houses, candidates + 2, 2), nearest frontier last."""
     metres = ways[..., 0] + step_m * ways[..., 1]
     costs: Floats = (metres[:, :-2] / np.sqrt(metres[:, -1:] + 1.0)).mean(axis=0)
     return costs
 
 
 def _tested(houses: _Houses, learned: Floats, say: Say) -> dict[str, dict[str, float]]:
-    """Return the means over the plans that nobody learns from, and say them."""
+    """Return the means over the plans that are not used in training, and report them."""
     named = {"learned": learned, "information": INFORMATION, "nearest": NEAREST}
     means = houses.tested(list(named.values())).mean(axis=0).round(3).tolist()
     for name, (metres, steps) in zip(named, means, strict=True):
@@ -153,7 +154,7 @@ def _tested(houses: _Houses, learned: Floats, say: Say) -> dict[str, dict[str, f
 
 
 class _Houses:
-    """Explores the houses of a run, some at a time."""
+    """Explores the houses of a run on several threads."""
 
     def __init__(self, plans: Dataset, ids: Sequence[str], config: ChoosingConfig, threads: int) -> None:
         wanted = config.plans + config.tested
@@ -166,13 +167,13 @@ class _Houses:
         self._own = local()
 
     def explored(self, generation: int, each: list[Floats]) -> Floats:
-        """Return (plans, n, 2) the metres and steps to 90% in the houses of a generation, by each of n weights (R2)."""
+        """Return metres and steps to 90% (plans, n, 2) in the houses of a generation, for each of n weights (R2)."""
         drawn = np.random.default_rng([self._config.seed, generation]).permutation(len(self._learned))
         names = [self._learned[i] for i in drawn[: self._config.plans].tolist()]
         return self._ways(names, [self._config.seed, generation], each)
 
     def tested(self, each: list[Floats]) -> Floats:
-        """Return the same in the houses that nobody learns from."""
+        """Return the same for the houses that are not used in training."""
         return self._ways(self._tested, [], each)
 
     def _ways(self, names: list[str], key: list[int], each: list[Floats]) -> Floats:
@@ -184,7 +185,7 @@ class _Houses:
             return np.array(list(pool.map(way, range(len(names)))))
 
     def _explorations(self) -> Explorations:
-        """Return the thread's own."""
+        """Return the ``Explorations`` of this thread."""
         if not hasattr(self._own, "explorations"):
             robot = SimulatorConfig(self._config.pixels_per_metre, max_steps=self._config.steps)
             self._own.explorations = Explorations(robot, self._config.steps)
@@ -193,7 +194,7 @@ class _Houses:
 
 
 def _begin(folder: Path, run: dict[str, Any], *, resume: bool) -> None:
-    """Write which run a folder holds; TrainingError where it holds another, or one that is not to be gone on with."""
+    """Write the description of a run; raise TrainingError if the folder holds another run or one not to be resumed."""
     record = folder / "run.json"
     if record.exists() and not resume:
         raise TrainingError(f"{folder}: holds a run; go on with it by --resume, or name another folder")
@@ -205,7 +206,7 @@ def _begin(folder: Path, run: dict[str, Any], *, resume: bool) -> None:
 
 
 def _read(file: Path, config: ChoosingConfig) -> list[list[float]]:
-    """Return the costs of the generations that are done."""
+    """Return the costs of the finished generations."""
     if not file.exists():
         return []
     try:

@@ -1,4 +1,4 @@
-"""Which code made something: the commit, as far as there is one."""
+"""The commit of the code, if there is one."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import houseexpo
 
 @cache
 def commit() -> str | None:
-    """Return the commit of the code, with "+" where files differ from it; None where it is not in a repository.
+    """Return the commit of the code, with "+" if files differ from it; None if it is not in a repository.
 
-    It is what it was when it was first asked for.
+    The result of the first call is cached.
     """
     root = Path(houseexpo.__file__).parents[1]
     if not (root / ".git").exists():

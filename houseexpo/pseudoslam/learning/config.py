@@ -1,6 +1,6 @@
-"""What is learned, and how: a TOML file's keys, with their defaults.
+"""The configuration of training: the keys of a TOML file, with their defaults.
 
-An example, in which all that is left out keeps its default::
+An example, in which missing keys have their defaults::
 
     steps = 2_000_000
     policy = "cnn-lstm"
@@ -41,21 +41,21 @@ class PPOConfig:
     Parameters
     ----------
     learning_rate
-        Of Adam; it stays the same.
+        Learning rate of Adam, which is constant.
     rollout_steps
-        Steps of each environment between two updates.
+        Number of steps of each environment between two updates.
     minibatch, epochs
-        Steps in a minibatch, and how often an update goes through all of them.
+        Number of steps in a minibatch, and number of passes over all steps in an update.
     gamma, gae_lambda
-        Discount, and the mixture of generalised advantages.
+        Discount factor, and lambda of generalised advantage estimation.
     clip
-        How far a probability may move in an update, as a share.
+        Clipping range of the ratio of probabilities in an update.
     entropy, value
-        Weights of the entropy and of the value's error in the loss.
+        Weights of the entropy and of the value error in the loss.
     max_grad_norm
-        Longer gradients are shortened to this.
+        Largest norm of gradients; longer ones are scaled down.
     normalise_rewards
-        Divide rewards by the spread of returns so far. What is reported are the rewards as they are.
+        Whether to divide rewards by the standard deviation of the returns so far. Reports contain original rewards.
     """
 
     learning_rate: float = 2.5e-4
@@ -73,7 +73,7 @@ class PPOConfig:
     def __post_init__(self) -> None:
         above_zero(self, "ppo", "learning_rate", at_most=1.0)
         above_zero(self, "ppo", "clip", "max_grad_norm")
-        for name in ("rollout_steps", "minibatch"):  # an advantage's spread needs two
+        for name in ("rollout_steps", "minibatch"):  # the deviation of advantages needs two
             whole(getattr(self, name), f"ppo.{name}", at_least=2)
         whole(self.epochs, "ppo.epochs", at_least=1)
         for name in ("gamma", "gae_lambda"):
@@ -84,21 +84,21 @@ class PPOConfig:
 
 @dataclass(frozen=True)
 class EnvironmentConfig:
-    """Where is learned.
+    """The environments of training.
 
     Parameters
     ----------
     dataset
-        Folder, archive or JSON lines; None: the one that ``houseexpo fetch`` brought, and for obstacle avoidance the
-        paper's room.
+        A folder, an archive or JSON lines. None means the data set that ``houseexpo fetch`` downloaded or, for obstacle
+        avoidance, the paper's room.
     train, test
-        The data set's lists of plans to learn in and to be tested in; they may not share a plan.
+        The data set's lists of plans for training and for evaluation, which must not have common plans.
     actions, observation, preset
-        As the environments take them; a preset is a configuration by name.
+        Arguments of the environments; a preset is a named configuration.
     simulator
-        What differs from the preset, or else from the task's own ``SimulatorConfig``: its keys, nested.
+        Changes to the preset or, without one, to the task's ``SimulatorConfig``: its keys, nested.
     task
-        The task's own options: ``reward``, ``success_coverage``, ...
+        Options of the task: ``reward``, ``success_coverage``, ...
     """
 
     dataset: str | None = None
@@ -125,17 +125,17 @@ class EnvironmentConfig:
 
 @dataclass(frozen=True)
 class EvaluationConfig:
-    """How what was learned is tested on the way.
+    """The evaluation of the policy during training.
 
     Parameters
     ----------
     every
-        Steps from one test to the next, rounded up to whole updates; one more is made at the end.
+        Number of steps between evaluations, rounded up to whole updates; there is another one at the end.
     plans
-        Plans of the test list that are taken, the same in all tests, an episode each; where there is one room only, as
-        many episodes in it.
+        Number of plans of the test list, with one episode each; they are the same in all evaluations. If there is only
+        one room, this is the number of episodes in it.
     deterministic
-        Take the likeliest action, not one by chance.
+        Whether to take the most likely action instead of a random one.
     """
 
     every: int = 100_000
@@ -149,22 +149,22 @@ class EvaluationConfig:
 
 @dataclass(frozen=True)
 class TrainConfig:
-    """A whole run.
+    """The configuration of a training run.
 
     Parameters
     ----------
     steps
-        Of all environments together, rounded up to whole updates.
+        Number of steps of all environments together, rounded up to whole updates.
     envs
-        Environments side by side.
+        Number of parallel environments.
     seed
-        Decides weights, episodes and actions.
+        The seed of weights, episodes and actions.
     policy
-        "cnn", or "cnn-lstm": with a memory behind it, as in the paper.
+        "cnn", or "cnn-lstm", which adds a memory, as in the paper.
     memory
-        Size of that memory.
+        Size of the memory.
     checkpoint_every
-        Steps from one checkpoint to the next, rounded up to whole updates. All environments begin new episodes there.
+        Number of steps between checkpoints, rounded up to whole updates. All environments start new episodes there.
     """
 
     steps: int = 1_000_000
@@ -185,26 +185,26 @@ class TrainConfig:
 
     @property
     def steps_per_update(self) -> int:
-        """Steps of all environments together between two updates."""
+        """Number of steps of all environments together between two updates."""
         return self.envs * self.ppo.rollout_steps
 
     def updates(self, steps: int) -> int:
-        """Return how many updates so many steps are, rounded up."""
+        """Return the number of updates for a number of steps, rounded up."""
         return -(-steps // self.steps_per_update)
 
     def record(self) -> dict[str, Any]:
-        """Return plain values, which ``config_from`` makes the same configuration of."""
+        """Return plain values from which ``config_from`` makes the same configuration."""
         record: dict[str, Any] = mapping_from(self)
         return record
 
 
 def read_config(file: Path) -> TrainConfig:
-    """Return the configuration of a TOML file; ConfigError that names the file and the key where it is none."""
+    """Return the configuration in a TOML file; raise ConfigError, which names file and key, if it is invalid."""
     return read_toml(TrainConfig, file)
 
 
 def read_toml(kind: type[Config], file: Path) -> Config:
-    """Return a configuration of some kind, as ``read_config`` does."""
+    """Return a configuration of a given kind, like ``read_config``."""
     try:
         return config_from(kind, tomllib.loads(file.read_text(encoding="utf-8")))
     except OSError as error:

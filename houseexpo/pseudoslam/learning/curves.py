@@ -1,4 +1,4 @@
-"""Learning curves as CSV, a row at a time; a run that goes on drops what came after its checkpoint."""
+"""Learning curves as CSV, written row by row; a resumed run drops the rows after its checkpoint."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ STEPS = "steps_done"
 
 
 class Curve:
-    """A CSV file whose first column is the steps done; its other columns are those of the first row added."""
+    """A CSV file whose first column is the number of steps; the first added row determines the other columns."""
 
     def __init__(self, file: Path, until: int) -> None:
-        """Go on with a file after so many steps: later rows, and what was not written whole, are dropped."""
+        """Continue a file after a number of steps; later rows and incomplete ones are dropped."""
         self._file = file
         header, *rows = [*_rows(file), []][:-1] or [[]]
         self._names = header
@@ -27,7 +27,7 @@ class Curve:
             self._names = []
 
     def add(self, steps: int, values: Mapping[str, float]) -> None:
-        """Write a row."""
+        """Append a row."""
         rows: list[list[str]] = []
         if not self._names:
             self._names = [STEPS, *values]
@@ -40,7 +40,7 @@ class Curve:
 def _rows(file: Path) -> list[list[str]]:
     if not file.is_file():
         return []
-    whole, _, _ = file.read_bytes().rpartition(b"\n")  # what follows the last line's end was being written
+    whole, _, _ = file.read_bytes().rpartition(b"\n")  # text after the last newline is incomplete
     return list(csv.reader(io.StringIO(whole.decode("utf-8", "replace"))))
 
 

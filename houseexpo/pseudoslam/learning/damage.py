@@ -1,4 +1,4 @@
-"""What reading a file raises where its bytes are damaged."""
+"""The errors of reading a damaged file."""
 
 from __future__ import annotations
 
@@ -14,4 +14,4 @@ DAMAGED: Final = (
     ArithmeticError, AttributeError, EOFError, LookupError, RuntimeError, TypeError, ValueError,
     msgspec.DecodeError, pickle.UnpicklingError, struct.error, zipfile.BadZipFile, zlib.error,
 )  # fmt: skip
-"""Of all kinds: what bytes PyTorch, pickle and zipfile come upon decides where they stumble."""
+"""They are of many kinds, since damage may be found by PyTorch, pickle or zipfile."""

@@ -1,4 +1,4 @@
-"""How good a policy is: one episode in each plan that it has not learned in."""
+"""Evaluate a policy: one episode in each plan that is not used in training."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
 from houseexpo.pseudoslam.learning.model import Policy
 
 MEASURES: Final = ("coverage", "explored_m2", "collisions", "is_success", "way_m", "spl")
-"""Of what episodes say of themselves at their end; each task has some of them."""
+"""Measures in the info at the end of an episode; each task has some of them."""
 
 Score = dict[str, float]
 
@@ -20,7 +20,7 @@ Score = dict[str, float]
 def evaluate(
     policy: Policy, envs: PseudoSlamVectorEnv, plan_ids: tuple[str, ...] | None, episodes: int, *, deterministic: bool
 ) -> Score:
-    """Return the means over so many episodes, of what ``scores`` tells of each."""
+    """Return the means of ``scores`` over a number of episodes."""
     rows = scores(policy, envs, plan_ids, episodes, deterministic=deterministic)
     return {name: float(np.mean([row[name] for row in rows])) for name in rows[0]}
 
@@ -28,10 +28,10 @@ def evaluate(
 def scores(
     policy: Policy, envs: PseudoSlamVectorEnv, plan_ids: tuple[str, ...] | None, episodes: int, *, deterministic: bool
 ) -> list[Score]:
-    """Return what came of so many episodes: ``return``, ``steps``, and those of ``MEASURES`` that the task has.
+    """Return the scores of a number of episodes: ``return``, ``steps``, and the task's ``MEASURES``.
 
-    1. Episode i starts by seed i, in plan i where there are ids: policies are compared in the same episodes.
-    2. The actions' chance is of its own: learning goes on as if nobody had looked.
+    1. Episode i starts with seed i, in plan i if there are ids, so that policies are compared in the same episodes.
+    2. Actions use a separate random state, so that evaluation does not affect training.
     """
     plans: list[str | None] = [None] * episodes if plan_ids is None else list(plan_ids[:episodes])
     rows: list[Score] = []
@@ -52,7 +52,7 @@ def scores(
 def _episodes(
     policy: Policy, envs: PseudoSlamVectorEnv, seeds: list[int], plans: list[str | None], *, deterministic: bool
 ) -> Iterator[Score]:
-    """Yield what came of an episode in each of the environments."""
+    """Yield the score of an episode in each of the environments."""
     observation, _ = envs.reset(seed=seeds, options={"plan_id": plans})
     number = envs.num_envs
     returns, lengths = np.zeros(number), np.zeros(number)

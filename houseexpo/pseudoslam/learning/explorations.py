@@ -1,4 +1,4 @@
-"""Many explorations, compiled whole: to learn from, and to see what was learned (``kernels.explore``)."""
+"""Many explorations as compiled code, for training and evaluation (``kernels.explore``)."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_params import scratch_of, step_params_of, with_room
 
 SEEN = 0.9
-"""Coverage up to which ways are counted."""
+"""Coverage up to which distances and steps are counted."""
 _FAR_M, _LONG = 150.0, 1000
-"""Metres and steps that a house not seen at all would cost, where time was up: a share of it for what is left."""
+"""Metres and steps charged for a house when time is up, in proportion to the part that is not explored."""
 _GIVEN_UP = 256
 
 
 @dataclass
 class Walk:
-    """An exploration so far."""
+    """The state of an exploration."""
 
     state: State
     errand: Errand
     course: Course
 
     def copy(self) -> Walk:
-        """Return a walk that goes on by itself; what does not change is shared."""
+        """Return an independent copy; constant parts are shared."""
         changed = {name: getattr(self.state.episode, name).copy() for name in ("known", "pose", "counts", "readings")}
         state = State(self.state.episode._replace(**changed), self.state.observable_cells)
         errand, course = copy.deepcopy(self.errand), copy.deepcopy(self.course)
@@ -51,24 +51,24 @@ class Walk:
 
     @property
     def steps(self) -> int:
-        """Steps so far."""
+        """Number of steps so far."""
         return int(self.state.counts.steps)
 
     @property
     def coverage(self) -> float:
-        """The share of what can be seen that is seen."""
+        """The explored share of the observable cells, 0 to 1."""
         return float(self.state.counts.covered) / self.state.observable_cells
 
 
 class Explorations:
-    """Explores houses with a budget of steps; one object serves one thread.
+    """Explores houses with a limited number of steps; each thread needs its own object.
 
     Parameters
     ----------
     config
-        The robot, its sensor, which looks at sectors without errors, and the resolution.
+        The robot, its sensor, which must scan sectors without noise, and the resolution.
     most_steps
-        The budget.
+        The largest number of steps.
     """
 
     def __init__(self, config: SimulatorConfig, most_steps: int) -> None:
@@ -83,7 +83,7 @@ class Explorations:
         )  # fmt: skip
 
     def begin(self, plan: FloorPlan, rng: np.random.Generator) -> Walk:
-        """Return an exploration that has just begun."""
+        """Return a new exploration."""
         simulator = Simulator.of(plan, self.config)
         self._scratch = with_room(self._scratch, simulator.world.occupied.size)
         state = simulator.start(rng)
@@ -96,7 +96,7 @@ class Explorations:
         return Walk(state, errand, course)
 
     def go(self, walk: Walk, weights: Floats, seen: float = SEEN) -> int:
-        """Go on until such a share is seen; see ``kernels.explore.explore``."""
+        """Continue until this share is explored; see ``kernels.explore.explore``."""
         enough = math.ceil(seen * walk.state.observable_cells)
         return int(
             explore(
@@ -106,9 +106,9 @@ class Explorations:
         )  # fmt: skip
 
     def way(self, plan: FloorPlan, rng: np.random.Generator, *each: Floats) -> Floats:
-        """Return (n, 2) the metres and the steps to 90%, by each of n weights from the same start.
+        """Return the metres and the steps to 90% (n, 2), for each of n weights from the same start.
 
-        Where 90% was not seen, what is left is charged for.
+        If 90% is not reached, the rest is charged for.
         """
         begun, found = self.begin(plan, rng), np.zeros((len(each), 2))
         for n, weights in enumerate(each):

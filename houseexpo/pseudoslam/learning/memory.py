@@ -1,8 +1,8 @@
-"""Policies with a memory, of sb3-contrib, whose sequences go through the memory in one call.
+"""Policies with a memory of sb3-contrib, which process sequences in one call.
 
-sb3-contrib goes step by step wherever an episode begins within what it is given. But it has parted what was collected
-where episodes begin, so in an update one begins with the first step of a sequence or not at all. Then it is enough to
-forget what was before that step; an update takes a third less time.
+sb3-contrib goes step by step if an episode begins within a sequence. In an update, however, sequences are already split
+at the starts of episodes, so that an episode can only begin with the first step of a sequence. Then it is enough to
+reset the state before that step; an update takes a third less time.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ States: TypeAlias = tuple[torch.Tensor, torch.Tensor]
 def through(
     features: torch.Tensor, states: States, episode_starts: torch.Tensor, lstm: torch.nn.LSTM
 ) -> tuple[torch.Tensor, States]:
-    """Return what a memory says of sequences, one after the other, and its states behind them.
+    """Return the outputs of a memory for sequences, and its states after them.
 
     Parameters
     ----------
     features
         (sequences * steps, ``lstm.input_size``).
     states
-        Two of (layers, sequences, ``lstm.hidden_size``): before the first step.
+        The two states before the first step, each (layers, sequences, ``lstm.hidden_size``).
     episode_starts
-        (sequences * steps,): 1 where an episode begins.
+        (sequences * steps,): 1 for steps at which an episode begins.
     """
     count = states[0].shape[1]
     starts = episode_starts.reshape(count, -1)
@@ -46,12 +46,12 @@ def through(
 
 
 class MemoryPolicy(RecurrentActorCriticPolicy):  # type: ignore[misc]  # it comes without types where it is not installed
-    """Sees a picture."""
+    """A policy with a memory for observations that are one picture."""
 
     _process_sequence = staticmethod(through)
 
 
 class MultiInputMemoryPolicy(RecurrentMultiInputActorCriticPolicy):  # type: ignore[misc]  # as above
-    """Sees pictures and vectors."""
+    """A policy with a memory for observations of pictures and vectors."""
 
     _process_sequence = staticmethod(through)

@@ -1,4 +1,4 @@
-"""The learner: Stable-Baselines3's PPO, or sb3-contrib's with a memory, made of a run's configuration."""
+"""Make the learner from a configuration: PPO of Stable-Baselines3, or that of sb3-contrib with a memory."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ Policy: TypeAlias = ActorCriticPolicy | MemoryPolicy | MultiInputMemoryPolicy
 
 
 def wrapped(envs: PseudoSlamVectorEnv, config: TrainConfig) -> VecNormalize:
-    """Return environments as the learner takes them: returns are counted before rewards are normalised."""
+    """Return environments for the learner; returns are recorded before rewards are normalised."""
     ppo = config.ppo
     return VecNormalize(VecMonitor(SB3VecEnv(envs)), norm_obs=False, norm_reward=ppo.normalise_rewards, gamma=ppo.gamma)
 
 
 def new_learner(envs: VecNormalize, config: TrainConfig) -> Learner:
-    """Return a learner that knows nothing yet; on CUDA where there is one."""
+    """Return an untrained learner, on CUDA if available."""
     ppo = config.ppo
     make = RecurrentPPO if config.policy == "cnn-lstm" else PPO
     learner: Learner = make(
@@ -52,15 +52,15 @@ def new_learner(envs: VecNormalize, config: TrainConfig) -> Learner:
 
 
 def new_policy(seen: spaces.Space[Any], actions: spaces.Space[Any], config: TrainConfig) -> Policy:
-    """Return a policy for these spaces, on the CPU, whose weights are still to be loaded."""
+    """Return a policy for these spaces on the CPU, before its weights are loaded."""
     policy: Policy = policy_class(seen, config)(seen, actions, lambda _: config.ppo.learning_rate, **_shape(config))
     return policy
 
 
 def policy_class(
     seen: spaces.Space[Any], config: TrainConfig
-) -> Any:  # a class of policies, of libraries that come without types
-    """Return the kind of policy that sees such observations."""
+) -> Any:  # a class of policies, from libraries without types
+    """Return the class of policies for such observations."""
     several = isinstance(seen, spaces.Dict)
     if config.policy == "cnn-lstm":
         return MultiInputMemoryPolicy if several else MemoryPolicy
@@ -68,7 +68,7 @@ def policy_class(
 
 
 def _shape(config: TrainConfig) -> dict[str, Any]:
-    """Return what a policy is made of: one network that sees, no layers between it, or the memory, and the heads."""
+    """Return the architecture: one feature network, and no layers between it (or the memory) and the heads."""
     shape: dict[str, Any] = {
         "features_extractor_class": MapFeatures,
         "net_arch": {"pi": [], "vf": []},

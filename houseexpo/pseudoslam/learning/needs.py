@@ -1,4 +1,4 @@
-"""The extra ``learn``: what learning needs beside the project's own libraries."""
+"""The extra ``learn``: libraries that only training needs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LIBRARIES: Final = {
 
 
 def need_learn(what: str) -> None:
-    """MissingDependencyError with what to install, where a library of the extra is missing."""
+    """Raise MissingDependencyError, which says what to install, if a library of the extra is missing."""
     missing = [title for module, title in LIBRARIES.items() if find_spec(module) is None]
     if missing:
         raise MissingDependencyError(f"{what} needs {', '.join(missing)}, not installed here: {installing('learn')}")

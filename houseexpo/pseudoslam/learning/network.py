@@ -1,4 +1,4 @@
-"""What a policy sees with: convolutions over the maps, and what else is observed beside."""
+"""The feature network of a policy: convolutions over the maps, next to the other observations."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import nn
 
 WIDTH = 128
-"""Numbers that a map becomes: with a view of 100 pixels a policy with a memory takes 4 MB."""
+"""Number of features of a map; with a view of 100 pixels, a policy with a memory takes 4 MB."""
 
 
 class MapFeatures(BaseFeaturesExtractor):  # type: ignore[misc]  # it comes without types where it is not installed
-    """Turn observations (N, ...) into features (N, ``WIDTH`` for each picture and the lengths of all vectors).
+    """Converts observations (N, ...) to features (N, ``WIDTH`` for each picture plus the lengths of all vectors).
 
-    Pictures (channels, rows, cols) come from 0 to 1, each through convolutions of its own; vectors stay as they are.
+    Pictures (channels, rows, cols), with values from 0 to 1, each have their own convolutions; vectors are unchanged.
     """
 
     def __init__(self, space: spaces.Space[Any]) -> None:
@@ -30,14 +30,14 @@ class MapFeatures(BaseFeaturesExtractor):  # type: ignore[misc]  # it comes with
         self.rest = rest
 
     def forward(self, observations: torch.Tensor | dict[str, torch.Tensor]) -> torch.Tensor:
-        """Return the features of so many observations."""
+        """Return the features of observations."""
         parts = observations if isinstance(observations, dict) else {"map": observations}
         seen = [eye(parts[name]) for name, eye in self.eyes.items()]
         return torch.cat(seen + [parts[name].flatten(1) for name in self.rest], dim=1)
 
 
 def _eye(shape: tuple[int, ...]) -> nn.Sequential:
-    """Return convolutions for pictures of this shape; a small one is looked at more closely."""
+    """Return convolutions for pictures of this shape, with smaller strides for small pictures."""
     channels, side = shape[0], min(shape[1:])
     if side >= 36:
         layers = [nn.Conv2d(channels, 32, 8, 4), nn.ReLU(), nn.Conv2d(32, 64, 4, 2), nn.ReLU(), nn.Conv2d(64, 64, 3)]

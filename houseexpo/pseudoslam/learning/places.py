@@ -1,4 +1,4 @@
-"""Where is learned and where is tested: environments of a task, and plans that are on one side only."""
+"""The environments and plans for training and evaluation, without common plans."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ TASKS: Final[dict[str, tuple[type[Task], type[PseudoSlamVectorEnv]]]] = {
 
 @dataclass(frozen=True)
 class Places:
-    """Plans of a run; ids are None where there is one room only, which the task has of its own."""
+    """The plans of a run; ids are None if there is only the task's own room."""
 
     plans: Plans
     train: tuple[str, ...] | None = None
     test: tuple[str, ...] | None = None
 
     def record(self) -> dict[str, Any]:
-        """Return how many plans there are on each side, and their lists' SHA-256."""
+        """Return the numbers of plans for training and evaluation, and the SHA-256 of their lists."""
         lists = {"train": self.train, "test": self.test}
         return {
             side: {"plans": len(ids), "sha256": hashlib.sha256(list_bytes(ids)).hexdigest()}
@@ -52,11 +52,11 @@ class Places:
 
 
 def places_of(dataset: Dataset | None, config: EnvironmentConfig, test_plans: int) -> Places:
-    """Return where is learned and tested; without a data set, the paper's room.
+    """Return the plans for training and evaluation; without a data set, the paper's room.
 
-    1. Plans to learn in are all of the list ``config.train``.
-    2. Plans to be tested in are ``test_plans`` of the list ``config.test``, drawn once and for all, whatever the seed.
-    3. A plan is on one side only: ConfigError where both lists have it.
+    1. The plans for training are all of the list ``config.train``.
+    2. The plans for evaluation are ``test_plans`` of the list ``config.test``; the choice does not depend on the seed.
+    3. The lists must not have common plans, otherwise ConfigError is raised.
     """
     if dataset is None:
         return Places(ROOM)
@@ -74,14 +74,14 @@ def places_of(dataset: Dataset | None, config: EnvironmentConfig, test_plans: in
 
 
 def simulator_of(task: str, config: EnvironmentConfig) -> SimulatorConfig:
-    """Return the simulator's configuration: the preset's, else the task's own, with what the run changes."""
+    """Return the simulator's configuration: that of the preset or else of the task, with the run's changes."""
     kind, _ = TASKS[task]
     plain = with_preset(config.preset, kind.default) if config.preset else kind.default
     return config_from(SimulatorConfig, _merged(mapping_from(plain), config.simulator), "environment.simulator")
 
 
 def check_options(task: str, config: EnvironmentConfig) -> None:
-    """ConfigError where an option of the task, or of its simulator, is unknown or cannot be."""
+    """Raise ConfigError if an option of the task or of its simulator is unknown or invalid."""
     kind, _ = TASKS[task]
     config_from(kind, config.task, "environment.task")
     simulator_of(task, config)
@@ -96,7 +96,7 @@ def environments(
     plan_ids: tuple[str, ...] | None = None,
     threads: int | None = None,
 ) -> PseudoSlamVectorEnv:
-    """Return environments that begin anew in the step in which an episode ends, as Stable-Baselines3 wants them."""
+    """Return environments that reset in the step in which an episode ends, as Stable-Baselines3 requires."""
     _, make = TASKS[task]
     given: dict[str, Any] = {"plan_ids": plan_ids} if plan_ids is not None else {}
     return make(
@@ -113,7 +113,7 @@ def environments(
 
 
 def _merged(plain: Any, changes: Any) -> Any:
-    """Return nested mappings with some values changed; a part that was None is made of the changes alone."""
+    """Return nested mappings with some values changed; a part that was None consists only of the changes."""
     if not (isinstance(plain, Mapping) and isinstance(changes, Mapping)):
         return changes
     return {**plain, **{key: _merged(plain.get(key), part) for key, part in changes.items()}}

@@ -1,4 +1,4 @@
-"""``policy.pt``: weights, and what is needed to act by them; ``policy.json`` beside it is for people and tables."""
+"""``policy.pt``: weights, and the configuration for using them; ``policy.json`` beside it is for people and tables."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ FORMAT: Final = 1
 
 @dataclass(frozen=True)
 class Trained:
-    """A policy that was learned.
+    """A trained policy.
 
     Parameters
     ----------
     about
-        What ``policy.json`` says: task, configuration, seed, steps, plans, versions, scores.
+        The contents of ``policy.json``: task, configuration, seed, steps, plans, versions, scores.
     """
 
     about: dict[str, Any]
@@ -45,17 +45,17 @@ class Trained:
 
     @property
     def task(self) -> str:
-        """The task that it was learned for."""
+        """The task of the training."""
         return str(self.about["task"])
 
 
 class Actor:
-    """A policy in one episode: it remembers what it has seen. Make a new one for each episode.
+    """A policy with its memory for one episode; each episode needs a new one.
 
     Parameters
     ----------
     seed
-        Decides the actions, where they are by chance.
+        The seed of random actions.
     """
 
     def __init__(self, trained: Trained, seed: int = 0, *, deterministic: bool | None = None) -> None:
@@ -66,20 +66,20 @@ class Actor:
         self._chance = torch.Generator().manual_seed(seed).get_state()
 
     def __call__(self, observation: npt.NDArray[Any] | dict[str, Any], _info: object = None) -> Any:
-        """Return an action of the environment for what it shows."""
-        with torch.inference_mode(), torch.random.fork_rng(devices=[]), _without_onednn():  # others' chance stays
+        """Return an action of the environment for an observation."""
+        with torch.inference_mode(), torch.random.fork_rng(devices=[]), _without_onednn():  # keep torch's state
             torch.set_rng_state(self._chance)
             actions = self._likely(observation).get_actions(deterministic=self._deterministic).numpy()
             self._chance = torch.get_rng_state()
         space = self._policy.action_space
-        if isinstance(space, spaces.Box):  # what is drawn may lie beyond it
+        if isinstance(space, spaces.Box):  # random actions may lie outside
             actions = np.clip(actions, space.low, space.high)
         return actions.reshape(-1, *space.shape)[0]
 
     def _likely(self, observation: npt.NDArray[Any] | dict[str, Any]) -> Distribution:
-        """Return how likely the actions are, and remember what was seen.
+        """Return the distribution of actions, and update the memory.
 
-        The policy's ``predict`` does so, too, and puts all of its layers in order before: half of a decision's time.
+        The policy's ``predict`` does the same but sets the mode of all layers first, which takes half of the time.
         """
         seen, _ = self._policy.obs_to_tensor(observation)
         if not self._remembers:
@@ -93,7 +93,7 @@ class Actor:
 
 
 def write_policy(file: Path, policy: Policy, about: dict[str, Any]) -> None:
-    """Write a policy, and what there is to say of it beside it, as ``.json``."""
+    """Write a policy, and its description to a ``.json`` file beside it."""
     weights = {name: value.detach().cpu() for name, value in policy.state_dict().items()}
     packed = io.BytesIO()
     torch.save({"format": FORMAT, "about": as_json(about).decode(), "weights": weights}, packed)
@@ -102,9 +102,9 @@ def write_policy(file: Path, policy: Policy, about: dict[str, Any]) -> None:
 
 
 def read_policy(file: Path, task: str | None = None) -> Trained:
-    """Return a policy; TrainingError where the file is none, is damaged, or was learned for another task.
+    """Return a policy; raise TrainingError if the file is not a policy, is damaged, or is for another task.
 
-    Nothing in the file is run.
+    No code in the file is executed.
     """
     try:
         found = torch.load(io.BytesIO(file.read_bytes()), map_location="cpu", weights_only=True)
@@ -128,9 +128,9 @@ def read_policy(file: Path, task: str | None = None) -> Trained:
 
 @contextmanager
 def _without_onednn() -> Iterator[None]:
-    """Do without oneDNN, whose own preparations take 0.3 ms for one small picture; then leave it as it was.
+    """Disable oneDNN, whose preparation takes 0.3 ms for a small picture, and restore it afterwards.
 
-    ``torch.backends.mkldnn.flags`` would do so, and warn of what only Intel's GPUs have.
+    ``torch.backends.mkldnn.flags`` does the same but gives a warning about a feature of Intel's GPUs.
     """
     was = torch.backends.mkldnn.enabled
     torch.backends.mkldnn.enabled = False

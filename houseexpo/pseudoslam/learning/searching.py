@@ -1,4 +1,4 @@
-"""The search for weights: CMA-ES over the numbers in which frontiers of one map differ."""
+"""The search for weights: CMA-ES over the features in which frontiers of one map differ."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ SPREADS: Final = {
     "walls within 2.5 m": 0.02, "others within 3 m": 0.59, "nearer to the others": 0.2, "nearer to their length": 0.21,
     "tour beyond the shortest": 0.53, "to the rim": 0.28,
 }  # fmt: skip
-"""Deviations among the frontiers of one map, over 60 published plans; in these units all weights are searched alike.
-The numbers that are the same for all frontiers of a map decide nothing, and weigh nothing."""
+"""Standard deviations among the frontiers of one map, over 60 published plans; they scale the search of each weight.
+Features that are equal for all frontiers of a map do not affect the choice and have no weight."""
 _STEP = 0.3
 _SEARCH = 2**31
 
 
 class Search:
-    """Candidates are asked for and their costs are told, a generation after the other; ``mean`` is what was learned.
+    """A search that returns the candidates of a generation and then receives their costs; ``mean`` is the result.
 
     Parameters
     ----------
     start
-        (numbers,) the weights in the middle of the first generation.
+        The mean of the first generation (numbers,).
     candidates
-        How many a generation has.
+        Number of candidates in a generation.
     seed
-        Of what is drawn; NumPy's own generator is not touched.
+        The seed of random numbers; NumPy's global generator is not used.
     """
 
     def __init__(self, start: Floats, candidates: int, seed: int) -> None:
@@ -56,12 +56,12 @@ class Search:
         return [self._weights(one) for one in self._asked]
 
     def tell(self, costs: Sequence[float]) -> None:
-        """Learn what each candidate that was asked for last costs."""
+        """Update the search with the costs of the last candidates."""
         self._strategy.tell(self._asked, list(costs))
 
     @property
     def mean(self) -> Floats:
-        """(numbers,) the weights in the middle of the next generation."""
+        """The mean of the next generation (numbers,)."""
         return self._weights(self._strategy.mean)
 
     def _weights(self, found: Floats) -> Floats:

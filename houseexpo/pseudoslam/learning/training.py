@@ -1,10 +1,10 @@
-"""A run: learn, test on held-out plans, keep checkpoints, go on.
+"""A training run: train, evaluate on held-out plans, write checkpoints, resume.
 
-1. A run belongs to its task, its configuration and its lists of plans; a folder holds one run.
-2. Between two checkpoints the environments go on; at each of them all begin new episodes, by seeds that the run's seed
-   and the steps done decide. So a run that was killed and goes on ends with the same weights as one that was not.
-3. A policy with a weight that is no finite number ends the run; what was kept before stays.
-4. ``policy.pt`` is written last: where it is, the run is done.
+1. A run is defined by its task, its configuration and its lists of plans; a folder contains one run.
+2. At each checkpoint, all environments start new episodes with seeds that depend on the run's seed and the number of
+   steps. Therefore a run that is killed and resumed ends with the same weights as an uninterrupted one.
+3. A weight that is not a finite number ends the run; earlier files are kept.
+4. ``policy.pt`` is written last; if it exists, the run is finished.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _LIBRARIES: Final = ("torch", "stable-baselines3", "sb3-contrib", "gymnasium", "
 
 @dataclass(frozen=True)
 class Run:
-    """What is learned, where, and in which folder it is kept."""
+    """A training run: its task, its configuration, its plans, and its folder."""
 
     task: str
     config: TrainConfig
@@ -53,29 +53,29 @@ class Run:
     folder: Path
 
     def record(self) -> dict[str, Any]:
-        """Return what tells this run from others."""
+        """Return what distinguishes this run from others."""
         return {"task": self.task, "config": self.config.record(), "lists": self.places.record()}
 
 
 def train(
     run: Run, *, resume: bool = False, threads: int | None = None, say: Callable[[str], None] = lambda _: None
 ) -> Score:
-    """Learn to the end; return the last test's score.
+    """Train a policy to the end and return the score of the last evaluation.
 
     Parameters
     ----------
     resume
-        Go on from the last whole checkpoint of the folder; from the beginning where there is none.
+        Whether to continue from the last complete checkpoint of the folder, or from the start if there is none.
     threads
-        Of PyTorch and of the environments; None: as many as there are cores.
+        Number of threads of PyTorch and of the environments; None for one per core.
     say
-        What takes a line after each test.
+        A function that is called with a line after each evaluation.
 
     Raises
     ------
     TrainingError
-        The folder holds another run, or one and it is not to be resumed; its checkpoints are all damaged; or the
-        policy broke.
+        The folder holds another run, or a run and ``resume`` is False; all of its checkpoints are damaged; or training
+        has diverged.
     """
     torch.set_num_threads(threads or cores())
     begun = _begun(run, resume=resume)
@@ -95,7 +95,7 @@ def train(
 
 
 class _Training:
-    """A learner at work."""
+    """A learner in training."""
 
     def __init__(self, run: Run, learner: Learner, tests: Any, say: Callable[[str], None]) -> None:
         self._run, self._learner, self._tests, self._say = run, learner, tests, say
@@ -105,7 +105,7 @@ class _Training:
         learner.set_logger(Logger(None, [TensorBoardOutputFormat(str(run.folder / "tensorboard"))]))
 
     def go_on(self, done: int) -> Score:
-        """Make the updates that are left."""
+        """Make the remaining updates."""
         config, learner = self._run.config, self._learner
         total = config.updates(config.steps)
         test_every, keep_every = config.updates(config.evaluation.every), config.updates(config.checkpoint_every)
@@ -119,23 +119,23 @@ class _Training:
                 checkpoints.save(self._run.folder / CHECKPOINTS, learner, self._run.record(), update)
                 begin_anew(learner, config.seed)  # R2
         learner.logger.close()
-        score = score or self._score()  # it was done, but not to the last file
+        score = score or self._score()  # finished, except for the last file
         write_policy(self._run.folder / POLICY, learner.policy, {**about(self._run, learner), "score": score})  # R4
         return score
 
     def _update(self, update: int) -> tuple[int, dict[str, float]]:
-        """Collect steps and learn of them; return the steps done and what came of the episodes that ended."""
+        """Collect steps and learn from them; return the number of steps and the means of finished episodes."""
         learner, episodes = self._learner, _Episodes()
         try:
             learner.learn(self._run.config.steps_per_update, callback=episodes, reset_num_timesteps=False)
-        except ValueError as error:  # a distribution that cannot be made of what is no number
+        except ValueError as error:  # a distribution of values that are not finite
             check_finite(learner, update, self._run.config)
             raise TrainingError(f"update {update}, after {learner.num_timesteps:,} steps: {error}") from error
         check_finite(learner, update, self._run.config)
         return learner.num_timesteps, episodes.means()
 
     def _test(self) -> Score:
-        """Measure how good the policy is now; put it into the curve and the log."""
+        """Evaluate the policy, and add the score to the curve and the log."""
         steps, score = self._learner.num_timesteps, self._score()
         self._tested.add(steps, score)
         for name, value in score.items():
@@ -162,7 +162,7 @@ class _Episodes(BaseCallback):  # type: ignore[misc]  # it comes without types w
         return True
 
     def means(self) -> dict[str, float]:
-        """Return how many ended, and their mean return and length; those are not there where none ended."""
+        """Return the number of finished episodes and, if there are any, their mean return and length."""
         found = {"episodes": float(len(self._ended))}
         for name, key in (("return", "r"), ("steps", "l")):
             found[name] = float(np.mean([one[key] for one in self._ended])) if self._ended else float("nan")
@@ -170,7 +170,7 @@ class _Episodes(BaseCallback):  # type: ignore[misc]  # it comes without types w
 
 
 def begin_anew(learner: Learner, seed: int) -> None:
-    """Have all environments begin episodes that the seed and the steps done decide (R2)."""
+    """Start episodes in all environments, with seeds from the run's seed and the number of steps (R2)."""
     envs: VecNormalize = learner.get_env()
     state = np.random.SeedSequence([seed, learner.num_timesteps]).generate_state(1)
     envs.seed(int(state[0]))
@@ -178,7 +178,7 @@ def begin_anew(learner: Learner, seed: int) -> None:
 
 
 def check_finite(learner: Learner, update: int, config: TrainConfig) -> None:
-    """TrainingError where a weight is no finite number (R3)."""
+    """Raise TrainingError if a weight is not a finite number (R3)."""
     for name, weight in learner.policy.named_parameters():
         if not torch.isfinite(weight).all():
             raise TrainingError(
@@ -189,7 +189,7 @@ def check_finite(learner: Learner, update: int, config: TrainConfig) -> None:
 
 
 def about(run: Run, learner: Learner) -> dict[str, Any]:
-    """Return what is to be said of a policy: its run, and what made it."""
+    """Return the description of a policy: its run, and the versions of the code."""
     made_by = {"houseexpo": houseexpo.__version__, "python": platform.python_version()}
     return {
         **run.record(),
@@ -202,7 +202,7 @@ def about(run: Run, learner: Learner) -> dict[str, Any]:
 
 
 def _begun(run: Run, *, resume: bool) -> checkpoints.Checkpoint | None:
-    """Return the checkpoint to go on from; write what the folder holds where a run begins."""
+    """Return the checkpoint to resume from, if any; for a new run, write its description to the folder."""
     folder = run.folder
     kept = folder / CHECKPOINTS
     record = folder / "run.json"

@@ -1,4 +1,4 @@
-"""Weights of a chooser of frontiers: a JSON file with what made them."""
+"""The weights of a chooser of frontiers: a JSON file that also describes their training."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ FORMAT: Final = "houseexpo chooser 2"
 
 
 class Weights(msgspec.Struct, frozen=True):
-    """What a file holds.
+    """The contents of a file of weights.
 
     Parameters
     ----------
     about
-        The command, the seed, the commit, and what it came to.
+        The command, the seed, the commit, and the results of the training.
     weights
-        By the names of the numbers that they weigh, ``OUTLOOKS``; those that are not named weigh 0.
+        The weights by the names of features, ``OUTLOOKS``; missing ones are 0.
     """
 
     format: str
@@ -34,12 +34,12 @@ class Weights(msgspec.Struct, frozen=True):
 
 
 def weighing(**weights: float) -> Floats:
-    """Return the weights of some of the numbers, 0 for the others; ``_`` stands for a blank."""
+    """Return weights with some features given and the others 0; ``_`` in a name stands for a space."""
     return _in_order({name.replace("_", " "): weight for name, weight in weights.items()})
 
 
 def rounded(weights: Floats) -> Floats:
-    """Return weights of six digits: they are read back as they were written."""
+    """Return weights rounded to six digits, which are equal after writing and reading."""
     return np.array([float(f"{value:.6g}") for value in weights])
 
 
@@ -50,7 +50,7 @@ def write_weights(file: Path, weights: Floats, about: dict[str, Any]) -> None:
 
 
 def read_weights(file: Path) -> tuple[Floats, dict[str, Any]]:
-    """Return weights, and what made them; ConfigError where a file holds none, or of other numbers."""
+    """Return weights and their description; raise ConfigError if a file has none, or has those of other features."""
     try:
         head = msgspec.json.decode(file.read_bytes())
         if isinstance(head, dict) and head.get("format") != FORMAT:

@@ -1,1 +1,1 @@
-"""Plans as worlds: rasters, their cache, obstacles, people, and how an episode starts in one (``reset``)."""
+"""Worlds made from plans: rasters, their cache, obstacles, people, and the start of episodes (``reset``)."""

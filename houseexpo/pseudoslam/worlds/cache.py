@@ -1,4 +1,4 @@
-"""Plans as worlds, each rasterised once and shared."""
+"""A cache of worlds: each plan is rasterised once and shared."""
 
 from __future__ import annotations
 
@@ -27,34 +27,34 @@ Thing = TypeVar("Thing")
 Plans: TypeAlias = Union[str, "os.PathLike[str]", FloorPlan, Sequence[FloorPlan]]
 
 MAX_KEPT = 1_000_000_000
-"""Bytes of worlds that stay in memory. Packed, a house of 120 m2 takes 20 kB at 16 px/m: 10,000 of them fit easily."""
+"""Bytes of packed worlds in memory. A house of 120 m2 takes 20 kB at 16 px/m, so that 10,000 of them fit easily."""
 MAX_OPEN = 150_000_000
-"""Bytes of worlds that stay in memory unpacked, too: some 400 such houses."""
+"""Bytes of unpacked worlds in memory: about 400 such houses."""
 OF_A_CELL = 8
-"""Bytes of such a world, where obstacles are set down: three rasters, an empty map and the nearest standing cells."""
+"""Bytes per cell of an unpacked world with obstacles: three rasters, an empty map and the nearest standing cells."""
 
 
 def world_for(plan: FloorPlan, config: SimulatorConfig) -> World:
-    """Return the world of a plan for a configuration, with the ways of what moves in it.
+    """Return the world of a plan for a configuration, including the paths of people and trajectories.
 
     Raises
     ------
     ConfigError
-        Where the grid would have more than ``world.MAX_CELLS``, the robot or people fit nowhere, or a trajectory runs
+        The grid would have more than ``world.MAX_CELLS`` cells, the robot or people fit nowhere, or a trajectory runs
         into a wall.
     PlanError
-        Where the plan has no free cell.
+        The plan has no free cell.
     """
     return with_what_moves(still_world(plan, config), plan, config)
 
 
 def still_world(plan: FloorPlan, config: SimulatorConfig) -> World:
-    """Return the world of a plan without what moves in it, as ``world_for`` does."""
+    """Return the world of a plan like ``world_for``, but without moving obstacles."""
     return make_world(plan, config.pixels_per_metre, config.robot.radius_m, config.laser.range_m)
 
 
 def with_what_moves(world: World, plan: FloorPlan, config: SimulatorConfig) -> World:
-    """Return a world with the ways of what moves in it, as ``world_for`` does."""
+    """Return a world with the paths of people and trajectories added, like ``world_for``."""
     if config.trajectories:
         world = replace(world, tracks=make_tracks(config.trajectories, world.occupied, world.frame, plan.id))
     if config.people.number:
@@ -63,16 +63,16 @@ def with_what_moves(world: World, plan: FloorPlan, config: SimulatorConfig) -> W
 
 
 class WorldCache:
-    """The worlds of a data set for one configuration; those used last stay in memory: as bits, the latest as bytes.
+    """The worlds of a data set for one configuration; recent ones stay in memory as bits, the latest as bytes.
 
-    ``plans`` is a data set or its path, a plan, or a list of plans. The worlds of a data set are kept on disk, too
-    (``worlds.store``), made by ``prepare`` or when they are first asked for; what moves in them is not.
+    ``plans`` is a data set or its path, a plan, or a list of plans. The worlds of a data set are also stored on disk
+    (``worlds.store``), by ``prepare`` or when they are first used, but without moving obstacles.
     """
 
     def __init__(self, plans: Plans, config: SimulatorConfig) -> None:
         found = open_dataset(plans) if isinstance(plans, (str, os.PathLike)) else plans
         self._plans: Sequence[FloorPlan] = [found] if isinstance(found, FloorPlan) else found
-        given = self._plans if isinstance(self._plans, (list, tuple)) else ()  # a data set's plans are read later
+        given = self._plans if isinstance(self._plans, (list, tuple)) else ()  # plans of a data set are read later
         if not isinstance(self._plans, Sequence) or not all(isinstance(plan, FloorPlan) for plan in given):
             raise ConfigError(f"dataset: expected a data set or its path, a plan, or a list of plans, found {found!r}")
         if not len(self._plans):
@@ -85,18 +85,18 @@ class WorldCache:
         self._lock = Lock()
 
     def __reduce__(self) -> tuple[type[WorldCache], tuple[Sequence[FloorPlan], SimulatorConfig]]:
-        """Pickle the plans and the configuration; worlds are made again where they are used."""
+        """Pickle the plans and the configuration; worlds are made again when they are used."""
         return WorldCache, (self._plans, self._config)
 
     def __deepcopy__(self, memo: dict[int, object]) -> WorldCache:
-        """Return the cache itself: worlds do not change, and threads may share it."""
+        """Return the cache itself, since worlds do not change and threads may share it."""
         return self
 
     def __len__(self) -> int:
         return len(self._plans)
 
     def __getitem__(self, number: int) -> World:
-        """Return the world of a plan; ConfigError and PlanError as ``world_for`` raises them."""
+        """Return the world of a plan; raise ConfigError or PlanError like ``world_for``."""
         with self._lock:
             world = self._open.used(number)
             if world is None:
@@ -107,7 +107,7 @@ class WorldCache:
             return world
 
     def _closed(self, number: int) -> World:
-        """Return the world of a plan that is not open: from disk, or from memory, or made anew."""
+        """Return the world of a plan that is not unpacked: from memory, from disk, or newly made."""
         if self._stored is not None and not self._moves:
             return self._still(number)
         packed = self._kept.used(number)
@@ -117,7 +117,7 @@ class WorldCache:
         return packed.unpacked()
 
     def _still(self, number: int) -> World:
-        """Return a world without what moves: of a data set's plan from disk, where it is kept from now on."""
+        """Return a world without moving obstacles; for a plan of a data set, load it from disk or store it there."""
         if self._stored is None:
             return still_world(self._plans[number], self._config)
         plans, store = self._stored
@@ -129,7 +129,7 @@ class WorldCache:
         return world
 
     def number_of(self, plan_id: str, key: str = "plan_id") -> int:
-        """Return the number of a plan; ConfigError, which names the ``key``, where there is none of that id."""
+        """Return the number of a plan; raise ConfigError, which names ``key``, if there is no plan with this id."""
         if not isinstance(plan_id, str) or plan_id not in self._numbers:
             known = list(reversed(self._numbers))  # in the data set's order
             near = nearest(plan_id, known).partition("; ")[2] if isinstance(plan_id, str) else ""
@@ -139,13 +139,13 @@ class WorldCache:
 
     @cached_property
     def _numbers(self) -> dict[str, int]:
-        """The plans' numbers by their ids; the first of those with one id."""
+        """The plans' numbers by their ids; for equal ids, the first."""
         ids: Sequence[str] = getattr(self._plans, "ids", None) or [plan.id for plan in self._plans]
         return {plan_id: number for number, plan_id in reversed(list(enumerate(ids)))}
 
 
 class _Recent(Generic[Thing]):
-    """Things by their number; those used last, up to so many bytes, and the last one in any case."""
+    """A cache of values by number, with those used most recently up to a number of bytes, and always the last one."""
 
     def __init__(self, most: int) -> None:
         self._things: OrderedDict[int, tuple[Thing, int]] = OrderedDict()
@@ -155,18 +155,18 @@ class _Recent(Generic[Thing]):
         return len(self._things)
 
     def __iter__(self) -> Iterator[int]:
-        """Iterate over the numbers, from the one used longest ago."""
+        """Iterate over the numbers, starting with the least recently used one."""
         return iter(self._things)
 
     def used(self, number: int) -> Thing | None:
-        """Return a thing that is used now; None where it is not here."""
+        """Return a value and mark it as used; None if it is not in the cache."""
         if number not in self._things:
             return None
         self._things.move_to_end(number)
         return self._things[number][0]
 
     def keep(self, number: int, thing: Thing, size: int) -> None:
-        """Take in one that is not here, and drop those used longest ago where that is too many bytes."""
+        """Add a value, and drop the least recently used ones if there are too many bytes."""
         self._things[number] = thing, size
         self.bytes += size
         while self.bytes > self._most and len(self._things) > 1:
@@ -174,7 +174,7 @@ class _Recent(Generic[Thing]):
 
 
 class _Packed:
-    """A world whose rasters are bits: a thirtieth of what an episode copies of them."""
+    """A world with its rasters as bits, a thirtieth of the bytes that an episode copies."""
 
     def __init__(self, world: World) -> None:
         empty = np.empty((0, 0), np.uint8)
@@ -184,10 +184,10 @@ class _Packed:
 
     @property
     def size(self) -> int:
-        """Bytes, nearly."""
+        """The approximate number of bytes."""
         return sum(bits.nbytes for bits in self._bits) + self._world.flow.toward.nbytes + self._world.flow.spots.nbytes
 
     def unpacked(self) -> World:
-        """Return the world."""
+        """Return the unpacked world."""
         occupied, traversable, observable = (raster_of(bits, *self._shape) for bits in self._bits)
         return replace(self._world, occupied=occupied, traversable=traversable, observable=observable)

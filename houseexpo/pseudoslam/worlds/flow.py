@@ -1,4 +1,4 @@
-"""The ways to the rooms of a house, computed once for each world."""
+"""The paths to the rooms of a house, computed once for each world."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from houseexpo.pseudoslam.kernels.planning.flow import FAR, FLOW_SIZES, Flow
 from houseexpo.pseudoslam.worlds.traversable import traversable_cells
 
 _BLOCK_M = 0.2
-_MIN_GOALS, _MAX_GOALS = 4, 24  # where a plan has no rooms to go to
+_MIN_GOALS, _MAX_GOALS = 4, 24  # if a plan has no rooms to go to
 
 Ints = npt.NDArray[np.int32]
 Mask = npt.NDArray[np.uint8]
 
 
 def make_flow(occupied: Mask, frame: GridFrame, radius_m: float, plan: FloorPlan) -> Flow:
-    """Return the ways to all rooms of a plan for a disc of a person's radius.
+    """Return the paths to all rooms of a plan for a disc of a person's radius.
 
-    A room's goal is where it is widest. Where the plan records fewer than two rooms that can be reached, goals are
-    places far from each other, as many as it says it has rooms, from 4 to 24.
+    The goal in a room is its widest place. If the plan records fewer than two rooms that can be reached, goals are
+    places far from each other; there are ``room_num`` of them, but at least 4 and at most 24.
 
     Raises
     ------
     ConfigError
-        Where nobody of this radius fits.
+        A person of this radius does not fit anywhere.
     """
     traversable = traversable_cells(occupied, radius_m * frame.pixels_per_metre)
     if not traversable.any():
@@ -50,7 +50,7 @@ def make_flow(occupied: Mask, frame: GridFrame, radius_m: float, plan: FloorPlan
 
 
 def _room_cells(plan: FloorPlan, frame: GridFrame, occupied: Mask, traversable: Mask) -> list[tuple[int, int]]:
-    """Return the (row, col) in each room at which a person has most room round it."""
+    """Return the cell (row, col) with the largest clearance in each room."""
     ids = room_mask(plan, frame)
     room_m = np.where(traversable != 0, clearance(occupied == 0, 1.0), -1.0)
     found = []
@@ -63,7 +63,7 @@ def _room_cells(plan: FloorPlan, frame: GridFrame, occupied: Mask, traversable: 
 
 
 class _Ways:
-    """Blocks, their links, and the biggest part of them that hangs together."""
+    """Blocks of cells, their links, and their largest connected component."""
 
     def __init__(self, traversable: Mask, side: int) -> None:
         shape = math.ceil(traversable.shape[0] / side), math.ceil(traversable.shape[1] / side)
@@ -76,24 +76,24 @@ class _Ways:
         self.joined = self._biggest()
 
     def distances(self, goal: int) -> Ints:
-        """Return the length of the way from each block to a goal."""
+        """Return the distance from each block to a goal."""
         found = np.empty(self.links.shape, np.int32)
         kernels.find_distances(self.links, goal, found, self._queue, self._queued)
         return found
 
     def toward(self, goal: int) -> Mask:
-        """Return where to go next from each block."""
+        """Return the next block on the path from each block to a goal."""
         found = np.empty(self.links.shape, np.uint8)
         kernels.find_toward(self.links, self.distances(goal), found)
         return found
 
     def connected(self, cells: list[tuple[int, int]]) -> list[int]:
-        """Return the blocks of cells, once each, that can be reached."""
+        """Return the blocks of cells that can be reached, each once."""
         blocks = [row // self.side * self.links.shape[1] + col // self.side for row, col in cells]
         return [block for block in dict.fromkeys(blocks) if self.joined.flat[block]]
 
     def spread(self, number: int) -> list[int]:
-        """Return blocks each as far as can be from those before it: ends of rooms, mostly."""
+        """Return blocks, each as far as possible from the earlier ones; these are mostly at the ends of rooms."""
         roomy = self.joined & (np.bitwise_count(self.links) == 8)
         candidates = roomy if roomy.any() else self.joined
         nearest = self.distances(int(candidates.argmax()))

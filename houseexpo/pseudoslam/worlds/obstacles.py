@@ -1,4 +1,4 @@
-"""Setting obstacles down in a house (section III-E): never into each other or a wall, never so that they close it."""
+"""Place obstacles in a house (section III-E) so that they neither overlap each other or walls nor divide the house."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from houseexpo.pseudoslam.kernels.placement.cells import count_before, nth_cell
 from houseexpo.pseudoslam.kernels.placement.obstacles import FITS, OVERLAPS, set_down
 from houseexpo.pseudoslam.kernels.types import Cells, Counts, Grid
 
-_TRIES = 100  # places for one obstacle
-_ROUNDS = 3  # times that all is cleared away, and begun anew
+_TRIES = 100  # attempts for one obstacle
+_ROUNDS = 3  # attempts from the beginning
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,11 +27,11 @@ class Placement:
     Parameters
     ----------
     occupied
-        1 in walls, obstacles and outside.
+        1 in walls and obstacles, and outside.
     traversable
-        1 where the robot can still stand and walk to all other such cells.
+        1 for cells where the robot can still stand and from which it can go to all other such cells.
     obstacles
-        Those told and those drawn, in this order.
+        The configured obstacles, and then the random ones.
     """
 
     occupied: Grid
@@ -51,34 +51,34 @@ def place(
     free_before: Counts | None = None,
     into: Placement | None = None,
 ) -> Placement:
-    """Set obstacles down so that the robot can still go everywhere.
+    """Place obstacles so that the robot can still go everywhere.
 
-    - R1: no two obstacles share a cell, nor does one share a cell with a wall; random ones keep ``gap_m``, from the
-      cells' near sides.
-    - R2: the cells where the robot can stand stay one piece. Pieces with less area than the robot's own disc are no
-      place to be: they may be cut off, and are given up.
-    - R3: a random obstacle that breaks R1 or R2 is drawn again, shape, size, heading and place (evenly over the free
-      cells), 100 times; then all random ones are cleared away, and it begins anew, 3 times.
+    - R1: no two obstacles share a cell, and none shares a cell with a wall; random ones keep a distance of ``gap_m``,
+      measured from the near sides of cells.
+    - R2: the cells where the robot can stand remain connected. Pieces with less area than the robot's own disc may be
+      cut off; they are then no longer traversable.
+    - R3: a random obstacle that violates R1 or R2 is drawn again, up to 100 times, with a new shape, size, heading and
+      place (uniform over the free cells). After that, all random obstacles are removed and placed again, up to 3 times.
 
     Parameters
     ----------
     occupied
-        (rows, cols), 1 in walls and outside; the border is.
+        (rows, cols), 1 in walls and outside, including the border.
     traversable
-        1 where the middle of a robot of ``radius_px`` can be, one piece, as ``traversable_cells`` finds it.
+        1 for cells where the centre of a robot of ``radius_px`` can be, connected, from ``traversable_cells``.
     plan_id
-        What errors call the house.
+        The name of the house in errors.
     rng
-        Drawn from only for random obstacles.
+        The generator for random obstacles.
     free_before
         ``count_before`` of the free cells, if it is known.
     into
-        Another placement in a house of this shape, done with: its arrays are written over and returned.
+        A former placement in a house of the same shape, whose arrays are overwritten and returned.
 
     Raises
     ------
     ConfigError
-        Where an obstacle was told to stand where it cannot, or too few of the random ones find a place.
+        A configured obstacle cannot be at its place, or there is no place for enough random ones.
     """
     low, high = config.random.number if config.random else (0, 0)
     wanted = int(rng.integers(low, high, endpoint=True)) if config.random else 0
@@ -100,7 +100,7 @@ def place(
 
 
 class _House:
-    """A copy of the rasters that obstacles are set down in, and scratch memory."""
+    """A copy of the rasters for placing obstacles, and working memory."""
 
     def __init__(
         self, occupied: Grid, traversable: Grid, frame: GridFrame, radius_px: float, into: Placement | None
@@ -111,12 +111,12 @@ class _House:
         np.copyto(self.occupied, occupied)
         np.copyto(self.traversable, traversable)
         self.frame, self.empty = frame, occupied
-        self._robot = _disc(radius_px, 0.5)  # from the middle of a cell to the near side of another
+        self._robot = _disc(radius_px, 0.5)  # from the centre of a cell to the near side of another
         self._least = math.ceil(math.pi * radius_px**2)
         self._scratch = np.empty((3, occupied.size), np.int32)
 
     def set_down(self, obstacle: Obstacle, gap_m: float = 0.0) -> int:
-        """Set an obstacle down where it can be; return what became of it."""
+        """Place an obstacle if possible; return the outcome."""
         spans, count, inside = obstacle.spans(self.frame)
         if not inside:
             return OVERLAPS
@@ -127,7 +127,7 @@ class _House:
 
 
 def _set_down_told(house: _House, placed: tuple[Obstacle, ...], plan_id: str) -> None:
-    """Set the obstacles down whose places are told; ConfigError at the first that cannot be there."""
+    """Place the configured obstacles; raise ConfigError at the first one that cannot be at its place."""
     for i, obstacle in enumerate(placed):
         verdict = house.set_down(obstacle)
         if verdict != FITS:
@@ -146,7 +146,7 @@ def _set_down_told(house: _House, placed: tuple[Obstacle, ...], plan_id: str) ->
 def _set_down_drawn(
     house: _House, before: Counts, config: RandomObstacles, wanted: int, rng: np.random.Generator
 ) -> list[Obstacle]:
-    """Set random obstacles down, up to the first that finds no place."""
+    """Place random obstacles, up to the first one without a place."""
     n_free = int(before[-1])
     found: list[Obstacle] = []
     for _ in range(wanted if n_free else 0):
@@ -165,9 +165,9 @@ def _set_down_drawn(
 
 @lru_cache(maxsize=64)
 def _disc(radius_px: float, near_px: float) -> Cells:
-    """Return a disc of cells as half its width so many rows from the middle, -1 for none.
+    """Return a disc of cells as half its width at each distance in rows from the centre, -1 for none.
 
-    A cell is in it where its centre, taken ``near_px`` nearer along each axis, lies within; the middle always is.
+    A cell is in it if its centre, moved closer by ``near_px`` along each axis, lies within; the centre always is.
     """
     offsets = np.maximum(np.arange(math.ceil(radius_px + near_px) + 1) - near_px, 0.0)
     widths: Cells = (np.hypot(offsets[:, None], offsets) < radius_px - 1e-9).sum(axis=1, dtype=np.int32) - 1

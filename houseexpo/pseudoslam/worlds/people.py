@@ -1,4 +1,4 @@
-"""People as the kernels take them: how they walk, and where they start."""
+"""People in the form of the kernels: how they walk, and where they start."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from houseexpo.pseudoslam.kernels.people.social_force import FEELER, Walk
 from houseexpo.pseudoslam.kernels.people.spawn import place_people
 from houseexpo.pseudoslam.kernels.planning.flow import Flow
 
-_FEELERS, _RINGS_M = 12, (0.07, 0.2)  # directions, and how far beyond a person's rim they feel
-_WALL_M_S2, _WALL_M = 6.0, 0.15  # the push at a wall, and over what distance it falls to 37%
+_FEELERS, _RINGS_M = 12, (0.07, 0.2)  # directions of feelers, and their distances from a person's rim
+_WALL_M_S2, _WALL_M = 6.0, 0.15  # the acceleration at a wall, and the distance over which it falls to 37%
 
 
 def walk_of(config: PeopleConfig, pixels_per_metre: float) -> Walk:
-    """Return how people walk on a grid."""
+    """Return the parameters of people's walking on a grid."""
     radius_px = max(config.radius_m * pixels_per_metre, HALF_DIAGONAL)
     feelers = [
         _feeler(2 * math.pi * k / _FEELERS, ring_m, radius_px, pixels_per_metre)
@@ -37,14 +37,14 @@ def walk_of(config: PeopleConfig, pixels_per_metre: float) -> Walk:
 
 
 def _feeler(angle: float, ring_m: float, radius_px: float, ppm: float) -> tuple[float, float, float, float]:
-    """Return a point to feel at, and the push away from there: all of it where half of all directions are wall."""
+    """Return the point of a feeler and its push away, scaled so that walls in half of all directions give all of it."""
     right, down = math.cos(angle), math.sin(angle)
     reach, push = radius_px + ring_m * ppm, _WALL_M_S2 * ppm * math.exp(-ring_m / _WALL_M) * math.pi / _FEELERS
     return right * reach, down * reach, -right * push, -down * push
 
 
 def new_bodies(tracks: int, people: int) -> Bodies:
-    """Return the state of so many bodies at the start, before people are placed."""
+    """Return the state of a number of bodies at the start, before people are placed."""
     return Bodies(np.zeros(tracks), np.zeros(people, PERSON))
 
 
@@ -59,14 +59,14 @@ def start_people(  # noqa: PLR0917  # the kernel's arguments, in its order
     robot: Disc,
     plan_id: str,
 ) -> None:
-    """Place people at random and give them speeds and goals; nothing is drawn in ``occupied`` (static bits only).
+    """Place people at random and give them speeds and goals, without drawing them in ``occupied`` (static bits only).
 
-    Those who find no place are left 0 (``bodies.there``).
+    People without a place remain 0 in ``bodies.there``.
 
     Raises
     ------
     ConfigError
-        Where there is room for fewer than ``config.least``.
+        There is space for fewer than ``config.least`` people.
     """
     ppm = walk.pixels_per_metre
     placed = place_people(

@@ -1,4 +1,4 @@
-"""Making the worlds of a whole data set before robots come, with all cores."""
+"""Make the worlds of a whole data set in advance, with several processes."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from houseexpo.pseudoslam.worlds.store import WorldStore, store_folder
 
 _CHUNK: Final = 16
 _BATCH: Final = 4096
-"""Worlds that are written at once: what a run that is stopped may lose."""
+"""Number of worlds that are written together, which an interrupted run may lose."""
 Job = tuple[bytes, bytes]
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """What ``prepare`` did.
+    """The result of ``prepare``.
 
     Parameters
     ----------
     folder
-        Where the worlds lie.
+        The folder of the worlds.
     known, made
-        How many were there already, and how many were made.
+        The numbers of worlds that already existed and of those that were made.
     refused
-        What is wrong with plans that have no world: the robot fits nowhere, for example.
+        The errors of plans without a world, for example because the robot does not fit anywhere.
     size
-        Bytes of all files of the folder.
+        Size of all files in the folder, bytes.
     """
 
     folder: Path
@@ -49,15 +49,14 @@ class Prepared:
 
 
 def prepare(plans: Dataset, config: SimulatorConfig, workers: int) -> Prepared:
-    """Make the worlds of a data set that are not kept yet, and keep them.
+    """Make and store the missing worlds of a data set.
 
-    A run that was stopped goes on where it was. With several workers, a script needs its
-    ``if __name__ == "__main__"``.
+    An interrupted run continues where it stopped. With several workers, a script needs ``if __name__ == "__main__"``.
 
     Raises
     ------
     ConfigError
-        Where worlds cannot be written: there is no room for them, or the folder is to be read only.
+        Worlds cannot be written: the disk is full, or the folder is read-only.
     """
     folder = store_folder(config)
     store = WorldStore(folder, config.pixels_per_metre)
@@ -80,12 +79,12 @@ def prepare(plans: Dataset, config: SimulatorConfig, workers: int) -> Prepared:
 def _made(
     jobs: Iterator[Job], number: int, config: SimulatorConfig, workers: int
 ) -> Iterator[tuple[bytes, bytes | str]]:
-    """Yield the worlds' bytes, or why there is none, by the plan's hash."""
+    """Yield the bytes of worlds, or the error, with the plan's hash."""
     work = partial(_world, config)
     if workers <= 1 or number <= _CHUNK:
         yield from map(work, jobs)
         return
-    yield work(next(jobs))  # what has to be compiled is compiled once
+    yield work(next(jobs))  # so that kernels are compiled only once
     yield from in_processes(work, jobs, workers, _CHUNK)
 
 

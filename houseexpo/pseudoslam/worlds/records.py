@@ -1,4 +1,4 @@
-"""A world as bytes and back: rasters as bits, compressed. What moves is not in it."""
+"""Conversion of worlds to and from bytes: compressed bits of rasters, without moving obstacles."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.worlds.world import MAX_CELLS, World
 
 WORLDS: Final = 1
-"""How worlds are made and written. Whatever changes a raster of any house, or the layout here, needs another number."""
+"""The version of worlds; change it when any raster of a house or this layout changes."""
 
 _HEAD: Final = struct.Struct("<IIddQH")
-"""Rows, columns, x and y of the grid's origin in metres, how many cells coverage counts, bytes of the plan's id."""
+"""Rows, columns, x and y of the grid's origin in metres, number of cells for coverage, bytes of the plan's id."""
 
 
 class RecordError(Exception):
-    """Bytes are no world of this version; whoever reads them makes the world again."""
+    """Bytes that are not a world of this version; the reader has to make the world again."""
 
 
 def encode_world(world: World) -> bytes:
-    """Return the bytes of a world: some 2 kB for a house of 120 m2 at 25 px/m, 1/30 of the bits."""
+    """Return the bytes of a world: about 2 kB for a house of 120 m2 at 25 px/m, 1/30 of its bits."""
     rows, cols = world.occupied.shape
     name = world.plan_id.encode()
     head = _HEAD.pack(rows, cols, *world.frame.origin_m, world.observable_cells, len(name))
@@ -35,9 +35,9 @@ def encode_world(world: World) -> bytes:
 
 
 def decode_world(data: bytes | memoryview, pixels_per_metre: float) -> World:
-    """Return the world that was encoded; its rasters are not to be written to.
+    """Return an encoded world, with read-only rasters.
 
-    RecordError where the bytes are none of a world.
+    Raise RecordError if the bytes are not a world of this version.
     """
     try:
         rows, cols, x, y, observable, length = _HEAD.unpack_from(data)
@@ -51,14 +51,14 @@ def decode_world(data: bytes | memoryview, pixels_per_metre: float) -> World:
         occupied, traversable, seen = (raster_of(packed, rows, cols) for packed in bits.reshape(3, each))
         frame = GridFrame((x, y), pixels_per_metre, (rows, cols), y_up=True)
         world = World(name, frame, occupied, traversable, seen)
-    except (struct.error, UnicodeDecodeError, OSError, ValueError) as error:  # OSError: the codec's
+    except (struct.error, UnicodeDecodeError, OSError, ValueError) as error:  # OSError: from the codec
         raise RecordError(str(error)) from None
-    world.__dict__["observable_cells"] = observable  # it is known: nobody has to count
+    world.__dict__["observable_cells"] = observable  # known, so that it need not be counted
     return world
 
 
 def raster_of(bits: npt.NDArray[np.uint8], rows: int, cols: int) -> npt.NDArray[np.uint8]:
-    """Return a raster of its bits, as ``np.packbits`` makes them; it is not to be written to."""
+    """Return a read-only raster from its bits, as made by ``np.packbits``."""
     raster = np.unpackbits(bits, count=rows * cols).reshape(rows, cols)
     raster.flags.writeable = False
     return raster

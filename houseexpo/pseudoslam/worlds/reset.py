@@ -1,4 +1,4 @@
-"""How an episode begins: obstacles, the robot, people and a goal."""
+"""The start of an episode: obstacles, the robot, people and a goal."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ from houseexpo.pseudoslam.worlds.trajectories import swept_cells
 from houseexpo.pseudoslam.worlds.world import World, visible_cells
 
 _TRIES = 200
-_BLOCK_M = 0.1  # side of the blocks that ways to a goal are found on, at most
+_BLOCK_M = 0.1  # largest side of the blocks for distances to a goal
 _BLOCK_OF_RADIUS = 0.85
-"""Side of those blocks as a share of the robot's radius, at most: a wall keeps standing cells on its two sides more
-than two radii apart; cells of blocks that ways join, or that ``field_at`` mixes, are at most sqrt(5) sides apart."""
+"""Largest side of those blocks as a share of the robot's radius. A wall keeps standing cells on its two sides more than
+two radii apart; cells of blocks that are linked, or that ``field_at`` mixes, are at most sqrt(5) sides apart."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -51,20 +51,23 @@ def initial_state(
     pose_m: tuple[float, float, float] | None = None,
     view_px: int | None = None,
 ) -> State:
-    """Return the state at the start of an episode in a world, before its first look (``params.look_round``).
-
-    ConfigError where the world cannot give what is asked.
+    """Return the state at the start of an episode in a world, before its first scan (``step_kernels.look_round``).
 
     Parameters
     ----------
     complete
-        Have the overview and the ranges drawn, too.
+        Whether to draw also the overview and the ranges.
     own
-        Give the state rasters of its own; otherwise they may be the world's, not to be written to.
+        Whether the state has its own rasters; otherwise they may be the world's, which are read-only.
     pose_m
-        Where the robot starts, whatever the configuration says: x, y in the plan's metres, heading in radians.
+        The robot's start instead of the configured one: x, y in the plan's metres, heading in radians.
     view_px
-        Cells along a side of the view, whatever the configuration says.
+        Number of cells per side of the view instead of the configured one.
+
+    Raises
+    ------
+    ConfigError
+        The configuration is not possible in this world.
     """
     key = int(rng.integers(2**62))
     placed = _furnished(world, config, rng)
@@ -102,7 +105,7 @@ def initial_state(
 
 
 def _furnished(world: World, config: SimulatorConfig, rng: np.random.Generator) -> Placement:
-    """Set obstacles down, off the ways of what moves on trajectories."""
+    """Place obstacles away from trajectories."""
     if not (config.obstacles.placed or config.obstacles.random):
         return Placement(world.occupied, world.traversable, ())
     radius_px = config.robot.radius_m * config.pixels_per_metre
@@ -122,7 +125,7 @@ def _furnished(world: World, config: SimulatorConfig, rng: np.random.Generator) 
 
 
 def _observable(world: World, placed: Placement, config: SimulatorConfig, scratch: Scratch) -> tuple[Grid, int]:
-    """Return what coverage counts, of what could be seen of the empty house what still can, and how many cells."""
+    """Return the cells that coverage counts, which are those that can be seen despite obstacles, and their number."""
     if not placed.obstacles:
         return world.observable, world.observable_cells
     radius_px, range_px = (size_m * config.pixels_per_metre for size_m in (config.robot.radius_m, config.laser.range_m))
@@ -137,10 +140,10 @@ def _random_pose(
     config: SimulatorConfig,
     rng: np.random.Generator,
 ) -> Floats:
-    """Anywhere in a standing cell where nothing touches; in the middle of one where chance finds no such place."""
+    """Return a random free pose in a standing cell, or the centre of one if none is found at random."""
     radius_px = config.robot.radius_m * config.pixels_per_metre
     standing = traversable.view()
-    standing.flags.writeable = False  # as rasters of worlds are: the kernels are compiled once for both
+    standing.flags.writeable = False  # like rasters of worlds, so that kernels are compiled once for both
     before = world.traversable_before if traversable is world.traversable else count_before(standing, 1)
     for _ in range(_TRIES):
         number = int(rng.integers(before[-1]))
@@ -173,7 +176,7 @@ def _given_pose(
     *,
     key: str = "start",
 ) -> Floats:
-    """Return a pose in pixels; ConfigError, which names the ``key``, where the robot cannot start there."""
+    """Return a pose in pixels; raise ConfigError, which names ``key``, if the robot cannot start there."""
     frame, radius_m = world.frame, config.robot.radius_m
     x_m, y_m, heading = pose_m
     x, y = frame.pixels_from_points([x_m, y_m]).tolist()
@@ -198,9 +201,9 @@ def _goal(
     pose: Floats,
     rng: np.random.Generator,
 ) -> tuple[tuple[float, float] | None, Field, float]:
-    """Return the goal (x, y) in metres, the ways to it, and the way from the start, pixels; nothing without a goal.
+    """Return the goal (x, y) in metres, the distances to it, and the one from the start, pixels; None without a goal.
 
-    A random goal is a standing cell at least so far from the start along the way, or the furthest where none is.
+    A random goal is a standing cell with at least the configured walking distance from the start, or else the farthest.
     """
     if config.goal is None:
         return None, no_field(), 0.0
@@ -236,7 +239,7 @@ def _given_goal(goal: GoalConfig, traversable: npt.NDArray[np.uint8], world: Wor
 
 
 def _ways(traversable: npt.NDArray[np.uint8], y: float, x: float, config: SimulatorConfig) -> Field:
-    """Return the ways to a place; none leads through a wall, however thin, that the robot's radius is a cell beside."""
+    """Return the distances to a place; paths do not cross even thin walls if the robot's radius is at least a cell."""
     ppm = config.pixels_per_metre
     side = max(min(round(_BLOCK_M * ppm), int(_BLOCK_OF_RADIUS * config.robot.radius_m * ppm)), 1)
     shape = math.ceil(traversable.shape[0] / side), math.ceil(traversable.shape[1] / side)

@@ -1,7 +1,8 @@
-"""Files of many records, each found by the hash of what it was made of; written whole, then only read, memory-mapped.
+"""Files of many records, each with the hash of its source as key; they are written once and then memory-mapped.
 
-A file is a head, a table of (hash, place, length, checksum) and the records. Its length stands in its head and the
-checksum of its table, too, so that a file that was cut off is none; a record's checksum is compared when it is read.
+A file consists of a head, a table of (hash, offset, length, checksum) and the records. The head contains the file's
+length and the checksum of the table, so that truncated files are detected. The checksum of a record is verified when it
+is read.
 """
 
 from __future__ import annotations
@@ -18,21 +19,21 @@ import numpy as np
 from houseexpo.files import write_whole
 
 KEY_BYTES: Final = 20
-"""Of a hash: SHA-1's."""
+"""Length of a hash (SHA-1), bytes."""
 
 _MAGIC: Final = b"HXWORLDS"
 _LAYOUT: Final = 1
 _HEAD: Final = struct.Struct("<8sIIQI")
-"""Magic, layout, records, bytes of the file, checksum of the table."""
+"""Magic number, layout, number of records, bytes of the file, checksum of the table."""
 _ROW: Final = np.dtype([("key", f"V{KEY_BYTES}"), ("at", "<u8"), ("length", "<u4"), ("checksum", "<u4")])
 
 
 class ShardError(Exception):
-    """A file is none of these, of another layout, or not whole."""
+    """A file is not a shard, has another layout, or is incomplete."""
 
 
 def write_shard(file: Path, records: Mapping[bytes, bytes]) -> None:
-    """Write records by their hash, whole or not at all; OSError where there is no room for them."""
+    """Write records by their hash atomically; raise OSError if the disk is full."""
     table = np.zeros(len(records), _ROW)
     at = _HEAD.size + table.nbytes
     for row, (key, data) in enumerate(records.items()):
@@ -44,7 +45,7 @@ def write_shard(file: Path, records: Mapping[bytes, bytes]) -> None:
 
 
 class Shard:
-    """A file of records; ShardError where it is not whole."""
+    """A file of records; raises ShardError if it is incomplete."""
 
     def __init__(self, file: Path) -> None:
         try:
@@ -68,11 +69,11 @@ class Shard:
         return len(self._places)
 
     def keys(self) -> list[bytes]:
-        """Return the hashes of its records."""
+        """Return the hashes of the records."""
         return list(self._places)
 
     def get(self, key: bytes) -> bytes | None:
-        """Return a record; None where it is not here, or no longer what was written."""
+        """Return a record, None if it is missing or damaged."""
         place = self._places.get(key)
         if place is None:
             return None

@@ -1,14 +1,14 @@
-"""Worlds on disk, by what they are made of: a plan's bytes, the resolution, the robot and the laser's range.
+"""Worlds on disk, with the plan's bytes, the resolution, the robot and the laser's range as key.
 
-They lie in the user's cache (HOUSEEXPO_CACHE moves it), in a folder for each resolution, robot and range, so that data
-sets that share plans share worlds. Processes share the files: each maps them to memory, and writes its own.
+They are in the user's cache (HOUSEEXPO_CACHE sets its place), in one folder for each resolution, robot and range, so
+that data sets with common plans share worlds. Processes share the files: each memory-maps them and writes its own.
 
-R1  A world is found only by the hash of its plan, in a folder of its version and its sizes: never a wrong one.
-R2  A file that is not whole, or of another layout, is removed; a record that is damaged is passed over. Their worlds
-    are made again.
-R3  Where files cannot be written (a full disk, a folder to be read only), worlds stay in memory, with one warning.
-R4  What others have written meanwhile is found when something is lacking.
-R5  Many small files become one.
+R1  A world is found only by the hash of its plan, in a folder for its version and sizes, and is therefore never wrong.
+R2  An incomplete file, or one of another layout, is removed, and a damaged record is skipped. Their worlds are made
+    again.
+R3  If files cannot be written (a full disk, a read-only folder), worlds stay in memory, with one warning.
+R4  If a world is missing, files that other processes have written meanwhile are opened.
+R5  Many small files are merged.
 """
 
 from __future__ import annotations
@@ -30,34 +30,34 @@ from houseexpo.pseudoslam.worlds.world import World
 
 _SUFFIX: Final = ".worlds"
 _PENDING: Final = 1024
-"""Records that wait in memory, some 2 MB, before they are written."""
+"""Number of records that are collected in memory before they are written, about 2 MB."""
 _WAIT_S: Final = 60.0
 _FILES: Final = 64
 _log = logging.getLogger(__name__)
 
 
 def store_folder(config: SimulatorConfig) -> Path:
-    """Return the folder of the worlds of a configuration; ConfigError where it cannot be made."""
+    """Return the folder of a configuration's worlds; raise ConfigError if it cannot be created."""
     sizes = config.pixels_per_metre, config.robot.radius_m, config.laser.range_m
     return cache_folder("worlds", str(WORLDS), "-".join(repr(float(size)) for size in sizes))
 
 
 class WorldStore:
-    """The worlds of a folder; ``None``: in memory alone."""
+    """The worlds of a folder; with ``None``, they are only in memory."""
 
     def __init__(self, folder: Path | None, pixels_per_metre: float) -> None:
         self._folder, self._pixels_per_metre = folder, pixels_per_metre
         self._shards: dict[str, Shard] = {}
         self._where: dict[bytes, Shard] = {}
         self._pending: dict[bytes, bytes] = {}
-        self._kept: dict[bytes, bytes] = {}  # where nothing can be written
+        self._kept: dict[bytes, bytes] = {}  # if nothing can be written
         self._written, self._seen = time.monotonic(), -1
         self._look_up()
         self.close = weakref.finalize(self, _write_if_possible, folder, self._pending)
 
     @classmethod
     def of(cls, config: SimulatorConfig) -> WorldStore:
-        """Return the store of a configuration; in memory alone where there is no folder to be had."""
+        """Return the store of a configuration, which is only in memory if there is no folder."""
         try:
             folder = store_folder(config)
         except ConfigError as error:
@@ -72,7 +72,7 @@ class WorldStore:
         return self._record(key) is not None
 
     def get(self, key: bytes) -> World | None:
-        """Return the world of a plan's hash; None where it is not here."""
+        """Return the world for a plan's hash, None if it is missing."""
         data = self._record(key)
         try:
             return None if data is None else decode_world(data, self._pixels_per_metre)
@@ -81,7 +81,7 @@ class WorldStore:
             return None
 
     def put(self, key: bytes, record: bytes) -> None:
-        """Keep a world that is not here (``records.encode_world``); it is written later, with others."""
+        """Add a missing world (``records.encode_world``), which is written later together with others."""
         self._pending[key] = record
         if len(self._pending) >= _PENDING or time.monotonic() - self._written > _WAIT_S:
             try:
@@ -92,7 +92,7 @@ class WorldStore:
                 self.flush()
 
     def flush(self) -> None:
-        """Write what waits; OSError where it cannot be written: it waits on."""
+        """Write the collected records; if that fails, raise OSError and keep them."""
         self._written = time.monotonic()
         if self._folder is None:
             self._kept.update(self._pending)
@@ -104,7 +104,7 @@ class WorldStore:
             self._merge()
 
     def write(self, records: dict[bytes, bytes]) -> None:
-        """Write records at once, and empty the dictionary; OSError where they cannot be written."""
+        """Write records at once, and empty the dictionary; raise OSError if they cannot be written."""
         _write(self._folder, records)
         self._look_up()
 
@@ -118,7 +118,7 @@ class WorldStore:
         return None if shard is None else shard.get(key)
 
     def _look_up(self) -> bool:
-        """Open the files that are new in the folder; return whether there were any."""
+        """Open new files in the folder; return whether there were any."""
         if self._folder is None:
             return False
         try:
@@ -138,7 +138,7 @@ class WorldStore:
         try:
             shard = Shard(file)
         except ShardError as error:  # R2
-            if file.exists():  # another process may have merged it
+            if file.exists():  # unless another process has merged it
                 _log.warning("worlds are made again, for their file is removed: %s", error)
             with suppress(OSError):
                 file.unlink()
@@ -147,12 +147,12 @@ class WorldStore:
         self._where.update(dict.fromkeys(shard.keys(), shard))
 
     def _merge(self) -> None:
-        """Write all records to one file, and remove the files that held them (R5)."""
+        """Write all records to one file, and remove the merged files (R5)."""
         folder = self._folder
         if folder is None:
             return
         found = {key: shard.get(key) for key, shard in self._where.items()}
-        with suppress(OSError):  # then they stay as they are
+        with suppress(OSError):  # then they remain unmerged
             _write(folder, {key: data for key, data in found.items() if data is not None})
             for name in self._shards:
                 (folder / name).unlink(missing_ok=True)
@@ -170,6 +170,6 @@ def _write(folder: Path | None, records: dict[bytes, bytes]) -> None:
 
 
 def _write_if_possible(folder: Path | None, records: dict[bytes, bytes]) -> None:
-    """Write at the end of a program; what cannot be written is made again."""
+    """Write at the end of a program; worlds that cannot be written will be made again."""
     with suppress(OSError):
         _write(folder, records)

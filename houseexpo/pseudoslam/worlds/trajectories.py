@@ -1,4 +1,4 @@
-"""Trajectories as the kernels take them, on the grid of one world."""
+"""Trajectories in the form of the kernels, on the grid of a world."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Shape
 from houseexpo.pseudoslam.kernels.motion.bodies import HALF_DIAGONAL, MOVING, SHAPE, Tracks, pose_at
 from houseexpo.pseudoslam.kernels.motion.sweep import first_hit, sweep
 
-_CORNERS = 32  # of an ellipse, which lies within 0.5% of them
+_CORNERS = 32  # of an ellipse, with an error of 0.5%
 
 Floats = npt.NDArray[np.float64]
 Grid = npt.NDArray[np.uint8]
 
 
 def make_tracks(trajectories: Sequence[Trajectory], occupied: Grid, frame: GridFrame, plan_id: str) -> Tracks:
-    """Return trajectories on the grid of a world; ``occupied`` holds what stands still.
+    """Return trajectories on the grid of a world; ``occupied`` are the static obstacles.
 
     Raises
     ------
     ConfigError
-        Where a shape runs into a wall or off the grid: which trajectory, when and where.
+        A shape runs into a wall or off the grid; the error says which trajectory, when and where.
     """
     tracks = _tracks(trajectories, frame)
     for k in range(len(trajectories)):
@@ -43,7 +43,7 @@ def make_tracks(trajectories: Sequence[Trajectory], occupied: Grid, frame: GridF
 
 
 def swept_cells(tracks: Tracks, shape: tuple[int, int]) -> npt.NDArray[np.bool_]:
-    """Return (rows, cols), True where some trajectory passes: nothing else may be put there."""
+    """Return the cells (rows, cols) that trajectories pass, where nothing else may be placed."""
     swept = np.zeros(shape, np.uint8)
     for k in range(len(tracks.times_s)):
         sweep(swept, tracks, k)
@@ -69,7 +69,7 @@ def _tracks(trajectories: Sequence[Trajectory], frame: GridFrame) -> Tracks:
         poses[:, 2] = np.unwrap(np.radians(poses[:, 2]))
         tracks.times_s[k, :keys], tracks.poses[k, :keys] = one.times_s, poses
         tracks.corners[k, : len(corners)] = corners * ppm
-        # what is thinner than a cell's diagonal is grown to it: it covers cells wherever it is, and those hang together
+        # a shape thinner than a cell's diagonal is enlarged to it, so that it always covers cells, and connected ones
         grown_px = round_m * ppm + max(HALF_DIAGONAL - one.shape.thickness_m * ppm / 2, 0.0)
         reach_px = float(np.hypot(*corners.T).max()) * ppm + grown_px
         core_px, fastest = max(_core(corners) * ppm + grown_px, 0.0), _fastest(one.times_s, poses, reach_px)
@@ -78,7 +78,7 @@ def _tracks(trajectories: Sequence[Trajectory], frame: GridFrame) -> Tracks:
 
 
 def _corners(shape: Shape) -> tuple[Floats, float]:
-    """Return corners (n, 2), metres ahead and to the left, and by how much they are grown: a circle is one corner."""
+    """Return corners (n, 2), metres ahead and to the left, and the radius around them; a circle is one corner."""
     if isinstance(shape, Circle):
         return np.zeros((1, 2)), shape.radius_m
     if isinstance(shape, Ellipse):
@@ -89,7 +89,7 @@ def _corners(shape: Shape) -> tuple[Floats, float]:
 
 
 def _core(corners: Floats) -> float:
-    """Return the radius of the biggest disc round the place that lies in a polygon; less than 0: so far outside."""
+    """Return the radius of the largest disc around the position in a polygon; if outside, minus the distance."""
     along = np.roll(corners, -1, axis=0) - corners
     length = (along**2).sum(axis=1)
     part = np.clip(-(corners * along).sum(axis=1) / np.where(length > 0, length, 1.0), 0.0, 1.0)
@@ -102,7 +102,7 @@ def _core(corners: Floats) -> float:
 
 
 def _fastest(times_s: Sequence[float], poses: Floats, reach_px: float) -> float:
-    """Return pixels a second of the fastest point of a body."""
+    """Return the speed of the fastest point of a body, pixels per second."""
     moved = np.diff(poses, axis=0)
     speeds = (np.hypot(moved[:, 0], moved[:, 1]) + reach_px * np.abs(moved[:, 2])) / np.diff(times_s)
     return float(speeds.max())

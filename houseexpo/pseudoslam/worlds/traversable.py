@@ -1,4 +1,4 @@
-"""Where the robot can stand and go, and the pieces of free space that hold such places."""
+"""The cells where the robot can stand and go, and the pieces of free space with such cells."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _FREE, _REACHED = 1, 2
 
 
 def traversable_cells(occupied: Cells, radius_px: float) -> Cells:
-    """Return 1 where a disc in the middle of the cell is free, in the biggest piece of such cells (4-connected).
+    """Return 1 for cells around whose centre a disc is free, in the largest piece of such cells (4-connected).
 
-    Of pieces of one size it is the one whose first cell comes first, row by row.
+    Of pieces of equal size, the one with the first cell in row order is used.
     """
     import cv2
 
@@ -32,10 +32,10 @@ def traversable_cells(occupied: Cells, radius_px: float) -> Cells:
 
 
 def pieces_with(traversable: Cells, occupied: Cells) -> Cells:
-    """Return 1 in the pieces of free space (4-connected) where the robot can stand: no sight leads to another one."""
+    """Return 1 in the pieces of free space (4-connected) where the robot can stand; it cannot see other pieces."""
     image = _where(occupied, 0)
     standing, start = traversable, int(traversable.argmax())
-    while standing.flat[start]:  # once, mostly
+    while standing.flat[start]:  # usually once
         _flood(image, start)
         standing = traversable & (image == _FREE)
         start = int(standing.argmax())
@@ -43,30 +43,30 @@ def pieces_with(traversable: Cells, occupied: Cells) -> Cells:
 
 
 def _rectangles(radius_px: float) -> Iterator[tuple[int, int]]:
-    """Yield rows and columns of rectangles that together are a disc, by cells' near sides: they are quick to dilate."""
-    offsets = np.maximum(np.arange(math.ceil(radius_px) + 1) - 0.5, 0.0)  # to the near side of a cell
-    wide = (np.hypot(offsets[:, None], offsets) < radius_px - 1e-9).sum(axis=1).tolist()  # the middle one included
+    """Yield rows and columns of rectangles that together form a disc (by near sides of cells), for fast dilation."""
+    offsets = np.maximum(np.arange(math.ceil(radius_px) + 1) - 0.5, 0.0)  # distance to the near side of a cell
+    wide = (np.hypot(offsets[:, None], offsets) < radius_px - 1e-9).sum(axis=1).tolist()  # including the middle one
     for away, (here, next_row) in enumerate(zip(wide, [*wide[1:], 0], strict=True)):
         if here > next_row:
             yield 2 * away + 1, 2 * here - 1
 
 
 def _biggest_piece(image: Cells) -> Cells:
-    """Return 1 in the biggest piece of the cells that are 1."""
+    """Return 1 in the largest piece of the cells that are 1."""
     import cv2
 
     cells = int(np.count_nonzero(image))
     if not cells:
         return image
     flooded = image.copy()
-    if 2 * _flood(flooded, int(image.argmax())) >= cells:  # there is but one, mostly
+    if 2 * _flood(flooded, int(image.argmax())) >= cells:  # usually there is only one
         return _where(flooded, _REACHED)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(image, connectivity=4)
     return _where(labels, 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()))
 
 
 def _flood(image: Cells, start: int) -> int:
-    """Set a piece of equal cells to ``_REACHED``, the one of a flat index; return how many cells it has."""
+    """Set the piece of equal cells at a flat index to ``_REACHED``; return its number of cells."""
     import cv2
 
     rows, cols = image.shape
@@ -76,6 +76,6 @@ def _flood(image: Cells, start: int) -> int:
 
 
 def _where(values: npt.NDArray[Any], value: int) -> Cells:
-    """Return 1 where there is this value, 0 elsewhere."""
+    """Return 1 for cells with this value, 0 elsewhere."""
     found: Cells = (values == value).view(np.uint8)
     return found

@@ -1,4 +1,4 @@
-"""The ground truth: a plan as cells, where the robot can stand, and what it can hope to see."""
+"""The ground truth: a plan as cells, where the robot can stand, and what it can see."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from houseexpo.pseudoslam.renamed import renamed
 from houseexpo.pseudoslam.worlds.traversable import pieces_with, traversable_cells
 
 MAX_CELLS = 100_000_000
-"""Of a grid: making a world takes some 30 bytes a cell."""
-_OWN = 0.5 - 1e-6  # cells from the middle of one that lie in it, in all directions
+"""Largest number of cells of a grid; making a world takes about 30 bytes per cell."""
+_OWN = 0.5 - 1e-6  # half the side of a cell, slightly reduced
 _NO_OFFSETS = np.empty((0, 2), np.int16)
 
 Cells = npt.NDArray[np.uint8]
@@ -34,22 +34,22 @@ Buffers: TypeAlias = tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDA
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """One house for one robot; arrays are (rows, cols) uint8, row 0 at the highest y, and are not to be written to.
+    """One house for one robot; arrays are (rows, cols) uint8, row 0 at the highest y, and read-only.
 
     Parameters
     ----------
     frame
-        Where the grid stands in the plan.
+        The position of the grid in the plan.
     occupied
-        1 in walls, obstacles and outside; the border is.
+        1 in walls, obstacles and outside, including the border.
     traversable
-        1 where the robot can stand in the middle of the cell and walk to all other such cells.
+        1 if the robot can stand at the centre of the cell and go to all other such cells.
     observable
-        1 for free cells whose middle is seen from the middle of a traversable cell: what coverage counts.
+        1 for free cells whose centre can be seen from the centre of a traversable cell, which coverage counts.
     tracks
-        The trajectories of what moves, if any.
+        The trajectories of moving shapes, if there are any.
     flow
-        The ways of people to the rooms, if there are any.
+        The paths of people to the rooms, if there are any.
     """
 
     plan_id: str
@@ -66,31 +66,31 @@ class World:
 
     @cached_property
     def observable_cells(self) -> int:
-        """How many cells coverage counts."""
+        """The number of cells that coverage counts."""
         return int(np.count_nonzero(self.observable))
 
     @cached_property
     def unknown(self) -> Cells:
-        """(rows, cols) of 0: the map of who has seen nothing yet; not to be written to."""
+        """The empty map (rows, cols), all 0, read-only."""
         unknown = np.zeros_like(self.occupied)
         unknown.flags.writeable = False
         return unknown
 
     @cached_property
     def corner_m(self) -> tuple[float, float]:
-        """The plan's (x, y) of the upper left corner of the first cell."""
+        """The upper left corner of the first cell, (x, y) in the plan's metres."""
         x, y = self.frame.points_from_pixels([0.0, 0.0]).tolist()
         return x, y
 
     @cached_property
     def nearest(self) -> Offsets:
-        """(cells, 2): where the nearest standing cell is, or nearly, from observable cells, see ``find_standing``."""
+        """Offsets (cells, 2) from observable cells to an approximately nearest standing cell, see ``find_standing``."""
         nearest = np.empty((self.occupied.size, 2), np.int16)
         asked, visible = np.empty(self.occupied.size, np.int32), np.empty_like(self.occupied)
         traversable, observable = (
             self.traversable.copy(),
             self.observable.copy(),
-        )  # or it is compiled again, for arrays to be read
+        )  # or the kernel is compiled again for read-only arrays
         find_standing(traversable, observable, _NO_OFFSETS, 0.0, asked, nearest, visible)
         return nearest
 
@@ -106,14 +106,14 @@ class World:
 
 
 def make_world(plan: FloorPlan, pixels_per_metre: float, robot_radius_m: float, range_m: float) -> World:
-    """Rasterise a plan (by cells' centres) and find where a robot of this size can go and what it can see from there.
+    """Rasterise a plan by cell centres, and find where a robot of this size can go and what it can see from there.
 
     Raises
     ------
     ConfigError
-        Where the grid would have more than ``MAX_CELLS``, or the robot fits nowhere.
+        The grid would have more than ``MAX_CELLS`` cells, or the robot does not fit anywhere.
     PlanError
-        Where the plan has no free cell.
+        The plan has no free cell.
     """
     x1, y1, x2, y2 = plan.bbox
     cells = (x2 - x1) * (y2 - y1) * pixels_per_metre**2
@@ -130,7 +130,7 @@ def make_world(plan: FloorPlan, pixels_per_metre: float, robot_radius_m: float, 
 
 
 def world_of(occupied: Cells, frame: GridFrame, robot_radius_m: float, range_m: float, plan_id: str) -> World:
-    """Return the world of a raster whose border is occupied; ConfigError where the robot fits nowhere."""
+    """Return the world of a raster whose border is occupied; raise ConfigError if the robot does not fit anywhere."""
     ppm = frame.pixels_per_metre
     traversable = traversable_cells(occupied, robot_radius_m * ppm)
     if not traversable.any():
@@ -155,17 +155,17 @@ def visible_cells(
     buffers: Buffers | None = None,
     empty: World | None = None,
 ) -> Cells:
-    """Return 1 for free cells whose middle is seen within range from the middle of a standing cell.
+    """Return 1 for free cells whose centre is visible within range from the centre of a standing cell.
 
-    Most see a standing cell near them; only the rest, in corners and behind gaps, has to be looked for.
+    Most cells see a standing cell close to them. Only the others, in corners and behind gaps, need a search.
 
     Parameters
     ----------
     buffers
-        ``scan_buffers``', if there are some already.
+        The result of ``scan_buffers``, if there is one already.
     empty
-        The house before obstacles came, if there is one: what was not seen then is not now, and who stood near most
-        cells still does.
+        The house without obstacles, if there is one: cells that are not visible in it are not visible now, and its
+        nearest standing cells are still valid for most cells.
     """
     wanted = (empty.observable > occupied).view(np.uint8) if empty else pieces_with(traversable, occupied)
     before, sure_px = empty.nearest if empty else _NO_OFFSETS, min(radius_px + _OWN, range_px)
@@ -179,6 +179,6 @@ def visible_cells(
 
 
 def scan_buffers(range_px: float) -> Buffers:
-    """Return room for the runs of free cells, the obstacles and the slopes of a sector scan."""
+    """Return memory for the runs of free cells, the obstacles and the slopes of a sector scan."""
     side = 2 * math.ceil(range_px) + 5
     return np.empty((side * side // 2 + side, 2), np.int32), np.empty(side * side, np.int32), np.empty((4, side + 8))
