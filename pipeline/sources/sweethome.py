@@ -3,8 +3,7 @@
 Frame: the file's plan is drawn with y down; a level has y up, and its frame takes (x, y) back to the file's metres.
 
 R1  A level is one where a wall stands. Rooms with a name have the label that it spells.
-R2  A home that has only the older ``Home`` entry (a Java serialisation, before 5.3) is not read: its program can save
-    it anew.
+R2  A home that has only the older ``Home`` entry (a Java serialisation, before 5.3) is read from that.
 """
 
 from __future__ import annotations
@@ -22,12 +21,17 @@ from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.archives import read_member
 from pipeline.sources.drawn_storeys import Wall, beside, between, clean, floor_of, indoors, openings, prism, standing
+from pipeline.sources.left_out import LeftOut
 from pipeline.sources.naming import check_file, level_id, single_input
 from pipeline.sources.room_names import labels_for
 from pipeline.sources.sweethome_home import DrawnRoom, Home, Piece, Storey, home_of
+from pipeline.sources.sweethome_java import home_element
 from pipeline.sources.sweethome_shapes import bodies, footprint, hole_of, strips
-from pipeline.sources.xml_tree import LARGEST_BYTES, parse_xml
+from pipeline.sources.xml_tree import LARGEST_BYTES, Element, parse_xml
 from pipeline.values import Input, Level, SourceObject, SourceRoom
+
+JAVA = b"\xac\xed"
+"""How a Java serialisation begins."""
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
@@ -39,13 +43,14 @@ def read(item: Input) -> Iterator[Level]:
     """Yield the home's levels, lowest first; raises Rejection where it cannot be read or no wall stands in it."""
     path = Path(item.path)
     name = dict(item.options).get("file", path.name)
-    home = home_of(parse_xml(_home_xml(path), path.name), path.name)
+    left_out = LeftOut()
+    home = home_of(_home(path), path.name, left_out)
     levels = [level for level in home.levels if any(wall.level == level.key for wall in home.walls)]  # R1
     if not levels:
         raise Rejection(
             "source", Reason.EMPTY, f"{name}: no wall stands in the home", "draw its walls, not its furniture"
         )
-    provenance = {"source": "sweethome", "file": name, "sha256": sha256_of(path)}
+    provenance = {"source": "sweethome", "file": name, "sha256": sha256_of(path)} | left_out.provenance
     for number, level in enumerate(levels):
         yield _level(home, level, level_id(item.id, number, len(levels)), number, provenance)
 
@@ -74,22 +79,26 @@ def _level(home: Home, storey: Storey, name: str, number: int, provenance: dict[
         room_count=len(rooms) or None,
         openings=openings(holes),
         n_objects=len(pieces),
-        provenance={**provenance, "storey": storey.name},
+        provenance={**provenance, "storey": storey.name, **({} if storey.shown else {"hidden": "yes"})},
     )
 
 
-def _home_xml(path: Path) -> bytes:
+def _home(path: Path) -> Element:
     check_file(path)
     with path.open("rb") as stream:
-        packed = stream.read(2) == b"PK"
-    if not packed:
+        head = stream.read(2)
+    if head != b"PK":
         with path.open("rb") as stream:
-            return stream.read(LARGEST_BYTES + 1)
-    data = read_member(path, ("Home.xml",), LARGEST_BYTES)
-    if data is None:  # R2
-        detail = f"{path.name}: expected Home.xml in it, found only what Sweet Home 3D wrote before version 5.3"
-        raise Rejection("source", Reason.UNREADABLE, detail, "open it in Sweet Home 3D 5.3 or newer and save it")
-    return data
+            data = stream.read(LARGEST_BYTES + 1)
+        return home_element(data, path.name) if head == JAVA else parse_xml(data, path.name)
+    found = read_member(path, ("Home.xml",), LARGEST_BYTES)
+    if found is not None:
+        return parse_xml(found, path.name)
+    older = read_member(path, ("Home",), LARGEST_BYTES)  # R2
+    if older is None:
+        detail = f"{path.name}: expected Home.xml or Home in it, found neither"
+        raise Rejection("source", Reason.UNREADABLE, detail, "save it again in Sweet Home 3D")
+    return home_element(older, path.name)
 
 
 def _room(room: DrawnRoom) -> SourceRoom:

@@ -2,8 +2,10 @@
 
 R1  What carries no ``level`` belongs to the one level of a home without levels. Heights count from the level.
 R2  A wall without a height has the home's; ``heightAtEnd`` slopes it; ``arcExtent`` (radians) bends it.
-R3  What is not visible is not there. Groups hold pieces, which have places of their own.
+R3  A piece that is not visible is not there. A level that is not shown is one all the same. Groups hold pieces, which
+    have places of their own.
 R4  A piece without a sash is a mere opening where the catalogue calls it a frame: sliding windows have no sash either.
+R5  A piece or a room that cannot be read is left out; a wall that cannot be read ends the reading.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipeline.rejection import Reason, Rejection
+from pipeline.sources.left_out import LeftOut
 from pipeline.sources.xml_tree import Element
 
 CM = 0.01
@@ -30,6 +33,7 @@ class Storey:
     name: str
     elevation_m: float
     height_m: float
+    shown: bool = True
 
 
 @dataclass(frozen=True)
@@ -93,26 +97,42 @@ class Home:
     furniture: tuple[Piece, ...]
 
 
-def home_of(root: Element, name: str) -> Home:
-    """Read a home; raises Rejection (UNREADABLE, NOT_FINITE, BAD_UNITS)."""
+def home_of(root: Element, name: str, left_out: LeftOut) -> Home:
+    """Read a home; raises Rejection (UNREADABLE, NOT_FINITE, BAD_UNITS) where its levels or walls are damaged."""
     if root.tag != "home":
         detail = f"{name}: expected <home>, found <{root.tag[:40]}>"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE)
     usual = _length(root, "wallHeight", 250.0)
     storeys = [
-        Storey(each.get("id", ""), each.get("name", ""), _length(each, "elevation"), _length(each, "height", 250.0))
+        Storey(
+            each.get("id", ""),
+            each.get("name", ""),
+            _length(each, "elevation"),
+            _length(each, "height", 250.0),
+            _flag(each, "visible", True),
+        )
         for each in root.findall("level")
-        if _flag(each, "visible", True)
     ]
     levels = sorted(storeys, key=lambda each: each.elevation_m) or [Storey("", "", 0.0, usual)]
     here = {each.key for each in levels}
-    pieces = [(each, _values(each)) for each in _visible(root) if each.get("level", "") in here]
+    doors: list[DoorOrWindow] = []
+    furniture: list[Piece] = []
+    rooms: list[DrawnRoom] = []
+    for each in (*_visible(root), *root.iter("room")):
+        if each.get("level", "") in here:
+            with left_out.part():  # R5
+                if each.tag == "room":
+                    rooms.append(_room(each))
+                elif each.tag == "doorOrWindow":
+                    doors.append(_door(each, _values(each)))
+                else:
+                    furniture.append(Piece(**_values(each)))
     return Home(
         levels=tuple(levels),
         walls=tuple(_wall(each, usual) for each in root.iter("wall") if each.get("level", "") in here),
-        doors=tuple(_door(each, values) for each, values in pieces if each.tag == "doorOrWindow"),
-        rooms=tuple(_room(each) for each in root.iter("room") if each.get("level", "") in here),
-        furniture=tuple(Piece(**values) for each, values in pieces if each.tag in PIECES),
+        doors=tuple(doors),
+        rooms=tuple(rooms),
+        furniture=tuple(furniture),
     )
 
 

@@ -9,6 +9,7 @@ import shapely
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, sweethome
 from tests.builders.houses import kinds, plan_of
+from tests.builders.java_home import java_home
 from tests.builders.mutations import mutated, outcome
 from tests.builders.sweethome import BED, DOOR, home, room, wall, write
 
@@ -132,6 +133,30 @@ def test_levels_and_furniture(tmp_path):
     assert below.furniture == ()
 
 
+def test_a_level_that_is_not_shown_is_one_all_the_same(tmp_path):
+    level = "<level id='a' name='Ground' elevation='0' visible='false'/>"
+    text = home().replace("<wall ", "<wall level='a' ").replace("<room ", "<room level='a' ")
+    found = one(
+        tmp_path, text.replace("</home>", f"{level}</home>").replace("<doorOrWindow ", "<doorOrWindow level='a' ")
+    )
+    assert len(found.rooms) == 2
+    assert found.provenance["hidden"] == "yes"
+
+
+@pytest.mark.parametrize(
+    ("more", "note"),
+    [
+        ("<pieceOfFurniture name='sofa' x='nan' y='1' width='2' depth='2' height='2'/>", "x of pieceOfFurniture"),
+        ("<light name='lamp' x='1e9' y='1' width='2' depth='2' height='2'/>", "x of light"),
+        ("<room name='x'><point x='inf' y='0'/></room>", "x of point"),
+    ],
+)
+def test_a_fault_costs_the_piece_that_it_is_in(tmp_path, more, note):
+    found = one(tmp_path, home(more))
+    assert len(found.rooms) == 2
+    assert note in found.provenance["left_out"]
+
+
 def test_a_home_is_known_by_its_content_packed_or_not(tmp_path):
     assert len(levels(write(tmp_path / "home.bin2", home()))) == 1
     (tmp_path / "Home.xml").write_text(home())
@@ -155,7 +180,24 @@ def test_bad_homes(tmp_path, text, reason):
     assert found.reason is reason
 
 
-def test_an_older_home_asks_to_be_saved_anew(tmp_path):
+def test_an_older_home_gives_the_same_plan(tmp_path):
+    new = one(tmp_path, home(BED))
+    (old,) = levels(write(tmp_path / "old.sh3d", java_home(home(BED)), name="Home"))
+    assert np.allclose(old.walls.vertices, new.walls.vertices, atol=1e-6)
+    assert [(room.words, room.polygon.bounds) for room in old.rooms] == [
+        (room.words, pytest.approx(room.polygon.bounds, abs=1e-6)) for room in new.rooms
+    ]
+    assert [each.has_door for each in old.openings] == [each.has_door for each in new.openings]
+    assert kinds(plan_of(old)) == kinds(plan_of(new))
+
+
+def test_damaged_older_homes_end_as_levels_or_rejections(tmp_path):
+    data = java_home(home(BED))
+    for changed in mutated(data, 150, seed=3):
+        outcome(write(tmp_path / "old.sh3d", changed, name="Home"))
+
+
+def test_an_older_home_that_is_damaged_asks_to_be_saved_anew(tmp_path):
     found = outcome(write(tmp_path / "home.sh3d", b"\xac\xed\x00\x05sr", name="Home"))
     assert isinstance(found, Rejection)
     assert "5.3" in found.advice
