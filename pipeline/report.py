@@ -200,9 +200,16 @@ def refused_of(data_set: DataSet) -> list[tuple[str, Refused]]:
     return sorted(found, key=lambda pair: pair[1])
 
 
+def _suffixes(data_set: DataSet) -> set[str]:
+    return {Path(source).suffix for source in data_set.passed_over}
+
+
 def notes_lines(data_set: DataSet) -> list[str]:
     """Say what a person may wonder about: files that were ignored, inputs that gave several outcomes."""
     lines = []
+    if data_set.passed_over:
+        names = ", ".join(data_set.passed_over[:8]) + (", ..." if len(data_set.passed_over) > 8 else "")
+        lines.append(f"passed over, no house that a reader knows: {names}{how_to_export(_suffixes(data_set))}")
     if data_set.ignored:
         counts = sorted(data_set.ignored.items(), key=lambda pair: (-pair[1], pair[0]))
         kinds = ", ".join(f"{count} {suffix}" for suffix, count in counts[:8]) + (", ..." if len(counts) > 8 else "")

@@ -41,6 +41,7 @@ class DataSet:
 
     ``not_done`` counts the inputs that a transient fault kept from being done; ``unchanged``: it stood so before;
     ``entries`` say what came of each input, ``ignored`` counts the files of its folders that are no houses, by suffix;
+    ``passed_over`` says which sources hold no house;
     ``licences`` are those that its sources state, "" among them where one states none; ``sources`` are those of this
     build, without others that it was added to.
     """
@@ -53,6 +54,7 @@ class DataSet:
     unchanged: bool = False
     entries: tuple[Entry, ...] = ()
     ignored: Mapping[str, int] = field(default_factory=dict)
+    passed_over: tuple[str, ...] = ()
     licences: tuple[str, ...] = ()
     sources: tuple[str, ...] = ()
 

@@ -100,7 +100,13 @@ def build(
             rights = rights_by_source(folder, dict.fromkeys(listing.sources, own), beside)
             batch = _Batch(planning, journal, beside, agreed(rights))
             data_set = batch.run(plan, folder, execute or partial(local.run, workers=workers), progress)
-            return replace(data_set, ignored=listing.ignored(), licences=licences(rights), sources=listing.sources)
+            return replace(
+                data_set,
+                ignored=listing.ignored(),
+                passed_over=listing.passed_over,
+                licences=licences(rights),
+                sources=listing.sources,
+            )
 
 
 @dataclass

@@ -15,7 +15,7 @@ from pipeline.batch.entry import identity
 from pipeline.batch.mirror import Mirror, mirrored
 from pipeline.batch.remote import is_url
 from pipeline.config_file import BuildConfig
-from pipeline.sources import find, is_path, made_count
+from pipeline.sources import NoHouseError, find, is_path, made_count
 from pipeline.sources.made import made_of
 from pipeline.sources.naming import files_in
 from pipeline.values import Input
@@ -28,6 +28,7 @@ class Listing:
     config: BuildConfig
     _files: dict[str, list[Input]] = field(default_factory=dict)
     _mirrors: dict[str, tuple[Mirror, Path]] = field(default_factory=dict)
+    _passed_over: dict[str, NoHouseError] = field(default_factory=dict)
 
     def __iter__(self) -> Iterator[tuple[str, Input]]:
         """Yield each input once, with its source: the path in full, or ``procedural:COUNT?style=home``."""
@@ -57,11 +58,18 @@ class Listing:
         return identity(self.public(item))
 
     def check(self) -> None:
-        """Raise ConfigError where a source does not exist, is none, or holds nothing."""
+        """Raise ConfigError where a source does not exist, or none of them holds a house."""
         if not self.config.build.sources:
             raise ConfigError("no SOURCE: name one, or a --config whose [build] has sources")
         for source in self.config.build.sources:
-            next(iter(self._inputs(source)))
+            next(iter(self._inputs(source)), None)
+        if len(self._passed_over) == len(set(self.config.build.sources)):
+            raise next(iter(self._passed_over.values()))
+
+    @property
+    def passed_over(self) -> tuple[str, ...]:
+        """The sources that hold no house, among others that do."""
+        return tuple(self._passed_over)
 
     def total(self) -> int:
         """Return how many inputs there are; one that two sources hold counts twice."""
@@ -95,7 +103,10 @@ class Listing:
         if not is_path(source):
             return find(source, **self._options())
         if source not in self._files:
-            self._files[source] = list(find(self._place(source), **self._options()))
+            try:
+                self._files[source] = list(find(self._place(source), **self._options()))
+            except NoHouseError as error:
+                self._files[source], self._passed_over[source] = [], error
         return self._files[source]
 
     def _place(self, source: str) -> str:

@@ -30,6 +30,10 @@ OVERRIDABLE = {"mesh_file": ("drop_nodes", "scale")}
 """The readers, and which options of one input a person may set in ``overrides.toml``."""
 
 
+class NoHouseError(ConfigError):
+    """A source is there, and nothing in it is a house that a reader knows."""
+
+
 def find(source: str, **options: str) -> Iterator[Input]:
     """List what there is to read at a SOURCE; each reader gets those of the options that it takes.
 
@@ -38,9 +42,10 @@ def find(source: str, **options: str) -> Iterator[Input]:
 
     Raises
     ------
+    NoHouseError
+        Where no reader knows the source, or a folder holds nothing that one does.
     ConfigError
-        Where an option is impossible, the source does not exist, no reader knows it, or a folder holds nothing that
-        one does.
+        Where an option is impossible, or the source does not exist.
     """
     check_sizes(**options)
     if is_path(source) and not Path(source).exists():
@@ -63,7 +68,7 @@ def find(source: str, **options: str) -> Iterator[Input]:
         )
         found_ = "nothing of the kind in it" if Path(source).is_dir() else "none of them"
         advice = how_to_export(file.suffix for file in _files_at(source))
-        raise ConfigError(f"source {source!r}: expected {expected} or procedural:COUNT, found {found_}{advice}")
+        raise NoHouseError(f"source {source!r}: expected {expected} or procedural:COUNT, found {found_}{advice}")
 
 
 def is_path(source: str) -> bool:
