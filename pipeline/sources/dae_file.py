@@ -6,7 +6,7 @@ Only geometry is read, so that odd effects, inputs and pictures do no harm.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
@@ -14,11 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.dae_mesh import children, first, floats, kind, read_mesh
+from pipeline.sources.dae_mesh import Ids, children, first, floats, kind, read_mesh
 from pipeline.sources.scene import Part, Piece, placed
 
 Floats = npt.NDArray[np.float64]
-Elements = Mapping[str, Xml.Element]
 
 HEAD_BYTES = 1 << 16
 MAX_NODES = 1_000_000
@@ -40,8 +39,10 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
             detail = f"{path.name} declares a document type, which COLLADA does not have"
             raise Rejection("source", Reason.UNREADABLE, detail, "export it again")
     root = Xml.parse(path).getroot()  # noqa: S314 - without a document type there are no entities to expand
-    by_id = {element.get("id", ""): element for element in root.iter() if element.get("id")}
-    materials = {name: element.get("name", name) for name, element in by_id.items() if kind(element) == "material"}
+    by_id = Ids(root)
+    materials = {
+        each.get("id", ""): each.get("name") or each.get("id", "") for each in root.iter() if _is_material(each)
+    }
     count = 0
     for names, geometry, symbols, matrix in _instances(root, by_id):
         for mesh in read_mesh(geometry, by_id):
@@ -55,12 +56,10 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
             yield Piece(Part(names, name, materials.get(target, target)), vertices, faces)
 
 
-def _instances(
-    root: Xml.Element, by_id: Elements
-) -> Iterator[tuple[tuple[str, ...], Xml.Element, dict[str, str], Floats]]:
+def _instances(root: Xml.Element, by_id: Ids) -> Iterator[tuple[tuple[str, ...], Xml.Element, dict[str, str], Floats]]:
     """Yield (names from the root, geometry, material ids by symbol, place) of each instance in the scene."""
     instance = root.find(".//{*}scene/{*}instance_visual_scene")
-    scene = _target(instance, by_id) if instance is not None else root.find(".//{*}visual_scene")
+    scene = by_id.named(instance, "visual_scene") if instance is not None else root.find(".//{*}visual_scene")
     if scene is None:  # a library of shapes that nobody places
         for each in root.iter():
             if kind(each) == "geometry":
@@ -78,24 +77,23 @@ def _instances(
         matrix = above @ _matrix(node)
         path = (*names, node.get("name") or node.get("id") or "")
         for placed_here in children(node, "instance_geometry", "instance_controller"):
-            geometry = _geometry(_target(placed_here, by_id), by_id)
+            geometry = _geometry(by_id.named(placed_here, "geometry", "controller"), by_id)
             if geometry is not None:
                 yield path, geometry, _symbols(placed_here), matrix
-        inner = [_target(each, by_id) for each in children(node, "instance_node")] + children(node, "node")
+        inner = [by_id.named(each, "node") for each in children(node, "instance_node")] + children(node, "node")
         stack += [(each, path, matrix) for each in reversed(inner) if each is not None]
 
 
-def _target(instance: Xml.Element, by_id: Elements) -> Xml.Element | None:
-    """Return the element that an instance names; None where it is in another file, which is not opened."""
-    return by_id.get(instance.get("url", "").removeprefix("#"))
-
-
-def _geometry(element: Xml.Element | None, by_id: Elements) -> Xml.Element | None:
+def _geometry(element: Xml.Element | None, by_id: Ids) -> Xml.Element | None:
     """Return the geometry itself, or the one that a controller bends."""
     if element is None or kind(element) == "geometry":
         return element
     skin = first(element, "skin", "morph")
-    return None if skin is None else by_id.get(skin.get("source", "").removeprefix("#"))
+    return None if skin is None else by_id.named(skin, "geometry", key="source")
+
+
+def _is_material(element: Xml.Element) -> bool:
+    return kind(element) == "material" and bool(element.get("id"))
 
 
 def _symbols(instance: Xml.Element) -> dict[str, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from xml.etree import ElementTree as Xml
 
@@ -47,7 +47,28 @@ def floats(element: Xml.Element, count: int | None = None) -> Floats:
     return np.array(list(map(float, words)), np.float64)
 
 
-def read_mesh(geometry: Xml.Element, by_id: Mapping[str, Xml.Element]) -> Iterator[DaeMesh]:
+class Ids:
+    """The elements of a file by kind and id: files use an id for a node and its geometry alike.
+
+    Of two elements of one kind and id the first counts.
+    """
+
+    def __init__(self, root: Xml.Element) -> None:
+        self._found: dict[tuple[str, str], Xml.Element] = {}
+        for element in root.iter():
+            if name := element.get("id"):
+                self._found.setdefault((kind(element), name), element)
+
+    def of(self, name: str, *kinds: str) -> Xml.Element | None:
+        """Return the element of an id that is of the first of these kinds, or None."""
+        return next((found for each in kinds if (found := self._found.get((each, name))) is not None), None)
+
+    def named(self, instance: Xml.Element, *kinds: str, key: str = "url") -> Xml.Element | None:
+        """Return the element that another one names; None where it is in another file, which is not opened."""
+        return self.of(instance.get(key, "").removeprefix("#"), *kinds)
+
+
+def read_mesh(geometry: Xml.Element, by_id: Ids) -> Iterator[DaeMesh]:
     """Yield the triangles of each primitive; lines, points and splines are left out.
 
     Raises
@@ -64,9 +85,9 @@ def read_mesh(geometry: Xml.Element, by_id: Mapping[str, Xml.Element]) -> Iterat
         if found is None:
             continue
         rows, counts = found
-        offset, source = _position(primitive, by_id)
+        offset, source = _position(primitive, mesh, by_id)
         if source not in positions:
-            positions[source] = _source(by_id[source])
+            positions[source] = _source(_inside(mesh, source, by_id, "source"))
         vertices = positions[source]
         corners = rows[:, offset]
         if len(corners) and not 0 <= corners.min() <= corners.max() < len(vertices):
@@ -117,11 +138,20 @@ def _strip(rows: Indices) -> Indices:
     return faces.reshape(-1, rows.shape[1])
 
 
-def _position(primitive: Xml.Element, by_id: Mapping[str, Xml.Element]) -> tuple[int, str]:
+def _inside(mesh: Xml.Element, name: str, by_id: Ids, wanted: str) -> Xml.Element:
+    """Return a mesh's own element of an id, or the file's; LookupError where there is none."""
+    own = next((each for each in mesh if each.get("id") == name and kind(each) == wanted), None)
+    found = own if own is not None else by_id.of(name, wanted)
+    if found is None:
+        raise LookupError(f"no <{wanted}> of id {name[:60]!r}")
+    return found
+
+
+def _position(primitive: Xml.Element, mesh: Xml.Element, by_id: Ids) -> tuple[int, str]:
     """Return which index of a corner is its position's, and the id of the source of positions."""
     for each in children(primitive, "input"):
         if each.get("semantic") == "VERTEX":
-            vertices = by_id[each.get("source", "").removeprefix("#")]
+            vertices = _inside(mesh, each.get("source", "").removeprefix("#"), by_id, "vertices")
             for inner in children(vertices, "input"):
                 if inner.get("semantic") == "POSITION":
                     return int(each.get("offset", 0)), inner.get("source", "").removeprefix("#")

@@ -106,3 +106,17 @@ def test_more_faces_than_may_be(tmp_path):
     nodes = PLAIN * 600
     with pytest.raises(Rejection, match="more than 1,000 faces"):
         write(tmp_path / "house.dae", nodes)
+
+
+def test_an_id_that_a_node_and_a_geometry_share_hides_neither(tmp_path: Path) -> None:
+    node = '<node id="g" name="Wall"><instance_geometry url="#g"/></node>'
+    (piece,) = write(tmp_path / "a.dae", node)
+    assert area(piece) == pytest.approx(6.0)
+
+
+def test_a_source_of_an_id_that_another_mesh_has_too_is_the_meshs_own(tmp_path: Path) -> None:
+    other = GEOMETRY.replace('id="g"', 'id="h"').replace("2 0 0 2 3 0 0 3 0", "1 0 0 1 1 0 0 1 0")
+    nodes = PLAIN + '<node name="Small"><instance_geometry url="#h"/></node>'
+    more = f"<library_geometries>{other.format(primitive=POLYLIST)}</library_geometries>"
+    pieces = write(tmp_path / "a.dae", nodes, more=more)
+    assert sorted(map(area, pieces)) == pytest.approx([1.0, 6.0])
