@@ -40,9 +40,7 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
             raise Rejection("source", Reason.UNREADABLE, detail, "export it again")
     root = Xml.parse(path).getroot()  # noqa: S314 - without a document type there are no entities to expand
     by_id = Ids(root)
-    materials = {
-        each.get("id", ""): each.get("name") or each.get("id", "") for each in root.iter() if _is_material(each)
-    }
+    materials = {each.get("id", ""): each.get("name", each.get("id", "")) for each in root.iter() if _is_material(each)}
     count = 0
     for names, geometry, symbols, matrix in _instances(root, by_id):
         for mesh in read_mesh(geometry, by_id):

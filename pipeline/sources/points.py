@@ -17,6 +17,7 @@ import numpy as np
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
+from pipeline.sources.left_out import KEY as LEFT_OUT
 from pipeline.sources.naming import level_id, single_input
 from pipeline.sources.points_file import blocks
 from pipeline.sources.points_storeys import Storey, find_storeys
@@ -52,6 +53,8 @@ def read(item: Input) -> Iterator[Level]:
         detail = f"{name}: expected two level layers 1.9 to 6 m apart, or walls over one, found none"
         raise Rejection("source", Reason.NO_LEVEL, detail, "check the up axis and the units, or give --up and --units")
     provenance = {"source": "points", "file": name, "sha256": sha256_of(path), "up": voxels.up}
+    if voxels.far:
+        provenance[LEFT_OUT] = f"{voxels.far:,} points or voxels of 2 cm far from all others"
     for number, storey in enumerate(storeys):
         yield _level(voxels, storey, level_id(item.id, number, len(storeys)), number, provenance)
 

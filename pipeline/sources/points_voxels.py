@@ -1,7 +1,8 @@
 """A point cloud as the voxels that it fills, put together while its file is read.
 
 R1  Points that are not finite are passed over; a cloud of nothing else is none.
-R2  A cloud longer than LONGEST_M, or with more than MAX_VOXELS, is no flat.
+R2  A cloud longer than LONGEST_M, or with more than MAX_VOXELS, is no flat. But a sensor sees through windows and in
+    mirrors: the few points that lie farther are passed over, and so are those that lie beyond all others (``_near``).
 R3  Up is z, unless the fullest level layer along y is clearly fuller: floors and ceilings are the largest faces.
 """
 
@@ -18,6 +19,8 @@ from pipeline.rejection import Reason, Rejection
 VOXEL_M = 0.02
 LONGEST_M = 200.0
 FEWEST_VOXELS = 500
+FEW = 0.002  # of all points, or voxels
+BESIDE_M = 4.0
 MAX_VOXELS = 30_000_000
 Y_UP = 1.4
 _BITS = 20
@@ -31,6 +34,8 @@ class Voxels:
     index: npt.NDArray[np.int32]
     origin: npt.NDArray[np.float64]
     up: str
+    far: int = 0
+    """How many voxels, or points beyond LONGEST_M, were passed over (R2)."""
 
     def centres(self) -> npt.NDArray[np.float64]:
         """Middles (n, 3) in metres, in the plan's axes."""
@@ -42,7 +47,7 @@ def fill(blocks: Iterable[npt.NDArray[np.float64]], metres: float, up: str, name
     origin: npt.NDArray[np.float64] | None = None
     keys = np.empty(0, np.int64)
     waiting: list[npt.NDArray[np.int64]] = []
-    seen = 0
+    seen, far, farthest = 0, 0, 0.0
     for block in blocks:
         seen += len(block)
         points = block[np.isfinite(block).all(axis=1)] * metres  # R1
@@ -51,16 +56,19 @@ def fill(blocks: Iterable[npt.NDArray[np.float64]], metres: float, up: str, name
         if origin is None:
             origin = np.floor(np.median(points, axis=0))
         index = np.floor((points - origin) / VOXEL_M)
-        if np.abs(index).max() * VOXEL_M > LONGEST_M:  # R2
-            far = float(np.abs(index).max() * VOXEL_M)
-            detail = f"{name} has points {far:.4g} m from its middle, expected {LONGEST_M:.0f} m at most"
-            raise Rejection("source", Reason.BAD_UNITS, detail, "cut the flat out, or give --units")
+        away = np.abs(index).max(axis=1) * VOXEL_M > LONGEST_M  # R2
+        far += int(away.sum())
+        farthest = max(farthest, float(np.abs(index).max() * VOXEL_M))
+        index = index[~away]
         packed = (index.astype(np.int64) + _HALF) @ np.array([1 << (2 * _BITS), 1 << _BITS, 1])
         waiting.append(np.unique(packed))
         if sum(map(len, waiting)) > max(len(keys), 4_000_000):
             keys, waiting = np.unique(np.concatenate([keys, *waiting])), []
             if len(keys) > MAX_VOXELS:
                 raise _too_large(name, len(keys))
+    if far > FEW * seen:
+        detail = f"{name} has points {farthest:.4g} m from its middle, expected {LONGEST_M:.0f} m at most"
+        raise Rejection("source", Reason.BAD_UNITS, detail, "cut the flat out, or give --units")
     keys = np.unique(np.concatenate([keys, *waiting]))
     if origin is None:
         reason, what = (Reason.NOT_FINITE, "no point that is finite") if seen else (Reason.EMPTY, "no point")
@@ -72,16 +80,25 @@ def fill(blocks: Iterable[npt.NDArray[np.float64]], metres: float, up: str, name
         raise Rejection("source", Reason.EMPTY, detail, "give a scan of a room")
     mask = (1 << _BITS) - 1
     index3 = np.column_stack([keys >> (2 * _BITS), (keys >> _BITS) & mask, keys & mask]) - _HALF
-    return _upright(index3.astype(np.int32), origin, up)
+    near = _near(index3.astype(np.int32))
+    return _upright(near, origin, up, far + len(index3) - len(near))
 
 
-def _upright(index: npt.NDArray[np.int32], origin: npt.NDArray[np.float64], up: str) -> Voxels:
+def _near(index: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """R2: voxels no farther than BESIDE_M from where, along each axis, all but FEW of them lie."""
+    low, high = np.quantile(index, (FEW / 2, 1 - FEW / 2), axis=0)
+    beside = BESIDE_M / VOXEL_M
+    near: npt.NDArray[np.bool_] = ((index >= low - beside) & (index <= high + beside)).all(axis=1)
+    return index[near]
+
+
+def _upright(index: npt.NDArray[np.int32], origin: npt.NDArray[np.float64], up: str, far: int) -> Voxels:
     """R3; a y-up cloud is turned by a quarter about x, so that y = -Z."""
     axis = up if up in {"y", "z"} else "y" if _fullest(index[:, 1]) > Y_UP * _fullest(index[:, 2]) else "z"
     if axis == "z":
-        return Voxels(index, origin, "z")
+        return Voxels(index, origin, "z", far)
     turned = np.column_stack([index[:, 0], -1 - index[:, 2], index[:, 1]])
-    return Voxels(turned, np.array([origin[0], -origin[2], origin[1]]), "y")
+    return Voxels(turned, np.array([origin[0], -origin[2], origin[1]]), "y", far)
 
 
 def _fullest(layer: npt.NDArray[np.int32]) -> int:

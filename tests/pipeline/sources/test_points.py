@@ -188,3 +188,20 @@ def test_damaged_clouds_end_as_levels_or_rejections(tmp_path, name, count):
             found.append(error)
     assert any(isinstance(each, Rejection) for each in found)
     assert all(isinstance(each, Rejection) or each <= 2 * whole for each in found)
+
+
+def test_what_a_laser_sees_far_outside_costs_nothing(tmp_path):
+    rng = np.random.default_rng(3)
+    inside = cloud()
+    far = rng.uniform((-600.0, 20.0, 0.0), (600.0, 900.0, 3.0), (20, 3))
+    behind_glass = rng.uniform((30.0, 0.0, 0.0), (60.0, 4.0, 3.0), (30, 3))
+    write_ply(tmp_path / "flat.ply", np.concatenate([inside, far, behind_glass]))
+    (level,) = levels(tmp_path / "flat.ply")
+    assert free_iou(plan_of(level), ROOMS) > 0.9
+    assert "far from all others" in level.provenance["left_out"]
+
+
+def test_a_cloud_of_a_street_is_none(tmp_path):
+    write_ply(tmp_path / "street.ply", cloud() * (200.0, 1.0, 1.0))
+    with pytest.raises(Rejection, match="from its middle"):
+        levels(tmp_path / "street.ply")
