@@ -18,6 +18,7 @@ from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.interior import check_interior
+from pipeline.sources.left_out import KEY as LEFT_OUT
 from pipeline.sources.level_names import share_out
 from pipeline.sources.levels import FoundLevel, find_levels
 from pipeline.sources.mesh_load import SUFFIXES, convention, load_scene
@@ -94,6 +95,7 @@ def read(item: Input) -> Iterator[Level]:
         "sha256": sha256_of(path),
         "units": found.units,
         "up": found.up,
+        **({LEFT_OUT: raw.left_out} if raw.left_out else {}),
         **({"scale": float(options["scale"])} if options.get("scale", "1") != "1" else {}),
     }
     for number, (level, share) in enumerate(zip(levels, shares, strict=True)):

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import trimesh
 
 from pipeline.rejection import Reason, Rejection
@@ -24,6 +25,9 @@ from pipeline.sources.scene import Part, Piece, Scene
 SUFFIXES = (".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 MAX_FACES = 5_000_000
 """A mesh with more ends as TOO_LARGE, before it is read where its header says so; 1.7 million need 0.5 GB here."""
+
+FEW_FACES = 0.02
+"""Share of the faces that may have no place: more than that, and it is not known what is missing."""
 
 LARGEST = 1e15
 """In any unit: with larger coordinates areas and volumes are no numbers any more."""
@@ -155,8 +159,11 @@ def _checked(path: Path, scene: Scene, declared: int | None, max_faces: int) -> 
     if faces.min() < 0 or faces.max() >= len(vertices):
         detail = f"{path.name} names vertex {faces.max():,} of {len(vertices):,}"
         raise Rejection("source", Reason.UNREADABLE, detail, "the file is truncated or broken: export it again")
-    bad = int((~(np.abs(vertices) < LARGEST).all(axis=1)).sum())
-    if bad:
-        detail = f"{path.name} has {bad:,} vertices that are NaN, infinite or beyond {LARGEST:g}"
+    good = (np.abs(vertices) < LARGEST).all(axis=1)
+    if good.all():
+        return scene
+    keep: npt.NDArray[np.bool_] = np.asarray(good[faces].all(axis=1))
+    detail = f"{path.name} has {int((~good).sum()):,} vertices that are NaN, infinite or beyond {LARGEST:g}"
+    if (~keep).sum() > FEW_FACES * len(faces):
         raise Rejection("source", Reason.NOT_FINITE, detail, "repair the mesh, or export it again")
-    return scene
+    return scene.of_faces(keep, "" if keep.all() else f"{detail}; {int((~keep).sum()):,} faces are left out")

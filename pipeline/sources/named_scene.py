@@ -110,7 +110,9 @@ def without_starting_cube(scene: Scene) -> Scene:
         faces = scene.owner == index
         corners = scene.mesh.vertices[scene.mesh.faces[faces]]
         if faces.sum() == 12 and np.allclose(np.abs(corners), 1.0, atol=1e-6):
-            return Scene(Mesh(scene.mesh.vertices, scene.mesh.faces[~faces]), scene.owner[~faces], scene.parts)
+            return Scene(
+                Mesh(scene.mesh.vertices, scene.mesh.faces[~faces]), scene.owner[~faces], scene.parts, scene.left_out
+            )
     return scene
 
 

@@ -44,6 +44,8 @@ class Scene:
     mesh: Mesh
     owner: Owners
     parts: tuple[Part, ...]
+    left_out: str = ""
+    """What could not be read, in words."""
 
     @classmethod
     def of(cls, pieces: Iterable[Piece]) -> Scene:
@@ -65,13 +67,17 @@ class Scene:
         if not patterns:
             return self
         keep = ~np.array([part.matches(patterns) for part in self.parts], np.bool_)[self.owner]
+        return self.of_faces(keep, self.left_out)
+
+    def of_faces(self, keep: npt.NDArray[np.bool_], left_out: str = "") -> Scene:
+        """Return the faces of a mask (m,) with the vertices that they need."""
         used, packed = np.unique(self.mesh.faces[keep], return_inverse=True)
         mesh = Mesh(self.mesh.vertices[used], packed.reshape(-1, 3).astype(np.int64))
-        return Scene(mesh, self.owner[keep], self.parts)
+        return Scene(mesh, self.owner[keep], self.parts, left_out)
 
     def scaled(self, factor: float) -> Scene:
         """Make all of it so many times as large."""
-        return Scene(Mesh(self.mesh.vertices * factor, self.mesh.faces), self.owner, self.parts)
+        return Scene(Mesh(self.mesh.vertices * factor, self.mesh.faces), self.owner, self.parts, self.left_out)
 
 
 def placed(

@@ -211,3 +211,16 @@ def test_no_logger_of_a_library_prints(tmp_path, capfd, caplog):
     assert rejection(path).reason in {Reason.UNREADABLE, Reason.EMPTY}
     assert not caplog.records
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_few_faces_without_a_place_cost_themselves(tmp_path):
+    mesh = as_trimesh(one_level())
+    finite = np.concatenate([np.asarray(mesh.vertices), [[np.nan, 0.0, 0.0], [0.0, np.inf, 0.0], [1.0, 1.0, 1.0]]])
+    count = len(mesh.vertices)
+    faces = np.concatenate([np.asarray(mesh.faces), [[count, count + 1, count + 2]]])
+    text = "".join(f"v {x} {y} {z}\n" for x, y, z in finite) + "".join(f"f {a} {b} {c}\n" for a, b, c in faces + 1)
+    (tmp_path / "house.obj").write_text(text)
+    (item,) = mesh_file.find(str(tmp_path / "house.obj"), up="z", units="m")
+    (level,) = mesh_file.read(item)
+    assert "2 vertices that are NaN" in level.provenance["left_out"]
+    assert np.isfinite(level.walls.vertices).all()
