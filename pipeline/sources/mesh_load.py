@@ -159,7 +159,7 @@ def _checked(path: Path, scene: Scene, declared: int | None, max_faces: int) -> 
     if faces.min() < 0 or faces.max() >= len(vertices):
         detail = f"{path.name} names vertex {faces.max():,} of {len(vertices):,}"
         raise Rejection("source", Reason.UNREADABLE, detail, "the file is truncated or broken: export it again")
-    good = (np.abs(vertices) < LARGEST).all(axis=1)
+    good: npt.NDArray[np.bool_] = np.asarray((np.abs(vertices) < LARGEST).all(axis=1))
     if good.all():
         return scene
     keep: npt.NDArray[np.bool_] = np.asarray(good[faces].all(axis=1))
