@@ -1,7 +1,7 @@
-"""Compiled inner loops: arrays and scalars in and out; no checks, no random numbers, no objects.
+"""Compiled inner loops on arrays and scalars, without checks, random generators and objects.
 
-Positions are pixels: x across, y down, cell (row, col) spans [col, col + 1) x [row, row + 1). Headings are radians,
-counter-clockwise as one sees the grid with row 0 at the top. Grids are flat (rows * cols) where a cell is one number.
+Positions are in pixels: x across, y down; cell (row, col) covers [col, col + 1) x [row, row + 1). Headings are in
+radians, counter-clockwise as seen with row 0 at the top. Grids are flat (rows * cols) if a cell is a single number.
 """
 
 from pathlib import Path
@@ -10,4 +10,4 @@ from houseexpo.kernel_cache import cache_safely
 from houseexpo.pseudoslam.kernels.compiling import watch_compiling
 
 watch_compiling(__name__)
-cache_safely(Path(__file__).parent)  # before any kernel is looked for on disk
+cache_safely(Path(__file__).parent)  # before any kernel is loaded from disk

@@ -1,7 +1,7 @@
-"""What happens while kernels are compiled: the user is told, and the garbage collector rests.
+"""While kernels are compiled, inform the user and pause the garbage collector.
 
-The compiler makes millions of small objects that live until it is done; the collector would look through all of them
-again and again, a fifth of the time that compiling takes.
+The compiler makes millions of small objects that exist until it is done. The collector would traverse all of them
+repeatedly, which would take a fifth of the time of compiling.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ _LINE = "compiling kernels of the simulator that were not used before, up to 40 
 
 
 class Compiling(NamedTuple):
-    """What is compiled in this process, or waited for: whether something is now, and how many functions are done."""
+    """The progress of compiling in this process, or in one that it waits for: whether it is active, functions done."""
 
     is_busy: bool
     functions: int
 
 
 class _Nested(Listener):
-    """Hears when compiling of a package's functions begins and ends.
+    """A listener that is notified when compiling of a package's functions begins and ends.
 
-    Kernels are compiled one at a time, under the compiler's lock, each within the one that calls it.
+    Kernels are compiled one at a time, under the compiler's lock, each during the compilation of the one that calls it.
     """
 
     def __init__(self, package: str, begin: Callable[[], None], end: Callable[[], None]) -> None:
@@ -58,7 +58,7 @@ class _Nested(Listener):
 
     @property
     def is_busy(self) -> bool:
-        """Whether a function is being compiled."""
+        """Return whether a function is being compiled."""
         return self._within > 0
 
 
@@ -67,14 +67,14 @@ _waiting: list[object] = []
 
 
 def compiling_now() -> Compiling:
-    """Return how far compiling is, of the functions of packages that are watched (``watch_compiling``)."""
+    """Return the progress of compiling the functions of watched packages (``watch_compiling``)."""
     busy = bool(_waiting) or any(each.is_busy for each in _watched)
     return Compiling(busy, sum(each.done for each in _watched))
 
 
 @contextmanager
 def compiled_elsewhere() -> Iterator[None]:
-    """Count as compiling what waits for another process that compiles."""
+    """Count the time in this context as compiling, since another process compiles."""
     _waiting.append(None)
     try:
         yield
@@ -84,12 +84,12 @@ def compiled_elsewhere() -> Iterator[None]:
 
 @cache
 def say_once() -> None:
-    """Say, once in a process, that kernels are compiled."""
+    """Report, once per process, that kernels are compiled."""
     _LOGGER.warning(_LINE)
 
 
 class _Watch:
-    """Says that kernels are compiled, and switches the collector off meanwhile, where it was on."""
+    """Reports that kernels are compiled, and meanwhile disables the collector if it was enabled."""
 
     def __init__(self) -> None:
         self._was_on = False
@@ -107,13 +107,13 @@ class _Watch:
 
 
 def watch_compiling(package: str) -> None:
-    """Say so, and let the collector rest, while functions of a package are compiled."""
+    """Report it and pause the collector while functions of a package are compiled."""
     watch = _Watch()
     _watched.append(on_compiling(package, watch.begin, watch.end))
 
 
 def on_compiling(package: str, begin: Callable[[], None], end: Callable[[], None]) -> _Nested:
-    """Call one function before functions of a package are compiled in this process, and the other one after that."""
+    """Call ``begin`` before functions of a package are compiled in this process, and ``end`` afterwards."""
     listener = _Nested(f"{package}.", begin, end)
     register("numba:compile", listener)  # type: ignore[no-untyped-call]
     return listener

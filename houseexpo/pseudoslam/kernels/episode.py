@@ -1,4 +1,4 @@
-"""The arrays of one environment, what their columns hold, and what is the same in all steps."""
+"""The arrays of one environment, the meaning of their columns, and the parameters of all steps."""
 
 from __future__ import annotations
 
@@ -15,33 +15,33 @@ from houseexpo.pseudoslam.kernels.planning.plan import Graph, PlanRules, Plans, 
 from houseexpo.pseudoslam.kernels.types import Counts, Errors, Floats, Grid, Robot, Rows, Sensor, row_type
 
 POSE = row_type(x=float, y=float, heading=float, seen_x=float, seen_y=float, seen_heading=float)
-"""Pixels and radians: where the robot is, and where it believes it is."""
+"""The robot's pose and the believed pose, pixels and radians."""
 COUNTS = row_type(steps=int, collisions=int, known=int, covered=int, scans=int, blocked=int, key=int)
-"""Steps and those that met an obstacle; cells of the map; scans; whether the last step met an obstacle; the key of the
-episode's noise."""
+"""Counts of steps, of collisions, of known cells and of scans; whether an obstacle blocked the last step; the key of
+the episode's noise."""
 READINGS = row_type(path_length=float, clearance=float, to_goal=float, start_x=float, start_y=float)
-"""Pixels: the way gone, the room round the robot, the way that is left to the goal, and where the episode started."""
+"""The distance travelled, the clearance, the remaining distance to the goal, and the start, pixels."""
 BEAMS, ODOMETRY, REGISTRATION, PEOPLE = range(1, 5)
-"""Kinds of chance, each with a key of its own (``key_of``)."""
+"""Kinds of random numbers, each with its own key (``key_of``)."""
 
 
 class Episode(NamedTuple):
-    """The arrays of one environment. In a pool each has one axis more in front, and rasters lie flat, with room."""
+    """The arrays of one environment. In a pool, each has an additional first axis, and rasters are flat and padded."""
 
     occupied: Grid
-    """(rows, cols), not 0 where an obstacle is; the border is."""
+    """(rows, cols), not 0 for obstacles, including the border."""
     observable: Grid
-    """(rows, cols), 1 where a cell counts for coverage."""
+    """(rows, cols), 1 for cells that count for coverage."""
     known: Grid
-    """(rows, cols) the map."""
+    """(rows, cols), the map."""
     shown: Grid
-    """(side, side) what the robot is shown."""
+    """(side, side), the view."""
     overview: Grid
-    """(cells, cells) the whole map, coarsely; (0, 0) where nobody asks."""
+    """(cells, cells), the overview of the whole map; (0, 0) if it is not observed."""
     ranges: Floats
-    """(beams,) what the last scan's beams returned, pixels; (0,) where nobody asks."""
+    """(beams,), the ranges of the last scan, pixels; (0,) if they are not observed."""
     pose: Rows
-    """(1,) ``POSE``; in a kernel's view of one environment the row itself, as the next two."""
+    """(1,) ``POSE``; in a kernel's view of one environment, this and the next two are the records themselves."""
     counts: Rows
     """(1,) ``COUNTS``."""
     readings: Rows
@@ -55,7 +55,7 @@ class Episode(NamedTuple):
 
 
 class StepParams(NamedTuple):
-    """What is the same for all environments: the robot and its sensor, their errors, and what moves beside it."""
+    """The parameters of all environments: the robot, its sensor, their noise, and moving obstacles."""
 
     robot: Robot
     sensor: Sensor
@@ -64,13 +64,13 @@ class StepParams(NamedTuple):
     seconds: float
     clearance_px: float
     overview_px: float
-    """Pixels along the side of an overview's cell."""
+    """Side of an overview's cell, pixels."""
     plan: PlanRules
 
 
 @njit(inline="always")
 def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
-    """Return environment ``i`` of a pool, views of its arrays."""
+    """Return environment ``i`` of a pool, as views of its arrays."""
     rows, cols = sizes[i, 0], sizes[i, 1]
     cells = rows * cols
     return Episode(
@@ -85,4 +85,4 @@ def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
 @njit(inline="always")
 def key_of(key: int, kind: int) -> int:
     """Return the key of one kind of noise."""
-    return int(uniform(key, kind + 0) * 4611686018427387904.0)  # for each constant numba would compile anew
+    return int(uniform(key, kind + 0) * 4611686018427387904.0)  # numba would compile again for each constant

@@ -1,6 +1,6 @@
-"""An explorer of frontiers at work in one house, compiled whole: ``agents.exploring``, step by step the same.
+"""A compiled explorer of frontiers in one house, whose steps are identical to those of ``agents.exploring``.
 
-It is there for those who learn from many explorations. R1 to R4 are the explorer's rules.
+It is for training with many explorations. R1 to R4 are the explorer's rules.
 """
 
 from __future__ import annotations
@@ -25,32 +25,32 @@ from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, Rows
 from houseexpo.pseudoslam.kernels.whole import whole
 
 ERRAND = row_type(looks=int, lost=int, target=int, bumps=int)
-"""Turns of the first look round that are left; how many cells were given up; the cell that it goes for, -1: none; how
-often it was blocked on the way there."""
+"""Remaining turns of the first look around; the number of cells given up; the target cell, -1 for none; how often the
+robot was blocked on the way there."""
 ENDED, NOTHING = range(2)
-"""Why ``explore`` returned: enough is seen or time is up; there is no frontier."""
+"""Why ``explore`` returned: enough is seen or time is up; or there is no frontier."""
 _NONE, _FORWARD, _LEFT, _RIGHT = range(4)
 
 
 class ExplorerRules(NamedTuple):
-    """The explorer's steps, and what it chooses by; the same for all houses."""
+    """The parameters of the explorer's steps and choices, the same for all houses."""
 
     step_px: float
     turn_rad: float
     enough: float
-    """As ``best_turns`` takes it."""
+    """The argument of ``best_turns``."""
     most_bumps: int
     frontiers: FrontierRules
     outlook: OutlookRules
 
 
 class Errand(NamedTuple):
-    """What an explorer remembers, and room for what it looks at; ``choice`` is (n,) ``FRONTIER``."""
+    """The memory of an explorer, and working memory for its choices."""
 
     state: Rows
     """(1,) ``ERRAND``."""
     given_up: Cells
-    """(n,) cells that stayed unknown though they were looked at."""
+    """(n,), cells that remained unknown after the robot looked at them."""
     frontiers: Rows
     """(n,) ``FRONTIER``."""
     outlooks: Floats
@@ -60,7 +60,7 @@ class Errand(NamedTuple):
 
 
 class Course(NamedTuple):
-    """What became of each step: cells that count and are seen, pixels gone; (steps + 1,) each, the start included."""
+    """The course of an exploration: counted cells seen and pixels travelled, (steps + 1,) each, including the start."""
 
     covered: Counts
     gone_px: Floats
@@ -71,16 +71,16 @@ def explore(
     pool: Episode, sizes: Counts, errand: Errand, weights: Floats, rules: ExplorerRules, params: StepParams,
     scratch: Scratch, enough: int, course: Course,
 ) -> int:  # fmt: skip
-    """Explore until so much is seen, or ``course`` is full; return why it ended.
+    """Explore until enough is seen or ``course`` is full; return why it ended.
 
     Parameters
     ----------
     pool, sizes
-        One episode that looks at sectors, without errors; what is shown of it is not drawn.
+        One episode that scans sectors without noise; its view is not drawn.
     weights
-        (numbers,) what frontiers are scored by.
+        (numbers,), the weights for the scores of frontiers.
     enough
-        Cells that count and are to be seen.
+        The number of counted cells to see.
     """
     episode = episode_of(pool, sizes, 0)
     known, pose, counts, state, found = episode.known, episode.pose, episode.counts, errand.state[0], scratch.ways
@@ -140,7 +140,7 @@ def explore(
 
 @njit(cache=True, nogil=True)
 def _has_to_choose(known: Grid, errand: Errand, most_bumps: int) -> bool:
-    """Whether R2 asks for it; what it is blocked on the way to is given up (R3)."""
+    """Return whether to choose again (R2); give up a frontier to which the robot is blocked (R3)."""
     state = errand.state[0]
     if state.bumps > most_bumps:
         _give_up(errand)
@@ -150,7 +150,7 @@ def _has_to_choose(known: Grid, errand: Errand, most_bumps: int) -> bool:
 
 @njit(cache=True, nogil=True)
 def _give_up(errand: Errand) -> None:
-    """Remember a frontier's middle as one that stays unknown, where there is room."""
+    """Remember a frontier's middle as one that remains unknown, if there is space."""
     state = errand.state[0]
     if state.lost < len(errand.given_up):
         errand.given_up[state.lost] = state.target
@@ -159,7 +159,7 @@ def _give_up(errand: Errand) -> None:
 
 @njit(cache=True, nogil=True)
 def _look(known: Grid, x: float, y: float, heading: float, errand: Errand, turn: float) -> int:
-    """Turn towards the frontier; no action where it has been looked at (R3)."""
+    """Return the turn towards the frontier, or no action if the robot has looked at it (R3)."""
     state = errand.state[0]
     row, col = state.target // known.shape[1], state.target % known.shape[1]
     is_unknown = known[row, col] == UNKNOWN

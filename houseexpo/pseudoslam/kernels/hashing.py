@@ -1,7 +1,7 @@
-"""Numbers that look random and are a pure function of a key and a counter.
+"""Pseudo-random numbers as a pure function of a key and a counter.
 
-Noise drawn so needs no state: environments can be stepped together or one by one, on any thread, and see the same
-numbers. The mixing step is the two-round multiply and shift hash of 32 bits of C. Wellons' hash prospector.
+Such noise needs no state: environments can be stepped together or one by one, on any thread, and get the same numbers.
+The mixing step is the two-round multiply and shift hash of 32 bits of C. Wellons' hash prospector.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def normal(key: int, counter: int) -> float:
 
 @njit(cache=True, nogil=True)
 def _mixed(word: int) -> int:
-    """Return a word of 32 bits of which each depends on all of the argument's; 64 bits hold every product."""
+    """Return a word of 32 bits, each of which depends on all bits of the argument; products fit in 64 bits."""
     word = (word ^ word >> 16) * 0x21F0AAAD & _WORD
     word = (word ^ word >> 15) * 0x735A2D97 & _WORD
     return word ^ word >> 15

@@ -1,7 +1,7 @@
-"""A look: scan from where the robot is, and merge what is seen into the map.
+"""Scan from the robot's pose, and merge the scan into the map.
 
-What only a step calls is taken into it line by line (``inline``): a function of its own would be compiled, with all
-that it calls, once more for itself.
+Functions that only a step calls are inlined in it (``inline``). Otherwise they would be compiled separately, with all
+functions that they call.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from houseexpo.pseudoslam.kernels.whole import whole
 
 @njit(inline="always")
 def look_at_sector(episode: Episode, params: StepParams, scratch: Scratch) -> None:
-    """Scan the sector from where the robot is, and merge what is seen into the map."""
+    """Scan the sector from the robot's pose, and merge the scan into the map."""
     pose, sensor = episode.pose, params.sensor
     n_runs, n_hit = sector_scan(
         episode.occupied, pose.x, pose.y, pose.heading, sensor.half_fov, sensor.range_px, scratch.runs, scratch.hit,
@@ -37,7 +37,7 @@ def look_at_sector(episode: Episode, params: StepParams, scratch: Scratch) -> No
 
 @njit(inline="always")
 def look_along_rays(episode: Episode, params: StepParams, scratch: Scratch) -> None:
-    """Scan along the rays from where the robot is, and merge what is seen into the map."""
+    """Scan along the rays from the robot's pose, and merge the scan into the map."""
     pose, sensor = episode.pose, params.sensor
     settled = len(episode.bodies.clocks) + len(episode.bodies.people) == 0
     new, covered, n_hit = ray_merge(
@@ -49,7 +49,7 @@ def look_along_rays(episode: Episode, params: StepParams, scratch: Scratch) -> N
 
 @njit(inline="always")
 def _count(episode: Episode, scratch: Scratch, n_hit: int, new: int, covered: int) -> None:
-    """Merge the obstacles that were seen after the free cells, and count what is new."""
+    """Merge the visible obstacles after the free cells, and count new cells."""
     new_hit, covered_hit = merge_cells(episode.known, episode.observable, scratch.hit, n_hit, whole(OBSTACLE))
     episode.counts.known += new + new_hit
     episode.counts.covered += covered + covered_hit
@@ -58,7 +58,7 @@ def _count(episode: Episode, scratch: Scratch, n_hit: int, new: int, covered: in
 
 @njit(inline="always")
 def look(episode: Episode, params: StepParams, scratch: Scratch) -> None:
-    """Look as the parameters say, with errors where there are some."""
+    """Scan according to the parameters, including noise."""
     if params.errors.any:
         _look_with_errors(episode, params, scratch)
     elif params.sensor.by_rays:
@@ -69,7 +69,7 @@ def look(episode: Episode, params: StepParams, scratch: Scratch) -> None:
 
 @njit(inline="always")
 def _look_with_errors(episode: Episode, params: StepParams, scratch: Scratch) -> None:
-    """Merge a scan as its beams measure it, from where the robot believes it is, as registration misplaces it."""
+    """Merge a scan with the noise of its beams, at the believed pose and with the error of registration."""
     pose, counts, sensor, errors = episode.pose, episode.counts, params.sensor, params.errors
     x, y, heading, runs, hit = pose.x, pose.y, pose.heading, scratch.runs, scratch.hit
     if sensor.by_rays:

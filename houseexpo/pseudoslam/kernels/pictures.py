@@ -1,4 +1,4 @@
-"""What an environment is shown beside the plain view, or instead of it: its map at several scales, and marks."""
+"""Draw the maps of observations other than the plain view: at several scales, and with marks."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows
 from houseexpo.pseudoslam.kernels.whole import whole
 
 NEAR, FAR, WHOLE, ROBOT, GOAL = range(5)
-"""The pictures of one environment: the first, the first four, or all."""
+"""The pictures of one environment, of which the first, the first four, or all are drawn."""
 
 
 class Scales(NamedTuple):
-    """Cells along the side of a pixel of each picture, and the radii of the marks, cells."""
+    """The side of a pixel of each picture, and the radii of the marks, in cells."""
 
     near_px: float
     far_px: float
@@ -33,17 +33,17 @@ class Scales(NamedTuple):
 def draw_pictures(
     pool: Episode, sizes: Counts, goals: Floats, wanted: Grid, scales: Scales, out: Grid, first: int, end: int
 ) -> None:
-    """Draw the pictures of environments ``first`` to ``end``, excluded, but for those of which nothing is wanted.
+    """Draw the pictures of environments ``first`` to ``end``, excluded, except for those with nothing ``wanted``.
 
-    Near and far are centred on where the robot believes it is, heading up. The whole map is centred on the start, the
-    plan's y up; the marks of the robot and the goal are pictures of the same place.
+    Near and far maps are centred on the believed pose, with the heading up. The whole map is centred on the start, with
+    the plan's y up; the marks of the robot and the goal are pictures of the same area.
 
     Parameters
     ----------
     pool, sizes, wanted
-        As ``step_pool`` takes them.
+        Arguments as in ``step_pool``.
     goals
-        (N, 2) cells, across and down.
+        (N, 2), cells across and down.
     out
         (N, pictures, side, side).
     """
@@ -65,7 +65,7 @@ def draw_pictures(
 
 @njit(cache=True, nogil=True)
 def _draw_whole(known: Grid, pose: Rows, start: Rows, goal: Floats, scales: Scales, pictures: Grid) -> None:
-    """Draw the whole map, the robot, a disc with a fainter one before it, and the goal where one is asked for."""
+    """Draw the whole map, the robot as a disc with a fainter one in front of it, and the goal if it is observed."""
     pixel, middle = scales.whole_px, pictures.shape[1] / 2
     draw_coarse(known, start.start_x, start.start_y, 0.0, 1.0, pixel, pictures[WHOLE])
     x, y = (pose.seen_x - start.start_x) / pixel + middle, (pose.seen_y - start.start_y) / pixel + middle

@@ -1,7 +1,7 @@
-"""One environment's step: what moves by itself moves; the robot turns, goes, and looks on the way; it is shown the map.
+"""A step of one environment: moving obstacles move; the robot turns, moves and scans on its way; the view is drawn.
 
-``step_pool`` has the kernels that take this step, in one environment or in many. What only a step calls is taken into
-it line by line (``inline``): a function of its own would be compiled, with all that it calls, once more for itself.
+``step_pool`` has the kernels that take this step in one or more environments. Functions that only a step calls are
+inlined in it (``inline``). Otherwise they would be compiled separately, with all functions that they call.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from houseexpo.pseudoslam.kernels.sensing.ranges import cast
 from houseexpo.pseudoslam.kernels.types import Floats, Rows, Scratch
 
 Move: TypeAlias = Callable[["Episode", "StepParams"], None]
-"""Moves what moves beside the robot."""
+"""A function that moves people and bodies on tracks."""
 Look: TypeAlias = Callable[["Episode", "StepParams", Scratch], None]
-"""Scans from where the robot is, and merges what is seen into the map."""
+"""A function that scans from the robot's pose and merges the scan into the map."""
 
 
 @njit(inline="always")
@@ -47,20 +47,20 @@ def step(
     look: Look,
     full: bool,
 ) -> None:
-    """Turn, then go forward (backward where negative) until something is in the way; look; take the readings.
+    """Turn, then move forward (backward if negative) until an obstacle blocks the robot; scan; update the readings.
 
-    An episode that has not begun, ``counts.steps`` is -1, begins: with a look round that is no step.
+    An episode that has not begun (``counts.steps`` is -1) begins with a first scan, which is not a step.
 
     Parameters
     ----------
     turn, forward
         Radians, and pixels.
     scratch
-        Memory that nobody else uses meanwhile.
+        Working memory that no other thread uses.
     move, look
-        What moves beside the robot, and how it looks: functions that are compiled into this one.
+        Functions for moving obstacles and for scans, which are compiled into this one.
     full
-        A constant; False: without errors, ranges and overview.
+        A constant; False for a step without noise, ranges and overview.
     """
     move(episode, params)
     counts, readings = episode.counts, episode.readings
@@ -74,7 +74,7 @@ def step(
 
 @njit(inline="always")
 def _read(episode: Episode, params: StepParams, spread_px: float, full: bool) -> None:
-    """Take the readings at the robot's place; of the overview, draw anew what lies within ``spread_px``."""
+    """Update the readings at the robot's pose, and redraw the overview within ``spread_px``."""
     pose, readings, sensor = episode.pose, episode.readings, params.sensor
     if params.clearance_px > 0.0:
         readings.clearance = clearance(
@@ -82,7 +82,7 @@ def _read(episode: Episode, params: StepParams, spread_px: float, full: bool) ->
         )
     if len(episode.field.distances) > 0:
         way = field_at(episode.field, pose.x, pose.y)
-        if way < math.inf:  # in a gap without a block to stand on, the way known last stands
+        if way < math.inf:  # in a gap without a block to stand on, the last distance is kept
             readings.to_goal = way
     if full and len(episode.ranges) > 0:
         cast(
@@ -100,7 +100,7 @@ def _read(episode: Episode, params: StepParams, spread_px: float, full: bool) ->
 
 @njit(inline="always")
 def _err(ranges: Floats, counts: Rows, params: StepParams) -> None:
-    """Give ranges the errors of the beams of the last scan: a lost one is 0."""
+    """Apply the noise of the last scan's beams to the ranges; lost beams are 0."""
     beams = len(ranges)
     shift_px, fate = np.empty(beams), np.empty(beams, np.int32)
     draw_beams(params.errors, beams, key_of(counts.key, BEAMS), counts.scans - 1, shift_px, fate)
@@ -115,16 +115,16 @@ def _err(ranges: Floats, counts: Rows, params: StepParams) -> None:
 def _go(
     episode: Episode, turn: float, forward: float, params: StepParams, scratch: Scratch, look: Look, full: bool
 ) -> float:
-    """Turn and go, and merge what is seen on the way; return the way gone, pixels.
+    """Turn and move, and merge scans on the way; return the distance travelled, pixels.
 
-    Scans lie at most ``between_px`` and ``between_rad`` apart, the last at the end; there is one at least. Where
-    odometry errs, the map is drawn from where the robot believes it is.
+    Scans are at most ``between_px`` and ``between_rad`` apart, with the last one at the end, and there is at least one.
+    With odometry noise, the map is drawn from the believed pose.
     """
     pose, robot, errors = episode.pose, params.robot, params.errors
     distance = abs(forward)
     turns = math.ceil(abs(turn) / robot.between_rad - 1e-9)
     start_x, start_y, start_heading = pose.x, pose.y, pose.heading
-    seen_x, seen_y, seen_heading = pose.seen_x, pose.seen_y, pose.seen_heading  # where it believes to start
+    seen_x, seen_y, seen_heading = pose.seen_x, pose.seen_y, pose.seen_heading  # the believed start
     heading = wrapped(start_heading + turn)
     sign = 1.0 if forward >= 0.0 else -1.0
     right, down = sign * math.cos(heading), -sign * math.sin(heading)
@@ -155,19 +155,19 @@ def _go(
 
 @njit(inline="always")
 def show(episode: Episode) -> None:
-    """Draw what the robot knows round the place where it believes to be, heading up."""
+    """Draw the view of the map around the believed pose, with the heading up."""
     pose = episode.pose
     crop(episode.known, pose.seen_x, pose.seen_y, pose.seen_heading, episode.shown)
 
 
 @njit(inline="always")
 def stand_still(episode: Episode, params: StepParams) -> None:
-    """Move nothing: there is nothing beside the robot that does."""
+    """Move nothing, since there are no moving obstacles."""
 
 
 @njit(inline="always")
 def move_people(episode: Episode, params: StepParams) -> None:
-    """Move people and what is on a trajectory, once the episode has begun."""
+    """Move people and bodies on trajectories, once the episode has begun."""
     if episode.counts.steps >= 0:
         robot = Disc(episode.pose.x, episode.pose.y, params.robot.radius_px)
         advance(

@@ -1,8 +1,8 @@
-"""Steps of some of the environments of a pool, one after the other; ``step`` says what a step is.
+"""Steps of some of the environments of a pool, one after the other; ``step`` defines a step.
 
-Four kernels take the same step: looking at a sector, along rays, or in full (errors, ranges, overview), and among
-people. They differ in what has to be compiled, so each is compiled when it is asked for. A single environment is a pool
-of one. Threads share a pool: each calls the kernel with environments of its own, and scratch memory of its own.
+Four kernels take the same step: scanning a sector, scanning along rays, in full (noise, ranges, overview), and with
+people. They need different code, so that each is compiled only when it is used. A single environment is a pool of one.
+Threads share a pool: each calls the kernel for its own environments, with its own working memory.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from houseexpo.pseudoslam.kernels.step import Look, Move, move_people, show, sta
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Scratch
 
 Act: TypeAlias = Callable[[Episode, Floats, StepParams, Scratch, Move, Look, bool], None]
-"""Takes an action in one environment: a step, or what a planner does."""
+"""A function that takes an action in one environment: a step, or a planner's action."""
 
 SKIP, STEP, REDRAW = range(3)
-"""What is ``wanted`` of an environment: nothing, a step, or to be shown again what it knows."""
+"""What is ``wanted`` of an environment: nothing, a step, or redrawing its view."""
 
 
 @njit(cache=True, nogil=True)
@@ -29,20 +29,20 @@ def steps_by_sector(
     pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
-    """Step environments that look at sectors, without errors, and draw their views; the other kernels do as this one.
+    """Step environments that scan sectors without noise, and draw their views; the other kernels are like this one.
 
     Parameters
     ----------
     pool
         N episodes.
     sizes
-        (N, 2) rows and columns of each one's rasters.
+        (N, 2), rows and columns of each one's rasters.
     motions
-        (N, 2) turn and way forward, radians and pixels.
+        (N, 2), turn and distance forward, radians and pixels.
     wanted
-        (N,) ``STEP`` where an environment steps, ``REDRAW`` where it is only shown again, ``SKIP`` where neither.
+        (N,), ``STEP`` to take a step, ``REDRAW`` only to redraw the view, ``SKIP`` for neither.
     scratch
-        Memory that nobody else uses meanwhile.
+        Working memory that no other thread uses.
     first, end
         Environments ``first`` to ``end``, excluded.
     """
@@ -54,7 +54,7 @@ def steps_by_rays(
     pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
-    """Look along rays."""
+    """Step environments that scan along rays without noise."""
     act_in_each(pool, sizes, motions, wanted, params, scratch, first, end, _step, stand_still, look_along_rays, False)
 
 
@@ -63,7 +63,7 @@ def steps_in_full(
     pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
-    """Look as the parameters say, with errors where they say so, and ranges and an overview where there is room."""
+    """Step environments with the scans and the noise of the parameters, and draw ranges and an overview if observed."""
     act_in_each(pool, sizes, motions, wanted, params, scratch, first, end, _step, stand_still, look, True)
 
 
@@ -72,7 +72,7 @@ def steps_with_people(
     pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
-    """Do as ``steps_in_full`` does, after people and what is on a trajectory have moved."""
+    """Do the same as ``steps_in_full`` after people and bodies on trajectories have moved."""
     act_in_each(pool, sizes, motions, wanted, params, scratch, first, end, _step, move_people, look, True)
 
 
@@ -81,14 +81,14 @@ def act_in_each(
     pool: Episode, sizes: Counts, actions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int, act: Act, move: Move, look: Look, full: bool,
 ) -> None:  # fmt: skip
-    """Act in environments ``first`` to ``end`` that want it, and draw the views of those and of who is shown again.
+    """Act in those environments ``first`` to ``end`` that want it, and draw their views and those to be redrawn.
 
     Parameters
     ----------
     act
-        Takes one environment's action, ``actions[i]``.
+        A function that takes one environment's action, ``actions[i]``.
     move, look, full
-        As ``step`` takes them.
+        Arguments of ``step``.
     """
     for i in range(first, end):
         if wanted[i] == SKIP:

@@ -1,7 +1,7 @@
-"""Actions that planners use, in some of the environments of a pool: each is as many steps as its travel takes.
+"""Planners' actions in some of the environments of a pool; each takes as many steps as its travel needs.
 
-The kernels are those of ``step_pool`` with such an action in the place of a step, and take what those take; each is
-compiled when it is asked for.
+The kernels are those of ``step_pool``, with the same arguments but such an action instead of a step; each is compiled
+only when it is used.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ def travels_by_sector(
     pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
-    """Travel in environments that look at sectors, without errors; the other kernels do as this one.
+    """Travel in environments that scan sectors without noise; the other kernels are like this one.
 
     Parameters
     ----------
     pool, sizes, wanted, params, scratch, first, end
-        As ``steps_by_sector`` takes them.
+        Arguments of ``steps_by_sector``.
     choices
-        (N, 2) the actions, as ``set_out`` takes them.
+        (N, 2), the actions in the form of ``set_out``.
     """
     act_in_each(pool, sizes, choices, wanted, params, scratch, first, end, _travel, stand_still, look_at_sector, False)
 
@@ -40,7 +40,7 @@ def travels_by_rays(
     pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
-    """Look along rays."""
+    """Travel in environments that scan along rays without noise."""
     act_in_each(pool, sizes, choices, wanted, params, scratch, first, end, _travel, stand_still, look_along_rays, False)
 
 
@@ -49,7 +49,7 @@ def travels_in_full(
     pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
-    """Look as the parameters say."""
+    """Travel in environments with the scans and the noise of the parameters."""
     act_in_each(pool, sizes, choices, wanted, params, scratch, first, end, _travel, stand_still, look, True)
 
 
@@ -58,7 +58,7 @@ def travels_with_people(
     pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
-    """Do as ``travels_in_full`` does, while people and what is on a trajectory move."""
+    """Do the same as ``travels_in_full`` while people and bodies on trajectories move."""
     act_in_each(pool, sizes, choices, wanted, params, scratch, first, end, _travel, move_people, look, True)
 
 
@@ -66,7 +66,7 @@ def travels_with_people(
 def _travel(
     episode: Episode, choice: Floats, params: StepParams, scratch: Scratch, move: Move, look: Look, full: bool
 ) -> None:
-    """Take steps until the action ends; an episode that has not begun begins, with a look round that is no step."""
+    """Take steps until the action ends; an episode that has not begun begins with a first scan, which is not a step."""
     plan, graph, rules, found = episode.plans, episode.graph, params.plan, scratch.ways
     state, pose, readings = plan.state[0], episode.pose, episode.readings
     before_px = readings.path_length

@@ -1,4 +1,4 @@
-"""What kernels take: names of arrays, and arrays that go together."""
+"""Types of the kernels' arguments: names of arrays, and tuples of arrays."""
 
 from __future__ import annotations
 
@@ -8,32 +8,32 @@ import numpy as np
 import numpy.typing as npt
 
 Grid: TypeAlias = npt.NDArray[np.uint8]
-"""(rows, cols), C order."""
+"""A grid (rows, cols), in C order."""
 Kinds: TypeAlias = npt.NDArray[np.uint16]
-"""What blocks of a map hold, see ``crop``."""
+"""The contents of blocks of a map, see ``crop``."""
 Cells: TypeAlias = npt.NDArray[np.int32]
-"""Flat indices, row * cols + col."""
+"""Flat indices of cells, row * cols + col."""
 Offsets: TypeAlias = npt.NDArray[np.int16]
-"""(n, 2) rows down and columns to the right."""
+"""Offsets (n, 2): rows down and columns to the right."""
 Runs: TypeAlias = npt.NDArray[np.int32]
-"""(n, 2) flat indices: the first and the last of cells side by side in a row."""
+"""Runs (n, 2): flat indices of the first and the last of adjacent cells in a row."""
 Floats: TypeAlias = npt.NDArray[np.float64]
 Counts: TypeAlias = npt.NDArray[np.int64]
 Rows: TypeAlias = Any
-"""(n,) rows whose parts have names, see ``row_type``: an array, though its types know no names of parts."""
+"""Records (n,) with named fields, see ``row_type``; an array, whose static type does not know the names."""
 
 
 def row_type(**parts: type) -> np.dtype[Any]:
-    """Return the type of rows of numbers with names: ``rows[i].x``, in kernels too, or ``rows["x"]`` of all of them."""
+    """Return the type of records with named numbers: ``rows[i].x``, also in kernels, or ``rows["x"]`` for all rows."""
     return np.dtype((np.record, list(parts.items())))
 
 
 NO_STAND, NO_WAY = -1, np.iinfo(np.int32).max
-"""In ``KnownWays.ways``: where the robot may not stand, and where it may, but cannot get to."""
+"""Values of ``KnownWays.ways``: cells where the robot cannot stand, and standing cells that it cannot reach."""
 
 
 class Robot(NamedTuple):
-    """A disc, and how far it goes or turns at most between two scans."""
+    """The robot: a disc, and its largest distance and turn between two scans."""
 
     radius_px: float
     between_px: float
@@ -41,7 +41,7 @@ class Robot(NamedTuple):
 
 
 class Sensor(NamedTuple):
-    """A laser: whether its rays are followed one by one or its sector is filled; its fan from the right to the left."""
+    """The laser: whether it follows single rays or fills its sector, and its fan from right to left."""
 
     by_rays: bool
     half_fov: float
@@ -51,11 +51,11 @@ class Sensor(NamedTuple):
 
 
 class Errors(NamedTuple):
-    """Noise: ``any`` says whether there is some, ``odometry`` and ``beams`` whether there is of that kind.
+    """Noise: ``any`` says whether there is any, ``odometry`` and ``beams`` whether there is noise of that kind.
 
-    Of a beam: the standard deviation along it and the chances that it returns nothing, or its greatest range; of a
-    step's registration: standard deviations of shift and turn; of odometry: of the way as a share of it, of the turn as
-    a share of it, of the turn for each pixel of way.
+    For a beam: the standard deviation along it, and the probabilities that it returns nothing or the largest range. For
+    a step's registration: standard deviations of shift and rotation. For odometry: standard deviations of the distance
+    and of the turn as shares of them, and of the turn per pixel of distance.
     """
 
     any: bool
@@ -72,25 +72,25 @@ class Errors(NamedTuple):
 
 
 class KnownWays(NamedTuple):
-    """Memory for a thread's plans (``planning.known_ways``), for grids of so many cells; they lie flat.
+    """Working memory of a thread for plans (``planning.known_ways``) on grids up to a number of cells, which are flat.
 
-    ``find_ways`` fills it anew at each call; nothing has to be reset between houses.
+    ``find_ways`` overwrites it in each call; nothing has to be reset between houses.
     """
 
     box: Counts
-    """(5,) the rows and columns, ends excluded, that hold something, and the grid's columns."""
+    """(5,), the rows and columns in use, ends excluded, and the grid's number of columns."""
     closed: Grid
-    """(cells,) within the box, 1 where a cell is not open."""
+    """(cells,), 1 for cells in the box that are not open."""
     ways: Cells
-    """(cells,) the way to each standing cell, ``NO_STAND`` or ``NO_WAY``; ``NO_STAND`` outside the box."""
+    """(cells,), the distance to each standing cell, ``NO_STAND`` or ``NO_WAY``; ``NO_STAND`` outside the box."""
     queue: Cells
-    """(3, cells) scratch."""
+    """(3, cells), working memory."""
     marks: Grid
-    """(cells,) scratch: what is left in it is 0."""
+    """(cells,), working memory, which is 0 between calls."""
 
 
 class Scratch(NamedTuple):
-    """Memory that a thread uses: ``sector_scan``'s and ``ray_scan``'s, an empty patch for noisy ones, and for plans."""
+    """Working memory of a thread: for ``sector_scan`` and ``ray_scan``, an empty patch for noisy scans, and plans."""
 
     runs: Runs
     hit: Cells
@@ -100,7 +100,7 @@ class Scratch(NamedTuple):
 
 
 def known_ways_of(cells: int) -> KnownWays:
-    """Return memory for grids of so many cells."""
+    """Return working memory for grids of this number of cells."""
     return KnownWays(
         np.zeros(5, np.int64),
         np.zeros(cells, np.uint8),

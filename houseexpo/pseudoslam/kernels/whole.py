@@ -1,4 +1,4 @@
-"""Whole numbers that kernels hand to each other."""
+"""Whole numbers as arguments between kernels."""
 
 from __future__ import annotations
 
@@ -10,6 +10,6 @@ from numba import njit
 def whole(value: int) -> int:
     """Return a number as a variable of 64 bits.
 
-    numba compiles a function once more for a constant, and for a number of 32 bits: seconds of the first step.
+    numba would compile a function again for a constant or a number of 32 bits, which takes seconds at the first step.
     """
     return np.int64(value)  # type: ignore[return-value]  # an int to all who use it

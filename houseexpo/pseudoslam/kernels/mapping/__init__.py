@@ -1,1 +1,1 @@
-"""The map that the robot draws: merging scans, and cutting out the view."""
+"""The robot's map: merging scans, and cropping the view."""

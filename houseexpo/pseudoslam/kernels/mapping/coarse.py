@@ -1,12 +1,11 @@
-"""Maps drawn at any scale, and marks on them.
+"""Draw maps at any scale, and marks on them.
 
-R1  A pixel shows the most that is known of the block of cells that holds its middle: an obstacle where one of them is,
-    else free where one is, else unknown. Blocks are as many whole cells wide as a pixel is, rounded up, and lie side by
-    side from the map's corner. So no wall vanishes, however coarse the picture is; it may look a block thicker than it
-    is.
-R2  Off the map nothing is known.
+R1  A pixel shows the block of cells that contains its centre: an obstacle if one of the cells is one, else free if one
+    is free, else unknown. The width of blocks is that of a pixel in cells, rounded up; they are side by side from the
+    map's corner. Therefore no wall disappears in a coarse picture, but it may look one block thicker.
+R2  Outside the map, everything is unknown.
 
-Places are counted in whole numbers, whose lower bits are parts of a block: sums of them are exact, and quick.
+Positions are fixed-point numbers, whose lower bits are fractions of a block, so that sums are exact and fast.
 """
 
 from __future__ import annotations
@@ -20,19 +19,19 @@ from houseexpo.pseudoslam.kernels.mapping.merge import UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Grid
 
 _EPS = 1e-9
-_BITS = 32  # for parts of a block, in a signed word of 64
+_BITS = 32  # for fractions of a block, in a signed word of 64
 
 
 @njit(cache=True, nogil=True)
 def draw_coarse(known: Grid, x: float, y: float, cos: float, sin: float, pixel: float, out: Grid) -> None:
-    """Draw the square of the map round a position, in pixels of so many cells, by R1 and R2.
+    """Draw the square of the map around a position by R1 and R2; ``pixel`` is the width of a pixel in cells.
 
     Parameters
     ----------
     x, y
-        The middle of the picture, cells.
+        The centre of the picture, cells.
     cos, sin
-        Of the direction that is up, counter-clockwise from the map's right.
+        Cosine and sine of the direction that is up, counter-clockwise from the map's right.
     out
         (side, side).
     """
@@ -45,7 +44,7 @@ def draw_coarse(known: Grid, x: float, y: float, cos: float, sin: float, pixel: 
 
 @njit(cache=True, nogil=True)
 def draw_nearest(grid: Grid, x: float, y: float, cos: float, sin: float, pixel: float, out: Grid) -> None:
-    """Draw the same square of a grid of numbers: a pixel is the cell that holds its middle, 0 off the grid."""
+    """Draw the same square of a grid of numbers: a pixel shows the cell at its centre, 0 outside the grid."""
     rows, cols = grid.shape
     flat, view, side = grid.ravel(), out.ravel(), len(out)
     middle, one = (side - 1) / 2, pixel * float(1 << _BITS)
@@ -64,10 +63,10 @@ def draw_nearest(grid: Grid, x: float, y: float, cos: float, sin: float, pixel: 
 
 @njit(cache=True, nogil=True)
 def most_of_blocks(known: Grid, size: int) -> Grid:
-    """Return the highest value of each block of ``size`` x ``size`` cells; the last ones may hold fewer.
+    """Return the highest value of each block of ``size`` x ``size`` cells; the last ones may have fewer cells.
 
-    The most of the cells of a block's rows is found for all columns at once, then that of each cell and those to its
-    right, of more and more of them: loops that a processor takes many cells of at a time.
+    The maximum over the rows of a block is computed for all columns at once, and then the maximum of each cell and
+    a growing number of cells to its right, in loops that the compiler can vectorise.
     """
     rows, cols = known.shape
     high, wide = (rows + size - 1) // size, (cols + size - 1) // size
@@ -93,7 +92,7 @@ def most_of_blocks(known: Grid, size: int) -> Grid:
 
 @njit(cache=True, nogil=True)
 def mark(picture: Grid, x: float, y: float, radius: float, value: int) -> None:
-    """Draw a disc; one whose middle lies off the picture is drawn at its rim, in the nearest place."""
+    """Draw a disc; if its centre lies outside the picture, it is drawn at the nearest place of the border."""
     side = len(picture)
     x, y = min(max(x, 0.5), side - 0.5), min(max(y, 0.5), side - 0.5)
     for row in range(max(math.floor(y - radius), 0), min(math.ceil(y + radius), side)):

@@ -1,9 +1,8 @@
-"""Cutting out what the robot is shown of the map: a square round it, heading up.
+"""Crop the robot's view of the map: a square around it, with its heading up.
 
-Turning a picture by the nearest cell takes a look at each of its cells, in no order that a processor likes. But most of
-a map is the same far and wide, unknown or free. So the square is drawn in tiles of 8 x 8, and a tile whose cells all
-lie within 16 x 16 cells of the map that are the same is filled at once; the others, one in five in a house, cell by
-cell.
+Rotating a picture by nearest cells accesses each cell in an order that is slow for a processor. But large areas of a
+map are uniform, unknown or free. Therefore the square is drawn in tiles of 8 x 8. A tile whose cells all lie in 16 x 16
+equal cells of the map is filled at once; the others, one in five in a house, are drawn cell by cell.
 """
 
 from __future__ import annotations
@@ -16,23 +15,23 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.mapping.merge import UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Grid, Kinds
 
-_BITS = 16  # for parts of a cell, in a signed word of 32 for places within a view of up to 20,000 cells
+_BITS = 16  # for fractions of a cell, in a signed word of 32 for positions in a view of up to 20,000 cells
 _TILE, _CELLS = 8, 64  # a tile's side and its cells
-_BLOCK, _BLOCK_BITS = 4, 2  # a block's side; a tile, turned, is less than 13 cells wide: it lies within 4 x 4 blocks
+_BLOCK, _BLOCK_BITS = 4, 2  # a block's side; a rotated tile is less than 13 cells wide: it lies within 4 x 4 blocks
 
 
 @njit(cache=True, nogil=True)
 def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
-    """Write the square of the map round a position, heading up, by the nearest cell; off the map it is unknown.
+    """Write the square of the map around a position, heading up, by nearest cells; outside the map it is unknown.
 
-    ``out`` is (side, side); its middle, between cells where the side is even, is the position. Places are counted in
-    whole numbers, of which the lower bits are parts of a cell: less than 1e-4 of one is lost.
+    ``out`` is (side, side), with the position at its centre, which is between cells if the side is even. Positions are
+    fixed-point numbers, whose lower bits are fractions of a cell, with an error of less than 1e-4 of one.
     """
     side, view = out.shape[0], out.ravel()
     cos, sin = math.cos(heading), math.sin(heading)
     middle = (side - 1) / 2
     spread = middle * (abs(cos) + abs(sin)) + 1.0
-    from_col, from_row = math.floor(x - spread), math.floor(y - spread)  # nothing that is shown lies left of or above
+    from_col, from_row = math.floor(x - spread), math.floor(y - spread)  # no visible cell is left of or above it
     blocks = math.floor(2.0 * spread) // _BLOCK + 5
     window, kinds = np.empty((blocks * _BLOCK) ** 2, np.uint8), np.empty(blocks**2, np.uint16)
     _cut(known, from_row, from_col, blocks, window, kinds)
@@ -52,7 +51,7 @@ def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
         in_x[k], in_y[k] = math.floor(j * down - i * right), math.floor(j * right + i * down)
     low_x, low_y = min(0, in_x[7], in_x[56], in_x[63]), min(0, in_y[7], in_y[56], in_y[63])
     tiles = (side + _TILE - 1) // _TILE
-    to, from_x, from_y = np.empty((3, tiles), np.int32)  # of the tiles of a row that are not all the same
+    to, from_x, from_y = np.empty((3, tiles), np.int32)  # of the tiles of a row that are not uniform
     cells, found = np.empty(tiles * _CELLS, np.int32), np.empty(tiles * _CELLS, np.uint8)
     lines = found.view(np.uint64)  # of eight cells each: a tile's row
     for tile_row in range(tiles):
@@ -86,16 +85,16 @@ def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
 
 @njit(cache=True, nogil=True)
 def _cut(known: Grid, from_row: int, from_col: int, blocks: int, window: Grid, kinds: Kinds) -> None:
-    """Copy a square of the map, unknown off it, and say of each block what the 4 x 4 blocks from it on hold.
+    """Copy a square of the map, unknown outside it, and summarise for each block the 4 x 4 blocks starting at it.
 
     Parameters
     ----------
     window
         (blocks * 4, blocks * 4), flat.
     kinds
-        (blocks, blocks), flat: all bits that some cell has and, times 256, those that some cell has not. They add up to
-        255 where all cells are the same, whose value are the lower eight then. The last three rows and columns are not
-        meant to be read.
+        (blocks, blocks), flat: all bits that are set in some cell and, times 256, those that are not set in some cell.
+        They add up to 255 if all cells are equal; their value is then the lower eight bits. The last three rows and
+        columns must not be read.
     """
     rows, cols = known.shape
     flat, words, wide = known.ravel(), window.view(np.uint32), blocks * _BLOCK

@@ -1,4 +1,4 @@
-"""Merging what a scan saw into the map, and drawing the whole of it coarsely."""
+"""Merge scans into the map, and draw a coarse overview of it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.types import Cells, Grid, Runs
 
 UNKNOWN, FREE, OBSTACLE = 0, 127, 255
-"""What a map holds: black, gray and white in the paper's figure."""
+"""The values of a map: black, gray and white in the paper's figure."""
 
 
 @njit(cache=True, nogil=True)
@@ -20,9 +20,9 @@ def merge_cells(known: Grid, observable: Grid, cells: Cells, n_cells: int, value
     Parameters
     ----------
     known, observable
-        (rows, cols); the latter is 1 where a cell counts for coverage, else 0.
+        (rows, cols); the latter is 1 for cells that count for coverage, else 0.
     cells
-        Flat indices, the first ``n_cells`` of them; a cell may occur many times.
+        Flat indices, of which the first ``n_cells`` are used; a cell may occur several times.
     """
     flat, counts = known.ravel(), observable.ravel()
     new, covered = 0, 0
@@ -37,7 +37,7 @@ def merge_cells(known: Grid, observable: Grid, cells: Cells, n_cells: int, value
 
 @njit(cache=True, nogil=True)
 def merge_runs(known: Grid, observable: Grid, runs: Runs, n_runs: int, value: int) -> tuple[int, int]:
-    """Do as ``merge_cells`` does with the first ``n_runs`` runs of cells."""
+    """Do the same as ``merge_cells`` with the first ``n_runs`` runs of cells."""
     flat, counts = known.ravel(), observable.ravel()
     new, covered = 0, 0
     for i in range(n_runs):
@@ -45,7 +45,7 @@ def merge_runs(known: Grid, observable: Grid, runs: Runs, n_runs: int, value: in
         least = np.uint8(OBSTACLE)
         for cell in range(first, stop):
             least = min(least, flat[np.uint64(cell)])
-        if least == UNKNOWN:  # most runs are known already
+        if least == UNKNOWN:  # most runs are already known
             for cell in range(first, stop):
                 if flat[np.uint64(cell)] == UNKNOWN:
                     new += 1
@@ -59,9 +59,9 @@ def merge_runs(known: Grid, observable: Grid, runs: Runs, n_runs: int, value: in
 def shrink(
     known: Grid, middle_x: float, middle_y: float, side_px: float, x: float, y: float, spread: float, out: Grid
 ) -> None:
-    """Draw the map coarsely, (cells, cells) round a middle, row 0 on top, as far as within ``spread`` of (x, y).
+    """Draw the overview of the map (cells, cells) around a centre, row 0 on top, within ``spread`` of (x, y).
 
-    A coarse cell, ``side_px`` wide, is an obstacle where one of its cells is, else free where one is, else unknown.
+    A coarse cell, ``side_px`` wide, is an obstacle if one of its cells is one, else free if one is free, else unknown.
     """
     cells = len(out)
     left, top = middle_x - cells / 2 * side_px, middle_y - cells / 2 * side_px
@@ -75,14 +75,14 @@ def shrink(
 
 @njit(cache=True, nogil=True)
 def _near(at: float, spread: float, side_px: float, cells: int) -> tuple[int, int]:
-    """Return the coarse cells, first and last (excluded), within ``spread``, which may be infinite, of a place."""
+    """Return the first and the last (excluded) coarse cell within ``spread``, which may be infinite, of a place."""
     first, last = max((at - spread) / side_px, 0.0), min((at + spread) / side_px, float(cells))
     return math.floor(first), math.ceil(last)
 
 
 @njit(cache=True, nogil=True)
 def _most(known: Grid, top: float, bottom: float, left: float, right: float) -> int:
-    """Return the highest value of the cells that begin in a coarse one, one at least; off the map it is unknown."""
+    """Return the highest value of the cells that start in a coarse one, at least one; unknown outside the map."""
     first_row, first_col = math.floor(top), math.floor(left)
     last_row, last_col = max(math.floor(bottom), first_row + 1), max(math.floor(right), first_col + 1)
     most = UNKNOWN

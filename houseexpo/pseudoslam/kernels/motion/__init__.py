@@ -1,1 +1,1 @@
-"""How a disc moves among obstacles, and the geometry of bodies that move by themselves."""
+"""Motion of a disc among obstacles, and the geometry of moving obstacles."""

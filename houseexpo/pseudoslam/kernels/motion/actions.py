@@ -1,4 +1,4 @@
-"""What numbered actions mean, for many robots in one go."""
+"""The motions of numbered actions, for many robots at once."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from houseexpo.pseudoslam.kernels.types import Counts, Floats
 
 @njit(cache=True, nogil=True)
 def look_up(actions: Counts, table: Floats, motions: Floats, ahead: npt.NDArray[np.bool_]) -> int:
-    """Write the motions (N, 2) that actions (N,) mean, rows of a table, and which of them are the first one.
+    """Write the motions (N, 2) of actions (N,), which are rows of a table, and which actions are the first one.
 
-    Return the place of an action that is not in the table; -1 where all are.
+    Return the index of an action that is not in the table, -1 if all are.
     """
     for i in range(len(actions)):
         action = actions[i]

@@ -1,7 +1,7 @@
-"""Bodies that move among the cells: what they are made of, what they cover, and how near they are to a disc.
+"""Moving bodies: their shapes, the cells that they cover, and their distance from a disc.
 
-A body on a track is a polygon of corners round its place, grown by a radius: a circle is one corner, grown. People are
-discs. Cells hold one bit for what stands still and one for what moves, so that nothing is lost where a body has passed.
+A body on a track is a polygon around its position, enlarged by a radius; a circle is a single enlarged corner. People
+are discs. Cells have one bit for static and one for moving obstacles, so that static ones remain when a body passes.
 """
 
 from __future__ import annotations
@@ -18,41 +18,41 @@ from houseexpo.pseudoslam.kernels.types import Floats, Grid, Rows, row_type
 STATIC, MOVING = 1, 2
 """Bits of a cell."""
 HALF_DIAGONAL = math.sqrt(0.5)
-"""Pixels from a cell's centre to its corner: a disc of this radius covers some cell wherever it is."""
+"""Distance from a cell's centre to its corner, pixels; a disc of this radius always covers some cell."""
 PERSON = row_type(
     x=float, y=float, vx=float, vy=float, speed=float, anchor_x=float, anchor_y=float, waited=float, goal=int, visit=int
 )
-"""Place and velocity; the speed that is wished for; where and how long it stands; the number of the goal in
-``Flow.goals``, and how many there were before."""
+"""Position and velocity; the desired speed; where and for how long the person waits; the number of the goal in
+``Flow.goals``, and the number of earlier goals."""
 SHAPE = row_type(poses=int, corners=int, loops=int, grown=float, core=float, reach=float, fastest=float)
-"""How many poses and corners; 1 where it starts anew after the last pose; by how much a shape is grown, the radii of
-discs within and round it, its fastest point's speed."""
+"""Numbers of poses and corners; 1 if it starts again after the last pose; the radius by which the shape is enlarged,
+the radii of discs inside and around it, the speed of its fastest point."""
 
 
 class Bodies(NamedTuple):
-    """What changes, of T tracks and P people; pixels, seconds. In a pool each array has one axis more in front."""
+    """The state of T tracks and P people, pixels and seconds. In a pool, each array has an additional first axis."""
 
     clocks: Floats
-    """(T,) seconds since the start, less those waited."""
+    """(T,), seconds since the start minus waiting times."""
     people: Rows
-    """(P,) ``PERSON``; in an episode's own arrays and in pools those who found no place are the last, see ``there``."""
+    """(P,) ``PERSON``; in arrays of an episode and in pools, people without a place are the last, see ``there``."""
 
 
 class Tracks(NamedTuple):
     """Trajectories of at most K poses and shapes of at most V corners; pixels, seconds, radians."""
 
     times_s: Floats
-    """(T, K) growing."""
+    """(T, K), ascending."""
     poses: Floats
-    """(T, K, 3) x across, y down, heading; headings run on beyond pi rather than jump."""
+    """(T, K, 3), x across, y down, heading; headings continue beyond pi instead of jumping."""
     corners: Floats
-    """(T, V, 2) ahead and to the left of the place."""
+    """(T, V, 2), ahead and to the left of the position."""
     shapes: Rows
     """(T,) ``SHAPE``."""
 
 
 class Disc(NamedTuple):
-    """The robot, pixels."""
+    """The robot as a disc, pixels."""
 
     x: float
     y: float
@@ -60,19 +60,19 @@ class Disc(NamedTuple):
 
 
 def no_tracks() -> Tracks:
-    """Return the tracks where there are none."""
+    """Return empty tracks."""
     return Tracks(np.zeros((0, 1)), np.zeros((0, 1, 3)), np.zeros((0, 1, 2)), np.zeros(0, SHAPE))
 
 
 @njit(cache=True, nogil=True)
 def bodies_of(pool: Bodies, i: int) -> Bodies:
-    """Return environment ``i``'s part of a pool, a view; of the people those who are there."""
+    """Return environment ``i``'s part of a pool as a view, with only the people who have a place."""
     return Bodies(pool.clocks[i], there(pool.people[i]))
 
 
 @njit(cache=True, nogil=True)
 def there(people: Rows) -> Rows:
-    """Return the people who found a place at the start, a view: the others come after them, and have no speed."""
+    """Return a view of the people who found a place at the start; the others come after them and have no speed."""
     count = len(people)
     while count > 0 and people[count - 1].speed == 0.0:
         count -= 1
@@ -87,7 +87,7 @@ def tracks_of(pool: Tracks, i: int) -> Tracks:
 
 @njit(cache=True, nogil=True)
 def pose_at(tracks: Tracks, k: int, clock: float) -> tuple[float, float, float]:
-    """Return where track ``k`` is: straight from pose to pose, at rest before the first and after the last."""
+    """Return the pose on track ``k``: straight from pose to pose, at rest before the first and after the last one."""
     times, poses, last = tracks.times_s[k], tracks.poses[k], tracks.shapes[k].poses - 1
     if clock <= times[0]:
         return poses[0, 0], poses[0, 1], poses[0, 2]
@@ -108,7 +108,7 @@ def pose_at(tracks: Tracks, k: int, clock: float) -> tuple[float, float, float]:
 
 @njit(cache=True, nogil=True)
 def to_body(tracks: Tracks, k: int, clock: float, x: float, y: float) -> tuple[float, float, float, float]:
-    """Return a point as (ahead, left) of the body's place, and the (cos, sin) of its heading."""
+    """Return a point as (ahead, left) of the body's position, and (cos, sin) of its heading."""
     at_x, at_y, heading = pose_at(tracks, k, clock)
     cos, sin = math.cos(heading), math.sin(heading)
     right, down = x - at_x, y - at_y
@@ -117,7 +117,7 @@ def to_body(tracks: Tracks, k: int, clock: float, x: float, y: float) -> tuple[f
 
 @njit(cache=True, nogil=True)
 def nearest(tracks: Tracks, k: int, ahead: float, left: float) -> tuple[float, float, float]:
-    """Return the distance to body ``k`` (at most 0 within) and the way from its nearest point, (ahead, left) of it."""
+    """Return the distance to body ``k`` (at most 0 inside), and the vector (ahead, left) from its nearest point."""
     corners, n = tracks.corners[k], tracks.shapes[k].corners
     inside = False
     best, best_a, best_b = math.inf, 0.0, 0.0
@@ -143,14 +143,14 @@ def nearest(tracks: Tracks, k: int, ahead: float, left: float) -> tuple[float, f
 
 @njit(cache=True, nogil=True)
 def gap_to(tracks: Tracks, k: int, clock: float, x: float, y: float) -> float:
-    """Return the distance from a point to body ``k``, at most 0 within."""
+    """Return the distance from a point to body ``k``, at most 0 inside."""
     ahead, left, _, _ = to_body(tracks, k, clock, x, y)
     return nearest(tracks, k, ahead, left)[0]
 
 
 @njit(cache=True, nogil=True)
 def covers(tracks: Tracks, k: int, ahead: float, left: float) -> bool:
-    """Whether a point lies in body ``k``."""
+    """Return whether a point lies in body ``k``."""
     off, core, reach = ahead * ahead + left * left, tracks.shapes[k].core, tracks.shapes[k].reach
     if off < core * core:
         return True
@@ -159,7 +159,7 @@ def covers(tracks: Tracks, k: int, ahead: float, left: float) -> bool:
 
 @njit(cache=True, nogil=True)
 def box(size: tuple[int, int], x: float, y: float, radius: float) -> tuple[int, int, int, int]:
-    """Return (top, bottom, left, right), ends excluded, of the cells on the grid that a disc may meet."""
+    """Return (top, bottom, left, right), ends excluded, of the cells on the grid that a disc may touch."""
     rows, cols = size
     top, bottom = max(math.floor(y - radius), 0), min(math.floor(y + radius) + 1, rows)
     return top, bottom, max(math.floor(x - radius), 0), min(math.floor(x + radius) + 1, cols)
@@ -167,17 +167,17 @@ def box(size: tuple[int, int], x: float, y: float, radius: float) -> tuple[int, 
 
 @njit(cache=True, nogil=True)
 def cell_meets_disc(row: int, col: int, x: float, y: float, radius: float) -> bool:
-    """Whether the square of a cell overlaps a disc, as ``disc_is_free`` sees it."""
+    """Return whether the square of a cell overlaps a disc, as in ``disc_is_free``."""
     across, down = max(col - x, x - col - 1.0, 0.0), max(row - y, y - row - 1.0, 0.0)
     return across * across + down * down < (radius - TOUCH) ** 2
 
 
 @njit(cache=True, nogil=True)
 def track_keeps_off(tracks: Tracks, k: int, before: float, after: float, disc: Disc, by_cells: bool) -> bool:
-    """Whether body ``k`` may go on from clock ``before`` to ``after`` with a disc in its neighbourhood.
+    """Return whether body ``k`` may move from clock ``before`` to ``after`` with a disc nearby.
 
-    It may where they do not overlap, or where it leaves what it overlaps; with ``by_cells``, no cell that it would
-    cover may meet the disc either.
+    It may if they do not overlap, or if it moves away from a disc that it overlaps. With ``by_cells``, the disc must
+    also not touch any cell that the body would cover.
     """
     x, y, radius = disc
     gap = gap_to(tracks, k, after, x, y) - radius
@@ -199,7 +199,7 @@ def track_keeps_off(tracks: Tracks, k: int, before: float, after: float, disc: D
 
 @njit(cache=True, nogil=True)
 def stamp_track(occupied: Grid, tracks: Tracks, k: int, clock: float) -> None:
-    """Set the moving bit where a cell's centre lies in body ``k``."""
+    """Set the moving bit of cells whose centres lie in body ``k``."""
     x, y, heading = pose_at(tracks, k, clock)
     cos, sin = math.cos(heading), math.sin(heading)
     top, bottom, left, right = box(occupied.shape, x, y, tracks.shapes[k].reach)
@@ -212,7 +212,7 @@ def stamp_track(occupied: Grid, tracks: Tracks, k: int, clock: float) -> None:
 
 @njit(cache=True, nogil=True)
 def stamp_disc(occupied: Grid, x: float, y: float, radius: float) -> None:
-    """Set the moving bit where a cell's centre lies in a disc."""
+    """Set the moving bit of cells whose centres lie in a disc."""
     top, bottom, left, right = box(occupied.shape, x, y, radius)
     for row in range(top, bottom):
         first, end = disc_span(row, x, y, radius)
@@ -233,18 +233,18 @@ def disc_span(row: int, x: float, y: float, radius: float) -> tuple[int, int]:
 
 @njit(cache=True, nogil=True)
 def erase(occupied: Grid, x: float, y: float, radius: float) -> None:
-    """Clear the moving bit in the square round a disc."""
+    """Clear the moving bit in the square around a disc."""
     top, bottom, left, right = box(occupied.shape, x, y, radius)
-    for row in range(np.uint64(top), np.uint64(bottom)):  # unsigned: without a question for negative indices
+    for row in range(np.uint64(top), np.uint64(bottom)):  # unsigned: without checks for negative indices
         for col in range(np.uint64(left), np.uint64(right)):
             occupied[row, col] &= STATIC
 
 
 @njit(cache=True, nogil=True)
 def way_past_people(people: Rows, radius: float, disc: Disc, right: float, down: float, distance: float) -> float:
-    """Return how far of ``distance`` a disc goes in the direction (``right``, ``down``) until it touches a person.
+    """Return how far, up to ``distance``, a disc can go in direction (``right``, ``down``) until it touches a person.
 
-    Cells alone would let it come nearer by a part of one; what it overlaps already it may leave.
+    With cells alone, it could come closer by a fraction of one. It may move away from a person that it overlaps.
     """
     way, reach = distance, radius + disc.radius
     for p in range(len(people)):

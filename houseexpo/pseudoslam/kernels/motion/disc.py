@@ -1,4 +1,4 @@
-"""How far a disc can go, exactly: cells are squares, and the disc may touch them."""
+"""Compute exactly how far a disc can go among cells, which are squares that it may touch."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.types import Grid
 
 TOUCH = 1e-9
-"""Pixels by which rounding may press a disc into a square."""
+"""Pixels by which a disc may overlap a square because of rounding."""
 REST = 1e-6
 """Pixels before contact at which the disc stops."""
 
 
 @njit(cache=True, nogil=True)
 def disc_is_free(occupied: Grid, x: float, y: float, radius: float) -> bool:
-    """Whether a disc meets no occupied cell and stays on the grid, pixels."""
+    """Return whether a disc (pixels) overlaps no occupied cell and lies on the grid."""
     rows, cols = occupied.shape
     if x < radius or y < radius or x > cols - radius or y > rows - radius:
         return False
@@ -33,10 +33,10 @@ def disc_is_free(occupied: Grid, x: float, y: float, radius: float) -> bool:
 
 @njit(cache=True, nogil=True)
 def free_way(occupied: Grid, x: float, y: float, right: float, down: float, distance: float, radius: float) -> float:
-    """Return how far of ``distance`` a disc goes in the direction (``right``, ``down``, a unit vector) until contact.
+    """Return how far, up to ``distance``, a disc can go in the direction (``right``, ``down``, a unit vector).
 
-    Less than ``distance`` only where something is in the way; 0.0 where the disc touches it already. The grid's border
-    must be occupied.
+    The result is less than ``distance`` only if an obstacle blocks the disc, and 0.0 if the disc already touches it.
+    The grid's border must be occupied.
     """
     rows, cols = occupied.shape
     end_x, end_y = x + distance * right, y + distance * down
@@ -53,9 +53,9 @@ def free_way(occupied: Grid, x: float, y: float, right: float, down: float, dist
 
 @njit(cache=True, nogil=True)
 def contact(x: float, y: float, right: float, down: float, r: float, way: float) -> float:
-    """Return where on its way a disc's centre enters the unit square at the origin grown by ``r``, else ``way``.
+    """Return the distance at which a disc's centre enters the unit square at the origin grown by ``r``, else ``way``.
 
-    The grown square is two rectangles and four discs round the corners.
+    The grown square consists of two rectangles and four discs around the corners.
     """
     found = min(_into_box(x, y, right, down, 0.5 + r, 0.5, way), _into_box(x, y, right, down, 0.5, 0.5 + r, way))
     for corner_x in (-0.5, 0.5):
@@ -72,7 +72,7 @@ def contact(x: float, y: float, right: float, down: float, r: float, way: float)
 
 @njit(cache=True, nogil=True)
 def _into_box(x: float, y: float, right: float, down: float, half_x: float, half_y: float, way: float) -> float:
-    """Return where a point on its way enters the open box round the origin, else ``way``."""
+    """Return the distance at which a moving point enters the open box around the origin, else ``way``."""
     start, stop = -math.inf, math.inf
     for at, by, half in ((x, right, half_x), (y, down, half_y)):
         if by == 0.0:
@@ -86,7 +86,7 @@ def _into_box(x: float, y: float, right: float, down: float, half_x: float, half
 
 @njit(cache=True, nogil=True)
 def clearance(occupied: Grid, x: float, y: float, radius: float, limit: float) -> float:
-    """Return the distance from a disc's rim to the nearest occupied cell, ``limit - radius`` at most; pixels."""
+    """Return the distance from a disc's rim to the nearest occupied cell, at most ``limit - radius``, pixels."""
     rows, cols = occupied.shape
     nearest = limit * limit
     for row in range(max(int(y - limit), 0), min(int(y + limit) + 1, rows)):

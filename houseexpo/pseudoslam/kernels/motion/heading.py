@@ -9,7 +9,7 @@ from numba import njit
 
 @njit(inline="always")
 def wrapped(heading: float) -> float:
-    """Return the same direction in [-pi, pi]; one that lies there already keeps its bits."""
+    """Return the same direction in [-pi, pi]; one that is already in it is unchanged."""
     while heading > math.pi:
         heading -= 2.0 * math.pi
     while heading < -math.pi:

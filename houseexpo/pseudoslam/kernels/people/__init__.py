@@ -1,1 +1,1 @@
-"""How people walk: the social force model, their starts, one step of all of them."""
+"""Walking people: the social force model, their starts, and a step of all of them."""

@@ -1,4 +1,4 @@
-"""What moves by itself in one step of one environment, and where people start."""
+"""Move people and bodies on tracks in one step of one environment."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from houseexpo.pseudoslam.kernels.planning.flow import Flow
 from houseexpo.pseudoslam.kernels.types import Grid
 
 SUBSTEP_S = 0.1
-"""Seconds that forces are taken as constant, at most."""
+"""Longest time for which forces are taken as constant, seconds."""
 
 
 @njit(cache=True, nogil=True)
@@ -36,10 +36,10 @@ def advance(
     robot: Disc,
     seconds: float,
 ) -> None:
-    """Move all bodies by a time, and ``occupied``'s moving bits with them; the robot's disc stands still meanwhile.
+    """Move all bodies for a time, and the moving bits of ``occupied`` with them; the robot's disc does not move.
 
-    Bodies on tracks go first; the clock of one that would run into the robot or a person waits. Then people walk.
-    Nothing covers a cell that meets the robot's disc, whatever moves.
+    Bodies on tracks move first; the clock of one that would run into the robot or a person stops. Then people walk. No
+    body covers a cell that touches the robot's disc.
     """
     if len(bodies.clocks) + len(bodies.people) == 0:
         return
@@ -73,7 +73,7 @@ def erase_bodies(occupied: Grid, bodies: Bodies, tracks: Tracks, walk: Walk) -> 
 
 @njit(cache=True, nogil=True)
 def _substeps(bodies: Bodies, tracks: Tracks, walk: Walk, robot_radius: float, seconds: float) -> int:
-    """Return into how many parts a time is cut: so short that nothing on a track jumps over the robot or a person."""
+    """Return the number of substeps, so that no body on a track can jump over the robot or a person."""
     parts = math.ceil(seconds / SUBSTEP_S - 1e-9)
     least = min(robot_radius, walk.radius_px) if len(bodies.people) > 0 else robot_radius
     for k in range(len(bodies.clocks)):
@@ -90,7 +90,7 @@ def _run(
     robot: Disc,
     seconds: float,
 ) -> None:
-    """Let a track's clock run on unless something is in the way."""
+    """Advance a track's clock unless its body is blocked."""
     before = bodies.clocks[k]
     after, end = before + seconds, tracks.times_s[k, tracks.shapes[k].poses - 1]
     if after > end:

@@ -1,7 +1,7 @@
 """The social force of Helbing and Molnar (1995): accelerations away from people, the robot, walls and bodies.
 
-Another pushes by an ellipse stretched along its next step, and less from behind one's back. Walls are felt at points
-round a person. Pixels and seconds throughout.
+The force of another person has elliptical contours along that person's next step, and is weaker from behind. Walls act
+through points around a person. Units are pixels and seconds.
 """
 
 from __future__ import annotations
@@ -16,38 +16,38 @@ from houseexpo.pseudoslam.kernels.motion.bodies import Bodies, Disc, Tracks, nea
 from houseexpo.pseudoslam.kernels.types import Grid, Rows, row_type
 
 _PUSH_M_S2, _PUSH_M = 7.0, 0.3  # V0 / sigma and sigma of the paper
-_NEXT_STEP_S = 1.0  # how far ahead another's step is seen
-_BEHIND = 0.5  # weight of what lies more than 100 degrees off the way
+_NEXT_STEP_S = 1.0  # duration of another person's next step
+_BEHIND = 0.5  # weight of forces from more than 100 degrees off the direction
 _COS_BEHIND = math.cos(math.radians(100.0))
-_NO_PUSH_M = 1.5  # beyond this, less than 1%
+_NO_PUSH_M = 1.5  # beyond this, the force is less than 1%
 
 
 FEELER = row_type(x=float, y=float, push_x=float, push_y=float)
-"""A point beside a person, pixels, and the push in pixels/s2 that it gets where the point is in a wall."""
+"""A point beside a person, pixels, and the acceleration in pixels/s2 if the point is in a wall."""
 
 
 class Walk(NamedTuple):
-    """How people walk, the same for all of them."""
+    """The parameters of walking, the same for all people."""
 
     pixels_per_metre: float
     radius_px: float
-    """At least ``HALF_DIAGONAL``, so that everybody covers some cell."""
+    """At least ``HALF_DIAGONAL``, so that each person covers some cell."""
     relaxation_s: float
     arrive_px: float
-    """Nearer than this to its goal, a person has arrived; two radii, so that it is never across a wall."""
+    """Distance at which a person has reached a goal: two radii, so that it cannot be across a wall."""
     feelers: Rows
     """(F,) ``FEELER``."""
     reach_px: float
-    """No feeler is farther off."""
+    """The largest distance of a feeler."""
 
 
 @njit(cache=True, nogil=True)
 def push(
     occupied: Grid, people: Rows, walk: Walk, p: int, wish_x: float, wish_y: float, robot: Disc
 ) -> tuple[float, float]:
-    """Return the acceleration away from walls, the robot and others.
+    """Return the acceleration of person ``p`` away from walls, the robot and other people.
 
-    Of person ``p``, that is, who wishes to go in the direction (``wish_x``, ``wish_y``).
+    The person's desired direction is (``wish_x``, ``wish_y``).
     """
     ppm = walk.pixels_per_metre
     x, y = people[p].x, people[p].y
@@ -81,7 +81,7 @@ def push_by_tracks(bodies: Bodies, tracks: Tracks, p: int, ppm: float) -> tuple[
 def _by_other(
     off_x: float, off_y: float, other_vx: float, other_vy: float, wish_x: float, wish_y: float, ppm: float
 ) -> tuple[float, float]:
-    """Return the push by another at (``off_x``, ``off_y``) from here: equations 3 to 5 and 8 of the paper."""
+    """Return the force of another person at the offset (``off_x``, ``off_y``): equations 3 to 5 and 8 of the paper."""
     off = math.sqrt(off_x * off_x + off_y * off_y)
     if off > _NO_PUSH_M * ppm or off == 0.0:
         return 0.0, 0.0
@@ -97,12 +97,12 @@ def _by_other(
 
 @njit(cache=True, nogil=True)
 def _by_walls(occupied: Grid, x: float, y: float, feelers: Rows, reach: float) -> tuple[float, float]:
-    """Return the sum of the pushes of all feelers that are in a wall, or off the grid."""
+    """Return the sum of the accelerations of all feelers that are in a wall or off the grid."""
     rows, cols = occupied.shape
     push_x, push_y = 0.0, 0.0
     if reach <= x < cols - reach and reach <= y < rows - reach:
         for i in range(len(feelers)):
-            # unsigned: compiled code asks of every signed index whether it is negative
+            # unsigned: compiled code checks every signed index for being negative
             if occupied[np.uint32(y + feelers[i].y), np.uint32(x + feelers[i].x)] != 0:
                 push_x, push_y = push_x + feelers[i].push_x, push_y + feelers[i].push_y
         return push_x, push_y

@@ -1,4 +1,4 @@
-"""Where people start."""
+"""The starts of people."""
 
 from __future__ import annotations
 
@@ -32,12 +32,13 @@ def place_people(
 ) -> int:
     """Put people at random places where they fit, with a speed (pixels/s) and a first goal each.
 
-    A place is drawn until one fits that lies ``away_px`` from the robot's centre, at most 64 times; then any that fits
-    is taken. ``occupied`` holds what stands still only; nothing is drawn in it. All of ``bodies.people`` is 0 before.
+    Places are drawn up to 64 times until one fits that is at least ``away_px`` from the robot's centre; after that, any
+    place that fits is taken. ``occupied`` contains only static obstacles and is not changed. All of ``bodies.people``
+    must be 0 before.
 
     Returns
     -------
-    How many found a place; all of them, unless there is no more room.
+    The number of people with a place: all of them, unless the house is full.
     """
     people = bodies.people
     for p in range(len(people)):
@@ -61,7 +62,7 @@ def _find_place(
     robot: Disc,
     away_px: float,
 ) -> bool:
-    """Draw a place for person ``p``; after so many draws, look at all spots from the last one drawn on."""
+    """Draw a place for person ``p``; after too many draws, try all spots, starting at the last one drawn."""
     me, blocks = bodies.people[p], flow.sizes[0].rows * flow.sizes[0].cols
     least = robot.radius + walk.radius_px + HALF_DIAGONAL
     block = 0

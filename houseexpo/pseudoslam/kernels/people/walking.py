@@ -1,6 +1,6 @@
-"""People: discs that walk from goal to goal as forces drive them, and never overlap anything.
+"""People: discs that walk from goal to goal, driven by forces, and never overlap anything.
 
-What forces cannot promise, ``fits`` does: a place where a disc would overlap is never taken.
+Forces alone do not ensure this; ``fits`` does, since a place where a disc would overlap is never taken.
 """
 
 from __future__ import annotations
@@ -27,24 +27,24 @@ from houseexpo.pseudoslam.kernels.planning.flow import NOWHERE, STEPS, THERE, Fl
 from houseexpo.pseudoslam.kernels.types import Grid, Rows
 
 PEOPLE_MOST = 1024
-"""People in an environment, at most: what a person draws must be nobody else's."""
+"""Largest number of people in an environment, so that the random numbers of each are different."""
 _AHEAD = 2  # blocks that a person looks ahead
 _STRIP = 16
-_FASTEST = 1.3  # of the speed wished for
-_ROAMED_M, _TIMEOUT_S = 0.5, 3.0  # who stays within so much for so long, or up to twice as long, gives up its goal
+_FASTEST = 1.3  # times the desired speed
+_ROAMED_M, _TIMEOUT_S = 0.5, 3.0  # who stays within this for so long, or up to twice as long, gives up the goal
 _WAYS = np.array(
     [
         (length * math.cos(math.radians(angle)), length * math.sin(math.radians(angle)))
         for angle, length in ((0, 1.0), (45, 0.7), (-45, 0.7), (80, 0.35), (-80, 0.35))
     ]
-)  # turn and length, (cos, sin): straight on, else round what is in the way, to the right first
+)  # turn and length, (cos, sin): straight on, or else around an obstacle, to the right first
 
 
 @njit(cache=True, nogil=True)
 def walk_on(
     occupied: Grid, bodies: Bodies, tracks: Tracks, flow: Flow, walk: Walk, key: int, robot: Disc, seconds: float
 ) -> None:
-    """Move all people, one after the other; ``occupied`` holds what stands still only."""
+    """Move all people, one after the other; ``occupied`` contains only static obstacles."""
     people = bodies.people
     beside_tracks = len(bodies.clocks) > 0
     for p in range(len(people)):
@@ -75,7 +75,7 @@ def walk_on(
 
 @njit(cache=True, nogil=True)
 def take_goal(bodies: Bodies, flow: Flow, key: int, p: int) -> None:
-    """Draw a person's next goal, another one where there is another."""
+    """Draw a person's next goal, a different one if there are several."""
     people, goals = bodies.people, flow.sizes[0].goals
     people[p].anchor_x, people[p].anchor_y, people[p].waited = people[p].x, people[p].y, 0.0
     people[p].visit += 1
@@ -86,16 +86,16 @@ def take_goal(bodies: Bodies, flow: Flow, key: int, p: int) -> None:
 
 @njit(cache=True, nogil=True)
 def draw(p: int, visit: int, which: int) -> int:
-    """Return the counter of a draw: one of eight at each visit of each person."""
+    """Return the counter of a random draw, one of eight for each visit of each person."""
     return (visit * PEOPLE_MOST + p) * 8 + which
 
 
 @njit(cache=True, nogil=True)
 def fits(occupied: Grid, people: Rows, count: int, p: int, x: float, y: float, radius: float, robot: Disc) -> bool:
-    """Whether person ``p`` may go to a place for all that walls, the first ``count`` people and the robot are there.
+    """Return whether walls, the first ``count`` people and the robot allow person ``p`` to be at a place.
 
-    The robot goes by cells, so it may have come nearer to a person than their discs have room; the person may leave,
-    but not approach. No cell that is drawn of a person meets the robot's disc.
+    The robot moves by cells, so that its disc may already overlap a person's; the person may then move away, but not
+    closer. No cell that is drawn for a person may touch the robot's disc.
     """
     for i in range(count):
         if i != p and (people[i].x - x) ** 2 + (people[i].y - y) ** 2 < 4.0 * radius * radius:
@@ -112,7 +112,7 @@ def fits(occupied: Grid, people: Rows, count: int, p: int, x: float, y: float, r
 
 @njit(cache=True, nogil=True)
 def fits_bodies(bodies: Bodies, tracks: Tracks, p: int, x: float, y: float, radius: float) -> bool:
-    """Whether person ``p`` may go to a place for all bodies on tracks; it may leave one that it overlaps."""
+    """Return whether bodies on tracks allow person ``p`` to be at a place; it may leave one that it overlaps."""
     for k in range(len(bodies.clocks)):
         clock = bodies.clocks[k]
         gap = gap_to(tracks, k, clock, x, y)
@@ -125,7 +125,7 @@ def fits_bodies(bodies: Bodies, tracks: Tracks, p: int, x: float, y: float, radi
 def _faster(
     people: Rows, p: int, wish_x: float, wish_y: float, push_x: float, push_y: float, relaxation_s: float, s: float
 ) -> tuple[float, float]:
-    """Return a person's velocity after ``s`` seconds under its wish and the pushes; there is a fastest."""
+    """Return a person's velocity after ``s`` seconds, given the desired one and the forces; its speed is limited."""
     vx, vy, speed = people[p].vx, people[p].vy, people[p].speed
     vx += s * ((speed * wish_x - vx) / relaxation_s + push_x)
     vy += s * ((speed * wish_y - vy) / relaxation_s + push_y)
@@ -136,7 +136,7 @@ def _faster(
 
 @njit(cache=True, nogil=True)
 def _is_done(people: Rows, p: int, row: int, col: int, arrive: float, ppm: float) -> bool:
-    """Whether a person has arrived at a cell; where it has got on, its waiting starts anew."""
+    """Return whether a person has arrived at a cell; reset the waiting time of one that has moved on."""
     x, y = people[p].x, people[p].y
     right, down = col + 0.5 - x, row + 0.5 - y
     if right * right + down * down <= arrive * arrive:
@@ -149,7 +149,7 @@ def _is_done(people: Rows, p: int, row: int, col: int, arrive: float, ppm: float
 
 @njit(cache=True, nogil=True)
 def _direction(flow: Flow, goal: int, x: float, y: float) -> tuple[float, float]:
-    """Return the unit vector towards a spot a few blocks ahead, or nothing where no way is known."""
+    """Return the unit vector towards a spot a few blocks ahead, or zero if no path is known."""
     size = flow.sizes[0]
     rows, cols, side = size.rows, size.cols, float(size.block_px)
     first = goal * rows * cols
@@ -168,7 +168,7 @@ def _direction(flow: Flow, goal: int, x: float, y: float) -> tuple[float, float]
 
 @njit(cache=True, nogil=True)
 def _box_is_free(occupied: Grid, x: float, y: float, radius: float) -> bool:
-    """Whether nothing is near a disc: four times quicker than the exact answer, which most often is the same.
+    """Return whether the box around a disc is free: four times faster than the exact test, and usually sufficient.
 
     Strips of 16 cells whose indices cannot be negative compile to one instruction each.
     """
@@ -187,7 +187,7 @@ def _box_is_free(occupied: Grid, x: float, y: float, radius: float) -> bool:
 
 @njit(cache=True, nogil=True)
 def _covers_some(occupied: Grid, x: float, y: float, radius: float, robot: Disc) -> bool:
-    """Whether a cell that is drawn of a person meets the robot's disc."""
+    """Return whether a cell that is drawn for a person touches the robot's disc."""
     top, bottom, left, right = box(occupied.shape, robot.x, robot.y, robot.radius)
     for row in range(top, bottom):
         first, end = disc_span(row, x, y, radius)

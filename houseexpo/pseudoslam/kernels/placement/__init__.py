@@ -1,1 +1,1 @@
-"""Where things are set down: shapes as cells, obstacles, cells drawn at random."""
+"""Placement of obstacles: shapes as cells, obstacles, and randomly drawn cells."""

@@ -1,4 +1,4 @@
-"""Drawing a cell of a kind, 0 or 1, from a raster, each as likely: how many there are, and which is which."""
+"""Count the cells of a value, 0 or 1, in a raster, and find the n-th one, for drawing one with equal probability."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from houseexpo.pseudoslam.kernels.types import Counts, Grid
 
 @njit(cache=True, nogil=True)
 def count_before(raster: Grid, value: int) -> Counts:
-    """Return how many cells of a value lie in the rows before each one, and in all: (rows + 1)."""
+    """Return the number of cells with a value before each row, and in total (rows + 1,)."""
     rows, cols = raster.shape
     before = np.zeros(rows + 1, np.int64)
     for row in range(rows):
@@ -23,7 +23,7 @@ def count_before(raster: Grid, value: int) -> Counts:
 
 @njit(cache=True, nogil=True)
 def nth_cell(raster: Grid, value: int, before: Counts, n: int) -> tuple[int, int]:
-    """Return row and column of cell ``n`` of a value, from 0, less than ``before[-1]``."""
+    """Return row and column of the ``n``-th cell with a value, 0 <= n < ``before[-1]``."""
     row = 0
     while before[row + 1] <= n:
         row += 1

@@ -1,4 +1,4 @@
-"""Setting an obstacle down: whether it is in the way of anything, looked at where it stands and seldom further."""
+"""Place an obstacle if it blocks nothing; usually only its surroundings have to be checked."""
 
 from __future__ import annotations
 
@@ -7,27 +7,27 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.types import Cells, Grid
 
 FITS, OVERLAPS, CLOSES_OFF = 0, 1, 2
-"""What became of an obstacle."""
-_OPEN, _MARKED, _REACHED = 1, 2, 3  # cells of ``traversable``; marks are wiped off before a function returns
+"""The outcome of placing an obstacle."""
+_OPEN, _MARKED, _REACHED = 1, 2, 3  # cells of ``traversable``; marks are removed before a function returns
 
 
 @njit(cache=True, nogil=True)
 def set_down(
     occupied: Grid, traversable: Grid, spans: Cells, count: int, gap: Cells, robot: Cells, least: int, scratch: Cells
 ) -> int:
-    """Make an obstacle's cells occupied and take away where the robot can no longer stand, or change nothing.
+    """Mark an obstacle's cells as occupied and clear those where the robot can no longer stand, or change nothing.
 
     Parameters
     ----------
     occupied, traversable
-        (rows, cols); the latter is one 4-connected piece, 1 where the robot can stand, nowhere on the border.
+        (rows, cols); the latter is 1 for cells where the robot can stand, one 4-connected piece without the border.
     spans, count
-        The obstacle's, all on the grid, as ``shape_spans`` lists them.
+        The cells of the obstacle, all on the grid, in the form of ``shape_spans``.
     gap, robot
-        Discs of cells, as half their width so many rows from the middle, -1 for none: round the obstacle no cell of
-        ``gap`` may be occupied; with its middle in ``robot``, the robot would touch it.
+        Discs of cells, as half their width at each distance in rows from the centre, -1 for none. No cell around the
+        obstacle within ``gap`` may be occupied; a robot with its centre within ``robot`` would touch the obstacle.
     least
-        Cells of a piece that is a place to be; what is cut off and smaller is given up.
+        Smallest number of cells of a piece; smaller pieces that are cut off are given up.
     scratch
         (3, rows * cols).
     """
@@ -50,7 +50,7 @@ def set_down(
 
 @njit(inline="always")
 def _is_clear(occupied: Grid, spans: Cells, count: int, gap: Cells) -> bool:
-    """Whether no cell of the obstacle, nor of the gap round it, is occupied."""
+    """Return whether no cell of the obstacle and of the gap around it is occupied."""
     rows, cols = occupied.shape
     reach = len(gap) - 1
     for i in range(count):
@@ -65,7 +65,7 @@ def _is_clear(occupied: Grid, spans: Cells, count: int, gap: Cells) -> bool:
 
 @njit(inline="always")
 def _take(traversable: Grid, spans: Cells, count: int, robot: Cells, gone: Cells) -> int:
-    """Clear the cells where the robot would touch the obstacle; list them, and return how many there were."""
+    """Clear and list the cells where the robot would touch the obstacle; return their number."""
     rows, cols = traversable.shape
     reach = len(robot) - 1
     n_gone = 0
@@ -83,10 +83,10 @@ def _take(traversable: Grid, spans: Cells, count: int, robot: Cells, gone: Cells
 
 @njit(inline="always")
 def _pieces_beside(flat: Grid, cols: int, gone: Cells, n_taken: int, found: Cells, queue: Cells) -> int:
-    """List a cell of each piece of the open cells round the taken ones (8-connected to them); return how many.
+    """List one cell of each piece of the open cells around the cleared ones (8-connected); return their number.
 
-    Every piece of what is left has such cells, for all was one piece. Pieces are 4-connected by cells round the taken
-    ones alone: in the open there is one, and nothing further away needs to be looked at.
+    Every remaining piece has such cells, since all cells were one piece. Only cells around the cleared ones are used
+    for connecting pieces (4-connected): in an open area there is one piece, and no further cells need to be checked.
     """
     n_beside = 0
     for i in range(n_taken):
@@ -118,14 +118,14 @@ def _pieces_beside(flat: Grid, cols: int, gone: Cells, n_taken: int, found: Cell
 def _give_up_pockets(
     flat: Grid, cols: int, gone: Cells, n_gone: int, found: Cells, n_found: int, least: int, queue: Cells
 ) -> tuple[int, int]:
-    """Clear the pieces of fewer than ``least`` cells; return how many cells are gone and how many pieces are left.
+    """Clear pieces of fewer than ``least`` cells; return the numbers of cleared cells and of remaining pieces.
 
-    A piece is followed only until it is large enough.
+    A piece is traversed only until it is large enough.
     """
     n_kept = 0
     for i in range(n_found):
         if flat[found[i]] != _OPEN:
-            continue  # in a pocket that another cell led to
+            continue  # in a pocket found from another cell
         queue[0], flat[found[i]] = found[i], _REACHED
         head, tail = 0, 1
         while head < tail < least:
@@ -148,7 +148,7 @@ def _give_up_pockets(
 
 @njit(inline="always")
 def _are_one(flat: Grid, cols: int, found: Cells, n_found: int, queue: Cells) -> bool:
-    """Whether there is a way between all the cells listed; a way round is mostly short, and the search ends there."""
+    """Return whether all listed cells are connected; a way around is usually short, and the search ends when found."""
     for i in range(n_found):
         flat[found[i]] = _MARKED
     queue[0], flat[found[0]] = found[0], _REACHED

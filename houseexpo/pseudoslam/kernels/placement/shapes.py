@@ -10,7 +10,7 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.types import Cells, Floats
 
 TIE = 1e-7
-"""Cells within which a centre counts as being on an edge: sides on the 1 cm grid run through centres."""
+"""Distance within which a centre counts as being on an edge, cells; sides on the 1 cm grid run through centres."""
 _INWARD = 1.0 - 1e-6  # a thin shape that only touches a cell's side does not cross the cell
 
 
@@ -18,26 +18,26 @@ _INWARD = 1.0 - 1e-6  # a thin shape that only touches a cell's side does not cr
 def shape_spans(points: Floats, is_round: bool, thickness: float, rows: int, cols: int) -> tuple[Cells, int, bool]:
     """List the cells that a shape covers.
 
-    - R1: a cell is covered where its centre lies in the shape; upper and left edges belong to it, lower and right ones
-      do not, so that shapes that share an edge share no cell.
-    - R2: a shape thinner than a cell, or one that holds no centre, covers each cell that its outline crosses too, an
-      ellipse each that its axes cross: nothing vanishes.
+    - R1: a cell is covered if its centre lies in the shape. Upper and left edges belong to the shape, lower and right
+      ones do not, so that shapes with a common edge have no common cell.
+    - R2: a shape that is thinner than a cell or contains no centre also covers each cell that its outline (for an
+      ellipse, its axes) crosses, so that no shape disappears.
 
     Parameters
     ----------
     points
-        (n, 2) pixels as (across, down): the corners of a polygon (even-odd), or the centre of an ellipse and an end of
+        (n, 2), pixels (across, down): the corners of a polygon (even-odd), or the centre of an ellipse and an end of
         each of its axes.
     thickness
-        Pixels.
+        The thickness of the shape, pixels.
     rows, cols
-        The grid's; what lies off it is left out.
+        The size of the grid; cells outside it are left out.
 
     Returns
     -------
-    spans : (m, 3) row, first column, column after the last; the first ``count`` hold
+    spans : (m, 3), row, first column, column after the last; the first ``count`` are valid
     count
-    inside : whether all of the shape lies on the grid
+    inside : whether the whole shape lies on the grid
     """
     left, top, right, bottom = _bounds(points, is_round)
     inside = min(left, top) >= -TIE and right <= cols + TIE and bottom <= rows + TIE
@@ -61,7 +61,7 @@ def shape_spans(points: Floats, is_round: bool, thickness: float, rows: int, col
 
 @njit(cache=True, nogil=True)
 def _bounds(points: Floats, is_round: bool) -> tuple[float, float, float, float]:
-    """Return the least and the greatest x and y as (left, top, right, bottom)."""
+    """Return the smallest and the largest x and y as (left, top, right, bottom)."""
     if is_round:
         x, y = points[0, 0], points[0, 1]
         half_x = math.hypot(points[1, 0] - x, points[2, 0] - x)
@@ -76,7 +76,7 @@ def _bounds(points: Floats, is_round: bool) -> tuple[float, float, float, float]
 
 @njit(cache=True, nogil=True)
 def _across(points: Floats, row: int, rows: int, crossings: Floats) -> int:
-    """Write where the edges of a polygon cross the line through a row's centres, in order; return how many do."""
+    """Write the crossings of a polygon's edges with the line through a row's centres, in order; return their number."""
     count = 0
     for i in range(len(points)):
         j = i + 1 if i + 1 < len(points) else 0
@@ -96,9 +96,9 @@ def _across(points: Floats, row: int, rows: int, crossings: Floats) -> int:
 
 @njit(cache=True, nogil=True)
 def _across_ellipse(points: Floats, y: float, crossings: Floats) -> int:
-    """Write where a line across meets an ellipse, left to right; return 2, or 0 where it passes by.
+    """Write the crossings of a horizontal line with an ellipse, left to right; return 2, or 0 if there are none.
 
-    Its points are centre + cos(t) a + sin(t) b for the half-axes a and b.
+    The points of the ellipse are centre + cos(t) a + sin(t) b with the half-axes a and b.
     """
     a_x, a_y = points[1, 0] - points[0, 0], points[1, 1] - points[0, 1]
     b_x, b_y = points[2, 0] - points[0, 0], points[2, 1] - points[0, 1]
@@ -114,7 +114,7 @@ def _across_ellipse(points: Floats, y: float, crossings: Floats) -> int:
 
 @njit(cache=True, nogil=True)
 def _outline(points: Floats, is_round: bool, rows: int, cols: int, spans: Cells, count: int) -> int:
-    """Append the cells that the edges of a polygon or the axes of an ellipse cross; return how many spans there are."""
+    """Append the cells that the edges of a polygon or the axes of an ellipse cross; return the number of spans."""
     x, y = points[0, 0], points[0, 1]
     if is_round:
         for i in range(1, 3):
@@ -133,7 +133,7 @@ def _outline(points: Floats, is_round: bool, rows: int, cols: int, spans: Cells,
 
 @njit(cache=True, nogil=True)
 def _crossed(x1: float, y1: float, x2: float, y2: float, rows: int, cols: int, spans: Cells, count: int) -> int:
-    """Append the cells that a line crosses, row by row; return how many spans there are now."""
+    """Append the cells that a line crosses, row by row; return the number of spans."""
     if y1 > y2:
         x1, y1, x2, y2 = x2, y2, x1, y1
     slope = (x2 - x1) / (y2 - y1) if y2 > y1 else 0.0
@@ -157,5 +157,5 @@ def _centre_from(position: float, size: int) -> int:
 
 @njit(cache=True, nogil=True)
 def _cell(position: float, size: int) -> int:
-    """Return the cell that holds a position, the nearest one where it is off the grid."""
+    """Return the cell at a position, or the nearest one if it is off the grid."""
     return int(min(max(np.floor(position), 0.0), size - 1.0))

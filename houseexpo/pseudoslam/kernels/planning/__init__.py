@@ -1,1 +1,1 @@
-"""Shortest paths on a grid: to a goal (``distance_field``), and to the rooms of a house (``flow``)."""
+"""Planning on grids: distances to a goal and to rooms, frontiers, graphs, and travels on the robot's map."""

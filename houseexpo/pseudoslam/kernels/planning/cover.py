@@ -1,4 +1,4 @@
-"""Few places from which everything is seen: what each sees, and those that together see most, the best first."""
+"""Select few places from which everything can be seen: the views of places, and a greedy cover by them."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from houseexpo.pseudoslam.kernels.types import Cells, Counts, Grid, Scratch
 def list_views(
     occupied: Grid, wanted: Grid, places: Cells, range_px: float, scratch: Scratch, starts: Counts, views: Cells
 ) -> bool:
-    """List the wanted cells that are seen all round from the middle of each place; False where there is no room.
+    """List the wanted cells that are visible from the centre of each place; return False if ``views`` is too short.
 
     Parameters
     ----------
     occupied, wanted
-        (rows, cols), not 0 where an obstacle is, and where a cell counts.
+        (rows, cols), not 0 for obstacles and for cells that count.
     places
-        (n,) flat indices of free cells.
+        (n,), flat indices of free cells.
     starts
-        (n + 1,) filled: place ``i`` sees ``views[starts[i] : starts[i + 1]]``, each cell once.
+        (n + 1,), output: place ``i`` sees ``views[starts[i] : starts[i + 1]]``, each cell once.
     views
-        Filled with flat indices.
+        Output: flat indices.
     """
     rows, cols = occupied.shape
     counts, last = wanted.ravel(), np.full(rows * cols, -1, np.int32)
@@ -50,7 +50,7 @@ def list_views(
 
 @njit(cache=True, nogil=True)
 def count_views(starts: Counts, views: Cells, i: int, covered: Grid) -> int:
-    """Return how many cells place ``i`` sees that are not covered."""
+    """Return the number of cells that place ``i`` sees and that are not covered."""
     new = 0
     for k in range(starts[i], starts[i + 1]):
         new += 1 if covered[np.uint64(views[np.uint64(k)])] == 0 else 0
@@ -59,7 +59,7 @@ def count_views(starts: Counts, views: Cells, i: int, covered: Grid) -> int:
 
 @njit(cache=True, nogil=True)
 def count_all(starts: Counts, views: Cells, covered: Grid) -> Counts:
-    """Return (n,) ``count_views`` of all places."""
+    """Return ``count_views`` of all places (n,)."""
     counts = np.zeros(len(starts) - 1, np.int64)
     for i in range(len(counts)):
         counts[i] = count_views(starts, views, i, covered)
@@ -68,21 +68,21 @@ def count_all(starts: Counts, views: Cells, covered: Grid) -> Counts:
 
 @njit(cache=True, nogil=True)
 def greedy_cover(starts: Counts, views: Cells, least: int, covered: Grid, chosen: Counts) -> int:
-    """Choose places, each time the one that sees most of what none before sees; return how many.
+    """Choose places greedily, each time the one that adds most visible cells; return their number.
 
-    What a place adds never grows, so that what it added before is a bound: only the place with the highest bound is
-    counted anew, until that is what it adds.
+    The number of cells that a place adds never grows, so that earlier counts are upper bounds: only the place with the
+    highest bound is counted again, until the bound is exact.
 
     Parameters
     ----------
     starts, views
-        As ``list_views`` fills them.
+        The output of ``list_views``.
     least
-        Cells that a place must add.
+        Smallest number of cells that a place must add.
     covered
-        (cells,) not 0 where a cell needs not be seen; set where one is.
+        (cells,), not 0 for cells that need not be seen; visible cells are set.
     chosen
-        (n,) filled with the numbers of places; of equal ones the first.
+        (n,), output: the numbers of places; of equal ones the first.
     """
     bounds = count_all(starts, views, covered)
     n = 0

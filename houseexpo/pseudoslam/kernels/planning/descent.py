@@ -1,4 +1,4 @@
-"""The next step down a field of ways: how far to turn before it."""
+"""The next step along decreasing distances, and the turns before it."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from houseexpo.pseudoslam.kernels.planning.plan import STRAIGHT
 from houseexpo.pseudoslam.kernels.types import NO_WAY, Grid, KnownWays
 
 NO_TURN = np.iinfo(np.int32).max
-"""No step shortens the way."""
+"""No step reduces the distance."""
 _MIN_GAIN = 0.5 * STRAIGHT
-"""A step shortens the way by more than this."""
-_BESIDE = 3  # cells: the robot need not be in the middle of a standing cell
+"""A step must reduce the distance by more than this."""
+_BESIDE = 3  # cells, since the robot need not be at the centre of a standing cell
 
 
 @njit(cache=True, nogil=True)
@@ -32,29 +32,29 @@ def best_turns(
     enough: float,
     found: KnownWays,
 ) -> int:
-    """Return the fewest turns, left above 0, before a step that shortens the way nearly as much as the best one.
+    """Return the fewest turns, positive to the left, before a step that makes nearly as much progress as the best one.
 
-    A step that something would cut short comes after all others. ``NO_TURN`` where no step shortens the way; of as many
-    turns to both sides, those to the right.
+    Steps that an obstacle would shorten come after all others. The result is ``NO_TURN`` if no step reduces the
+    distance; of equally many turns to both sides, those to the right are taken.
 
     Parameters
     ----------
     known
-        (rows, cols) the map.
+        (rows, cols), the map.
     x, y, heading
-        Where the robot is; the ways' zero is its goal.
+        The robot's pose; distances are from its goal.
     turn, step_px
-        What an action turns, radians, and goes.
+        The turn of an action in radians, and the distance of a step.
     enough
-        Share of what the best step gains that is enough.
+        The share of the best step's progress that is enough.
     found
-        ``find_ways`` from the goal, as far as the robot.
+        The result of ``find_ways`` from the goal, up to the robot.
     """
     reach = math.ceil(step_px + radius_px) + 2
     top, left = max(math.floor(y) - reach, 0), max(math.floor(x) - reach, 0)
     closed = _closed(known, x, y, radius_px, top, left, reach)
     here = way_at(found, known.shape[0], x, y, _BESIDE)
-    if here == math.inf:  # only then: a cell further off may lie round a corner, and no step would shorten its way
+    if here == math.inf:  # only then: a farther cell may be around a corner, and no step would reduce its distance
         here = way_at(found, known.shape[0], x, y, math.ceil(radius_px) + 2)
     half = int(math.pi / turn + 1e-9)
     gains, is_full, some_full = np.zeros(2 * half + 1), np.zeros(2 * half + 1, np.uint8), False
@@ -62,7 +62,7 @@ def best_turns(
         right, down = math.cos(heading + k * turn), -math.sin(heading + k * turn)
         way = free_way(closed, x - left, y - top, right, down, step_px, radius_px)
         gain = here - way_at(found, known.shape[0], x + way * right, y + way * down, _BESIDE)
-        if gain > _MIN_GAIN:  # not where both are infinite
+        if gain > _MIN_GAIN:  # not if both are infinite
             gains[k + half] = gain
             is_full[k + half] = way == step_px
             some_full |= way == step_px
@@ -80,9 +80,9 @@ def best_turns(
 
 @njit(cache=True, nogil=True)
 def way_at(found: KnownWays, rows: int, x: float, y: float, reach: int) -> float:
-    """Return the way from a place: by the standing cell, at most ``reach`` off, that makes it shortest; else infinite.
+    """Return the distance from a place, by the best standing cell at most ``reach`` away; infinite if there is none.
 
-    In ``STRAIGHT`` a cell.
+    The unit is ``STRAIGHT`` per cell.
     """
     cols = found.box[4]
     row, col = math.floor(y), math.floor(x)
@@ -97,7 +97,7 @@ def way_at(found: KnownWays, rows: int, x: float, y: float, reach: int) -> float
 
 @njit(cache=True, nogil=True)
 def _closed(known: Grid, x: float, y: float, radius_px: float, top: int, left: int, reach: int) -> Grid:
-    """Return the map round the robot, 1 where it must not go: obstacles, and what is unknown, unless under it."""
+    """Return the map around the robot, 1 for cells where it must not go: obstacles, and unknown cells not under it."""
     rows, cols = known.shape
     bottom, last = min(math.floor(y) + reach + 1, rows), min(math.floor(x) + reach + 1, cols)
     closed = np.zeros((max(bottom - top, 0), max(last - left, 0)), np.uint8)

@@ -1,4 +1,4 @@
-"""How far it is to a goal for the robot: fast marching (Sethian, 1996) over blocks of cells where it can stand."""
+"""The robot's distances to a goal: fast marching (Sethian, 1996) over blocks of cells where it can stand."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.types import Grid, Rows, row_type
 
 FIELD_SIZES = row_type(rows=int, cols=int, side_px=int)
-"""Rows and columns of blocks, cells along a block's side."""
+"""Rows and columns of blocks, and cells per side of a block."""
 
 
 class Field(NamedTuple):
-    """Ways to a goal. In a pool the arrays are as long as the longest, behind one axis."""
+    """Distances to a goal. In a pool, the arrays have an additional first axis and the length of the longest."""
 
     sizes: Rows
     """(1,) ``FIELD_SIZES``."""
     distances: npt.NDArray[np.float32]
-    """(rows * cols,) pixels from each block's middle; infinite where there is no way."""
+    """(rows * cols,), distance from each block's centre in pixels; infinite if there is no path."""
 
 
 def no_field() -> Field:
-    """Return the ways where there is no goal."""
+    """Return an empty field, for no goal."""
     return Field(np.zeros(1, FIELD_SIZES), np.zeros(0, np.float32))
 
 
 @njit(cache=True, nogil=True)
 def field_of(pool: Field, i: int) -> Field:
-    """Return environment ``i``'s part of a pool, a view."""
+    """Return environment ``i``'s part of a pool, as a view."""
     return Field(pool.sizes[i], pool.distances[i])
 
 
 @njit(cache=True, nogil=True)
 def field_at(field: Field, x: float, y: float) -> float:
-    """Return the way to the goal from a place, pixels: between blocks' middles linearly, by those that have a way."""
+    """Return the distance to the goal from a place in pixels, interpolated between blocks that have a path."""
     size = field.sizes[0]
     rows, cols, side = size.rows, size.cols, size.side_px
     across, down = x / side - 0.5, y / side - 0.5
@@ -57,7 +57,7 @@ def field_at(field: Field, x: float, y: float) -> float:
 
 @njit(cache=True, nogil=True)
 def find_open(traversable: Grid, side: int, is_open: Grid) -> None:
-    """Set ``is_open`` (rows, cols of blocks) to 1 where the robot can stand in some cell of a block."""
+    """Set ``is_open`` (rows, cols of blocks) to 1 for blocks with a cell where the robot can stand."""
     rows, cols = traversable.shape
     for row in range(rows):
         for col in range(cols):
@@ -67,7 +67,7 @@ def find_open(traversable: Grid, side: int, is_open: Grid) -> None:
 
 @njit(cache=True, nogil=True)
 def march(is_open: Grid, row: int, col: int, side: int, distances: npt.NDArray[np.float32]) -> None:
-    """Write the way from each open block to the block (row, col), pixels, into ``distances`` (rows, cols)."""
+    """Write the distance from each open block to the block (row, col), pixels, into ``distances`` (rows, cols)."""
     rows, cols = is_open.shape
     distances[:] = math.inf
     done = np.zeros((rows, cols), np.uint8)
@@ -90,7 +90,7 @@ def march(is_open: Grid, row: int, col: int, side: int, distances: npt.NDArray[n
 
 @njit(cache=True, nogil=True)
 def _arrival(distances: npt.NDArray[np.float32], row: int, col: int, side: float) -> float:
-    """Return when a front that has passed the neighbours arrives: a plane wave through the nearer one of each axis."""
+    """Return the arrival of the front at a block: a plane wave through the closer neighbour on each axis."""
     rows, cols = distances.shape
     one = min(
         float(distances[row, col - 1]) if col > 0 else math.inf,
@@ -100,6 +100,6 @@ def _arrival(distances: npt.NDArray[np.float32], row: int, col: int, side: float
         float(distances[row - 1, col]) if row > 0 else math.inf,
         float(distances[row + 1, col]) if row < rows - 1 else math.inf,
     )
-    if abs(one - other) >= side:  # also where one is infinite
+    if abs(one - other) >= side:  # also if one is infinite
         return min(one, other) + side
     return (one + other + math.sqrt(2.0 * side * side - (one - other) ** 2)) / 2.0

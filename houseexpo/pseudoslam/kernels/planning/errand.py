@@ -1,4 +1,4 @@
-"""A planner's action, from its first step to its last: where it leads, how it stands, and what may be chosen next."""
+"""A planner's action from its first step to its last: its path, its state, and the next choices."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ from houseexpo.pseudoslam.kernels.whole import whole
 def set_out(
     known: Grid, pose: Rows, plan: Plans, graph: Graph, choice: Floats, rules: PlanRules, found: KnownWays
 ) -> None:
-    """Find the way that an action means, into ``found``; ``plan.state`` says how it stands.
+    """Find the path of an action, in ``found``, and set ``plan.state``.
 
     Parameters
     ----------
     choice
-        (2,) the number of a frontier or a neighbour, and 0; or a waypoint, pixels ahead and to the left.
+        (2,), the number of a frontier or a neighbour, and 0; or a waypoint, pixels ahead and to the left.
     """
     state, x, y = plan.state[0], pose.seen_x, pose.seen_y
     state.outcome, state.target, state.path, state.at, state.steps, state.moved_px = NOTHING, -1, 0, 0, 0, 0.0
@@ -76,7 +76,7 @@ def set_out(
 
 @njit(cache=True, nogil=True)
 def look_back(known: Grid, pose: Rows, counts: Rows, plan: Plans, rules: TravelRules) -> None:
-    """Say how a travel stands after a step."""
+    """Update the state of a travel after a step."""
     state = plan.state[0]
     state.steps += 1
     if counts.covered >= state.enough or math.hypot(pose.x - state.goal_x, pose.y - state.goal_y) <= state.goal_px:
@@ -91,7 +91,7 @@ def look_back(known: Grid, pose: Rows, counts: Rows, plan: Plans, rules: TravelR
 
 @njit(cache=True, nogil=True)
 def survey(known: Grid, pose: Rows, plan: Plans, graph: Graph, rules: PlanRules, scratch: Scratch) -> None:
-    """Find the frontiers to choose from next, and draw the graph; what was looked at in vain is given up."""
+    """Find the next frontiers to choose from, and update the graph; give up a frontier that remained unknown."""
     state = plan.state[0]
     in_vain = state.outcome == ARRIVED or (state.outcome == BLOCKED and state.gone_px == 0.0)
     if in_vain and state.target >= 0 and known.ravel()[state.target] == UNKNOWN:
@@ -109,7 +109,7 @@ def survey(known: Grid, pose: Rows, plan: Plans, graph: Graph, rules: PlanRules,
 
 @njit(cache=True, nogil=True)
 def _find_choices(known: Grid, pose: Rows, plan: Plans, given_up: Cells, rules: PlanRules, scratch: Scratch) -> None:
-    """Find the frontiers, and the goal where the map shows a way to it."""
+    """Find the frontiers, and the goal if the map shows a path to it."""
     state, choices = plan.state[0], len(plan.frontiers)
     has_goal = not math.isnan(state.goal_x)
     room = plan.frontiers[: choices - 1 if has_goal else choices]

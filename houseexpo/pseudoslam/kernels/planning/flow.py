@@ -1,7 +1,7 @@
-"""The way to each goal, on a grid of blocks: where to go next from everywhere, for a disc that must keep off walls.
+"""Paths to goals on a grid of blocks: the next block from everywhere, for a disc that must not touch walls.
 
-A block is a square of cells. Its spot is the cell nearest to its middle in which the disc can stand, so that even a
-door a little wider than the disc has spots; two neighbouring blocks are linked where the disc can go straight from one
+A block is a square of cells. Its spot is the cell closest to its centre in which the disc can stand, so that even a
+door slightly wider than the disc has spots. Two neighbouring blocks are linked if the disc can go straight from one
 spot to the other.
 """
 
@@ -17,43 +17,43 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.types import Cells, Grid, Rows, row_type
 
 FLOW_SIZES = row_type(rows=int, cols=int, block_px=int, goals=int)
-"""Rows and columns of blocks, cells along a block's side, goals."""
+"""Rows and columns of blocks, cells per side of a block, number of goals."""
 THERE, NOWHERE = 8, 255
-"""In ``Flow.toward``, beside the eight neighbours: the goal itself, and no way."""
+"""Values of ``Flow.toward`` other than the eight neighbours: the goal itself, and no path."""
 FAR = np.iinfo(np.int32).max
-"""No way, in ``distances``."""
+"""The value of ``distances`` for no path."""
 STEPS = np.array([(0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0), (1, 1)], np.int64)
 """The neighbours (row, col), counter-clockwise from the right."""
-_STRAIGHT, _ACROSS = 5, 7  # costs: 7 / 5 is the square root of 2 by 1%
+_STRAIGHT, _ACROSS = 5, 7  # costs: 7 / 5 is the square root of 2 to 1%
 
 
 class Flow(NamedTuple):
-    """The ways to G goals on (rows, cols) blocks. In a pool the arrays are as long as the longest, behind one axis."""
+    """The paths to G goals on (rows, cols) blocks. In a pool, arrays have an additional first axis and are padded."""
 
     sizes: Rows
     """(1,) ``FLOW_SIZES``."""
     toward: npt.NDArray[np.uint8]
-    """(G * rows * cols,) the neighbour to go to, ``THERE``, or ``NOWHERE``; one goal after the other."""
+    """(G * rows * cols,), the neighbour to go to, ``THERE``, or ``NOWHERE``, for one goal after the other."""
     spots: Cells
-    """(rows * cols, 2) the block's spot, row and column of a cell; -1 where there is none."""
+    """(rows * cols, 2), the block's spot as row and column of a cell; -1 for none."""
     goals: Cells
-    """(G,) flat indices of blocks."""
+    """(G,), flat indices of blocks."""
 
 
 def no_flow() -> Flow:
-    """Return the ways where nobody walks."""
+    """Return an empty flow, for no people."""
     return Flow(np.zeros(1, FLOW_SIZES), np.zeros(0, np.uint8), np.zeros((0, 2), np.int32), np.zeros(0, np.int32))
 
 
 @njit(cache=True, nogil=True)
 def flow_of(pool: Flow, i: int) -> Flow:
-    """Return environment ``i``'s part of a pool, a view."""
+    """Return environment ``i``'s part of a pool, as a view."""
     return Flow(pool.sizes[i], pool.toward[i], pool.spots[i], pool.goals[i])
 
 
 @njit(cache=True, nogil=True)
 def find_spots(traversable: Grid, block_px: int, spots: npt.NDArray[np.int32]) -> None:
-    """Write each block's spot (rows, cols, 2); ``traversable`` is 1 where a disc fits in a cell's middle."""
+    """Write each block's spot (rows, cols, 2); ``traversable`` is 1 for cells with space for a disc at the centre."""
     rows, cols = traversable.shape
     middle = (block_px - 1) / 2
     for i in range(spots.shape[0]):
@@ -70,7 +70,7 @@ def find_spots(traversable: Grid, block_px: int, spots: npt.NDArray[np.int32]) -
 
 @njit(cache=True, nogil=True)
 def find_links(traversable: Grid, spots: npt.NDArray[np.int32], links: Grid) -> None:
-    """Write (rows, cols) bit ``1 << k`` where a block is linked with its neighbour ``STEPS[k]``."""
+    """Set bit ``1 << k`` of ``links`` (rows, cols) for blocks that are linked to their neighbour ``STEPS[k]``."""
     rows, cols, _ = spots.shape
     links[:] = 0
     for i in range(rows):
@@ -86,7 +86,7 @@ def find_links(traversable: Grid, spots: npt.NDArray[np.int32], links: Grid) -> 
 
 @njit(cache=True, nogil=True)
 def _straight(traversable: Grid, row: int, col: int, end_row: int, end_col: int) -> bool:
-    """Whether all cells on the line between two are standing cells, or beside one: rounding may miss a narrow way."""
+    """Return whether all cells on a line are standing cells or beside one, since rounding may miss a narrow passage."""
     rows, cols = traversable.shape
     down, right = end_row - row, end_col - col
     samples = 2 * max(abs(down), abs(right), 1)
@@ -100,10 +100,10 @@ def _straight(traversable: Grid, row: int, col: int, end_row: int, end_col: int)
 
 @njit(cache=True, nogil=True)
 def find_distances(links: Grid, goal: int, distances: npt.NDArray[np.int32], queue: Cells, queued: Grid) -> None:
-    """Write the length of the shortest way from each block to a goal, fifths of a block; ``FAR`` where there is none.
+    """Write the shortest distance from each block to a goal in fifths of a block, ``FAR`` if there is no path.
 
-    Blocks whose distance shrinks wait in a ring until their neighbours are looked at; the distances do not depend on
-    the order.
+    Blocks with a reduced distance wait in a ring buffer until their neighbours are updated; the distances do not depend
+    on the order.
 
     Parameters
     ----------
@@ -135,9 +135,9 @@ def find_distances(links: Grid, goal: int, distances: npt.NDArray[np.int32], que
 
 @njit(cache=True, nogil=True)
 def find_toward(links: Grid, distances: npt.NDArray[np.int32], toward: Grid) -> None:
-    """Write where to go next from each block (rows, cols); of ways equally long the first in ``STEPS``.
+    """Write the next step from each block (rows, cols); of equally short ones, the first in ``STEPS``.
 
-    Blocks without a way of their own, at whose rim a disc may still be, lead to the neighbour nearest to the goal.
+    Blocks without a path, at whose rim a disc may still be, lead to the neighbour that is closest to the goal.
     """
     rows, cols = links.shape
     for i in range(rows):

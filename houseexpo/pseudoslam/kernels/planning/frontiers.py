@@ -1,18 +1,17 @@
-"""Where the map of a robot ends in free space: unknown cells beside free ones, in clusters, and where to see them from.
+"""Frontiers, which are clusters of unknown cells beside free ones, and the places from which they can be seen.
 
-R1  A frontier's cell is unknown and shares a side with a free cell. Cells within reach of one that was given up are
-    left out.
-R2  Cells that share a side or a corner are one cluster, as far as ``reach`` rows and columns from its first cell, row
-    by row; what lies beyond begins another, for the middle of a longer one says little of where its cells are. Its
-    middle is the cell nearest to the mean of its cells that can be seen (R3); of several the first, row by row.
-R3  Its goal is the nearest standing cell, within ``near``, with a way to it and a clear line to the cluster's middle:
-    no square between them but of free cells. Where there is none, it is the nearest within the laser's range that no
-    obstacle hides the middle from (``sector_scan``): unknown cells do not, for they will be seen first. Of places
-    equally near, the first counts, row by row.
-R4  A cluster is left out where none of its cells can be seen from anywhere. One behind a doorway, beside a beam that
-    went through it, has cells before and behind the wall: its mean may lie where nothing sees it.
-R5  Clusters of ``large`` cells or more come first, by the ways to their goals; then the smaller ones, by theirs. Of
-    ways equally long, the first middle, row by row, comes first.
+R1  A frontier's cell is unknown and shares a side with a free cell. Cells close to one that was given up are ignored.
+R2  Cells that share a side or a corner are one cluster, up to ``reach`` rows and columns from its first cell in row
+    order. Cells beyond that start another cluster, since the middle of a long cluster says little about its cells. The
+    middle is the cell closest to the mean of the cells that can be seen (R3); of several, the first in row order.
+R3  The goal is the nearest standing cell, within ``near``, with a path to it and a clear line to the cluster's middle,
+    which crosses only free cells. If there is none, it is the nearest cell within the laser's range from which no
+    obstacle hides the middle (``sector_scan``); unknown cells do not hide it, since they will be seen first. Of equally
+    near cells, the first in row order is used.
+R4  A cluster is ignored if none of its cells can be seen from anywhere. A cluster behind a doorway, beside a beam that
+    went through it, has cells in front of and behind the wall, so that its mean may not be visible from anywhere.
+R5  Clusters of at least ``large`` cells come first, sorted by the distance to their goals; then the smaller ones,
+    sorted likewise. Of equal distances, the first middle in row order comes first.
 """
 
 from __future__ import annotations
@@ -38,20 +37,20 @@ def find_frontiers(
     scratch: Scratch,
     frontiers: Rows,
 ) -> int:
-    """Find the ways (``find_ways``, all of them), and the frontiers; return how many are written.
+    """Compute all distances (``find_ways``), and find the frontiers; return the number of frontiers written.
 
     Parameters
     ----------
     known
-        (rows, cols) the map: 0 unknown, 127 free, 255 obstacle.
+        (rows, cols), the map: 0 unknown, 127 free, 255 obstacle.
     x, y
-        Where the robot is, or believes to be, pixels.
+        The robot's true or believed position, pixels.
     given_up
-        Flat indices of cells that stayed unknown though they were looked at (R1).
+        Flat indices of cells that remained unknown after the robot looked at them (R1).
     scratch
-        Room for a scan all round within ``rules.range_px``; its ``ways`` are filled.
+        Working memory for a full scan within ``rules.range_px``; its ``ways`` are output.
     frontiers
-        (n,) ``FRONTIER``: filled with the first n of them (R5).
+        (n,) ``FRONTIER``, output: the first n frontiers (R5).
     """
     found = scratch.ways
     find_ways(known, x, y, rules.radius_px, whole(-1), found)
@@ -60,7 +59,7 @@ def find_frontiers(
     n, sees_through = whole(0), False
     for k in range(n_edges):
         if marks[edges[k]] == 0:
-            continue  # it is in a cluster
+            continue  # already in a cluster
         cells = _flood(known.shape, marks, edges[k], rules.reach, members)
         if cells < rules.least or len(frontiers) == 0:
             continue
@@ -72,7 +71,7 @@ def find_frontiers(
 
 @njit(cache=True, nogil=True)
 def list_edges(known: Grid, spare_px: float, given_up: Cells, found: KnownWays) -> int:
-    """List the frontiers' cells (R1) row by row in the queue's first row; return how many. ``found`` has its box."""
+    """List the frontiers' cells (R1) in row order in the queue's first row; return their number. Uses ``found.box``."""
     n = _find_edges(known, spare_px, given_up, found)
     for k in range(n):
         found.marks[found.queue[0, k]] = 0
@@ -81,7 +80,7 @@ def list_edges(known: Grid, spare_px: float, given_up: Cells, found: KnownWays) 
 
 @njit(cache=True, nogil=True)
 def _find_edges(known: Grid, spare_px: float, given_up: Cells, found: KnownWays) -> int:
-    """List the frontiers' cells (R1) row by row in the queue's first row, and mark them; return how many."""
+    """List the frontiers' cells (R1) in row order in the queue's first row, and mark them; return their number."""
     rows, cols = known.shape
     flat, edges, marks, box = known.ravel(), found.queue[0], found.marks, found.box
     first_col, wide = box[2], box[3] - box[2]
@@ -116,7 +115,7 @@ def _find_edges(known: Grid, spare_px: float, given_up: Cells, found: KnownWays)
 
 @njit(cache=True, nogil=True)
 def _is_wanted(row: int, col: int, cols: int, spare_px: float, given_up: Cells) -> bool:
-    """Whether no cell so near was given up."""
+    """Return whether no cell close to this one was given up."""
     for k in range(len(given_up)):
         down, right = given_up[k] // cols - row, given_up[k] % cols - col
         if down * down + right * right <= spare_px * spare_px:
@@ -126,7 +125,7 @@ def _is_wanted(row: int, col: int, cols: int, spare_px: float, given_up: Cells) 
 
 @njit(cache=True, nogil=True)
 def _flood(shape: tuple[int, int], marks: Grid, start: int, reach: int, members: Cells) -> int:
-    """List the marked cells that hang together with one (R2), and take their marks away; return how many."""
+    """List the marked cells that are connected with one (R2), and remove their marks; return their number."""
     rows, cols = shape
     top, bottom = max(start // cols - reach, 0), min(start // cols + reach + 1, rows)
     left, right = max(start % cols - reach, 0), min(start % cols + reach + 1, cols)
@@ -148,7 +147,7 @@ def _flood(shape: tuple[int, int], marks: Grid, start: int, reach: int, members:
 def _viewpoint(
     known: Grid, members: Cells, rules: FrontierRules, scratch: Scratch, sees_through: bool
 ) -> tuple[int, int, bool]:
-    """Return a cluster's middle and its goal (R3), -1 where there is none, and whether unknown cells are open now."""
+    """Return a cluster's middle and its goal (R3), -1 for none, and whether unknown cells now count as open."""
     cols, found, goal, middle = known.shape[1], scratch.ways, -1, -1
     rows_sum, cols_sum = 0, 0
     for k in range(len(members)):
@@ -165,13 +164,13 @@ def _viewpoint(
             goal = goal_in_sight(known, middle, rules.range_px, scratch)
         if goal >= 0:
             break
-        members[k], members[left - 1] = members[left - 1], members[k]  # it had its turn
+        members[k], members[left - 1] = members[left - 1], members[k]  # already tried
     return middle, goal, sees_through
 
 
 @njit(cache=True, nogil=True)
 def _nearest(members: Cells, left: int, rows_sum: int, cols_sum: int, cols: int) -> int:
-    """Return which of the first cells is nearest to the mean of all (R2), compared in whole numbers."""
+    """Return the index of the first cell closest to the mean of all (R2), computed with integers."""
     n, best, least = len(members), -1, 0
     for k in range(left):
         cell = int(members[k])
@@ -184,7 +183,7 @@ def _nearest(members: Cells, left: int, rows_sum: int, cols_sum: int, cols: int)
 
 @njit(cache=True, nogil=True)
 def _insert(frontiers: Rows, n: int, middle: int, goal: int, cells: int, way: int, large: int) -> int:
-    """Put a cluster in its place among n others (R5), the last of which is lost where there is no room; return n."""
+    """Insert a cluster in order among n others (R5), dropping the last one if there is no space; return the new n."""
     at = min(n, len(frontiers) - 1)
     is_large = cells >= large
     if n == len(frontiers):
@@ -204,7 +203,7 @@ def _insert(frontiers: Rows, n: int, middle: int, goal: int, cells: int, way: in
 
 @njit(cache=True, nogil=True)
 def _is_before(is_large: bool, way: int, middle: int, other_large: bool, other_way: int, other_middle: int) -> bool:
-    """Whether a cluster comes before another one (R5)."""
+    """Return whether a cluster comes before another one (R5)."""
     if is_large != other_large:
         return is_large
     return way < other_way or (way == other_way and middle < other_middle)

@@ -1,4 +1,4 @@
-"""How much that is unknown could be seen from a place, as far as the map shows what would be in the way."""
+"""The unknown area that could be seen from a place, given the obstacles on the map."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from houseexpo.pseudoslam.kernels.types import Floats, Grid
 
 @njit(cache=True, nogil=True)
 def unknown_in_sight(known: Grid, x: float, y: float, range_px: float, fan_cos: Floats, fan_sin: Floats) -> float:
-    """Return the unknown area, cells, that beams all round a place pass before they meet an obstacle of the map.
+    """Return the unknown area, in cells, that beams in all directions cross before they hit an obstacle of the map.
 
-    Each beam stands for its share of the circle and is looked at in the middle of each pixel of its way.
+    Each beam represents its share of the circle, and is sampled at the middle of each pixel of its length.
 
     Parameters
     ----------
     known
-        (rows, cols) the map; beams end off it.
+        (rows, cols), the map, at whose border beams end.
     fan_cos, fan_sin
-        (n,) directions of beams, equally far apart, right and up.
+        (n,), directions of evenly spaced beams, right and up.
     """
     rows, cols = known.shape
     area, share = 0.0, 2.0 * math.pi / len(fan_cos)

@@ -1,14 +1,14 @@
-"""A graph of the places where the robot may stand by its map, with what there is to see from each (as ARiADNE has it).
+"""A graph of the places where the robot can stand by its map, with the frontiers visible from each (as in ARiADNE).
 
-R1  The map is cut into blocks of cells. A block's node is the standing cell with a way to it that is nearest to the
-    block's middle; of several the first, row by row.
-R2  Nodes are ordered by the ways to them, so that the first is the robot's own; of ways equally long, the first block
-    comes first. Where there are more than there is room for, the last are left out.
-R3  A node's neighbours are nodes at most two blocks off to which a straight line leads over standing cells; the nearest
-    come first, of those equally far the first node. No more than there is room for.
-R4  A node's utility is the length of the frontiers in sight: cells of frontiers within the laser's range to which a
-    line over free cells leads. Of many cells only every n-th is looked at, and counts n times.
-R5  A node is visited where some action ended, or the episode began, in its block.
+R1  The map is divided into blocks of cells. A block's node is the standing cell with a path to it that is closest to
+    the block's centre; of several, the first in row order.
+R2  Nodes are sorted by their distance, so that the first is the robot's own; of equal distances, the first block comes
+    first. If there are too many nodes, the last ones are left out.
+R3  A node's neighbours are nodes at most two blocks away to which a straight line over standing cells leads. They are
+    sorted by distance, and of equal distances the first node comes first. Their number is limited.
+R4  A node's utility is the length of visible frontiers: cells of frontiers within the laser's range to which a line
+    over free cells leads. If there are many cells, only every n-th is checked, and counts n times.
+R5  A node is visited if an action ended, or the episode began, in its block.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from houseexpo.pseudoslam.kernels.planning.travel import line_stands
 from houseexpo.pseudoslam.kernels.planning.viewpoints import is_clear
 from houseexpo.pseudoslam.kernels.types import NO_WAY, Cells, Grid, KnownWays
 
-_LOOKS = 48  # cells of frontiers that each node looks for, about
+_LOOKS = 48  # approximate number of frontier cells that each node checks
 _BLOCKS_OFF = 2
 
 
 @njit(cache=True, nogil=True)
 def draw_graph(known: Grid, graph: Graph, rules: GraphRules, given_up: Cells, found: KnownWays) -> None:
-    """Fill a graph by a map whose ways have been found, all of them.
+    """Compute the graph of a map for which all distances have been computed.
 
     Parameters
     ----------
     known
-        (rows, cols) the map.
+        (rows, cols), the map.
     given_up
-        Cells that are no frontiers any more.
+        Cells that no longer count as frontiers.
     found
-        The ways (``find_ways``).
+        The distances (``find_ways``).
     """
     n = _find_nodes(known, graph, rules, found)
     _link(known.shape[1], graph, rules, n, found)
@@ -48,7 +48,7 @@ def draw_graph(known: Grid, graph: Graph, rules: GraphRules, given_up: Cells, fo
 
 @njit(cache=True, nogil=True)
 def _find_nodes(known: Grid, graph: Graph, rules: GraphRules, found: KnownWays) -> int:
-    """Write the nodes (R1, R2); return how many."""
+    """Write the nodes (R1, R2); return their number."""
     cols = known.shape[1]
     side, box, ways = rules.block_px, found.box, found.ways
     first_row, first_col = box[0] // side, box[2] // side
@@ -90,7 +90,7 @@ def _find_nodes(known: Grid, graph: Graph, rules: GraphRules, found: KnownWays) 
 
 @njit(cache=True, nogil=True)
 def _link(cols: int, graph: Graph, rules: GraphRules, n: int, found: KnownWays) -> None:
-    """Write each node's neighbours (R3); -1 where there are no more."""
+    """Write each node's neighbours (R3), -1 after the last one."""
     side, room = rules.block_px, graph.edges.shape[1]
     near = np.empty(room, np.int64)
     graph.edges[:] = -1
@@ -136,7 +136,7 @@ def _value(known: Grid, graph: Graph, rules: GraphRules, n: int, given_up: Cells
 
 @njit(cache=True, nogil=True)
 def note_visit(graph: Graph, x: float, y: float, cols: int, rules: GraphRules) -> None:
-    """Note that the robot has been in the block of a place (R5)."""
+    """Record that the robot has been in the block of a place (R5)."""
     side = rules.block_px
     block = math.floor(y) // side * ((cols + side - 1) // side) + math.floor(x) // side
     for k in range(min(graph.state[0].visits, len(graph.visited))):

@@ -1,13 +1,14 @@
-"""Where the robot may stand in what its map shows, and how far it is to each such place.
+"""The cells where the robot can stand according to its map, and the distances to them.
 
-R1  A cell is open where the map shows it free. Unknown cells, obstacles and all cells on the rim of the grid are not.
-R2  Cells that the robot covers are open whatever the map shows of them: it stands there.
-R3  The robot may stand in the middle of a cell where its disc meets no cell that is not open.
-R4  It goes from one standing cell to the next of eight; across a corner only where it may stand in both cells beside.
-R5  Ways are whole numbers: 70 straight on and 99 across, so that they are exact, and the square root of 2 is met by
-    0.005%. A way begins where the robot is: with the straight line to the middle of its cell, or of one beside it (R4).
+R1  A cell is open if the map shows it free. Unknown cells, obstacles and all cells on the border of the grid are not.
+R2  Cells that the robot covers are open whatever the map shows, since the robot is there.
+R3  The robot can stand at the centre of a cell if its disc touches only open cells.
+R4  It goes from a standing cell to one of its eight neighbours, diagonally only if it can stand in both cells beside.
+R5  Distances are whole numbers, 70 for a straight step and 99 for a diagonal one, so that they are exact and the square
+    root of 2 has an error of 0.005%. A path starts at the robot, with the straight line to the centre of its cell, or
+    of one beside it (R4).
 
-Only the rows and columns are looked at in which something is known.
+Only rows and columns with known cells are processed.
 """
 
 from __future__ import annotations
@@ -33,17 +34,17 @@ from houseexpo.pseudoslam.kernels.types import NO_STAND, NO_WAY, Cells, Grid, Kn
 
 @njit(cache=True, nogil=True)
 def find_ways(known: Grid, x: float, y: float, radius_px: float, until: int, found: KnownWays) -> None:
-    """Find where the robot may stand by its map, and the ways there from where it is.
+    """Find the cells where the robot can stand by its map, and the distances to them.
 
     Parameters
     ----------
     known
-        (rows, cols) the map: 0 unknown, 127 free, 255 obstacle.
+        (rows, cols), the map: 0 unknown, 127 free, 255 obstacle.
     x, y
-        Where the robot is, or believes to be, pixels.
+        The robot's true or believed position, pixels.
     until
-        Flat index of a cell: ways are found until its own is known; longer ones may be too long then, or ``NO_WAY``.
-        -1: all are found.
+        Flat index of a cell: the search ends when its distance is known; larger distances may then be too large, or
+        ``NO_WAY``. With -1, all are computed.
     """
     _clear(found)
     find_box(known, x, y, radius_px, found.box)
@@ -54,9 +55,9 @@ def find_ways(known: Grid, x: float, y: float, radius_px: float, until: int, fou
 
 @njit(cache=True, nogil=True)
 def trace(found: KnownWays, goal: int, path: Cells) -> int:
-    """Write the flat indices of the cells on the shortest way to a cell, from the robot on; return how many.
+    """Write the flat indices of the cells on the shortest path from the robot to a cell; return their number.
 
-    Of ways equally long it is always the same one. 0 where there is no way, or ``path`` is too short.
+    Of equally short paths, always the same one is used. The result is 0 if there is no path or ``path`` is too short.
     """
     ways, cols = found.ways, found.box[COLS]
     if goal < 0 or goal >= len(ways) or ways[goal] < 0 or ways[goal] == NO_WAY:
@@ -87,7 +88,7 @@ def trace(found: KnownWays, goal: int, path: Cells) -> int:
 
 @njit(cache=True, nogil=True)
 def _clear(found: KnownWays) -> None:
-    """Forget the last ways."""
+    """Clear the last distances."""
     box, ways = found.box, found.ways
     for row in range(box[TOP], box[BOTTOM]):
         for cell in range(np.uint64(row * box[COLS] + box[LEFT]), np.uint64(row * box[COLS] + box[RIGHT])):
@@ -96,10 +97,10 @@ def _clear(found: KnownWays) -> None:
 
 @njit(cache=True, nogil=True)
 def _start(rows: int, x: float, y: float, radius_px: float, found: KnownWays, starts: Cells) -> int:
-    """Write the standing cells that a way begins with (R5), and their ways; return how many.
+    """Write the standing cells at which paths start (R5), and their distances; return their number.
 
-    They are the robot's own and those of its eight neighbours where it may stand, those across a corner by R4; where
-    there is none, the nearest within its radius and two cells.
+    They are the robot's own cell and its eight neighbours, as far as it can stand there, diagonal ones by R4; if there
+    are none, the nearest cell within its radius plus two cells.
     """
     ways, cols = found.ways, found.box[COLS]
     col, row = math.floor(x), math.floor(y)
@@ -113,7 +114,7 @@ def _start(rows: int, x: float, y: float, radius_px: float, found: KnownWays, st
                 if is_near and r != row and c != col:
                     is_near = ways[r * cols + col] != NO_STAND and ways[row * cols + c] != NO_STAND
                 if is_near and best >= 0.0:
-                    n, best = 0, -1.0  # none further off counts
+                    n, best = 0, -1.0  # farther ones do not count
                 if is_near or off < best:
                     starts[n if is_near else 0] = cell
                     n = n + 1 if is_near else 1
@@ -126,10 +127,10 @@ def _start(rows: int, x: float, y: float, radius_px: float, found: KnownWays, st
 
 @njit(cache=True, nogil=True)
 def _find_lengths(rows: int, x: float, y: float, radius_px: float, until: int, found: KnownWays) -> None:
-    """Write the lengths of the ways (Dijkstra, with buckets of 70: no way within one is a part of another in it).
+    """Compute the distances by Dijkstra's algorithm with buckets of 70, in which no path is a part of another one.
 
-    A cell's neighbours are in the two buckets after its own, so three are enough, in turns. A cell is at most once in
-    a bucket; where a shorter way was found meanwhile, it has had its turn in an earlier one.
+    A cell's neighbours are in the two buckets after its own, so that three buckets are enough, used in turn. A cell is
+    at most once in a bucket; if a shorter path was found meanwhile, it was already processed in an earlier one.
     """
     ways, queue, cols = found.ways, found.queue, found.box[COLS]
     starts = np.empty(9, np.int32)

@@ -1,9 +1,10 @@
-"""What the robot's own map says of each frontier that it might go to, in numbers.
+"""Numerical features of frontiers, computed from the robot's own map.
 
-R1  Only what the map shows counts, and how it ends: what lies off the grid is not unknown. (The grid of a simulated
-    house is its bounding box, so a little is known of the house's size.)
-R2  Lengths are divided by 10 m, areas by their logarithms, shares are shares: all numbers are of the order of one.
-R3  Other frontiers are compared as the crow flies; the way to each is the robot's own.
+R1  Only the map and its borders are used; cells outside the grid do not count as unknown. (The grid of a simulated
+    house is its bounding box, so that it reveals a little about the house's size.)
+R2  Lengths are divided by 10 m, areas are logarithmic, shares are unchanged, so that all numbers are of the order of
+    one.
+R3  Distances between frontiers are straight lines; the distance to each is that of the robot's path.
 """
 
 from __future__ import annotations
@@ -27,9 +28,9 @@ OUTLOOKS = (
     "nearer to the others", "nearer to their length", "tour beyond the shortest", "to the rim", "large ones",
     "log free area", "unknown share", "steps",
 )  # fmt: skip
-"""What the numbers are, in order. The last four are the same for all frontiers of a map."""
+"""The names of the features, in order. The last four are equal for all frontiers of a map."""
 LOOKED_AT = 16
-"""Frontiers that are scored: those that ``find_frontiers`` puts first."""
+"""The number of frontiers that are scored: those that ``find_frontiers`` ranks first."""
 _FAR_M = 10.0
 _BOX_M = 5.0
 _RINGS_M = (1.0, 2.5)
@@ -37,7 +38,7 @@ _BESIDE_M = 3.0
 
 
 class OutlookRules(NamedTuple):
-    """How the numbers are found; the same for all maps."""
+    """The parameters of features, the same for all maps."""
 
     metre: float
     """Pixels."""
@@ -46,9 +47,9 @@ class OutlookRules(NamedTuple):
     large: int
     """As ``FrontierRules``'s."""
     apart: int
-    """Rows and columns between two cells that are looked at in a box."""
+    """Rows and columns between two samples in a box."""
     fan_cos: Floats
-    """(n,) directions in which is looked from a place, as ``unknown_in_sight`` takes them."""
+    """(n,), directions of beams from a place, for ``unknown_in_sight``."""
     fan_sin: Floats
 
 
@@ -57,20 +58,20 @@ def describe(
     known: Grid, x: float, y: float, heading: float, steps: int, frontiers: Rows, n: int, rules: OutlookRules,
     found: KnownWays, outlooks: Floats,
 ) -> int:  # fmt: skip
-    """Describe the first of n frontiers; return how many, ``LOOKED_AT`` at most.
+    """Compute the features of the first of n frontiers; return their number, at most ``LOOKED_AT``.
 
     Parameters
     ----------
     known
-        (rows, cols) the map.
+        (rows, cols), the map.
     x, y, heading, steps
-        Where the robot believes to be, pixels and radians, and its steps so far.
+        The robot's believed pose, pixels and radians, and its number of steps so far.
     frontiers
-        (n,) ``FRONTIER``, as ``find_frontiers`` writes them.
+        (n,) ``FRONTIER``, from ``find_frontiers``.
     found
-        The ways that it found.
+        The distances that it computed.
     outlooks
-        (LOOKED_AT, len(OUTLOOKS)) filled.
+        (LOOKED_AT, len(OUTLOOKS)), output.
     """
     n = min(n, LOOKED_AT)
     cols, far_px = known.shape[1], _FAR_M * rules.metre
@@ -105,7 +106,7 @@ def describe(
 
 @njit(cache=True, nogil=True)
 def _seen_m2(known: Grid, cell: int, range_px: float, rules: OutlookRules) -> float:
-    """Return the unknown area in sight of a cell, m2."""
+    """Return the unknown area that is visible from a cell, m2."""
     row, col = cell // known.shape[1], cell % known.shape[1]
     area = unknown_in_sight(known, col + 0.5, row + 0.5, range_px, rules.fan_cos, rules.fan_sin)
     return area / rules.metre**2
@@ -113,7 +114,7 @@ def _seen_m2(known: Grid, cell: int, range_px: float, rules: OutlookRules) -> fl
 
 @njit(cache=True, nogil=True)
 def _turn(goal: int, x: float, y: float, heading: float, cols: int, metre: float, found: KnownWays) -> float:
-    """Return how far the robot turns for the first metre of its way, as a share of half a turn."""
+    """Return the turn for the first metre of the path, as a share of half a turn."""
     path = found.queue[0]
     length = trace(found, goal, path)
     if length < 2:
@@ -125,7 +126,7 @@ def _turn(goal: int, x: float, y: float, heading: float, cols: int, metre: float
 
 @njit(cache=True, nogil=True)
 def _look_around(known: Grid, middle: int, rules: OutlookRules, out: Floats) -> None:
-    """Count what is unknown, free and in the way in boxes round a frontier's middle; what lies off the grid is none."""
+    """Count unknown, free and occupied cells in boxes around a frontier's middle, without those off the grid."""
     rows, cols = known.shape
     row, col = middle // cols, middle % cols
     side = int(_BOX_M * rules.metre) // rules.apart
@@ -155,7 +156,7 @@ def _look_around(known: Grid, middle: int, rules: OutlookRules, out: Floats) -> 
 
 @njit(cache=True, nogil=True)
 def _compare(frontiers: Rows, n: int, i: int, x: float, y: float, cols: int, metre: float, out: Floats) -> None:
-    """Say how a frontier lies to the others (R3): what is near it, and what tour begins with it, nearest first."""
+    """Compare a frontier with the others (R3): those close to it, and the length of a tour that starts with it."""
     here_x, here_y = frontiers[i].middle % cols + 0.5, frontiers[i].middle // cols + 0.5
     beside, by_robot, nearer, weighted, weights = 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(n):
@@ -191,7 +192,7 @@ def _compare(frontiers: Rows, n: int, i: int, x: float, y: float, cols: int, met
 
 @njit(cache=True, nogil=True)
 def _sum_up(known: Grid, frontiers: Rows, n: int, steps: int, rules: OutlookRules, outlooks: Floats) -> None:
-    """Write what is the same for all: how many large ones, what is free and unknown of the whole map, the steps."""
+    """Write the features that are equal for all: large frontiers, free and unknown area of the map, steps."""
     rows, cols = known.shape
     free, unknown, looked, large = 0, 0, 0, 0
     for row in range(0, rows, rules.apart):

@@ -1,4 +1,4 @@
-"""What an environment plans: the frontiers that it may choose from, where an action leads, and what came of it."""
+"""The plans of an environment: the frontiers to choose from, and the path and the outcome of an action."""
 
 from __future__ import annotations
 
@@ -11,77 +11,78 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.types import Cells, Offsets, Rows, row_type
 
 FRONTIER = row_type(middle=int, goal=int, cells=int, way=int)
-"""A cluster: flat indices of its middle and its goal, how many cells it has, the way to the goal (``KnownWays``)."""
+"""A cluster: flat indices of its middle and its goal, its number of cells, the distance to the goal (``KnownWays``)."""
 PLAN = row_type(
     outcome=int, target=int, path=int, at=int, steps=int, lost=int, gone_px=float, moved_px=float,
     cols=int, enough=int, time=int, goal_x=float, goal_y=float, goal_px=float,
 )  # fmt: skip
-"""Of the last action: how it ended (``OUTCOMES``), the cell that it was to see, -1: none, the cells of its way, the one
-it was at, its steps; how many cells were given up so far; how far it went, and how far a waypoint was moved.
+"""Of the last action: its outcome (``OUTCOMES``), the cell to see (-1 for none), the number of cells of its path, the
+current one, its number of steps; the number of cells given up so far; the distance travelled, and the distance by which
+a waypoint was moved.
 
-Of the episode: the columns of its grid; how many covered cells fulfil the task, and how many steps it has; the goal and
-how near to it is there, pixels: not a number where there is none."""
+Of the episode: the columns of its grid; the number of known cells that fulfils the task, and the number of steps; the
+goal and its radius in pixels, NaN for none."""
 GOING, ARRIVED, SEEN, BLOCKED, LIMIT, DONE, NOTHING = range(7)
 OUTCOMES = "going", "arrived", "seen", "blocked", "limit", "done", "nothing"
-"""How a travel stands: it goes on; it is at its end; what it came to see is seen; something is in the way; it has taken
-as many steps as one may; the task is fulfilled; there was nowhere to go."""
+"""The states of a travel: it continues; it has arrived; its target was seen; it is blocked; it has reached the limit of
+steps; the task is fulfilled; there was nowhere to go."""
 STRAIGHT, ACROSS = 70, 99
-"""Ways from a cell to its neighbours: 70 are one cell's side."""
+"""Distances from a cell to its neighbours; 70 is the side of a cell."""
 GIVEN_UP = 64
-"""Cells that were given up last are remembered."""
+"""The number of cells given up that are remembered, the latest ones."""
 NO_CHOICE = -1
-"""In ``FRONTIER.goal``: there is no such frontier."""
+"""The value of ``FRONTIER.goal`` for a frontier that does not exist."""
 
 
 NODE = row_type(cell=int, way=int, utility=int, visited=int)
-"""A place of the graph: its flat index, -1 where there is none; the way there; the frontiers' cells in sight; 1 where
-the robot has been."""
+"""A node of the graph: its flat index, -1 for none; its distance; the number of visible frontier cells; 1 if the robot
+has been there."""
 GRAPH = row_type(nodes=int, visits=int)
-"""How many nodes there are, and how many blocks the robot has been in."""
+"""The numbers of nodes and of visited blocks."""
 VISITED = 1024
-"""Blocks that the robot has been in last are remembered."""
+"""The number of visited blocks that are remembered, the latest ones."""
 BY_FRONTIER, BY_WAYPOINT, BY_NEIGHBOUR = range(3)
-"""What an action names: a frontier, a point, or a neighbour of the graph's first node."""
+"""The kinds of actions: a frontier, a point, or a neighbour of the graph's first node."""
 
 
 class FrontierRules(NamedTuple):
-    """What frontiers are found by; the same for all maps."""
+    """The parameters for finding frontiers, the same for all maps."""
 
     radius_px: float
     """The robot's."""
     range_px: float
     """The laser's."""
     large: int
-    """Cells of a cluster that comes first (R5)."""
+    """Number of cells of a large cluster, which comes first (R5)."""
     least: int
     """Smaller clusters are left out."""
     spare_px: float
-    """How far round a cell that was given up others are left out."""
+    """Distance within which cells around one that was given up are ignored."""
     reach: int
-    """How many rows and columns a cluster reaches from its first cell (R2)."""
+    """Largest number of rows and columns of a cluster from its first cell (R2)."""
     near: Offsets
-    """(n, 2) rows down and columns to the right, nearest first: where a goal is looked for (R3)."""
+    """(n, 2), offsets in rows down and columns to the right, nearest first, at which to look for a goal (R3)."""
 
 
 class TravelRules(NamedTuple):
-    """The robot and its steps."""
+    """The parameters of the robot and its steps in a travel."""
 
     radius_px: float
     step_px: float
     turn_rad: float
     settled_px: int
-    """How near to a frontier's middle no other may be left, in rows and in columns."""
+    """Distance in rows and columns around a frontier's middle within which no other frontier cell may be left."""
     aim_cells: int
-    """Cells of the way ahead among which it looks for its aim."""
+    """Number of cells ahead on the path among which the robot chooses its aim."""
     most_steps: int
-    """Of one travel."""
+    """Largest number of steps of one travel."""
 
 
 class GraphRules(NamedTuple):
-    """How a graph is drawn."""
+    """The parameters of a graph."""
 
     block_px: int
-    """Cells along the side of a node's block."""
+    """Number of cells per side of a node's block."""
     range_px: float
     """The laser's."""
     spare_px: float
@@ -89,35 +90,35 @@ class GraphRules(NamedTuple):
 
 
 class PlanRules(NamedTuple):
-    """What is the same for all environments."""
+    """The parameters of planning, the same for all environments."""
 
     kind: int
-    """What actions name."""
+    """The kind of actions."""
     frontiers: FrontierRules
     travel: TravelRules
     graph: GraphRules
 
 
 class Plans(NamedTuple):
-    """The plans of one environment. In a pool the arrays have one axis more in front."""
+    """The plans of one environment. In a pool, arrays have an additional first axis."""
 
     frontiers: Rows
-    """(K,) ``FRONTIER``, to choose from: ranked; with a goal, the last is the goal. (0,) for other actions."""
+    """(K,) ``FRONTIER`` to choose from, ranked; with a goal, the last is the goal. (0,) for other actions."""
     given_up: Cells
-    """(GIVEN_UP,) the cells that stayed unknown though they were looked at, in turns."""
+    """(GIVEN_UP,), the cells that remained unknown after the robot looked at them, as a ring buffer."""
     state: Rows
-    """(1,) ``PLAN``; (0,) where actions are single steps."""
+    """(1,) ``PLAN``; (0,) if actions are single steps."""
 
 
 class Graph(NamedTuple):
-    """The graph of one environment, at most M nodes with k neighbours. In a pool arrays have one axis more in front."""
+    """The graph of one environment with M nodes of k neighbours. In a pool, arrays have an additional first axis."""
 
     nodes: Rows
-    """(M,) ``NODE``; the first is the robot's. (0,) where nobody asks."""
+    """(M,) ``NODE``, the first of which is the robot's; (0,) if it is not observed."""
     edges: npt.NDArray[np.int32]
-    """(M, k) each node's neighbours, nearest first; -1 where there are no more."""
+    """(M, k), each node's neighbours, nearest first, then -1."""
     visited: Cells
-    """(VISITED,) the blocks that the robot has been in, in turns."""
+    """(VISITED,), the visited blocks, as a ring buffer."""
     state: Rows
     """(1,) ``GRAPH``."""
 
@@ -147,7 +148,7 @@ def no_plans() -> Plans:
 
 
 def no_rules() -> PlanRules:
-    """Return rules for environments that plan nothing."""
+    """Return parameters for environments without planning."""
     return PlanRules(
         BY_WAYPOINT,
         FrontierRules(0.0, 0.0, 1, 1, 0.0, 1, np.zeros((0, 2), np.int16)),

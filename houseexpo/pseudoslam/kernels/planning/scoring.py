@@ -1,4 +1,4 @@
-"""The score of a frontier: a weighted sum of the numbers that describe it (``outlook``)."""
+"""The score of a frontier: a weighted sum of its features (``outlook``)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from houseexpo.pseudoslam.kernels.types import Floats
 
 @njit(cache=True, nogil=True)
 def best_of(outlooks: Floats, n: int, weights: Floats, scores: Floats) -> int:
-    """Score the first n, into ``scores``; return the number of the highest, of equal ones the first."""
+    """Write the scores of the first n frontiers; return the index of the highest, of equal ones the first."""
     best = 0
     for i in range(n):
         score = 0.0

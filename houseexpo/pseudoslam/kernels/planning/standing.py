@@ -1,4 +1,4 @@
-"""Where the robot may stand by its map: the rules R1 to R3 of ``known_ways``."""
+"""The cells where the robot can stand according to its map: rules R1 to R3 of ``known_ways``."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TOP, BOTTOM, LEFT, RIGHT, COLS = range(5)
 
 @njit(cache=True, nogil=True)
 def find_box(known: Grid, x: float, y: float, radius_px: float, box: Counts) -> None:
-    """Write the rows and columns in which something is known or the robot stands, and one more on each side."""
+    """Write the rows and columns with known cells or the robot, plus one more on each side."""
     rows, cols = known.shape
     flat = known.ravel()
     by_col = np.zeros(cols, np.uint8)
@@ -44,7 +44,7 @@ def find_box(known: Grid, x: float, y: float, radius_px: float, box: Counts) -> 
 
 @njit(cache=True, nogil=True)
 def close_cells(known: Grid, x: float, y: float, radius_px: float, found: KnownWays) -> None:
-    """Say which cells are not open (R1, R2); those on the box's rim are not, for they are unknown or on the grid's."""
+    """Mark the cells that are not open (R1, R2), including the box's rim, which is unknown or the grid's border."""
     rows, cols = known.shape
     flat, closed, box = known.ravel(), found.closed, found.box
     for row in range(box[TOP], box[BOTTOM]):
@@ -63,22 +63,22 @@ def close_cells(known: Grid, x: float, y: float, radius_px: float, found: KnownW
 
 @njit(cache=True, nogil=True)
 def find_standing_cells(radius_px: float, found: KnownWays) -> None:
-    """Set ``ways`` to ``NO_WAY`` in standing cells (R3): column by column how far closed cells are, then along rows.
+    """Set ``ways`` to ``NO_WAY`` in standing cells (R3), from distances to closed cells in columns and then along rows.
 
-    Columns and rows are taken many cells at a time: each inner loop runs over cells side by side in memory.
+    Each inner loop runs over cells that are adjacent in memory, so that many cells are processed at a time.
     """
     closed, ways, box = found.closed, found.ways, found.box
     cols, left, wide = box[COLS], box[LEFT], box[RIGHT] - box[LEFT]
     high = box[BOTTOM] - box[TOP]
     reach = math.ceil(radius_px + 0.5)
     far = np.int16(reach + 2)
-    within = np.empty(reach + 1, np.int64)  # rows up or down within which a closed cell so many columns off is met
+    within = np.empty(reach + 1, np.int64)  # rows within which a closed cell so many columns away is touched
     for across in range(reach + 1):
         within[across] = -1
         for down in range(reach + 1):
             if math.hypot(max(across - 0.5, 0.0), max(down - 0.5, 0.0)) < radius_px - _EPS:
                 within[across] = down
-    above = np.zeros((high + 2, wide), np.int16)  # rows to the next closed cell; the first and last stand for outside
+    above = np.zeros((high + 2, wide), np.int16)  # rows to the next closed cell; the first and last are outside
     for i in range(high):
         line = (box[TOP] + i) * cols + left
         for j in range(np.uint64(wide)):

@@ -1,4 +1,4 @@
-"""In which order to visit places, by a short way: nearest first, then 2-opt until nothing improves."""
+"""Short tours of places: nearest neighbours, then 2-opt until nothing improves."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from houseexpo.pseudoslam.kernels.types import Counts, Floats
 
 @njit(cache=True, nogil=True)
 def short_tour(lengths: Floats) -> Counts:
-    """Return (n,) the places in the order of a short way through all of them, from the first on; it ends anywhere.
+    """Return the places in the order of a short path through all of them (n,), from the first to any last one.
 
-    No part of the way turned round would shorten it. Of equal steps the one to the lower number is taken.
+    Reversing any part of the path would not shorten it. Of equal steps, the one to the lower number is taken.
 
     Parameters
     ----------
     lengths
-        (n, n) ways between places, symmetric and finite.
+        (n, n), distances between places, symmetric and finite.
     """
     n = len(lengths)
     order = np.arange(n)

@@ -1,11 +1,12 @@
-"""Going along a way on the robot's own map, step by step, as its limits of turn and step allow.
+"""Follow a path on the robot's own map, step by step, within its limits of turn and step.
 
-R1  The robot aims at the furthest cell of its way, within reach, to which a straight line leads over standing cells
-    only; where its disc cannot go that way by the map, at the next cells of the way instead.
-R2  A step turns towards the aim, as far as a step may; it goes forward only where that is the whole turn, and no
-    further than to the aim.
-R3  It goes no further than its disc meets a cell that the map does not show free now, but for those it covers already.
-R4  At the end of its way it turns towards what it came to see, if anything.
+R1  The robot aims at the farthest cell of its path, within reach, to which a straight line over standing cells leads.
+    If by the map its disc cannot go there, it aims at the next cells of the path instead.
+R2  A step turns towards the aim, as far as the limit allows. It goes forward only if that completes the turn, and not
+    beyond the aim.
+R3  The robot stops before its disc touches a cell that the map does not currently show as free, except for cells that
+    it already covers.
+R4  At the end of its path, it turns towards its target, if there is one.
 """
 
 from __future__ import annotations
@@ -21,28 +22,28 @@ from houseexpo.pseudoslam.kernels.motion.heading import wrapped
 from houseexpo.pseudoslam.kernels.planning.plan import ARRIVED, BLOCKED, GOING, TravelRules
 from houseexpo.pseudoslam.kernels.types import NO_WAY, Cells, Grid, KnownWays
 
-_THERE_PX = 0.5  # from the end of a way
+_THERE_PX = 0.5  # from the end of a path
 _ALIGNED = 1e-9  # radians
-_MIN_PX = 0.5  # a way forward that is worth a step
-_NEAR_PX = 1.5  # from the robot, which need not stand in the middle of a cell
+_MIN_PX = 0.5  # smallest distance for a step
+_NEAR_PX = 1.5  # from the robot, which need not be at the centre of a cell
 
 
 @njit(cache=True, nogil=True)
 def next_motion(
     known: Grid, x: float, y: float, heading: float, found: KnownWays, n: int, at: int, target: int, rules: TravelRules
 ) -> tuple[float, float, int, int]:
-    """Return the next step's turn and way forward, radians and pixels, how far along it is, and how it stands.
+    """Return the next step's turn and distance, radians and pixels, its place on the path, and the travel's state.
 
     Parameters
     ----------
     x, y, heading
-        Where the robot believes to be.
+        The robot's believed pose.
     found
-        The ways; the first row of its queue holds this way's ``n`` cells.
+        The distances; the first row of its queue contains the ``n`` cells of this path.
     at
-        The cell of the way that it was at last.
+        The cell of the path at which the robot was last.
     target
-        The cell that it wants to see, -1: none.
+        The cell to see, -1 for none.
     """
     path, cols = found.queue[0], found.box[4]
     at = _progress(path, n, at, x, y, cols, rules.aim_cells)
@@ -74,7 +75,7 @@ def next_motion(
 
 @njit(cache=True, nogil=True)
 def way_by_map(known: Grid, x: float, y: float, right: float, down: float, distance: float, radius: float) -> float:
-    """Return how far of ``distance`` a disc goes in a direction, a unit vector, as the map has it (R3); pixels."""
+    """Return how far, up to ``distance``, a disc can go in a direction (a unit vector) by the map (R3), pixels."""
     rows, cols = known.shape
     end_x, end_y = x + distance * right, y + distance * down
     top, bottom = max(math.floor(min(y, end_y) - radius), 0), min(math.floor(max(y, end_y) + radius) + 1, rows)
@@ -89,7 +90,7 @@ def way_by_map(known: Grid, x: float, y: float, right: float, down: float, dista
 
 @njit(cache=True, nogil=True)
 def is_settled(known: Grid, cell: int, reach: int) -> bool:
-    """Whether a cell is known, and no unknown cell beside a free one is left within reach of it."""
+    """Return whether a cell is known, and no unknown cell beside a free one is left within reach of it."""
     rows, cols = known.shape
     row, col = cell // cols, cell % cols
     if known[row, col] == UNKNOWN:
@@ -108,7 +109,7 @@ def is_settled(known: Grid, cell: int, reach: int) -> bool:
 
 @njit(cache=True, nogil=True)
 def nearest_place(found: KnownWays, x: float, y: float) -> int:
-    """Return the standing cell with a way whose middle is nearest to a point, of several the first; -1: none."""
+    """Return the standing cell with a path whose centre is closest to a point, of several the first; -1 for none."""
     box, ways = found.box, found.ways
     best, least = -1, math.inf
     for row in range(box[0], box[1]):
@@ -126,7 +127,7 @@ def nearest_place(found: KnownWays, x: float, y: float) -> int:
 
 @njit(cache=True, nogil=True)
 def _progress(path: Cells, n: int, at: int, x: float, y: float, cols: int, reach: int) -> int:
-    """Return the cell of the way, not before ``at``, that the robot is nearest to."""
+    """Return the cell of the path, not before ``at``, that is closest to the robot."""
     best, least = at, math.inf
     for k in range(at, min(at + reach, n)):
         off = (path[k] % cols + 0.5 - x) ** 2 + (path[k] // cols + 0.5 - y) ** 2
@@ -137,7 +138,7 @@ def _progress(path: Cells, n: int, at: int, x: float, y: float, cols: int, reach
 
 @njit(cache=True, nogil=True)
 def _aim(path: Cells, n: int, at: int, x: float, y: float, found: KnownWays, cols: int, reach: int) -> int:
-    """Return the furthest cell of the way up to which straight lines lead over standing cells."""
+    """Return the farthest cell of the path up to which straight lines over standing cells lead."""
     furthest = min(at + 1, n - 1)
     for k in range(furthest + 1, min(at + reach, n - 1) + 1):
         if not line_stands(found, x, y, path[k] % cols + 0.5, path[k] // cols + 0.5, cols):
@@ -148,7 +149,7 @@ def _aim(path: Cells, n: int, at: int, x: float, y: float, found: KnownWays, col
 
 @njit(cache=True, nogil=True)
 def line_stands(found: KnownWays, x: float, y: float, to_x: float, to_y: float, cols: int) -> bool:
-    """Whether a line lies in standing cells, looked at twice a cell, but for where it begins."""
+    """Return whether a line lies in standing cells, sampled twice per cell, except for its start."""
     right, down = to_x - x, to_y - y
     length = math.hypot(right, down)
     samples = math.ceil(2.0 * length)
@@ -163,7 +164,7 @@ def line_stands(found: KnownWays, x: float, y: float, to_x: float, to_y: float, 
 
 @njit(cache=True, nogil=True)
 def _direction(x: float, y: float, to_x: float, to_y: float, heading: float) -> float:
-    """Return the heading from one place to another; the robot's own where they are one."""
+    """Return the heading from one place to another, or the robot's own if they are the same."""
     if to_x == x and to_y == y:
         return heading
     return math.atan2(y - to_y, to_x - x)

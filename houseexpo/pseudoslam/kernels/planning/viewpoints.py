@@ -1,4 +1,4 @@
-"""Where to stand to see a cell of the map: the rule R3 of ``frontiers``."""
+"""Places from which a cell of the map can be seen: rule R3 of ``frontiers``."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from houseexpo.pseudoslam.kernels.mapping.merge import FREE, UNKNOWN
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.kernels.types import NO_WAY, Grid, KnownWays, Offsets, Scratch
 
-_LINES = 32  # standing cells whose lines to a middle are followed, at most
+_LINES = 32  # largest number of standing cells whose lines to a middle are checked
 
 
 @njit(cache=True, nogil=True)
 def goal_near(known: Grid, middle: int, near: Offsets, found: KnownWays) -> int:
-    """Return the nearest standing cell with a way and a clear line to a cell (R3); -1: none of the first few has."""
+    """Return the nearest standing cell with a path and a clear line to a cell (R3), -1 if none of the first few has."""
     rows, cols = known.shape
     row, col = middle // cols, middle % cols
     lines = 0
@@ -37,15 +37,15 @@ def goal_near(known: Grid, middle: int, near: Offsets, found: KnownWays) -> int:
 
 @njit(cache=True, nogil=True)
 def is_clear(known: Grid, row: int, col: int, to_row: int, to_col: int) -> bool:
-    """Whether the line between the middles of two cells passes free cells only, the two left aside.
+    """Return whether the line between the centres of two cells crosses only free cells, not counting these two.
 
-    A line through a corner passes where one of the two squares beside it is free.
+    A line through a corner is clear if one of the two squares beside it is free.
     """
     down, right = abs(to_row - row), abs(to_col - col)
     step_row, step_col = (1 if to_row > row else -1), (1 if to_col > col else -1)
     i, j = 0, 0
     while i < down or j < right:
-        turn = (1 + 2 * j) * down - (1 + 2 * i) * right  # below 0: the next side that is crossed is between columns
+        turn = (1 + 2 * j) * down - (1 + 2 * i) * right  # below 0: the next border that is crossed is between columns
         if turn == 0:
             beside, above = known[row, col + step_col], known[row + step_row, col]
             if FREE not in (beside, above):
@@ -61,7 +61,7 @@ def is_clear(known: Grid, row: int, col: int, to_row: int, to_col: int) -> bool:
 
 @njit(cache=True, nogil=True)
 def open_unknown(known: Grid, found: KnownWays) -> None:
-    """Leave only obstacles closed, and the box's rim."""
+    """Open unknown cells, so that only obstacles and the box's rim are closed."""
     flat, closed, box = known.ravel(), found.closed, found.box
     for row in range(box[0] + 1, box[1] - 1):
         line = row * known.shape[1]
@@ -71,7 +71,7 @@ def open_unknown(known: Grid, found: KnownWays) -> None:
 
 @njit(cache=True, nogil=True)
 def goal_in_sight(known: Grid, middle: int, range_px: float, scratch: Scratch) -> int:
-    """Return the nearest standing cell with a way that sees a cell (R3); -1: there is none."""
+    """Return the nearest standing cell with a path that sees a cell (R3), -1 if there is none."""
     found, (rows, cols) = scratch.ways, known.shape
     closed = found.closed[: rows * cols].reshape((rows, cols))
     row, col = middle // cols, middle % cols

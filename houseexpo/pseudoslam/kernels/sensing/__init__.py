@@ -1,1 +1,1 @@
-"""What a laser returns: scans by sector or by rays, ranges, their noise, and what can be seen from where."""
+"""Laser scans by sector or by rays, ranges, their noise, and visibility."""

@@ -1,4 +1,4 @@
-"""A scan as a noisy SLAM takes it up: obstacles moved along their rays, beams lost, and the whole misplaced."""
+"""The noise of SLAM in a scan: obstacles moved along their rays, lost beams, and registration errors."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Cells, Errors, Floats, Grid, Runs, Sensor
 
 HIT, LOST, FURTHEST = 0, 1, 2
-"""What becomes of a beam: it measures, it returns nothing, or it returns the greatest range."""
+"""The outcome of a beam: it measures, it returns nothing, or it returns the largest range."""
 
 
 @njit(cache=True, nogil=True)
 def draw_beams(errors: Errors, beams: int, key: int, scan: int, shift_px: Floats, fate: Cells) -> None:
-    """Draw for each beam of a scan by how much it errs, and what becomes of it; a pure function of key and scan."""
+    """Draw the error and the outcome of each beam of a scan, as a pure function of key and scan."""
     for beam in range(beams):
         number = scan * beams + beam
         shift_px[beam] = normal(key, 2 * number) * errors.laser_px if errors.laser_px > 0.0 else 0.0
         fate[beam] = HIT
         if errors.beams:
-            draw = uniform(key, 4 * number + 2)  # the even counters are the normal draw's
+            draw = uniform(key, 4 * number + 2)  # the even counters are for the normal distribution
             if draw < errors.drop_out + errors.max_range:
                 fate[beam] = LOST if draw < errors.drop_out else FURTHEST
 
@@ -42,16 +42,16 @@ def draw_noisy(
     shift_px: Floats,
     fate: Cells,
 ) -> None:
-    """Draw a scan into an empty patch, each obstacle as the beam nearest to it measures it.
+    """Draw a scan into an empty patch, with each obstacle as measured by the nearest beam.
 
     Parameters
     ----------
     patch
-        (side, side), side odd; its middle cell is the robot's. What leaves it is lost, as beyond a sensor's range.
+        (side, side) with an odd side; the robot is in the middle cell. Cells outside it are lost, as if out of range.
     cols
-        Columns of the grid that the flat indices ``runs`` and ``hit`` mean.
+        Columns of the grid to which the flat indices ``runs`` and ``hit`` refer.
     shift_px, fate
-        (beams,) from the right edge of the fan to the left.
+        (beams,), from the right edge of the fan to the left.
     """
     side, beams = patch.shape[0], len(shift_px)
     left, top = math.floor(x) - side // 2, math.floor(y) - side // 2
@@ -59,10 +59,10 @@ def draw_noisy(
         row = runs[i, 0] // cols
         for cell in range(runs[i, 0], runs[i, 1] + 1):
             col = cell - row * cols
-            # R1: a beam that returns nothing tells nothing of its way
+            # R1: a beam that returns nothing decides no cells
             if fate[_beam(col + 0.5 - x, row + 0.5 - y, heading, sensor.half_fov, beams)] != LOST:
                 patch[row - top, col - left] = FREE
-    for last in range(2):  # what lies between first, then the obstacles themselves: none hides another
+    for last in range(2):  # first the free cells, then the obstacles, so that none hides another
         for i in range(n_hit):
             dx, dy = hit[i] % cols + 0.5 - x, hit[i] // cols + 0.5 - y
             distance = math.hypot(dx, dy)
@@ -74,7 +74,7 @@ def draw_noisy(
                 if fate[beam] == HIT:
                     _put(patch, x + dx / distance * moved - left, y + dy / distance * moved - top, OBSTACLE)
                 continue
-            # R2: moved away, the ray is free up to it; moved nearer, what lies behind it was not seen
+            # R2: if moved away, the ray is free up to it; if moved closer, cells behind it were not seen
             value = FREE if moved > distance else UNKNOWN
             for k in range(int(abs(moved - distance)) + 1):
                 at = min(moved, distance) + k
@@ -85,16 +85,16 @@ def draw_noisy(
 def merge_patch(
     known: Grid, observable: Grid, patch: Grid, x: float, y: float, right: float, down: float, turn: float
 ) -> tuple[int, int]:
-    """Merge a patch into the map turned by ``turn`` about (x, y), then shifted; the patch is empty afterwards.
+    """Merge a patch into the map, rotated by ``turn`` about (x, y) and then shifted; the patch is empty afterwards.
 
-    Every cell of the map takes the patch's cell that falls on it, so that turning leaves no holes. Returns how many
-    cells were unknown before, and how many of those count.
+    Every cell of the map gets the patch's cell at its position, so that rotation leaves no holes. Return how many cells
+    were unknown before, and how many of those count.
     """
     rows, cols = known.shape
     side = patch.shape[0]
     left, top = math.floor(x) - side // 2, math.floor(y) - side // 2
     cos, sin = math.cos(turn), math.sin(turn)
-    middle_x, middle_y = left + side / 2 + right, top + side / 2 + down  # where the patch comes to lie
+    middle_x, middle_y = left + side / 2 + right, top + side / 2 + down  # the centre of the patch on the map
     spread = math.ceil((abs(cos) + abs(sin)) * side / 2) + 2
     new, covered = 0, 0
     for row in range(max(math.floor(middle_y) - spread, 0), min(math.floor(middle_y) + spread, rows)):
@@ -114,7 +114,7 @@ def merge_patch(
 
 @njit(cache=True, nogil=True)
 def believed(errors: Errors, key: int, step: int, turn: float, way: float) -> tuple[float, float]:
-    """Return the turn and the way that odometry reports for a step's real ones, radians and pixels."""
+    """Return the turn and the distance that odometry reports for a step's true ones, radians and pixels."""
     turned = errors.turn_share * abs(turn) * normal(key, 3 * step)
     turned += errors.turn_rad_px * abs(way) * normal(key, 3 * step + 1)
     return turn + turned, way * (1.0 + errors.way_share * normal(key, 3 * step + 2))
@@ -122,7 +122,7 @@ def believed(errors: Errors, key: int, step: int, turn: float, way: float) -> tu
 
 @njit(cache=True, nogil=True)
 def registration(errors: Errors, key: int, step: int) -> tuple[float, float, float]:
-    """Return the shift right and down, pixels, and the turn by which a step's scans are misplaced."""
+    """Return the registration error of a step's scans: the shift right and down in pixels, and the rotation."""
     return (
         errors.shift_px * normal(key, 3 * step),
         errors.shift_px * normal(key, 3 * step + 1),

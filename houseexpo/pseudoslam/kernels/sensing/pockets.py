@@ -1,20 +1,21 @@
-"""Cells that are seen from where the robot can stand only through gaps, if at all.
+"""Cells that can be seen from places where the robot can stand only through gaps, if at all.
 
-A *pocket* is a piece (4-connected) of the free cells that lie further than a sure distance from all standing cells, or
-were taken to: a corner, a gap too narrow for the robot and the rooms behind it. Its *windows* are the free cells beside
-it that are none of its own.
+A *pocket* is a 4-connected piece of the free cells that are (or were assumed to be) farther than a sure distance from
+all standing cells: a corner, or a gap too narrow for the robot and the rooms behind it. Its *windows* are the free
+cells beside it that are not part of it.
 
-R1  A line of sight from a cell of a pocket to a standing cell meets a window of that pocket. For a standing cell is no
-    part of a pocket, so the line leaves the pocket somewhere. Where it crosses a border between two cells there, the
-    one that it enters is free and beside the pocket: a window. Where it crosses a corner, one of the two cells beside
-    the corner is free, or the corner would be closed: that one is a window, or it is of the pocket, and then the cell
-    that the line enters is a window. Either way the line meets the square of a window.
-R2  So a cell has to look only towards the windows of its own pocket (``sector.window_scan``), and it sees a standing
-    cell there exactly if it would see one all round. Windows side by side are looked through together.
-R3  A standing cell that was seen looks back the same way, for sight goes both ways: it sees the neighbours, too.
-R4  Through a window, the line has one slope on both sides. Only slopes at which something leads from the window to a
-    standing cell are of use, and only cells that they lead to from there through the pocket have to look
-    (``window_sweep``). More slopes and more cells than there are do no harm: they look in vain.
+R1  A line of sight from a cell of a pocket to a standing cell meets a window of that pocket. A standing cell is not
+    part of a pocket, so that the line leaves the pocket somewhere. If it crosses a border between two cells there, the
+    cell that it enters is free and beside the pocket, and therefore a window. If it crosses a corner, one of the two
+    cells beside the corner is free, since the corner would be closed otherwise. That cell is a window, or it is part of
+    the pocket, and then the cell that the line enters is a window. In both cases the line meets the square of a window.
+R2  Therefore a cell has to look only towards the windows of its own pocket (``sector.window_scan``), and sees a
+    standing cell there exactly if it would see one in any direction. Windows side by side are processed together.
+R3  A standing cell that was seen looks back through the same windows, since visibility is symmetric, and also sees the
+    cell's neighbours.
+R4  A line through a window has the same slope on both sides. Only slopes at which lines lead from the window to a
+    standing cell are useful, and only the cells to which they lead through the pocket have to look (``window_sweep``).
+    Additional slopes and cells do no harm, but only cost time.
 """
 
 from __future__ import annotations
@@ -44,18 +45,18 @@ def mark_visible(
     hit: Cells,
     slopes: Floats,
 ) -> None:
-    """Set ``visible`` to 1 where the middle of a free cell that is asked is seen from the middle of a standing cell.
+    """Set ``visible`` to 1 for the asked free cells whose centre can be seen from the centre of a standing cell.
 
     Parameters
     ----------
     occupied, traversable
-        (rows, cols), not 0 where an obstacle is (on the border, too), 1 where the robot can stand.
+        (rows, cols), not 0 for obstacles (including the border); 1 for cells where the robot can stand.
     asked
-        Flat indices of free cells where it cannot, the first ``n_asked``.
+        Flat indices of free cells where it cannot stand, of which the first ``n_asked`` are used.
     away
-        (rows * cols, 2) rows down and columns to the right to a standing cell, or further than ``sure_px``.
+        (rows * cols, 2), rows down and columns to the right to a standing cell, or farther than ``sure_px``.
     runs, hit, slopes
-        ``sector_scan``'s.
+        Working memory as in ``sector_scan``.
     """
     if n_asked == 0:
         return
@@ -94,12 +95,12 @@ def _who_looks(
     box: Cells,
     looks: Cells,
 ) -> int:
-    """List the cells that have to look through a window and those near it; return how many.
+    """List the cells that have to look through a window and those near it; return their number.
 
-    ``box`` is set to those windows, which are -1 in ``windows`` then.
+    ``box`` is set to those windows, which are then -1 in ``windows``.
     """
     cols, n_looks = occupied.shape[1], whole(0)
-    box[0], box[1], box[2], box[3] = len(standing), -1, len(standing), -1  # one by one: a slice compiles for seconds
+    box[0], box[1], box[2], box[3] = len(standing), -1, len(standing), -1  # a slice takes seconds to compile
     for w in range(first, n_windows):
         window = windows[w]
         if window < 0 or not _takes_in(box, window // cols, window % cols, sure_px):
@@ -108,7 +109,7 @@ def _who_looks(
         marks[window] ^= LISTED
         for quadrant in range(4):
             low, top, rest_px = 0.0, math.inf, range_px
-            for inwards in (True, False):  # a constant in place of the variable would be compiled for itself
+            for inwards in (True, False):  # a constant instead of the variable would be compiled separately
                 low, top, near_px, n_looks = sweep(
                     occupied, standing if inwards else seen, marks, window, 3 - quadrant if inwards else quadrant,
                     low, top, inwards, rest_px, beams, looks, n_looks,
@@ -121,7 +122,7 @@ def _who_looks(
 
 @njit(inline="always")
 def _takes_in(box: Cells, row: int, col: int, side_px: float) -> bool:
-    """Make a box wider, so that a cell is in it; not where it would be too big."""
+    """Enlarge a box to include a cell, unless it would be too large; return whether it does."""
     top, bottom, left, right = min(box[0], row), max(box[1], row), min(box[2], col), max(box[3], col)
     if max(bottom - top, right - left) > 2.0 * side_px:
         return False
@@ -141,7 +142,7 @@ def _find_pocket(
     pocket: Cells,
     windows: Cells,
 ) -> int:
-    """Mark the pocket that a cell lies in, and list its windows; return how many there are."""
+    """Mark the pocket of a cell, and list its windows; return their number."""
     pocket[0], n_cells, n_windows, at = first, 1, 0, 0
     marks[first] |= FOUND
     while at < n_cells:
@@ -176,7 +177,7 @@ def _look(
     hit: Cells,
     slopes: Floats,
 ) -> None:
-    """Set ``seen`` of a cell that sees a standing cell through a box, and of what that one sees through it (R3)."""
+    """Set ``seen`` of a cell that sees a standing cell through a box, and of the cells that this one sees (R3)."""
     n_runs = window_scan(occupied, whole(cell), box, range_px, runs, hit, slopes)
     found = _first_of(standing, runs, n_runs)
     if found >= 0:
@@ -189,7 +190,7 @@ def _look(
 
 @njit(inline="always")
 def _first_of(standing: Grid, runs: Runs, n_runs: int) -> int:
-    """Return the first standing cell in runs, flat; -1 where there is none."""
+    """Return the flat index of the first standing cell in runs, -1 if there is none."""
     for i in range(n_runs):
         for cell in range(runs[i, 0], runs[i, 1] + 1):
             if standing[cell] != 0:

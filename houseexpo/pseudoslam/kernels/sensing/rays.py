@@ -1,11 +1,11 @@
 """The scan of the published simulator: unit steps along each ray of a fan, to the first obstacle.
 
-Sample k of a ray is the cell whose centre is nearest to the point k pixels along it, k = 0 to the range rounded; the
-first that is occupied ends the ray and is seen, too.
+Sample k of a ray is the cell whose centre is closest to the point k pixels along it, for k from 0 to the rounded range.
+The first occupied one ends the ray and is also seen.
 
-Where nothing moves and the map has no errors, samples in what the map knows to be free need no look: in each quadrant
-round the robot a rectangle of free cells is found first, and its rays begin where they leave it. Houses have
-rectangular rooms: three samples of four are never taken.
+If nothing moves and the map has no errors, samples that the map shows as free need not be checked. In each quadrant
+around the robot, a rectangle of free cells is found first, and rays start where they leave it. Since rooms are usually
+rectangular, three of four samples are skipped.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.mapping.merge import FREE, UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
 
-_EVEN = 6755399441055744.0  # 1.5 * 2**52: adding and taking it away rounds, halves to even, as np.rint does
-_BLOCK, _FEW = 32, 12  # samples whose cells are found at once: the processor does four together; near their end, few
-_MIN = 1e-300  # for a ray along the grid: it leaves the other way nowhere
+_EVEN = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it rounds like np.rint, half to even
+_BLOCK, _FEW = 32, 12  # samples whose cells are computed together, as the processor does four at once; few near the end
+_MIN = 1e-300  # for a ray along the grid, which never leaves it on the other axis
 
 
 @njit(cache=True, nogil=True)
@@ -28,18 +28,18 @@ def ray_scan(
     occupied: Grid, x: float, y: float, heading: float, fan_cos: Floats, fan_sin: Floats, range_px: float,
     runs: Runs, hit: Cells,
 ) -> tuple[int, int]:  # fmt: skip
-    """List the cells on the rays, those near the robot many times.
+    """List the cells on the rays; those near the robot occur many times.
 
     Parameters
     ----------
     fan_cos, fan_sin
-        (n,) the rays' directions from the heading.
+        (n,), the rays' directions relative to the heading.
     runs, hit
-        Filled with flat indices; room for all samples of all rays, and for one a ray. A run is one cell.
+        Output: flat indices, with space for all samples of all rays, and for one per ray. A run is one cell.
 
     Returns
     -------
-    How many entries there are in ``runs`` and in ``hit``.
+    The numbers of entries in ``runs`` and in ``hit``.
     """
     flat, (rows, cols) = occupied.ravel(), occupied.shape
     n = len(fan_cos)
@@ -60,7 +60,7 @@ def ray_scan(
                     runs[n_runs, 0], runs[n_runs, 1] = cell, cell
                     n_runs += 1
                     continue
-                if k + t > 0:  # inside an obstacle nothing is seen
+                if k + t > 0:  # nothing is visible inside an obstacle
                     hit[n_hit] = cell
                     n_hit += 1
                 k = samples
@@ -74,14 +74,14 @@ def ray_merge(
     occupied: Grid, observable: Grid, known: Grid, x: float, y: float, heading: float, fan_cos: Floats, fan_sin: Floats,
     range_px: float, hit: Cells, settled: bool,
 ) -> tuple[int, int, int]:  # fmt: skip
-    """Scan as ``ray_scan`` does and set the free cells of the map at once: noting them first takes twice as long.
+    """Scan like ``ray_scan`` and set the free cells of the map directly, since listing them first takes twice as long.
 
-    Where ``settled``, what the map says is taken for true unseen: nothing moves, and the map has no errors. Obstacles
-    that it has are not listed in ``hit``.
+    With ``settled``, the map is assumed to be correct, since nothing moves and it has no errors. Obstacles that it
+    already contains are not listed in ``hit``.
 
     Returns
     -------
-    How many cells were unknown before, how many of those count, and how many entries there are in ``hit``.
+    How many cells were unknown before, how many of those count, and the number of entries in ``hit``.
     """
     flat, counts, drawn, (rows, cols) = occupied.ravel(), observable.ravel(), known.ravel(), occupied.shape
     n = len(fan_cos)
@@ -89,7 +89,7 @@ def ray_merge(
     samples = _lay(known, x, y, heading, fan_cos, fan_sin, range_px, settled, rights, ups, starts, stops)
     places, offsets = np.empty(_BLOCK), np.arange(_BLOCK).astype(np.float64)
     cells = places.view(np.uint32)
-    most = _FEW if settled else _BLOCK  # settled, rays begin near the wall
+    most = _FEW if settled else _BLOCK  # if settled, rays start near the wall
     new, covered, n_hit = 0, 0, 0
     for i in range(n):
         k, safe, right, up = starts[i], stops[i], rights[i], ups[i]
@@ -125,18 +125,18 @@ def _lay(
     known: Grid, x: float, y: float, heading: float, fan_cos: Floats, fan_sin: Floats, range_px: float, settled: bool,
     rights: Floats, ups: Floats, starts: Cells, stops: Cells,
 ) -> int:  # fmt: skip
-    """Write each ray's direction, right and up, and the samples from which and up to which it needs no care.
+    """Write for each ray its direction, right and up, and the first samples that need checks of two kinds.
 
-    All four are (n,). Samples before the first of the two lie in cells known to be free; those before the second, on
-    the grid. Return how many there are within range. All rays at once: the processor does four at a time.
+    All four are (n,). Samples before the first of the two are in cells known to be free; those before the second are on
+    the grid. Return the number of samples within range. All rays are computed together, four at a time.
     """
     rows, cols = known.shape
     cos, sin = math.cos(heading), math.sin(heading)
-    x0, y0 = x - 0.5, y - 0.5  # cells' centres at whole numbers
+    x0, y0 = x - 0.5, y - 0.5  # cell centres at whole numbers
     col, row = int(x0 + _EVEN - _EVEN), int(y0 + _EVEN - _EVEN)
     inside = 0 <= col < cols and 0 <= row < rows
     samples = range_px + _EVEN - _EVEN + 1.0 if inside else 0.0
-    room = np.full((4, 2), -1.0)  # for each quadrant, to the last free cell's centre across and along
+    room = np.full((4, 2), -1.0)  # for each quadrant, distances to the last free cell's centre across and along
     if settled and inside:
         for q in range(4):
             across, along = 1 - 2 * (q & 1), 1 - (q & 2)
@@ -160,9 +160,9 @@ def _lay(
 
 @njit(cache=True, nogil=True)
 def free_corner(known: Grid, col: int, row: int, across: int, along: int, far: int) -> tuple[int, int]:
-    """Return how many columns and rows beyond a cell a rectangle of free cells goes, the biggest; -1 where none does.
+    """Return the columns and rows beyond a cell of the largest rectangle of free cells, -1 if there is none.
 
-    ``across`` and ``along`` are 1 or -1: right or left, down or up; at most ``far`` cells.
+    ``across`` and ``along`` are 1 or -1: right or left, down or up. The rectangle has at most ``far`` cells per side.
     """
     rows, cols = known.shape
     flat = known.ravel()
@@ -191,9 +191,9 @@ def _find(
     places: Floats, offsets: Floats, x: float, y: float, right: float, up: float, k: int, safe: int,
     rows: int, cols: int, most: int,
 ) -> int:  # fmt: skip
-    """Write the flat indices of up to ``most`` samples, k and on, into the lower halves of ``places``; return how many.
+    """Write the flat indices of up to ``most`` samples from k on to the lower halves of ``places``; return the number.
 
-    Before ``safe`` they lie on the grid; from there on they are found one by one, none where the grid ends.
+    Before ``safe`` they lie on the grid; after that they are computed one by one, up to the end of the grid.
     """
     x0, y0 = x - 0.5, y - 0.5
     first, width = float(k), float(cols)

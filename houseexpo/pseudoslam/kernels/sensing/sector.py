@@ -1,17 +1,17 @@
-"""What a sensor sees of a sector: every cell is decided, none between two rays is left out.
+"""Scan a sector so that every cell is decided, and none between two rays is left out.
 
-The plane round the robot is cut into four quadrants along the rows and columns of the grid. In a quadrant, rows are
-visited outwards (``k`` along the axis ``u``, ``j`` across it along ``v``), and a list of slopes ``v / u`` says what is
-still open::
+The plane around the robot is divided into four quadrants along the rows and columns of the grid. In a quadrant, rows
+are visited outwards (``k`` along the axis ``u``, ``j`` across it along ``v``), and a list of slopes ``v / u`` contains
+what is still open::
 
         u ^      . '       the robot stands at u = v = 0, anywhere in its cell;
-          |   ###'         an obstacle takes from the open slopes what its square covers,
-          |   ###          so that all behind it is hidden;
+          |   ###'         an obstacle removes the slopes that its square covers,
+          |   ###          so that everything behind it is hidden;
           | . '
           o---------> v    the robot's own row is row 0: its slopes end at infinity
 
-Rows lie in memory as they are read, so that free cells are found and noted as runs. Two squares that share a corner
-leave a gap of no width between them: a diagonal wall does not leak.
+Rows are contiguous in memory, so that free cells are found and listed as runs. Two squares with a common corner leave a
+gap of zero width, so that one cannot see through a diagonal wall.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
 from houseexpo.pseudoslam.kernels.whole import whole
 
 EDGE = 1e-9
-"""Radians by which the fan is wider than asked for, so that cells on its edge are in it in spite of rounding."""
+"""Radians by which the fan is widened, so that rounding does not exclude cells on its edge."""
 GAP = 1e-8
-"""Radians: directions nearer to each other than this have nothing between them."""
+"""Angle between two directions, radians, below which there is nothing between them."""
 _GRAZE = 1e-9  # cells by which a line to a centre may graze an obstacle's corner
 _ASIDE = 0.5 + 1e-6
-"""Cells from the middle of one to beyond its border: what grazes a corner of a window meets it."""
+"""Cells from the centre of one to slightly beyond its border, so that a line that grazes a window's corner meets it."""
 _QUARTER = math.pi / 2
 
 
@@ -46,38 +46,38 @@ def sector_scan(
     hit: Cells,
     slopes: Floats,
 ) -> tuple[int, int]:
-    """List the cells that are seen from a pose, some of them twice.
+    """List the cells that are visible from a pose, some of them twice.
 
-    A free cell is seen where the line to its centre lies in the fan and crosses no obstacle's square; an obstacle where
-    some line in the fan meets it first. The centre of either lies within range.
+    A free cell is visible if the line to its centre lies in the fan and crosses no obstacle's square. An obstacle is
+    visible if it is the first one on some line in the fan. The centre of the cell must be within range.
 
     Parameters
     ----------
     occupied
-        (rows, cols), not 0 where an obstacle is; its border should be occupied, for nothing ends the sight there.
+        (rows, cols), not 0 for obstacles; the border should be occupied, since nothing else ends the view there.
     half_fov
         Half the angle of the fan, radians, at most pi.
     runs
-        (n, 2) filled with flat indices, the first and the last free cell of a run; room for half the cells of the
-        square around the sensor.
+        (n, 2), output: flat indices of the first and the last free cell of each run, with space for half the cells of
+        the square around the sensor.
     hit
-        Filled with flat indices; as long as that square has cells.
+        Output: flat indices, with space for all cells of that square.
     slopes
-        (4, n) scratch, n >= 2 * range_px + 8.
+        (4, n), working memory, n >= 2 * range_px + 8.
 
     Returns
     -------
-    How many entries there are in ``runs`` and in ``hit``.
+    The numbers of entries in ``runs`` and in ``hit``.
     """
     rows, cols = occupied.shape
     flat = occupied.ravel()
     col, row = math.floor(x), math.floor(y)
     if not (0 <= row < rows and 0 <= col < cols) or flat[row * cols + col] != 0:
-        return 0, 0  # inside an obstacle nothing is seen
+        return 0, 0  # nothing is visible inside an obstacle
     here = row * cols + col
     runs[0, 0], runs[0, 1] = here, here
     n_runs, n_hit = whole(1), whole(0)
-    right, down = x - col - 0.5, y - row - 0.5  # from the middle of the robot's cell
+    right, down = x - col - 0.5, y - row - 0.5  # from the centre of the robot's cell
     east, south = cols - 1 - col, rows - 1 - row  # cells up to the border
     for quadrant in range(4):
         up, rightwards = quadrant < 2, quadrant % 2 == 0
@@ -94,25 +94,25 @@ def sector_scan(
 
 @njit(cache=True, nogil=True)
 def window_scan(occupied: Grid, cell: int, box: Cells, range_px: float, runs: Runs, hit: Cells, slopes: Floats) -> int:
-    """List the free cells that are seen from the middle of a free cell on lines through a box, some of them twice.
+    """List the free cells that are visible from the centre of a free cell on lines through a box, some of them twice.
 
-    It is ``sector_scan`` all round, but for directions that lead past the box.
+    It is a full ``sector_scan`` except for directions that lead past the box.
 
     Parameters
     ----------
     cell
         Flat index.
     box
-        (4,) first and last row, first and last column of a rectangle of cells; the cell may lie in it.
+        (4,), first and last row, first and last column of a rectangle of cells, which may contain the cell.
 
     Returns
     -------
-    How many entries there are in ``runs``.
+    The number of entries in ``runs``.
     """
     rows, cols = occupied.shape
     flat = occupied.ravel()
     row, col = cell // cols, cell % cols
-    top, bottom = box[0] - row - _ASIDE, box[1] - row + _ASIDE  # from the middle of the cell
+    top, bottom = box[0] - row - _ASIDE, box[1] - row + _ASIDE  # from the centre of the cell
     left, right = box[2] - col - _ASIDE, box[3] - col + _ASIDE
     n_runs = whole(0)
     for quadrant in range(4):
@@ -150,7 +150,10 @@ def _quadrant(
     hit: Cells,
     n_hit: int,
 ) -> tuple[int, int]:
-    """Go out row by row in one quadrant; steps ``along`` and ``across`` are flat, the borders so many cells off."""
+    """Scan outwards row by row in one quadrant, with flat steps ``along`` and ``across``.
+
+    ``ahead`` and ``aside`` are the numbers of cells up to the borders of the grid.
+    """
     lo, hi, new_lo, new_hi = slopes
     for k in range(min(ahead, math.floor(range_px + off_u)) + 1):
         u = k - off_u
@@ -160,12 +163,12 @@ def _quadrant(
         reach_squared = range_px * range_px - u * u
         reach = math.sqrt(max(reach_squared, 0.0))
         first, last = math.ceil(off_v - reach), min(math.floor(off_v + reach), aside)  # within range
-        furthest = min(last + 1, aside)  # one beyond the range may hide
+        furthest = min(last + 1, aside)  # a cell beyond the range may hide others
         line = here + k * along
         still_open = 0
         for i in range(open_now):
             cut, end = lo[i], hi[i]
-            # R1: all cells of the row that the open slopes touch are looked at
+            # R1: all cells of the row that the open slopes touch are checked
             j = max(int(cut * max(near, 0.0) + off_v + 0.5), 0)
             high = end * far + off_v - 0.5
             j_end = furthest if high >= furthest else math.ceil(high)
@@ -210,15 +213,15 @@ def _quadrant(
 
 @njit(inline="always")
 def _is_gap(low: float, high: float) -> bool:
-    """Whether there is something between two slopes, by their angle: so it is the same seen along rows or columns."""
+    """Return whether there is a gap between two slopes, by their angle, which is the same along rows and columns."""
     return high > low + GAP * (1.0 + low * low)
 
 
 @njit(inline="always")
 def _open_slopes(middle: float, half_fov: float, slopes: Floats) -> int:
-    """Write the part of a fan that lies within a quarter turn of an axis, none, one or two intervals; return how many.
+    """Write the part of a fan within a quarter turn of an axis: none, one or two intervals; return their number.
 
-    ``middle`` is the fan's, counted from the axis ``u`` towards ``v``.
+    ``middle`` is the fan's direction, counted from the axis ``u`` towards ``v``.
     """
     lo, hi = slopes[0], slopes[1]
     if half_fov >= math.pi:

@@ -1,4 +1,4 @@
-"""Which free cells can be seen from where the robot can stand."""
+"""The free cells that can be seen from places where the robot can stand."""
 
 from __future__ import annotations
 
@@ -12,35 +12,35 @@ from houseexpo.pseudoslam.kernels.types import Cells, Grid, Offsets
 
 _STRIP = 1e-4  # cells to either side of a line
 NOWHERE = 1 << 14
-"""Cells down and to the right where no standing cell was found, or nearly so many."""
+"""The approximate offset in cells, down and to the right, if no standing cell was found."""
 
 
 @njit(cache=True, nogil=True)
 def find_standing(
     traversable: Grid, wanted: Grid, before: Offsets, sure_px: float, asked: Cells, away: Offsets, visible: Grid
 ) -> int:
-    """List the wanted cells where the robot cannot stand, and say where the nearest cell is where it can, or nearly.
+    """List the wanted cells where the robot cannot stand, and find an approximately nearest standing cell for each.
 
-    Neighbours tell each other which one is near them, once from the upper left on and once back: what lies behind
-    corners finds none, or not the nearest.
+    Each cell takes over the standing cell of its neighbours, in one pass from the upper left and one back. Cells behind
+    corners may find none, or not the nearest.
 
     Parameters
     ----------
     traversable, wanted
-        (rows, cols), 1 where the robot can stand, and in the cells that are asked for: none of them on the border.
+        (rows, cols), 1 for cells where the robot can stand, and for wanted cells; none of them is on the border.
     before
-        (rows * cols, 2), what ``away`` came to before some of the standing cells were lost; (0, 2) where that is not
-        known. What has kept a standing cell within ``sure_px``, so near that nothing can lie between, is not listed but
-        set to 1 in ``visible``.
+        (rows * cols, 2), the result ``away`` before some of the standing cells were lost; (0, 2) if it is not known. A
+        cell that still has a standing cell within ``sure_px``, so close that nothing can be between them, is not listed
+        but set to 1 in ``visible``.
     asked
-        (rows * cols,) is filled with flat indices.
+        (rows * cols,), output: flat indices.
     away
-        (rows * cols, 2) is filled: rows down and columns to the right. 0 in standing cells, ``NOWHERE`` in others that
+        (rows * cols, 2), output: rows down and columns to the right; 0 for standing cells, ``NOWHERE`` for others that
         are not wanted.
 
     Returns
     -------
-    How many cells are listed.
+    The number of listed cells.
     """
     cols = traversable.shape[1]
     standing, wants, seen = traversable.ravel(), wanted.ravel(), visible.ravel()
@@ -66,7 +66,7 @@ def find_standing(
 
 @njit(inline="always")
 def _still_stands(standing: Grid, before: Offsets, at: int, cols: int, sure_px: float) -> bool:
-    """Whether the standing cell that was near a cell is within a distance, and still is one."""
+    """Return whether the former standing cell near a cell is within a distance and still a standing cell."""
     cell = np.uint64(at)
     down, right = np.int64(before[cell, 0]), np.int64(before[cell, 1])
     near = down * down + right * right <= sure_px * sure_px
@@ -75,7 +75,7 @@ def _still_stands(standing: Grid, before: Offsets, at: int, cols: int, sure_px: 
 
 @njit(inline="always")
 def _ask(away: Offsets, cell: int, row_step: int, col_step: int) -> None:
-    """Take over the standing cell of the neighbour in the next row, or column, where it is nearer than the own."""
+    """Take over the standing cell of the neighbour in the next row or column if it is closer than the current one."""
     here = np.uint64(cell)
     down, right = np.int64(away[here, 0]), np.int64(away[here, 1])
     step = 1 if col_step > 0 else -1
@@ -93,10 +93,11 @@ def _ask(away: Offsets, cell: int, row_step: int, col_step: int) -> None:
 def mark_in_sight(
     occupied: Grid, asked: Cells, n_asked: int, away: Offsets, sure_px: float, range_px: float, visible: Grid
 ) -> int:
-    """Set ``visible`` to 1 where what is asked sees the middle of the standing cell that lies ``away``.
+    """Set ``visible`` to 1 for asked cells that see the centre of the standing cell at the offset ``away``.
 
-    Within ``sure_px`` nothing can be between them: the robot's radius, for it has room there, and half a cell, for what
-    is asked is free. The others, and those whose sight is a matter of rounding, are left in ``asked``; return how many.
+    Within ``sure_px`` nothing can be between them: this is the robot's radius, since it has space there, plus half a
+    cell, since the asked cell is free. The others, and those that depend on rounding, remain in ``asked``; return their
+    number.
     """
     cols, flat = occupied.shape[1], visible.ravel()
     n_left = 0
@@ -118,7 +119,7 @@ def mark_in_sight(
 
 @njit(inline="always")
 def _is_clear(occupied: Grid, x: float, y: float, right: float, down: float, way: float) -> bool:
-    """Whether a narrow strip is free: a line that grazes a corner may be no sight to a sector scan."""
+    """Return whether a narrow strip is free, since a line that grazes a corner may not be visible in a sector scan."""
     clear = True
     for aside in (-_STRIP, _STRIP):
         clear = clear and distance(occupied, x - down * aside, y + right * aside, right, down, way) >= way

@@ -1,4 +1,4 @@
-"""Lines that go through a window, row by row, with the slopes that they may have (R4 of ``pockets``)."""
+"""Follow lines through a window, row by row, with their possible slopes (R4 of ``pockets``)."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid
 
 ASKED, FOUND, LOOKS, LISTED = 1, 2, 4, 8
-"""Bits of a cell: whether it is asked for, is in a pocket, has to look, and is listed as a window."""
-GRAZE = 1e-6  # by which slopes are taken wider than they are: a line may graze a corner
+"""Bits of a cell: it is asked for, is in a pocket, has to look, is listed as a window."""
+GRAZE = 1e-6  # by which slopes are widened, since a line may graze a corner
 
 
 @njit(cache=True, nogil=True)
@@ -28,27 +28,27 @@ def sweep(
     looks: Cells,
     n_looks: int,
 ) -> tuple[float, float, float, int]:
-    """Follow lines from a window's square, of slopes ``low_there`` to ``top_there``, through one quadrant.
+    """Follow lines from a window's square, with slopes ``low_there`` to ``top_there``, through one quadrant.
 
     Rows are visited outwards, as in ``sector``: ``u`` along an axis, ``v`` across it. A line that reaches a cell comes
-    from the cell before it in the row, or in the column. So each cell has the lowest and the highest slope that may
-    reach it: those of either neighbour, as far as they lead from the window to the cell at all.
+    from the previous cell in the row or in the column. Therefore the lowest and the highest slope that may reach a cell
+    are those of these neighbours, as far as they lead from the window to the cell at all.
 
     Parameters
     ----------
     known
-        Not 0 in standing cells, if ``inwards``; otherwise in cells that are seen already.
+        With ``inwards``, not 0 for standing cells; otherwise for cells that are already visible.
     inwards
-        Go through free cells up to standing ones. Otherwise through the pocket, and list its cells that have to look.
+        Whether to go through free cells up to standing ones, or through the pocket to list its cells that have to look.
     beams
-        (2, n) scratch: those slopes in the row before.
+        (2, n), working memory: the slopes of the previous row.
     looks, n_looks
-        Cells, of which so many are listed.
+        The listed cells, and their number.
 
     Returns
     -------
-    The lowest and the highest slope that lead to a standing cell, if ``inwards`` (lowest > highest where none does),
-    how far the nearest one is, and how many cells are listed.
+    With ``inwards``, the lowest and the highest slope that lead to a standing cell (lowest > highest if there is none);
+    the distance of the nearest one; and the number of listed cells.
     """
     rows, cols = occupied.shape
     flat = occupied.ravel()
@@ -79,7 +79,7 @@ def sweep(
             if low <= top:
                 squared = (
                     max(u - 0.5, 0.0) ** 2 + max(v - 0.5, 0.0) ** 2
-                )  # from the window's square to the cell's middle
+                )  # from the window's square to the cell's centre
                 if squared > range_px * range_px:
                     low, top = 1.0, -1.0
                 elif inwards and known[cell] != 0:
