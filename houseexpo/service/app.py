@@ -11,13 +11,13 @@ from starlette.responses import RedirectResponse, Response
 from starlette.routing import Route
 
 from houseexpo.errors import HouseExpoError
-from houseexpo.service import api, drive, files, gallery, plan, refused, review, statistics
+from houseexpo.service import api, compare, drive, files, gallery, plan, refused, review, statistics
 from houseexpo.service.answers import refused_request
 from houseexpo.service.safety import Guard
 from houseexpo.service.service import Service
 from houseexpo.service.work import few_threads
 
-AREAS: Final = (refused, statistics, api, review, drive, plan, gallery)
+AREAS: Final = (refused, statistics, compare, api, review, drive, plan, gallery)
 """Modules with ``routes(service)``. A path of one that comes earlier goes before a pattern of a later one."""
 
 

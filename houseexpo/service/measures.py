@@ -32,7 +32,7 @@ class Measure:
 
 
 MEASURES: Final = (
-    Measure("rooms", "Rooms", counts=True),
+    Measure("rooms", "Rooms in the source", counts=True),
     Measure("area", "Free area", "m²"),
     Measure("long_side", "Longer side", "m"),
     Measure("short_side", "Shorter side", "m"),
@@ -50,7 +50,7 @@ OF_A_RADIUS: Final = frozenset({"narrowest", "reach"})
 RADII: Final = tuple(f"{radius:.2f}" for radius in RADII_M)
 USUAL_RADIUS: Final = "0.20"
 
-_QUICK: Final = "shape of a plan, 1"
+_QUICK: Final = "shape of a plan, 2"
 """Under which name ``_shape_of`` is kept; another way of measuring needs another number."""
 
 
@@ -66,12 +66,15 @@ class Table:
         (25, n) whether the plan has the label, in the order of ``LABELS``.
     groups
         ``source`` and ``split``: the names that occur, and for each plan which of them (n,), -1 where it has none.
+    drawn
+        How many rooms each plan records, 0 where it records an outline and label boxes only.
     """
 
     ids: Sequence[str]
     words: Sequence[str]
     labels: Bits
     groups: Mapping[str, tuple[tuple[str, ...], npt.NDArray[np.int32]]]
+    drawn: Sequence[int]
     _numbers: Mapping[str, Numbers] = field(repr=False)
 
     def __len__(self) -> int:
@@ -82,8 +85,11 @@ class Table:
         return self._numbers[f"{measure} {radius}" if measure in OF_A_RADIUS else measure]
 
     def title(self, row: int) -> str:
-        """Return what a plan is called on pages: "9 rooms, 121 m²"; its id where neither is known."""
-        rooms, area = self.value(row, "rooms"), self.value(row, "area")
+        """Return what a plan is called on pages: "9 rooms, 121 m²"; its id where neither is known.
+
+        The rooms are those of the plan; of a plan without, those of its source.
+        """
+        rooms, area = self.drawn[row] or self.value(row, "rooms"), self.value(row, "area")
         words = [] if rooms is None else ["1 room" if rooms == 1 else f"{rooms:,.0f} rooms"]
         if area is not None:
             words.append(f"{area:,.0f} m²" if area >= 10 else f"{area:.1f} m²")
@@ -124,6 +130,7 @@ def measured(data: Dataset) -> Table:
         words=[" ".join(each).casefold() for each in words],
         labels=np.array([[label in has for has in map(frozenset, labels)] for label in LABELS], dtype=bool),
         groups={"source": _coded(sources), "split": _coded(_split_of(data))},
+        drawn=[found[3] for found in shape],
         _numbers=numbers,
     )
 
@@ -132,11 +139,11 @@ def _column(data: Dataset, name: str) -> Numbers:
     return np.array(data.column(name, compute=False), dtype=np.float64)  # None becomes NaN
 
 
-def _shape_of(plan: FloorPlan) -> tuple[int, int, str]:
-    """Holes, vertices of all rings, and the words of the source: file and scene."""
+def _shape_of(plan: FloorPlan) -> tuple[int, int, str, int]:
+    """Holes, vertices of all rings, the words of the source (file and scene), and rooms."""
     told = plan.provenance or {}
     words = [str(told[key]) for key in ("file", "scene", "name") if told.get(key)]
-    return len(plan.holes), len(plan.verts) + sum(len(ring) for ring in plan.holes), " ".join(words)
+    return len(plan.holes), len(plan.verts) + sum(len(ring) for ring in plan.holes), " ".join(words), len(plan.rooms)
 
 
 def _reach(found: Sequence[Mapping[str, Mapping[str, float]] | None]) -> dict[str, Numbers]:
