@@ -71,9 +71,9 @@ def read_list(path: Path) -> frozenset[str]:
     try:
         lines = [line.split()[0] for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
     except (OSError, UnicodeError) as error:
-        raise ConfigError(f"{path}: expected a text file of plans' ids, one a line ({error})") from None
+        raise ConfigError(f"{path}: expected a text file of plans' ids, one per line ({error})") from None
     if not lines:
-        raise ConfigError(f"{path}: expected plans' ids, one a line, found none")
+        raise ConfigError(f"{path}: expected plans' ids, one per line, found none")
     return frozenset(line.removesuffix(".json") for line in lines)
 
 

@@ -34,7 +34,7 @@ def split(
     from houseexpo.workers import cores
 
     if out is None and not files_at(dataset, "split without --out").is_dir():
-        raise ConfigError(f"{dataset}: an archive is not written to; say where with --out")
+        raise ConfigError(f"{dataset}: splits cannot be written into an archive; name a folder with --out")
     if paper and any(share is not None for share in (train, val, test)):
         raise ConfigError("--paper: the shares are 0.7 and 0.3; leave out --train, --val and --test")
     plans = open_dataset(dataset)

@@ -100,7 +100,7 @@ def _policy(
     say = partial(console().print, highlight=False, soft_wrap=True)
     places = places_of(opened, given.environment, given.evaluation.plans)
     run_train(Run(task, given, places, out), resume=resume, threads=threads, say=say)
-    say(f"{out / POLICY}, and what it is in {out / Path(POLICY).with_suffix('.json')}")
+    say(f"{out / POLICY}, described in {out / Path(POLICY).with_suffix('.json')}")
 
 
 def _chooser(

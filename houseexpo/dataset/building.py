@@ -91,7 +91,7 @@ def build(
     """
     found = {entry.name: entry for entry in entry_points(group=GROUP)}
     if not found:
-        raise MissingDependencyError("houseexpo.build: no pipeline is installed; install houseexpo as a whole again")
+        raise MissingDependencyError("houseexpo.build: no pipeline is installed; reinstall houseexpo")
     if others not in {"refuse", "add", "replace"}:
         raise ConfigError(f"others: expected 'refuse', 'add' or 'replace', found {others!r}")
     sources = [source] if isinstance(source, (str, os.PathLike)) else list(source)

@@ -42,7 +42,7 @@ def unpack(
         The archive is refused or damaged. The error names the archive and the member, and no files remain.
     """
     if target.exists():
-        raise DatasetError(f"{target}: expected no such folder, found one; delete it or choose another")
+        raise DatasetError(f"{target}: the folder already exists; delete it or choose another")
     count = 0
     with whole_folder(target) as folder:
         with broken(archive):

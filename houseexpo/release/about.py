@@ -39,7 +39,7 @@ class About:
             if not is_line(text):
                 raise ConfigError(f"release: {name}: expected {LINE}, found {text!r}")
         if not self.creators or not all(self.creators):
-            raise ConfigError("release: creator: expected a name or more, found none")
+            raise ConfigError("release: creator: expected at least one name, found none")
         _match(self.version, r"\d+\.\d+\.\d+", "version", "three numbers such as 1.0.0")
         _match(self.url, r"(https?://[^\s\"<>]+)?", "url", "an address that begins with https://")
         _match(self.doi, r"(10\.\d{4,9}/[^\s\"<>]+)?", "doi", "a DOI such as 10.5281/zenodo.1234567")

@@ -155,14 +155,14 @@ def _check_credit(path: Path, manifest: Manifest) -> None:
 def _check_whole(path: Path, manifest: Manifest, plans: Dataset) -> None:
     """Raise DatasetError if a file is missing or changed (R1, R2)."""
     if not len(plans):
-        raise DatasetError(f"{path}: expected plans, found none; see rejected.jsonl for what came of the inputs")
+        raise DatasetError(f"{path}: expected plans, found none; see rejected.jsonl for the reasons")
     if waiting := manifest.counts.get("not_done", 0):
         raise DatasetError(
             f"{path}: expected a finished build, found {waiting} inputs not done; run houseexpo build again"
         )
     needed = ("index.parquet", "stats.json", *(f"json/{name}.json" for name in plans.ids))
     if missing := [name for name in needed if name not in manifest.files]:
-        raise DatasetError(f"{path}: {missing[0]}: expected in the manifest, found nowhere in it; build again")
+        raise DatasetError(f"{path}: {missing[0]}: expected in the manifest, not found in it; build again")
     for name, expected in watched(manifest.files.items(), f"checking {path.name}", len(manifest.files)):
         if not _inside(path, name):
             raise DatasetError(f"{path}: manifest.json: expected names of files in the folder, found {name!r}")

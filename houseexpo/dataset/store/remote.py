@@ -126,7 +126,7 @@ class RemoteCatalogue(Catalogue):
         try:
             about = msgspec.json.decode(self._server.get("", _INDEX_BYTES).data, type=_About)
         except msgspec.DecodeError as error:
-            raise DatasetError(f"{self._server.plain}: expected what a data set is, found {error}") from None
+            raise DatasetError(f"{self._server.plain}: expected the description of a data set, found {error}") from None
         return {
             name: read_ids(self._server.get(f"/splits/{quote(name, safe='')}", _INDEX_BYTES).data, f"list {name!r}")
             for name in about.splits
@@ -213,7 +213,7 @@ def _cut_off(connection: http.client.HTTPConnection, seconds: float) -> Iterator
         yield
     except (OSError, http.client.HTTPException):
         if late.is_set():
-            raise TimeoutError(f"it was not whole after {seconds:.0f} s") from None
+            raise TimeoutError(f"it was not complete after {seconds:.0f} s") from None
         raise
     finally:
         timer.cancel()

@@ -65,7 +65,7 @@ class Values:
         try:
             return work()
         except sqlite3.Error as error:
-            _LOG.warning("%s: cannot be used (%s); what is measured is not kept", self._file, error)
+            _LOG.warning("%s: cannot be used (%s); measurements are not cached", self._file, error)
             if self._database is not None:
                 self._database.close()
                 self._database = None

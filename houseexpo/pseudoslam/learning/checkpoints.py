@@ -77,7 +77,7 @@ def last_whole(folder: Path) -> Checkpoint | None:
         except TrainingError as error:
             _logger.warning("%s; the one before it is taken", error)
     if found:
-        raise TrainingError(f"{folder}: expected a whole checkpoint, found {len(found)}, all damaged; begin anew")
+        raise TrainingError(f"{folder}: expected a whole checkpoint, found {len(found)}, all damaged; start again")
     return None
 
 

@@ -197,7 +197,7 @@ def _begin(folder: Path, run: dict[str, Any], *, resume: bool) -> None:
     """Write the description of a run; raise TrainingError if the folder holds another run or one not to be resumed."""
     record = folder / "run.json"
     if record.exists() and not resume:
-        raise TrainingError(f"{folder}: holds a run; go on with it by --resume, or name another folder")
+        raise TrainingError(f"{folder}: holds a run; continue it with --resume, or name another folder")
     if record.exists() and record.read_bytes() != as_json(run):
         raise TrainingError(f"{folder}: holds another run than was asked for, see {record}; name another folder")
     check_run_folder(folder, [record.name])

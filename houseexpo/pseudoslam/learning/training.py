@@ -207,7 +207,7 @@ def _begun(run: Run, *, resume: bool) -> checkpoints.Checkpoint | None:
     kept = folder / CHECKPOINTS
     record = folder / "run.json"
     if not resume and (record.exists() or checkpoints.files(kept)):
-        raise TrainingError(f"{folder}: holds a run; go on with it by --resume, or name another folder")
+        raise TrainingError(f"{folder}: holds a run; continue it with --resume, or name another folder")
     check_run_folder(folder, [record.name, CHECKPOINTS])
     if record.exists():
         checkpoints.check_run(msgspec.json.decode(record.read_bytes(), type=dict[str, Any]), run.record(), record)

@@ -44,7 +44,7 @@ class Terminal:
         try:
             import termios
         except ImportError as error:
-            raise ConfigError("play: this system has no such terminals; use --window") from error
+            raise ConfigError("play: not supported in terminals of this system; use --window") from error
         self._termios, self._in = termios, sys.stdin.fileno()
         self._many = os.environ.get("COLORTERM") in {"truecolor", "24bit"}
         self._before: list[Any] = []

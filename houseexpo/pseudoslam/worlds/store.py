@@ -61,7 +61,7 @@ class WorldStore:
         try:
             folder = store_folder(config)
         except ConfigError as error:
-            _log.warning("worlds are not kept: %s", error)
+            _log.warning("worlds cannot be stored on disk: %s", error)
             return cls(None, config.pixels_per_metre)
         return cls(folder, config.pixels_per_metre)
 
@@ -87,7 +87,7 @@ class WorldStore:
             try:
                 self.flush()
             except OSError as error:  # R3
-                _log.warning("worlds are not kept on disk, they stay in memory: %s: %s", self._folder, error)
+                _log.warning("worlds cannot be stored on disk and stay in memory: %s: %s", self._folder, error)
                 self._folder = None
                 self.flush()
 

@@ -101,7 +101,7 @@ def test_a_run_that_was_stopped_ends_with_the_same_weights(tmp_path: Path) -> No
     shutil.copytree(tmp_path / "whole", tmp_path / "stopped")
     costs = tmp_path / "stopped" / "costs.json"
     costs.write_text(json.dumps(json.loads(costs.read_bytes())[:1]))
-    with pytest.raises(TrainingError, match="holds a run; go on with it by --resume"):
+    with pytest.raises(TrainingError, match="holds a run; continue it with --resume"):
         learn("stopped")
     with pytest.raises(TrainingError, match="holds another run than was asked for"):
         learn("stopped", replace(TINY, seed=1), resume=True)

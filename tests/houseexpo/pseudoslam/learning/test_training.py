@@ -147,7 +147,7 @@ def test_what_is_damaged_is_passed_over_for_the_one_before(tmp_path: Path, caplo
 def test_another_run_is_refused(tmp_path: Path) -> None:
     folder = tmp_path / "a"
     run(folder, tiny(steps=128))
-    with pytest.raises(TrainingError, match="a: holds a run; go on with it by --resume, or name another folder"):
+    with pytest.raises(TrainingError, match="a: holds a run; continue it with --resume, or name another folder"):
         run(folder)
     with pytest.raises(TrainingError, match=r"another run: config.ppo.learning_rate is 0.003 there, 0.1 here"):
         run(folder, replace(tiny(), ppo=PPOConfig(0.1, 32, 32, 1)), resume=True)

@@ -88,7 +88,7 @@ def test_without_a_cache_folder_it_goes_on(
     kept = WorldCache(found, COARSE)
     assert_same_world(kept[0], world_for(HUTS[0], COARSE))
     kept._stored[1].flush()
-    assert "worlds are not kept" in caplog.text
+    assert "worlds cannot be stored on disk" in caplog.text
     with pytest.raises(ConfigError, match="HOUSEEXPO_CACHE"):
         prepare(found, COARSE, 1)
 
