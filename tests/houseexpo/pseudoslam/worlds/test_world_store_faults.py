@@ -64,7 +64,7 @@ def test_a_full_disk_leaves_worlds_in_memory(
     for i in (0, 1, 2, 0, 1, 2):
         assert_same_world(kept[i], world_for(HUTS[i], COARSE))
     assert len(made) == 3 + 6  # six are this test's own
-    assert len([record for record in caplog.records if "not kept on disk" in record.message]) == 1
+    assert len([record for record in caplog.records if "cannot be stored on disk" in record.message]) == 1
 
 
 def full_disk(file: Path, data: bytes) -> None:
