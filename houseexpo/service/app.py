@@ -7,30 +7,26 @@ from typing import Final
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import RedirectResponse, Response
-from starlette.routing import Route
+from starlette.responses import Response
 
 from houseexpo.errors import HouseExpoError
-from houseexpo.service import api, compare, drive, files, gallery, plan, refused, review, statistics
+from houseexpo.service import about, api, compare, drive, files, gallery, plan, refused, review, statistics
 from houseexpo.service.answers import refused_request
 from houseexpo.service.safety import Guard
 from houseexpo.service.service import Service
 from houseexpo.service.work import few_threads
 
-AREAS: Final = (refused, statistics, compare, api, review, drive, plan, gallery)
+AREAS: Final = (about, refused, statistics, compare, api, review, drive, plan, gallery)
 """Modules with ``routes(service)``. A path of one that comes earlier goes before a pattern of a later one."""
 
 
 def make_app(service: Service) -> Starlette:
     """Return the application of a service, ready for a server or a test client."""
 
-    async def first(_: Request) -> Response:
-        return RedirectResponse(f"/{next(iter(service.collections))}/")
-
     async def failed(request: Request, error: Exception) -> Response:
         return refused_request(service, request, error)
 
-    routes = [Route("/", first), *files.routes(service)]
+    routes = files.routes(service)
     for area in AREAS:
         routes += area.routes(service)
     app = Starlette(

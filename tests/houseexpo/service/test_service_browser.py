@@ -23,6 +23,9 @@ LOOKS: dict[str, dict[str, Any]] = {
     "phone": {"color_scheme": "light", **PHONE},
 }
 PAGES = {
+    "start": "/",
+    "about": "/homes/about",
+    "compare": "/homes/compare?plans=a1,b2",
     "gallery": "/homes/",
     "plan": "/homes/plan/a1",
     "refused": "/homes/refused",

@@ -52,11 +52,6 @@ def test_the_page_of_the_api_stays_with_the_data_set(client: TestClient) -> None
     assert "/homes&#34;" in client.get("/api?data=nowhere").text
 
 
-def test_the_first_page_is_the_first_data_set(client: TestClient) -> None:
-    assert client.get("/", follow_redirects=False).headers["location"] == "/homes/"
-    assert client.get("/homes", follow_redirects=True).status_code == 200
-
-
 def test_a_data_set_without_plans_is_shown(folder: Path, tmp_path: Path) -> None:
     for file in (folder / "json").iterdir():
         file.unlink()
