@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from houseexpo.drawing.scene import scene
@@ -50,3 +51,19 @@ def history(latest: Line | None, judged: Judged | None) -> dict[str, Any]:
     last = judged.last if judged else None
     said = {"by": last.reviewer, "time": last.time, "actions": list(judged.actions)} if last and judged else None
     return {"judged": said, "seen": latest.number if latest else 0}
+
+
+def summary(ids: Iterable[str], judged: Mapping[str, Judged]) -> dict[str, Any]:
+    """Return what a review came to: the plans of each kind of decision, by whom, and from when to when."""
+    there = {name: judged[name] for name in ids if name in judged}
+    actions: dict[str, list[str]] = {}
+    for name, found in there.items():
+        for action in dict.fromkeys(found.actions):
+            actions.setdefault(action, []).append(name)
+    times = sorted(found.last.time for found in there.values())
+    return {
+        "actions": actions,
+        "reviewers": dict(Counter(found.last.reviewer for found in there.values()).most_common()),
+        "from": times[0] if times else None,
+        "to": times[-1] if times else None,
+    }

@@ -21,7 +21,7 @@ from houseexpo.service.collection import Collection
 from houseexpo.service.review.building import Building
 from houseexpo.service.review.changes import DecidedOtherwiseError
 from houseexpo.service.review.decisions import Decisions
-from houseexpo.service.review.page_values import SIZE_PX, history, marks, plan_values
+from houseexpo.service.review.page_values import SIZE_PX, history, marks, plan_values, summary
 from houseexpo.service.review.queue import Move, Queue
 from houseexpo.service.review.request_bodies import Begin, Decision, Undo, plain, value_of
 from houseexpo.service.service import Service
@@ -53,7 +53,7 @@ class Review:
         queue = self.queue
         common = {"progress": queue.progress(judged), "build": self.building.status()}
         if name is None:
-            return {"plan": None, **common}
+            return {"plan": None, "summary": summary(queue.dataset.ids, judged), **common}
         plan, table = queue.dataset[name], self.decisions.table(name)
         return {
             **plan_values(plan),

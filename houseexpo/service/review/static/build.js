@@ -19,7 +19,12 @@ export function showBuild(found, base, readOnly) {
   const key = JSON.stringify([found.phase, found.outcomes]);
   if (key === shown) return;
   shown = key;
-  at("outcomes").replaceChildren(...found.outcomes.map((outcome) => pair(outcome, base)));
+  const same = found.outcomes.filter((outcome) => outcome.became === "the same"), changed = found.outcomes.filter((outcome) => outcome.became !== "the same");
+  const told = document.createElement("p");
+  told.className = "muted";
+  const others = same.length === 1 ? "1 plan that was decided on is" : `${same.length} plans that were decided on are`;
+  told.textContent = same.length ? `${others} the same as before: ${same.map((outcome) => outcome.plan).join(", ")}.` : "";
+  at("outcomes").replaceChildren(...changed.map((outcome) => pair(outcome, base)), ...(same.length ? [told] : []));
 }
 
 function pair(outcome, base) {

@@ -1,6 +1,7 @@
 // Review: shows one plan, takes decisions by keyboard, mouse or touch, and asks the server to note each of them.
 import { Sheet } from "./sheet.js";
 import { showBuild } from "./build.js";
+import { showEnd } from "./ended.js";
 
 const root = document.getElementById("review");
 const base = root.dataset.base;
@@ -50,7 +51,7 @@ function go(move, plan = now?.plan) {
     if (found.plan === null && now?.plan) {
       now = { ...now, ...found, plan: now.plan };
       showProgress(found.progress);
-      sayNone(found.progress);
+      sayNone(found);
     } else show(found);
   });
 }
@@ -60,9 +61,10 @@ function show(found) {
   showProgress(found.progress);
   setBuild(found.build);
   if (found.plan === null) {
-    sayNone(found.progress);
+    sayNone(found);
     return;
   }
+  at("ended").hidden = true;
   seen.set(found.plan, found.seen);
   history.replaceState(null, "", `?plan=${encodeURIComponent(found.plan)}`);
   at("plan").textContent = found.plan;
@@ -79,9 +81,10 @@ function show(found) {
   sheet.show(found, `${base}/pictures/${encodeURIComponent(found.plan)}.svg?at=${stamp}`);
 }
 
-function sayNone({ plans }) {
-  if (plans) say("All plans are judged.", "good");
-  else say("There is nothing to judge: the data set has no plans.");
+function sayNone({ progress, summary, build }) {
+  if (!progress.plans) { say("There is nothing to judge: the data set has no plans."); return; }
+  say("All plans are judged.", "good");
+  showEnd(at("ended"), summary, progress, build);
 }
 
 function counted(number, word) {

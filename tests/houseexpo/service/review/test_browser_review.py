@@ -91,6 +91,11 @@ def test_the_keyboard_alone_is_enough(page: Any, folder: Path) -> None:
     shows(page, "sure")
     press("k")
     says(page, "All plans are judged")
+    ended = page.inner_text("#ended")
+    assert "All 3 plans are judged" in ended
+    assert "3 plans: kept" in ended
+    assert "Decided by" in ended
+    look(page, "review-ended")
 
 
 def test_a_door_is_two_clicks_where_it_is_seen(page: Any, folder: Path) -> None:

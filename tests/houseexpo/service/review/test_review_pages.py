@@ -108,7 +108,14 @@ def test_the_next_open_plan_is_one_that_nobody_judged_or_looks_at(client: TestCl
     assert state(client, move="open", plan="doubtful")["plan"] == "sure"
     decide(client, "sure", "keep")
     decide(client, "published", "drop")
-    assert state(client, move="open", plan="sure")["plan"] is None
+    ended = state(client, move="open", plan="sure")
+    assert ended["plan"] is None
+    assert sum(ended["summary"]["reviewers"].values()) == ended["progress"]["judged"]
+    assert {name for names in ended["summary"]["actions"].values() for name in names} == {
+        "doubtful",
+        "middling",
+        "sure",
+    }
 
 
 def test_undo_goes_back_over_http(client: TestClient, folder: Path) -> None:
