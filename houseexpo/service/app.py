@@ -10,13 +10,13 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from houseexpo.errors import HouseExpoError
-from houseexpo.service import about, api, compare, drive, files, gallery, plan, refused, review, statistics
+from houseexpo.service import about, api, compare, drive, files, gallery, likeness, plan, refused, review, statistics
 from houseexpo.service.answers import refused_request
 from houseexpo.service.safety import Guard
 from houseexpo.service.service import Service
 from houseexpo.service.work import few_threads
 
-AREAS: Final = (about, refused, statistics, compare, api, review, drive, plan, gallery)
+AREAS: Final = (about, refused, statistics, compare, likeness, api, review, drive, plan, gallery)
 """Modules with ``routes(service)``. A path of one that comes earlier goes before a pattern of a later one."""
 
 

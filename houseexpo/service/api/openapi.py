@@ -55,6 +55,7 @@ CALLS: Final = (
     Call("/api/{data}/duplicates", "Plans that were dropped, with the kept ones.", query=("offset",)),
     Call("/api/{data}/duplicates/{plan}/picture.png", "The picture of a dropped plan.", "image/png"),
     Call("/api/{data}/export/{form}", "The plans found, in another format.", "application/zip", (*_FILTER, "ids")),
+    Call("/api/{data}/map", "Where each plan lies on a map of likeness; which of them meet the filter.", query=_FILTER),
     Call("/api/{data}/tags", "The tags that people gave to plans, and the views that they saved."),
     Call("/api/{data}/tags", "Give a tag to plans, or take it away.", body=Tagging),
     Call("/api/{data}/views", "Save a view under a name, or forget it.", body=SavedView),

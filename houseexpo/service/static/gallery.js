@@ -71,6 +71,7 @@ function draw(facets, total, radius) {
   descending.setAttribute("aria-pressed", by.startsWith("-"));
   if (document.activeElement !== text) text.value = state.get("text") ?? "";
   const query = asking();
+  document.getElementById("as-map").href = `/${name}/map${query ? `?${query}` : ""}`;
   document.getElementById("as-statistics").href = `/${name}/statistics${query ? `?${query}` : ""}`;
   document.getElementById("as-ids").href = `/api/${name}/ids.txt${query ? `?${query}` : ""}`;
 }

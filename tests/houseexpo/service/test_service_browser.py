@@ -24,6 +24,7 @@ LOOKS: dict[str, dict[str, Any]] = {
 }
 PAGES = {
     "start": "/",
+    "map": "/published/map",
     "about": "/homes/about",
     "compare": "/homes/compare?plans=a1,b2",
     "gallery": "/homes/",

@@ -1,0 +1,50 @@
+"""The map by likeness: the same each time, like plans near each other, and nothing breaks on few plans."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("starlette")
+
+from starlette.testclient import TestClient
+
+from houseexpo.service.likeness import placed
+
+
+def clusters(count: int) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(1)
+    kind = rng.integers(0, 3, count)
+    return rng.normal(0.0, 0.4, (count, 12)) + 4.0 * np.eye(12)[kind], kind
+
+
+def test_like_plans_lie_near_each_other() -> None:
+    features, kind = clusters(240)
+    places = placed(features)
+    apart = np.linalg.norm(places[:, None] - places[None], axis=2)
+    np.fill_diagonal(apart, np.inf)
+    assert (kind[apart.argmin(axis=1)] == kind).mean() > 0.97
+    assert 0.0 <= places.min() <= places.max() <= 1.0
+
+
+def test_a_data_set_gives_the_same_map_each_time() -> None:
+    features, _ = clusters(100)
+    assert placed(features).tobytes() == placed(features).tobytes()
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 3, 5])
+def test_few_or_equal_plans_have_places(count: int) -> None:
+    places = placed(np.ones((count, 4)))
+    assert places.shape == (count, 2)
+    assert np.isfinite(places).all()
+
+
+def test_the_map_knows_what_meets_the_filter(client: TestClient) -> None:
+    found = client.get("/api/homes/map").json()
+    assert len(found["x"]) == len(found["y"]) == len(found["ids"]) == 4
+    assert found["found"] is None
+    some = client.get("/api/homes/map?labels=Garage").json()
+    assert [some["ids"][row] for row in some["found"]] == ["b2"]
+    assert client.get("/homes/map").status_code == 200
+    assert client.get("/homes/map?labels=Nonsense").status_code == 400
+    assert client.get("/api/published/map").status_code == 200
