@@ -3,7 +3,7 @@
 1. A plan is described by its measures (logarithms of sizes, so that twice as large is a step everywhere) and labels.
 2. Principal components keep what most tells plans apart.
 3. Each plan is joined to the nearest few. From the first two components on, joined plans draw each other near, and
-   others drive each other away, in steps that grow smaller. That is the scheme of UMAP (McInnes, Healy and Melville 2018).
+   others drive each other away, in steps that grow smaller. The scheme is that of UMAP (McInnes, Healy, Melville 2018).
 
 A data set gives the same map each time.
 """
