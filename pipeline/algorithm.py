@@ -46,7 +46,7 @@ class Snapshot:
 
 
 def stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Iterator[Snapshot]:
-    """Run Algorithm 1 and show each step; raises Rejection where the level cannot become a plan.
+    """Run Algorithm 1 and show each step; raise Rejection if the level cannot become a plan.
 
     From ``isolated`` on, each building goes its own way.
     """
@@ -100,13 +100,13 @@ def _of_building(
 
 
 def plan_level(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan | RejectedLevel, ...]:
-    """Turn a level into plans, one a building; raises Rejection where none can be made."""
+    """Turn a level into plans, one a building; raise Rejection if none can be made."""
     values = [snapshot.value for snapshot in timed(stages(level, config, rng), attrgetter("stage"))]
     return tuple(value for value in values if isinstance(value, FloorPlan | RejectedLevel))
 
 
 def plan_house(level: Level, config: PipelineConfig, rng: np.random.Generator) -> FloorPlan:
-    """Turn a level into the plan of its (largest) building; raises Rejection where it cannot become one."""
+    """Turn a level into the plan of its (largest) building; raise Rejection if it cannot become one."""
     found = plan_level(level, config, rng)
     plans = [plan for plan in found if isinstance(plan, FloorPlan)]
     if not plans:

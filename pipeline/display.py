@@ -43,7 +43,7 @@ class Tally:
         self.longest = max(self.longest, (entry.seconds, entry.file))
 
     def __str__(self) -> str:
-        """Say it in a line; nothing where nothing has come yet."""
+        """Say it in a line, or nothing if nothing has come yet."""
         if not self.plans and not self.reasons:
             return ""
         counts = [f"{name} {count}" for name, count in self.reasons.most_common(_REASONS)]
@@ -56,7 +56,7 @@ class Tally:
 
 
 def watching(check: Callable[[], None]) -> Display:
-    """Return what shows a build on standard error; nothing where the commands are quiet (``-q``)."""
+    """Return what shows a build on standard error, or nothing if the commands are quiet (``-q``)."""
     return Display(Console(stderr=True, quiet=is_quiet()), check)
 
 

@@ -13,7 +13,7 @@ def page(title: str, parts: Iterable[str]) -> str:
 
 
 def section(title: str, figures: Sequence[str]) -> str:
-    """Return a heading with figures under it; nothing where the title ends in a count of none."""
+    """Return a heading with figures under it, or nothing if the title ends in a count of none."""
     if title.endswith(": 0"):
         return ""
     shown = "\n".join(figures)
@@ -21,7 +21,7 @@ def section(title: str, figures: Sequence[str]) -> str:
 
 
 def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table; nothing where it has no rows."""
+    """Return a table, or nothing if it has no rows."""
     if not rows:
         return ""
     head = "<tr>" + "".join(f"<th>{escape(heading)}" for heading in headings) + "\n" if headings else ""

@@ -54,7 +54,7 @@ class Shown:
 class Inspection:
     """What was found: what is shown, the pictures' names in the order of the stages, and why there is no plan.
 
-    ``shown`` is None where the house could not be opened; ``plan`` is the first building's.
+    ``shown`` is None if the house could not be opened; ``plan`` is the first building's.
     """
 
     shown: Shown | None

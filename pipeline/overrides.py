@@ -92,7 +92,7 @@ def beside(manifest: Path) -> Path | None:
 def load_overrides(
     manifest: Path | None, file: Path | None = None, data_set: Path | None = None
 ) -> Mapping[str, Override]:
-    """Read what people decided, by id; nothing where there is no file.
+    """Read what people decided, by id, or nothing if there is no file.
 
     Parameters
     ----------

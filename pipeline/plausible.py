@@ -17,7 +17,7 @@ _NAMED = 8
 
 
 def implausible(rooms: int, area_m2: float) -> str:
-    """Say what is odd about a plan of so many rooms and so much free space; nothing where it may be a house."""
+    """Say what is odd about a plan of so many rooms and so much free space, or nothing if it may be a house."""
     each = area_m2 / max(rooms, 1)
     if MIN_ROOM_M2 <= each <= MAX_ROOM_M2:
         return ""

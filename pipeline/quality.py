@@ -67,7 +67,7 @@ def judged(grounds: Mapping[str, float]) -> Quality:
 
 
 def main_grounds(quality: Quality, most: int = 3) -> list[str]:
-    """Say what speaks most against a plan, in words, the weightiest first; nothing where nothing does to speak of."""
+    """Say what speaks most against a plan, in words, the weightiest first, or nothing if nothing does to speak of."""
     against = [(ground.weight * quality.grounds.get(ground.name, 0.0), ground) for ground in GROUNDS]
     heaviest = sorted((pair for pair in against if pair[0] <= -_TELLING), key=lambda pair: pair[0])[:most]
     return [f"{ground.about}: {quality.grounds[ground.name]:.2f}" for _, ground in heaviest]

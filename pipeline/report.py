@@ -100,7 +100,7 @@ def headline(stats: Mapping[str, Any]) -> str:
 
 
 def means_line(rows: Sequence[Mapping[str, Any]]) -> str | None:
-    """Say in a line what the plans are like; None where there are not several. ``houseexpo stats`` says more."""
+    """Say in a line what the plans are like, or None if there are not several. ``houseexpo stats`` says more."""
     if len(rows) < 2:
         return None
     rooms, doors, area = (sum(row[name] or 0 for row in rows) / len(rows) for name in ("room_num", "n_doors", "area"))

@@ -41,7 +41,7 @@ class Json(Response):
 
 
 def read(body: bytes, kind: type[Asked]) -> Asked:
-    """Read what a browser sent; ConfigError where it is something else."""
+    """Read what a browser sent; raise ConfigError if it is something else."""
     try:
         return msgspec.json.decode(body, type=kind)
     except msgspec.DecodeError as error:

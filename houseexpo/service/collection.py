@@ -1,4 +1,4 @@
-"""One data set on show: opened, measured, and opened again where it was built anew while it is shown."""
+"""One data set on show: opened, measured, and opened again where it was built again while it is shown."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Opened:
         return plan_id
 
     def plan(self, plan_id: str) -> FloorPlan:
-        """Return a plan by its id; UnknownPlanError where there is none."""
+        """Return a plan by its id; raise UnknownPlanError if there is none."""
         return self.data[self.known(plan_id)]
 
     @cached_property
@@ -112,7 +112,7 @@ class Collection:
         return now, now.views.find(query)
 
     def plan(self, plan_id: str) -> FloorPlan:
-        """Return a plan by its id, which is looked up in the index; UnknownPlanError where there is none."""
+        """Return a plan by its id, which is looked up in the index; raise UnknownPlanError if there is none."""
         return self._now.plan(plan_id)
 
     def thumbnail(self, plan_id: str) -> bytes | None:
@@ -125,7 +125,7 @@ class Collection:
         return self._pictures.made((now.number, plan_id), lambda: thumbnail(_with_rooms(now.plan(plan_id))))
 
     def look(self) -> None:
-        """Open the data set again, in a thread of its own, where it was built anew; at most every two seconds."""
+        """Open the data set again, in a thread of its own, where it was built again; at most every two seconds."""
         if time.monotonic() - self._looked_s < _LOOK_S:
             return
         self._looked_s = time.monotonic()
@@ -168,7 +168,7 @@ def _with_rooms(plan: FloorPlan) -> FloorPlan:
 
 
 def _stamp(path: Path) -> object:
-    """Return what shows that a data set was built anew; None while it is being built."""
+    """Return what shows that a data set was built again; None while it is being built."""
     for file in (path / "manifest.json", path / "json", path):
         try:
             found = file.stat()

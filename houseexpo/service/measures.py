@@ -67,7 +67,7 @@ class Table:
     groups
         ``source`` and ``split``: the names that occur, and for each plan which of them (n,), -1 where it has none.
     drawn
-        How many rooms each plan records, 0 where it records an outline and label boxes only.
+        How many rooms each plan records, or 0 if it records an outline and label boxes only.
     """
 
     ids: Sequence[str]
@@ -96,7 +96,7 @@ class Table:
         return ", ".join(words) or self.ids[row]
 
     def value(self, row: int, measure: str, radius: str = USUAL_RADIUS) -> float | None:
-        """Return a measure of one plan, None where it is not known."""
+        """Return a measure of one plan, or None if it is not known."""
         found = float(self.numbers(measure, radius)[row])
         return None if np.isnan(found) else found
 

@@ -70,7 +70,7 @@ def _legend(plan: FloorPlan) -> list[tuple[str, str]]:
 
 
 def _neighbours(now: Opened, name: str, rows: Rows, query: str) -> tuple[str | None, int, str | None, int]:
-    """Return the plan before, the place (from 1; 0 where the view lacks the plan), the plan after, and how many."""
+    """Return the plan before, the place (from 1, or 0 if the view lacks the plan), the plan after, and how many."""
     at = (rows == now.numbers[name]).nonzero()[0]
     if not len(at):
         return None, 0, None, len(rows)
@@ -107,7 +107,7 @@ def _told(plan: FloorPlan) -> Iterator[tuple[str, str]]:
 
 
 def _plain(value: Any) -> str:
-    """Return a value of JSON as a person reads it; "" where it says nothing."""
+    """Return a value of JSON as a person reads it, or "" if it says nothing."""
     if isinstance(value, Mapping):
         return ", ".join(f"{str(name).replace('_', ' ')}: {_plain(each)}" for name, each in value.items())
     if isinstance(value, list | tuple):

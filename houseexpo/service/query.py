@@ -108,7 +108,7 @@ def parsed(given: Mapping[str, str], others: Sequence[str] = ()) -> Query:
 
 
 def number(given: Mapping[str, str], name: str, usual: int, most: int, least: int = 0) -> int:
-    """Return a whole number of the address, ``least`` to ``most``; ConfigError where it is none."""
+    """Return a whole number of the address, ``least`` to ``most``; raise ConfigError if it is none."""
     word = given.get(name, "") or str(usual)
     if not re.fullmatch("[0-9]{1,9}", word) or not least <= int(word) <= most:
         raise ConfigError(f"query: {name}: expected a whole number, {least} to {most}, found {word[:40]!r}")

@@ -19,7 +19,7 @@ class Recent(Generic[T]):
         self._lock = threading.Lock()
 
     def get(self, key: Hashable) -> T | None:
-        """Return what is kept, None where there is nothing."""
+        """Return what is kept, or None if there is nothing."""
         with self._lock:
             found = self._found.get(key)
             if found is not None:

@@ -72,7 +72,7 @@ def read_records(path: Path) -> Records:
 
 
 def picture_of(path: Path, plan_id: str) -> Path | None:
-    """Return the picture that a build kept of a plan that it dropped, None where it kept none or that is no id."""
+    """Return the picture that a build kept of a plan that it dropped, or None if it kept none or that is no id."""
     folder = path / ".build" / "pictures"
     try:
         file = folder / f"{checks.plan_id(plan_id)}.png"
@@ -82,7 +82,7 @@ def picture_of(path: Path, plan_id: str) -> Path | None:
 
 
 def picture_of_refused(path: Path, name: str) -> Path | None:
-    """Return the picture that a build kept of an input that it refused, None where it kept none."""
+    """Return the picture that a build kept of an input that it refused, or None if it kept none."""
     return _own(refused_picture(path, name))
 
 

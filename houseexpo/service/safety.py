@@ -132,7 +132,7 @@ class Rate:
         self._buckets: OrderedDict[str, tuple[float, float]] = OrderedDict()  # (requests left, when)
 
     def allows(self, client: str, now_s: float | None = None) -> bool:
-        """Take one request of a client out of its bucket, False where it is empty."""
+        """Take one request of a client out of its bucket, or False if it is empty."""
         now = time.monotonic() if now_s is None else now_s
         left, before = self._buckets.pop(client, (float(self._limits.burst), now))
         left = min(left + (now - before) * self._limits.requests_per_s, self._limits.burst)

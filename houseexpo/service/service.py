@@ -42,7 +42,7 @@ class Service:
     templates: Environment = field(default_factory=_templates, repr=False)
 
     def collection(self, request: Request) -> Collection:
-        """Return the data set that a request's path names (``{data}``); 404 where there is none."""
+        """Return the data set that a request's path names (``{data}``); answer 404 if there is none."""
         name = request.path_params["data"]
         found = self.collections.get(name)
         if found is None:
@@ -62,7 +62,7 @@ class Service:
     def page(self, request: Request, template: str, status: int = 200, **values: Any) -> HTMLResponse:
         """Return a page: a template that extends ``base.html``, with the values that it needs.
 
-        ``here`` says which link of the navigation is the page's own; ``shown`` is its data set, None where it has none.
+        ``here`` says which link of the navigation is the page's own; ``shown`` is its data set, or None if it has none.
         """
         given = {"here": "", "shown": None, "request": request, "service": self, "settings": self.settings, **values}
         return HTMLResponse(self.templates.get_template(template).render(given), status)

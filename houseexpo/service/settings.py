@@ -39,7 +39,7 @@ class Settings:
     review
         Pages for judging plans are there.
     token
-        What clients have to show; "" where none is asked for.
+        What clients have to show, or "" if none is asked for.
     """
 
     host: str = LOOPBACK

@@ -42,7 +42,7 @@ class Tagged:
 
 
 class Tags:
-    """The tags and saved views of one data set; ``file`` is None where it lies on another machine."""
+    """The tags and saved views of one data set; ``file`` is None if it lies on another machine."""
 
     def __init__(self, dataset: str | Path) -> None:
         local = "://" not in str(dataset) and Path(dataset).exists()
@@ -134,7 +134,7 @@ class Tags:
 
 
 def checked_name(name: str) -> str:
-    """Return the name of a tag or a view in one line; ConfigError where it cannot be one."""
+    """Return the name of a tag or a view in one line; raise ConfigError if it cannot be one."""
     plain = " ".join(name.split())
     if not 0 < len(plain) <= LONGEST or not _PLAIN.fullmatch(plain):
         raise ConfigError(f"tags: expected a name of 1 to {LONGEST} letters without a comma, found {name[:80]!r}")

@@ -75,7 +75,7 @@ class Views:
         self._holds = lru_cache(_WORDS)(self._searched)  # a person who typed a word changes other conditions
 
     def tagged(self, tags: Mapping[str, Sequence[str]]) -> None:
-        """Take the ids of each tag; ids that the data set lacks, since it was built anew, are left out."""
+        """Take the ids of each tag; ids that the data set lacks, since it was built again, are left out."""
         if tags is self._tags:
             return
         number = self._numbers
@@ -90,7 +90,7 @@ class Views:
         return [name for name, has in self._tagged.items() if has[row]]
 
     def find(self, query: Query) -> View:
-        """Return what a query finds; ConfigError where it names a source, split or tag that the data set lacks."""
+        """Return what a query finds; raise ConfigError if it names a source, split or tag that the data set lacks."""
         return self._kept.made((self._turn, str(query)), lambda: self._found(query))
 
     def _found(self, query: Query) -> View:

@@ -90,7 +90,7 @@ class Parts:
 
 
 def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet:
-    """Write everything but the pictures, the manifest last; nothing where it stands already as it would be written.
+    """Write everything but the pictures, the manifest last, or nothing if it stands already as it would be written.
 
     Raises
     ------
@@ -178,7 +178,7 @@ def _settled(entries: Sequence[Entry]) -> tuple[list[tuple[str, Kept]], list[Ref
 
 
 def _stored(parts: Parts, plans: Iterable[tuple[str, Kept]]) -> dict[str, Kept]:
-    """Return the plans by final id; one whose id had to change is kept anew."""
+    """Return the plans by final id; one whose id had to change is kept again."""
     found = {}
     for name, kept in plans:
         found[name] = kept

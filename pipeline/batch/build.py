@@ -168,7 +168,7 @@ class _Batch:
 
 
 def check_alone(listing: Listing, store: Store) -> None:
-    """Raise ConfigError where a store holds plans of sources that shards do not list: nobody says what becomes of them.
+    """Raise ConfigError if a store holds plans of sources that shards do not list: nobody says what becomes of them.
 
     That would be found when the shards are put together, after all the work.
     """
@@ -211,7 +211,7 @@ def _holds(place: str, sources: Iterable[str], advice: str) -> ConfigError:
 
 
 def _check_unknown(listing: Listing, folder: Folder) -> None:
-    """Raise ConfigError where no journal says where plans come from, and the manifest names sources of others."""
+    """Raise ConfigError if no journal says where plans come from, and the manifest names sources of others."""
     manifest = folder.manifest()
     unknown = set(manifest.sources if manifest else ()).difference(public_names(listing.sources))
     if unknown:

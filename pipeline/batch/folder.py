@@ -99,7 +99,7 @@ class Folder:
         return {file.relative_to(self.root).as_posix() for file in self._plans()}
 
     def check(self, parameters: str, others: Others) -> None:
-        """Raise ConfigError where the folder holds what a build must not touch; nothing is changed."""
+        """Raise ConfigError if the folder holds what a build must not touch; nothing is changed."""
         if not self.root.exists():
             if self.root.is_symlink():
                 raise ConfigError(f"{self.root}: a link to nothing; choose another --out")
@@ -134,7 +134,7 @@ class Folder:
         return _read(self.build / "finished.json", Finished)
 
     def manifest(self) -> Manifest | None:
-        """Return what the data set says of itself; None where it is not finished."""
+        """Return what the data set says of itself, or None if it is not finished."""
         return _read(self.root / MANIFEST, Manifest)
 
     def announce(self, names: Iterable[str]) -> None:
@@ -166,7 +166,7 @@ class Folder:
         return (found.st_size, found.st_mtime_ns) == (written.size, written.mtime_ns)
 
     def check_links(self) -> None:
-        """Raise ConfigError where a link leads out of what a build writes to (R3)."""
+        """Raise ConfigError if a link leads out of what a build writes to (R3)."""
         folders = (self.build, self.json, self.stages)
         for path in (*folders, *self._plans(), *self._links_of_builds()):
             if path.is_symlink() or (path.exists() and path.is_dir() != (path in folders)):
@@ -209,7 +209,7 @@ class Folder:
                 yield from (file for file in folder.iterdir() if not file.name.startswith(PARTIAL))
 
     def _ours(self) -> set[str] | None:
-        """Return the plans and pictures that builds wrote; None where that cannot be told any more (R4)."""
+        """Return the plans and pictures that builds wrote, or None if that cannot be told any more (R4)."""
         finished, manifest = self.finished(), self.manifest()
         records = [
             [*map(_short, finished.files)] if finished else None,
@@ -230,7 +230,7 @@ def _short(name: str) -> str:
 
 
 def _read(file: Path, kind: type[T]) -> T | None:
-    """Return a record, None where it is not there or damaged."""
+    """Return a record, or None if it is not there or damaged."""
     try:
         return msgspec.json.decode(file.read_bytes(), type=kind)
     except (OSError, msgspec.DecodeError):

@@ -58,7 +58,7 @@ class Listing:
         return identity(self.public(item))
 
     def check(self) -> None:
-        """Raise ConfigError where a source does not exist, or none of them holds a house."""
+        """Raise ConfigError if a source does not exist, or none of them holds a house."""
         if not self.config.build.sources:
             raise ConfigError("no SOURCE: name one, or a --config whose [build] has sources")
         for source in self.config.build.sources:

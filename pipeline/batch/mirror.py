@@ -44,7 +44,7 @@ class Mirror:
     root: Path
 
     def lay(self) -> None:
-        """Give every object a file (R1); ConfigError where there is nothing."""
+        """Give every object a file (R1); raise ConfigError if there is nothing."""
         system, path = opened(self.url)
         found: Mapping[str, Any] = {}
         with suppress(FileNotFoundError), faults(self.url):  # no such bucket
@@ -181,7 +181,7 @@ def _mode(file: Path) -> int:
 
 
 def _own_folder(folder: Path) -> None:
-    """Make the folder that mirrors lie in; ConfigError where somebody else's stands above it."""
+    """Make the folder that mirrors lie in; raise ConfigError if somebody else's stands above it."""
     home = folder.parent
     home.mkdir(mode=0o700, exist_ok=True)
     if home.is_symlink() or (hasattr(os, "getuid") and home.lstat().st_uid != os.getuid()):

@@ -60,7 +60,7 @@ class ObjectStore:
         return self.url
 
     def check(self, parameters: str) -> None:  # noqa: ARG002 - what was begun tells of them
-        """Raise ConfigError where there is something, and no build."""
+        """Raise ConfigError if there is something, and no build."""
         system, path = opened(self.url)
         with faults(self.url):
             try:
@@ -86,7 +86,7 @@ class ObjectStore:
         self.put(name, data)
 
     def get(self, name: str) -> bytes:
-        """Return an object; OSError where there is none."""
+        """Return an object; raise OSError if there is none."""
         system, path = opened(self.url)
         with faults(self.url):
             return bytes(system.cat_file(f"{path}/{name}"))

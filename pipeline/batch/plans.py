@@ -49,12 +49,12 @@ class Plans:
         Raises
         ------
         DamagedPlanError
-            Where they are not what was kept; what is there is removed, so that it can be kept anew.
+            Where they are not what was kept; what is there is removed, so that it can be kept again.
         """
         return self._get(kept, kept.plan)
 
     def picture(self, kept: Kept) -> bytes:
-        """Return the picture of a plan's stages; nothing where there is none. DamagedPlanError as ``get``."""
+        """Return the picture of a plan's stages, or nothing if there is none. DamagedPlanError as ``get``."""
         return b"" if kept.stages is None else self._get(kept, kept.stages.sha256)
 
     def sweep(self) -> None:

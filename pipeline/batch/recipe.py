@@ -95,7 +95,7 @@ def _modules(names: Iterable[str]) -> dict[str, Path]:
 
 
 def _file(name: str) -> Path | None:
-    """Return a module's file, without importing it; None where the name is no module of ours."""
+    """Return a module's file, without importing it, or None if the name is no module of ours."""
     package, *parts = name.split(".")
     if package not in _OURS:
         return None

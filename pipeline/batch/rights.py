@@ -22,7 +22,7 @@ _FILE: Final = "rights.json"
 
 
 class Rights(msgspec.Struct, frozen=True, omit_defaults=True):
-    """The licence of a source, as its manifest spells it, and whom to name; "" where nothing is stated."""
+    """The licence of a source, as its manifest spells it, and whom to name, or "" if nothing is stated."""
 
     licence: str = ""
     credit: str = ""

@@ -80,7 +80,7 @@ def build_shard(
 
 
 def begun_at(out: str) -> Begun:
-    """Return what the shards at ``out`` have in common; ConfigError where none has begun."""
+    """Return what the shards at ``out`` have in common; raise ConfigError if none has begun."""
     begun = read_begun(open_store(out))
     if begun is None:
         raise ConfigError(f"{out}: expected a build in shards, found none; begin one: houseexpo build ... --shard 0/16")

@@ -42,7 +42,7 @@ class Shard:
 
     @classmethod
     def of(cls, text: str) -> Shard:
-        """Read ``7/256``; ConfigError where it is no shard."""
+        """Read ``7/256``; raise ConfigError if it is no shard."""
         number, _, count = text.partition("/")
         if not (number.isdecimal() and count.isdecimal() and int(number) <= int(count) and int(count)):
             raise ConfigError(f"--shard {text}: expected NUMBER/COUNT such as 7/256, counted from 0 or from 1")
@@ -111,7 +111,7 @@ def end_shards(store: Store) -> None:
 
 
 def read_begun(store: Store) -> Begun | None:
-    """Return what the shards in a store have in common, None where none has begun.
+    """Return what the shards in a store have in common, or None if none has begun.
 
     A store that does not answer has not said that none has: its fault is raised.
     """

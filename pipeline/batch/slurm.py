@@ -103,7 +103,7 @@ class Scripts:
         return len(wanted)
 
     def _check(self) -> None:
-        """Raise ConfigError where a file of a script's name is there that is not of this command."""
+        """Raise ConfigError if a file of a script's name is there that is not of this command."""
         for name in ("task.sbatch", "assemble.sbatch", "submit.sh"):
             file = self.folder / name
             if file.exists() and b"houseexpo" not in file.read_bytes():
@@ -123,7 +123,7 @@ class Scripts:
         yield f"sbatch $after {folder}/assemble.sbatch"
 
     def queue(self) -> Queue:
-        """Return what the cluster has in its queue of the build; nothing where there is no cluster."""
+        """Return what the cluster has in its queue of the build, or nothing if there is no cluster."""
         if shutil.which("squeue") is None:
             return Queue()
         lines = [line.split(maxsplit=2) for line in _said("squeue", "--me", "-h", "-r", "-o", "%K %F %j").splitlines()]
@@ -156,7 +156,7 @@ def program() -> list[str]:
 
 
 def _said(*command: str) -> str:
-    """Return what a command of Slurm says; HouseExpoError where it fails."""
+    """Return what a command of Slurm says; raise HouseExpoError if it fails."""
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our words
     if done.returncode:
         raise HouseExpoError(f"{shlex.join(command)}: ended with {done.returncode}: {done.stderr.strip()}")

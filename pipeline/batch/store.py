@@ -31,7 +31,7 @@ class Store(Protocol):
         ...
 
     def check(self, parameters: str) -> None:
-        """Raise ConfigError where it holds what a build with these parameters must not touch."""
+        """Raise ConfigError if it holds what a build with these parameters must not touch."""
         ...
 
     def put(self, name: str, data: bytes) -> None:
@@ -43,11 +43,11 @@ class Store(Protocol):
         ...
 
     def get(self, name: str) -> bytes:
-        """Return what stands there; OSError where nothing does."""
+        """Return what stands there; raise OSError if nothing does."""
         ...
 
     def size(self, name: str) -> int | None:
-        """Return how many bytes stand there, None where nothing does."""
+        """Return how many bytes stand there, or None if nothing does."""
         ...
 
     def names(self, under: str) -> list[str]:
@@ -63,7 +63,7 @@ class Store(Protocol):
         ...
 
     def shared(self) -> AbstractContextManager[None]:
-        """Hold off builds that want the store for themselves; ConfigError where one is at work."""
+        """Hold off builds that want the store for themselves; raise ConfigError if one is at work."""
         ...
 
     def workplace(self, names: Sequence[str]) -> AbstractContextManager[Path]:
@@ -86,7 +86,7 @@ class FolderStore:
         return str(self.root)
 
     def check(self, parameters: str) -> None:
-        """Raise ConfigError where it holds what a build with these parameters must not touch."""
+        """Raise ConfigError if it holds what a build with these parameters must not touch."""
         Folder(self.root).check(parameters, Others.REFUSE)
 
     def put(self, name: str, data: bytes) -> None:
@@ -101,7 +101,7 @@ class FolderStore:
             self.put(name, data)
 
     def get(self, name: str) -> bytes:
-        """Return a file's bytes; OSError where it cannot be read."""
+        """Return a file's bytes; raise OSError if it cannot be read."""
         return (self.root / name).read_bytes()
 
     def size(self, name: str) -> int | None:

@@ -24,7 +24,7 @@ _NO_SCRATCH = "No usable temporary directory"  # how Python says that none of th
 
 
 def transient_fault(error: BaseException) -> OSError | None:
-    """Return the transient fault that an error comes from, None where it comes from none."""
+    """Return the transient fault that an error comes from, or None if it comes from none."""
     for cause in _causes(error):
         if isinstance(cause, OSError) and (cause.errno in _ERRORS or _NO_SCRATCH in str(cause)):
             return cause

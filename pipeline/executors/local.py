@@ -76,7 +76,7 @@ class _Pool(Generic[Item, Result]):
     failed_starts: int = 0
 
     def hand_over(self) -> bool:
-        """Give every worker that is ready something to do; False where all is done."""
+        """Give every worker that is ready something to do, or False if all is done."""
         for ahead in range(_AHEAD):
             for worker in self.workers:
                 if worker.ready and len(worker.given) <= ahead and (task := self._next()) is not None:

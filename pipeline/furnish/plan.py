@@ -54,7 +54,7 @@ def _of_room(plan: FloorPlan, room: Room, rng: np.random.Generator) -> list[Stan
 
 
 def _cut(plan: FloorPlan, found: _Furniture) -> FloorPlan | None:
-    """Return the plan with the pieces cut out (R2); None where it is no plain polygon of the same bounds then."""
+    """Return the plan with the pieces cut out (R2), or None if it is no plain polygon of the same bounds then."""
     shapes = {room: [shapely.box(*each.box.tolist()) for each in pieces] for room, pieces in found.items()}
     whole = in_cm(Polygon(plan.verts, plan.holes))
     outline = shapely.difference(whole, shapely.union_all([box for boxes in shapes.values() for box in boxes]))

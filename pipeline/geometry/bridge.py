@@ -89,7 +89,7 @@ def joined(found: list[Bridge], door_plane: BaseGeometry) -> list[Bridge]:
     """One bridge for neighbours in a row between the same spaces: a beam with posts is one passage, not ten.
 
     Two are neighbours if they are parallel, each lies in the other's depth, and nothing stands between their ends. The
-    whole is as deep as the deepest of them, but for what is ``DEEPER`` than the widest.
+    whole is as deep as the deepest of them, except what is ``DEEPER`` than the widest.
     """
     rest = sorted(found, key=lambda b: -b.width)
     result: list[Bridge] = []
@@ -121,7 +121,7 @@ def _neighbours(whole: Bridge, other: Bridge, door_plane: BaseGeometry) -> bool:
 
 
 def distance_in_row(whole: Bridge, other: Bridge) -> float | None:
-    """Metres between the near ends of two bridges between the same spaces, or None where they are not in one row."""
+    """Metres between the near ends of two bridges between the same spaces, or None if they are not in one row."""
     if set(whole.sides) != set(other.sides) or abs(whole.along @ other.along) < PARALLEL:
         return None
     start, end, aside = _offsets(whole, other)

@@ -115,7 +115,7 @@ def _stretches(pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeome
 
 
 def _across(first: _Stretch, second: _Stretch) -> Bridge | None:
-    """The strip from one stretch to the other, or None where they see one space or do not face each other."""
+    """The strip from one stretch to the other, or None if they see one space or do not face each other."""
     if first.faces == second.faces:
         return None
     d1, d2 = first.b - first.a, second.b - second.a

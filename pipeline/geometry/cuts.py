@@ -115,7 +115,7 @@ def _face_direction(point: Vector, floor: BaseGeometry) -> Vector | None:
 
 
 def _depths(feet: Floats, across: Vector, floor: BaseGeometry, deepest_m: float) -> Floats:
-    """How far it is through the wall from points (n, 2) on its face; 0 where there is no other side in reach."""
+    """How far it is through the wall from points (n, 2) on its face, or 0 if there is no other side in reach."""
     rays = shapely.linestrings(np.stack([feet + 1e-3 * across, feet + deepest_m * across], axis=1))
     points, ray = shapely.get_coordinates(shapely.intersection(rays, floor), return_index=True)
     depth = np.full(len(feet), np.inf)

@@ -80,7 +80,7 @@ def box_of(polygon: Polygon) -> Box:
 
 
 def doorway(box: Box, walls: BaseGeometry) -> Box | None:
-    """The doorway in which a leaf stands closed, as a box as deep as the wall; None where it stands in none.
+    """The doorway in which a leaf stands closed, as a box as deep as the wall, or None if it stands in none.
 
     Either walls meet both of its ends within ``PLAY_M``, or it stands in a wall that runs on through it.
     """
@@ -113,7 +113,7 @@ def doorway(box: Box, walls: BaseGeometry) -> Box | None:
 
 
 def _turned(box: Box, ends: list[float], faces: list[tuple[float, float]], walls: BaseGeometry) -> Box | None:
-    """R1: the doorway in the wall of which ``faces`` lie at both ``ends`` of a leaf; None where these are two walls."""
+    """R1: the doorway in the wall of which ``faces`` lie at both ``ends`` of a leaf, or None if these are two walls."""
     if len(faces) < 2 or abs(np.ptp(faces[0]) - np.ptp(faces[1])) > ALIKE_M:
         return None
     at = [-ends[0] - INTO_M, ends[1] + INTO_M]
@@ -135,7 +135,7 @@ def _turned(box: Box, ends: list[float], faces: list[tuple[float, float]], walls
 
 
 def _jamb(box: Box, sign: float, walls: BaseGeometry) -> float | None:
-    """How far from the box's centre the wall begins at one end, or None where none does within reach."""
+    """How far from the box's centre the wall begins at one end, or None if none does within reach."""
     half = box.width / 2
     on = sign * box.along
     aside_m = 0.3 * min(box.thickness, PLATE_M)
@@ -156,7 +156,7 @@ def _jamb(box: Box, sign: float, walls: BaseGeometry) -> float | None:
 
 
 def _faces(box: Box, at: float, walls: BaseGeometry) -> tuple[float, float] | None:
-    """Where the wall's two faces lie across the box at a distance along it; None where the wall is too thick."""
+    """Where the wall's two faces lie across the box at a distance along it, or None if the wall is too thick."""
     point = box.centre + at * box.along
     line = shapely.linestrings([point - THICKEST_M * box.across, point + THICKEST_M * box.across])
     best: tuple[float, float] | None = None

@@ -89,7 +89,7 @@ def _ends_of(walls: Outlines) -> Iterator[WallEnd]:
 
 
 def gap_at(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:
-    """The rectangle from a wall's end to the wall it points at, or None where none stands within ``reach_m``."""
+    """The rectangle from a wall's end to the wall it points at, or None if none stands within ``reach_m``."""
     aside = np.array([-end.out[1], end.out[0]]) * 0.01
     inner = (end.a + aside, end.b - aside) if (end.b - end.a) @ aside > 0 else (end.a - aside, end.b + aside)
     far = []

@@ -86,7 +86,7 @@ def _is_framed(leaf: Leaf, wall_m: float) -> bool:
 
 
 def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
-    """How thick the wall is over a leaf, metres; 0 where none is over half of it."""
+    """How thick the wall is over a leaf, metres, or 0 if none is over half of it."""
     x, y = box.centre
     near = clipped(hanging, x - box.width, y - box.width, x + box.width, y + box.width)
     if overlap(rectangle(box, depth=SHEET_M), near).area < ABOVE * box.width * SHEET_M:

@@ -65,7 +65,7 @@ def _with_lintel(leaf: Polygon, lintel: Polygon) -> BaseGeometry:
 
 
 def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | None:
-    """How thick the wall is that touches one long side; None where it is none, or too thick for a leaf."""
+    """How thick the wall is that touches one long side, or None if it is none, or too thick for a leaf."""
     across = sign * box.across
     found: list[float] = []
     for share in LOOKS:

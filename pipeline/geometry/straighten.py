@@ -1,7 +1,7 @@
 """Faces that are straight in the model, straight again: edges of room outlines snapped to shared directions and lines.
 
 Slabs of one wall overlap, are skewed by a degree, or stand a centimetre apart, so the outline of their union has
-stair-steps and slivers. Each edge becomes part of a line, and the outline is drawn anew from the crossings of its
+stair-steps and slivers. Each edge becomes part of a line, and the outline is drawn again from the crossings of its
 lines.
 
 R1  Directions that many long edges share are the house's; an edge takes one if that moves its ends by no more than

@@ -15,7 +15,7 @@ _FAULTS = (OSError, zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, Valu
 
 
 def members(path: Path) -> tuple[str, ...]:
-    """Return the names in an archive; raises Rejection where it is none, or where one leads out of it."""
+    """Return the names in an archive; raise Rejection if it is none, or where one leads out of it."""
     check_file(path)
     try:
         with zipfile.ZipFile(path) as archive:
@@ -32,7 +32,7 @@ def members(path: Path) -> tuple[str, ...]:
 
 
 def read_member(path: Path, names: Iterable[str], most_bytes: int) -> bytes | None:
-    """Return the first of the named members that is there, None where none is.
+    """Return the first of the named members that is there, or None if none is.
 
     Raises
     ------

@@ -40,7 +40,7 @@ def first(element: Xml.Element, *kinds: str) -> Xml.Element | None:
 
 
 def floats(element: Xml.Element, count: int | None = None) -> Floats:
-    """Numbers of an element's text; ValueError where they are none, or not ``count`` of them."""
+    """Numbers of an element's text; raise ValueError if they are none, or not ``count`` of them."""
     words = (element.text or "").split()
     if count is not None and len(words) != count:
         raise ValueError(f"<{kind(element)}> holds {len(words)} numbers; expected {count}")
@@ -64,7 +64,7 @@ class Ids:
         return next((found for each in kinds if (found := self._found.get((each, name))) is not None), None)
 
     def named(self, instance: Xml.Element, *kinds: str, key: str = "url") -> Xml.Element | None:
-        """Return the element that another one names; None where it is in another file, which is not opened."""
+        """Return the element that another one names, or None if it is in another file, which is not opened."""
         return self.of(instance.get(key, "").removeprefix("#"), *kinds)
 
 
@@ -139,7 +139,7 @@ def _strip(rows: Indices) -> Indices:
 
 
 def _inside(mesh: Xml.Element, name: str, by_id: Ids, wanted: str) -> Xml.Element:
-    """Return a mesh's own element of an id, or the file's; LookupError where there is none."""
+    """Return a mesh's own element of an id, or the file's; raise LookupError if there is none."""
     own = next((each for each in mesh if each.get("id") == name and kind(each) == wanted), None)
     found = own if own is not None else by_id.of(name, wanted)
     if found is None:

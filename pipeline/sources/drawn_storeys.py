@@ -96,7 +96,7 @@ def openings(holes: Iterable[Hole]) -> tuple[SourceOpening, ...]:
 
 
 def prism(shape: BaseGeometry, bottom_m: float, top_m: float) -> Mesh:
-    """Return a body that stands on a plan shape; nothing where it has no height."""
+    """Return a body that stands on a plan shape, or nothing if it has no height."""
     polygons = [p for p in shapely.get_parts(shape) if isinstance(p, Polygon) and p.area > SMALLEST_M2]
     if top_m - bottom_m < FINEST_M or not polygons:
         return NOTHING
@@ -114,7 +114,7 @@ def united(parts: Iterable[Mesh]) -> Mesh:
 
 
 def floor_of(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon | None:
-    """Return the area that rooms cover together; None where there are none."""
+    """Return the area that rooms cover together, or None if there are none."""
     area = shapely.union_all(list(shapes), grid_size=FINEST_M)
     return area if isinstance(area, Polygon | MultiPolygon) and not area.is_empty else None
 
@@ -176,7 +176,7 @@ def _through(hole: Hole, slits: BaseGeometry) -> Hole:
 
 
 def clean(ring: Iterable[Sequence[float]]) -> Polygon | None:
-    """Return the polygon of a ring (n, 2), its largest part where it crosses itself; None where it has no area."""
+    """Return the polygon of a ring (n, 2), its largest part where it crosses itself, or None if it has no area."""
     points = np.asarray([tuple(point) for point in ring], np.float64)
     if len(points) < 3 or not np.isfinite(points).all():
         return None

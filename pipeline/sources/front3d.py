@@ -53,7 +53,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
 
 
 def read(item: Input) -> Iterator[Level]:
-    """Yield the scene's levels, lowest first; raises Rejection where it cannot be read or has no floor."""
+    """Yield the scene's levels, lowest first; raise Rejection if it cannot be read or has no floor."""
     path = Path(item.path)
     name = dict(item.options).get("file", path.name)
     check_file(path)

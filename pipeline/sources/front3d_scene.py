@@ -101,7 +101,7 @@ _PARTS: dict[type[Any], msgspec.json.Decoder[Any]] = {
 
 
 def parse_scene(data: bytes, name: str, left_out: LeftOut) -> tuple[Chamber, ...]:
-    """Read the rooms of a scene; raises Rejection where it is none (EMPTY, UNREADABLE), or a floor is damaged.
+    """Read the rooms of a scene; raise Rejection if it is none (EMPTY, UNREADABLE), or a floor is damaged.
 
     Surfaces that no room refers to come in a last room without a name.
     """
@@ -171,7 +171,7 @@ def _placed(model: _Model | None, child: _Child, name: str) -> Placed | None:
 
 
 def _numbers(value: Any, count: int) -> list[float] | None:
-    """Return so many numbers, None where a file has something else there, such as corners for a size."""
+    """Return so many numbers, or None if a file has something else there, such as corners for a size."""
     if not isinstance(value, list) or len(value) != count:
         return None
     return [float(each) for each in value] if all(isinstance(each, int | float) for each in value) else None

@@ -5,7 +5,7 @@ Frame: x = X, y = Y, z = Z of the world, metres.
 R1  A body that can move is furniture, and so is a fixed one that stands inside the building and ends below its walls.
     The building is the fixed body that covers most of what the fixed ones cover together; where none does, all of them
     are. Where nothing is fixed, as in a model's own file, everything is.
-R2  What is called a door is a leaf: it may stand open or shut. What is called furniture is that, but for the building.
+R2  What is called a door is a leaf: it may stand open or shut. What is called furniture is that, except the building.
 R3  The building's levels are found as those of any mesh; furniture goes to the level where it stands.
 """
 
@@ -44,7 +44,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
 
 
 def read(item: Input) -> Iterator[Level]:
-    """Yield the levels of the building, lowest first; raises Rejection where the file cannot be read or has none."""
+    """Yield the levels of the building, lowest first; raise Rejection if the file cannot be read or has none."""
     options = dict(item.options)
     name = options.get("file", Path(item.path).name)
     scene = _scene(item)

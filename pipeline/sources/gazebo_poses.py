@@ -22,7 +22,7 @@ _OWN = frozenset({"", "__model__", "world", "__root__"})
 
 
 def numbers(text: str | None, count: int, what: str) -> list[float]:
-    """Return the numbers of a text; raises Rejection where they are not ``count`` finite ones."""
+    """Return the numbers of a text; raise Rejection if they are not ``count`` finite ones."""
     parts = (text or "").split()
     try:
         values = [float(part) for part in parts]

@@ -36,7 +36,7 @@ class Shapes:
         self.files: dict[Path, None] = {}
 
     def of(self, geometry: Element, folder: Path, what: str) -> Mesh | None:
-        """Return a geometry's triangles; None where its mesh cannot be had. ``folder`` holds its file."""
+        """Return a geometry's triangles, or None if its mesh cannot be had. ``folder`` holds its file."""
         for shape in geometry:
             if shape.tag == "mesh":
                 return self._mesh(shape, folder, what)

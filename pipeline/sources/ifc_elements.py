@@ -1,6 +1,6 @@
 """Which elements of an IFC model are walls, doors, holes, rooms, furniture; what is none of them is left out.
 
-R1  Walls, columns and chimneys stand; so do curtain walls with their plates and members, and windows but for those in
+R1  Walls, columns and chimneys stand; so do curtain walls with their plates and members, and windows except those in
     roofs and slabs: full-height glazing parts rooms, and a pane closes the hole that it fills.
 R2  A wall that is an aggregate without a body of its own is its parts.
 R3  What may be a partition by another name (proxies, loose plates, members and parts) is ``loose``: the levels decide

@@ -55,7 +55,7 @@ class Body:
 class Part(Body):
     """The body of an element, its words and its class.
 
-    ``storey`` is the step id of the storey that contains it, None where there is none.
+    ``storey`` is the step id of the storey that contains it, or None if there is none.
     """
 
     storey: int | None
@@ -67,7 +67,7 @@ class Part(Body):
 class Hole(Body):
     """A way through a wall: the body of the opening, or of the door where it stands there without one.
 
-    ``host``: the wall's triangles, None where the source names none. ``along``: direction of the door's width in plan,
+    ``host``: the wall's triangles, or None if the source names none. ``along``: direction of the door's width in plan,
     known for doors; ``width_m``: its width.
     """
 

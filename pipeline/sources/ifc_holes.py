@@ -91,7 +91,7 @@ def closed_holes(
 
 
 def level_of_door(sill: float, floors: Sequence[float]) -> float | None:
-    """R3: the height of the level from which a door that starts at ``sill`` is entered; None where there is none."""
+    """R3: the height of the level from which a door that starts at ``sill`` is entered, or None if there is none."""
     below = [floor for floor in floors if floor <= sill + KNEE_M and sill - floor <= HALF_STOREY_M]
     return max(below, default=None)
 

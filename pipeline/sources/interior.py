@@ -64,7 +64,7 @@ class Look:
 
     @property
     def fault(self) -> str:
-        """Say why this is no interior; "" where it may be one."""
+        """Say why this is no interior, or "" if it may be one."""
         if self.standing_m < STANDING * self.outline_m:
             return (
                 f"walls stand from chest to head height along {self.standing_m:.0f} m of an outline of "

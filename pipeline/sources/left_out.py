@@ -44,7 +44,7 @@ class LeftOut:
 
     @property
     def note(self) -> str:
-        """The first parts with their reasons, and how many there are; "" where there is none."""
+        """The first parts with their reasons, and how many there are, or "" if there is none."""
         named = "; ".join(list(self._why)[:_NAMED])
         more = len(self._why) - _NAMED
         return f"{named}; and {more} more" if more > 0 else named

@@ -23,7 +23,7 @@ SAME = 0.9  # of two rooms' common area
 
 @dataclass(frozen=True, eq=False)
 class LevelNames:
-    """One level's share, in the level frame; ``room_count`` is None where the source has no spaces."""
+    """One level's share, in the level frame; ``room_count`` is None if the source has no spaces."""
 
     leaves: tuple[SourceObject, ...] = ()
     furniture: tuple[SourceObject, ...] = ()

@@ -155,7 +155,7 @@ def wall_bounds(surfaces: Surfaces, walls: Bools) -> tuple[np.ndarray, np.ndarra
 
 
 def _foot(surfaces: Surfaces, walls: Bools, profile: WallProfile) -> float | None:
-    """Return the exact height at which half of the usual wall length begins; None where no storey of walls stands."""
+    """Return the exact height at which half of the usual wall length begins, or None if no storey of walls stands."""
     usual = profile.usual
     if usual < SHORTEST_WALLS_M:
         return None

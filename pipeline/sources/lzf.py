@@ -9,7 +9,7 @@ from __future__ import annotations
 
 
 def unpacked(data: bytes, size: int) -> bytes:
-    """Return the ``size`` bytes that were packed; raises ValueError where the data are not whole."""
+    """Return the ``size`` bytes that were packed; raise ValueError if the data are not whole."""
     found = bytearray()
     at = 0
     try:

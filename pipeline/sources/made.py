@@ -26,7 +26,7 @@ class Made:
 
 
 def made_of(source: str) -> Made | None:
-    """Return what such a name asks for, None where it is none."""
+    """Return what such a name asks for, or None if it is none."""
     found = _NAME.fullmatch(source)
     style = STYLES.get(found[2] or HOME) if found else None
     return Made(int(found[1]), style) if found and style else None

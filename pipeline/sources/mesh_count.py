@@ -14,7 +14,7 @@ CHUNK_BYTES = 1 << 24
 
 
 def declared_faces(path: Path) -> int | None:
-    """Return the number of faces that the file itself announces, or None where its format announces none.
+    """Return the number of faces that the file itself announces, or None if its format announces none.
 
     Polygons count once here, so the loaded triangles may be more, but never fewer.
     """

@@ -39,7 +39,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
     """List the mesh files at or under a path.
 
     Options: ``up`` (auto, y, z); ``units`` (auto, m, cm, mm, in, ft, or metres in a unit); ``scale`` (20 for a model at
-    1:20); ``storey_height`` (metres, "" where it is not given).
+    1:20); ``storey_height`` (metres, or "" if it is not given).
 
     Raises
     ------
@@ -118,7 +118,7 @@ def read(item: Input) -> Iterator[Level]:
 
 
 def _wish(options: Mapping[str, str]) -> Wish:
-    """Return what the user says; ConfigError where that is unknown."""
+    """Return what the user says; raise ConfigError if that is unknown."""
     unknown = sorted(set(options) - {*OPTIONS, "file", "drop_nodes"})
     if unknown:
         raise ConfigError(f"mesh files: {unknown[0]} is unknown; expected one of {', '.join(OPTIONS)}")

@@ -21,7 +21,7 @@ def tokens(name: str) -> list[str]:
 
 
 def meaning(word: str) -> Role | None:
-    """Return what a Germanic or any other listed word means by itself; None where it is not known."""
+    """Return what a Germanic or any other listed word means by itself, or None if it is not known."""
     return _germanic().get(word) or _romance().get(word)
 
 

@@ -85,7 +85,7 @@ def as_text(name: str) -> str:
 
 
 def check_file(path: Path) -> None:
-    """Raise Rejection where there is no file, or nothing in it."""
+    """Raise Rejection if there is no file, or nothing in it."""
     if not path.is_file():
         raise Rejection("source", Reason.MISSING_FILE, f"{path.name} is no file", "check the path")
     if path.stat().st_size == 0:

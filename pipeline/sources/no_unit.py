@@ -19,7 +19,7 @@ from pipeline.values import Mesh
 
 
 def outside_of(upright: Mesh, name: str) -> Rejection | None:
-    """Return the rejection NO_INTERIOR of a z-up mesh in an unknown unit; None where it may have rooms (R1)."""
+    """Return the rejection NO_INTERIOR of a z-up mesh in an unknown unit, or None if it may have rooms (R1)."""
     shape = measured(Surfaces.of(upright), 2)
     if shape is None or shape.storey <= 0:
         return None

@@ -59,7 +59,7 @@ def parse(data: bytes, name: str) -> Mesh:
 
 
 def material_file(data: bytes) -> str | None:
-    """Return the file that the OBJ's first ``mtllib`` names, None where it names none."""
+    """Return the file that the OBJ's first ``mtllib`` names, or None if it names none."""
     start = data.find(b"mtllib ")
     if start < 0 or (start > 0 and data[start - 1 : start] not in b"\r\n"):
         return None
@@ -118,7 +118,7 @@ def _faces(text: bytes, n_vertices: int, name: str) -> npt.NDArray[np.int64]:
 
 
 def _plain_triangles(text: bytes) -> npt.NDArray[np.int64] | None:
-    """Return the corners (3 m) of lines that are all "f 1 2 3" or all "f 1/1 2/2 3/3", None where one is not.
+    """Return the corners (3 m) of lines that are all "f 1 2 3" or all "f 1/1 2/2 3/3", or None if one is not.
 
     What is left without the digits has to be the same on each line, and the numbers as many as that asks for.
     """

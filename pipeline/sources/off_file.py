@@ -38,7 +38,7 @@ def load(path: Path, _max_faces: int) -> Iterator[Piece]:
 
 
 def declared(head: bytes) -> int | None:
-    """Return the number of faces that the first lines announce, None where they are no OFF header."""
+    """Return the number of faces that the first lines announce, or None if they are no OFF header."""
     try:
         return _counts(_lines(head))[1]
     except ValueError:

@@ -9,6 +9,6 @@ _DESIGNS = frozenset((".skp", ".rvt", ".pln", ".3dm", ".step", ".stp", ".iges", 
 
 
 def how_to_export(suffixes: Iterable[str]) -> str:
-    """Say how files with these endings can be built all the same; nothing where none of them is such a file's."""
+    """Say how files with these endings can be built all the same, or nothing if none of them is such a file's."""
     known = sorted((_SCENES | _DESIGNS) & {suffix.lower() for suffix in suffixes})
     return f"; export {', '.join(known)} as .glb or .ifc from the program that made it" if known else ""

@@ -56,7 +56,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
 
 
 def read(item: Input) -> Iterator[Level]:
-    """Yield the level of one house; raises Rejection where it cannot be read."""
+    """Yield the level of one house; raise Rejection if it cannot be read."""
     data, options = content(item), dict(item.options)
     name = options.get("file", Path(item.path).name)
     house = parse_house(data, name)
@@ -82,7 +82,7 @@ def read(item: Input) -> Iterator[Level]:
 
 
 def content(item: Input) -> bytes:
-    """Return the bytes of one house; raises Rejection where they are not there."""
+    """Return the bytes of one house; raise Rejection if they are not there."""
     name = Path(item.path).name
     try:
         if not item.key:

@@ -60,7 +60,7 @@ _DOCUMENT = msgspec.json.Decoder(_Document)
 
 
 def recognise(path: Path) -> str | None:
-    """Return the name of the reader that opens a file, None where its content is none that one knows.
+    """Return the name of the reader that opens a file, or None if its content is none that one knows.
 
     A damaged file is what its suffix says, where that leaves no doubt: its reader then says what is wrong.
     """

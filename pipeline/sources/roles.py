@@ -44,7 +44,7 @@ class Named:
 
 
 def role_of(name: str) -> Named | None:
-    """Return what one name says, or None where it says nothing."""
+    """Return what one name says, or None if it says nothing."""
     known = [(word, role) for word in _without_places(tokens(name)) if (role := _meaning(word))]
     if not known:
         return None

@@ -38,7 +38,7 @@ def walls_around(floors: Sequence[Polygon], top_m: float) -> list[Wall]:
 
 
 def deepened(hole: Hole, walls: Sequence[Wall]) -> Hole | None:
-    """R4; None where the hole is in no wall."""
+    """R4, or None if the hole is in no wall."""
     step = REACH_M * np.array(hole.across)
     lane = shapely.convex_hull(shapely.union_all([translate(hole.shape, *step), translate(hole.shape, *-step)]))
     near = [wall.shape for wall in walls if wall.shape.intersects(lane)]

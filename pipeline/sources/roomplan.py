@@ -47,7 +47,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
 
 
 def read(item: Input) -> Iterator[Level]:
-    """Yield the scan's levels, lowest first; raises Rejection where it cannot be read or holds no wall.
+    """Yield the scan's levels, lowest first; raise Rejection if it cannot be read or holds no wall.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def _walls(scan: Scan, floors: Sequence[Polygon], top: float) -> list[Wall]:
 
 
 def _enclosed(walls: Sequence[Thing]) -> list[Polygon]:
-    """What surfaces close all round, but for the inside of walls between two of them."""
+    """What surfaces close all round, except the inside of walls between two of them."""
     strips = shapely.union_all([_strip(wall.shape, THIN_M, CORNER_M) for wall in walls], grid_size=1e-4)
     areas = [mitred(area, THIN_M / 2) for area in enclosed(strips)[1]]
     return [area for area in areas if not opened(area, NARROW_M).is_empty]

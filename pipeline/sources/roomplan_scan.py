@@ -107,7 +107,7 @@ def parse_scan(data: bytes, name: str) -> Scan:
 
 
 def box_thing(word: str, points: np.ndarray) -> Thing | None:
-    """Return the upright box around points (n, 3) of plan x, y and height; None where they have no extent in plan."""
+    """Return the upright box around points (n, 3) of plan x, y and height, or None if they have no extent in plan."""
     around = shapely.minimum_rotated_rectangle(shapely.MultiPoint(points[:, :2]))
     if around.length < THIN_M:
         return None

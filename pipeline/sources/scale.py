@@ -35,7 +35,7 @@ def is_usual(heads: Sequence[float], metres: float) -> bool:
 
 
 def model_scale(storey: float, heads: Sequence[float]) -> float | None:
-    """R2: return metres in a file's unit, None where no head fits any usual scale."""
+    """R2: return metres in a file's unit, or None if no head fits any usual scale."""
     candidates = [(unit, 0.0) for name, unit in UNITS.items() if name != "ft"]
     candidates += [
         (unit * scale, SCALED + INCHES if name == "in" else SCALED)
@@ -49,7 +49,7 @@ def model_scale(storey: float, heads: Sequence[float]) -> float | None:
 
 
 def storey_scale(storey: float) -> float | None:
-    """R3: return metres in a file's unit, None where no usual scale gives a usual storey."""
+    """R3: return metres in a file's unit, or None if no usual scale gives a usual storey."""
     fitting = [scale for scale in SCALES if LIKELY_M[0] <= storey * scale <= LIKELY_M[1]]
     return min(fitting, key=lambda scale: abs(math.log(storey * scale / 2.65)), default=None)
 

@@ -52,7 +52,7 @@ class Shape:
 
 
 def measured(surfaces: Surfaces, axis: int) -> Shape | None:
-    """Measure the mesh as it stands on one axis; None where it has no wall then."""
+    """Measure the mesh as it stands on one axis, or None if it has no wall then."""
     walls = surfaces.walls(axis)
     if not walls.any():
         return None
@@ -141,6 +141,6 @@ def _heads(heights: Floats, evidence: Floats, part: tuple[float, float], least: 
 
 
 def _area_over_height(heights: Floats, area: Floats, edges: Floats) -> Floats:
-    """Area of level faces in each step of height and its two neighbours; 0 where the step itself has none."""
+    """Area of level faces in each step of height and its two neighbours, or 0 if the step itself has none."""
     areas = np.histogram(heights, edges, weights=area)[0]
     return np.where(areas > 0, np.convolve(areas, np.ones(3), mode="same"), 0.0)

@@ -9,7 +9,7 @@ from pipeline.sources.scale import UNITS
 
 
 def check_sizes(units: str = "auto", scale: str = "1", storey_height: str = "", **_others: str) -> None:
-    """Raise ConfigError where one of a build's options is impossible, whether or not its sources have a use for it."""
+    """Raise ConfigError if one of a build's options is impossible, whether or not its sources have a use for it."""
     metres_of(units)
     above_zero("scale", scale)
     if storey_height:

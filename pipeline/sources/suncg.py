@@ -51,7 +51,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
 
 
 def read(item: Input) -> Iterator[Level | RejectedLevel]:
-    """Yield the valid levels of one house, lowest first; raises Rejection where ``house.json`` cannot be read."""
+    """Yield the valid levels of one house, lowest first; raise Rejection if ``house.json`` cannot be read."""
     name = f"house/{item.key}/house.json"
     files = _Files(Path(item.path))
     house = parse_house(files.read(name), name)
@@ -79,7 +79,7 @@ class _Scene:
 
 
 def _level(scene: _Scene, index: int, level_id: str) -> Level:
-    """Read one level; raises Rejection where a file of it cannot be read."""
+    """Read one level; raise Rejection if a file of it cannot be read."""
     scale, files, nodes = scene.house.scale_to_meters, scene.files, scene.house.levels[index].nodes
     rooms = [node for node in nodes if node.valid and node.type == "Room"]
     objects = [node for node in nodes if node.valid and node.type == "Object"]

@@ -39,11 +39,11 @@ class Node(msgspec.Struct, frozen=True, rename="camel"):
     transform: msgspec.Raw = _NULL
 
     def bounds(self) -> Bounds | None:
-        """Return the node's box, None where it has none; raises Rejection where it is malformed."""
+        """Return the node's box, or None if it has none; raise Rejection if it is malformed."""
         return _decode(_BOUNDS, bytes(self.bbox), f"bbox of {self.type} {self.model_id}")
 
     def matrix(self) -> list[float] | None:
-        """Return the 16 numbers of ``transform``, column by column; None where there are none."""
+        """Return the 16 numbers of ``transform``, column by column, or None if there are none."""
         return _decode(_MATRIX, bytes(self.transform), f"transform of {self.type} {self.model_id}")
 
 

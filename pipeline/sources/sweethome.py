@@ -40,7 +40,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
 
 
 def read(item: Input) -> Iterator[Level]:
-    """Yield the home's levels, lowest first; raises Rejection where it cannot be read or no wall stands in it."""
+    """Yield the home's levels, lowest first; raise Rejection if it cannot be read or no wall stands in it."""
     path = Path(item.path)
     name = dict(item.options).get("file", path.name)
     left_out = LeftOut()

@@ -79,7 +79,7 @@ class DoorOrWindow(Piece):
 
 @dataclass(frozen=True)
 class DrawnRoom:
-    """A room: its ring and its name, "" where it has none."""
+    """A room: its ring and its name, or "" if it has none."""
 
     level: str
     name: str

@@ -58,7 +58,7 @@ def bodies(found: Sequence[Strip]) -> list[Wall]:
 
 
 def hole_of(door: DoorOrWindow, found: Sequence[Strip]) -> Hole | None:
-    """R4; None where it stands in no wall."""
+    """R4, or None if it stands in no wall."""
     across, along = _axes(door.angle_rad)
     left = 1 - door.wall_left - door.wall_width if door.mirrored else door.wall_left
     u = (-0.5 + left) * door.width_m, (-0.5 + left + door.wall_width) * door.width_m

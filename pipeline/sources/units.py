@@ -189,7 +189,7 @@ def _unit(shape: Shape, convention: Convention, door: float | None) -> float | N
 
 
 def _of_a_model(shape: Shape, convention: Convention, door: float | None) -> float | None:
-    """R3: what a unit stands for where the format's own is absurd; None where it is not."""
+    """R3: what a unit stands for where the format's own is absurd, or None if it is not."""
     metres = convention.metres or 1.0
     if convention.declared or door is not None or shape.storey * metres <= HIGHEST_STOREY_M or not shape.heads:
         return None

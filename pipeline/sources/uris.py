@@ -31,7 +31,7 @@ class Places:
         self._roots = [root.resolve(), *(Path(part).resolve() for part in model_path.split(os.pathsep) if part)]
 
     def find(self, uri: str, beside: Path) -> Path | None:
-        """Return the file or folder that a URI means; None where it is not there or may not be opened."""
+        """Return the file or folder that a URI means, or None if it is not there or may not be opened."""
         uri = uri.strip()
         scheme, found, path = uri.partition("://")
         if not found:

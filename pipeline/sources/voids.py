@@ -27,7 +27,7 @@ HALF_WIDTH_M = 0.1  # what is narrower is a crack between floor and wall
 def open_below(
     surfaces: Surfaces, height: float, floors: Sequence[FloorSurface | None], grid: PlanGrid
 ) -> Polygon | MultiPolygon | None:
-    """Return that area of the plan for the level at ``height``; None where it is empty."""
+    """Return that area of the plan for the level at ``height``, or None if it is empty."""
     lower = [floor.region for floor in floors if floor is not None and floor.layer.top <= height - CLEAR_M]
     if not lower:
         return None  # R2

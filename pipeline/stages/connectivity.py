@@ -55,7 +55,7 @@ def connect(
     rng: np.random.Generator,
     evidence: Evidence | None = None,
 ) -> Spaces:
-    """Join all pieces of the space in which the disc can stand; raises Rejection where it can stand nowhere.
+    """Join all pieces of the space in which the disc can stand; raise Rejection if it can stand nowhere.
 
     ``least_m2`` is the threshold of the cells, below which a pocket is filled instead; ``evidence`` tells where doors
     may be.
@@ -88,7 +88,7 @@ def connect(
 
 
 def _standing(floor: BaseGeometry, spaces: Spaces, radius_m: float) -> list[Polygon]:
-    """Return where the disc can stand; raises Rejection where that is nowhere, perhaps since a pocket was filled."""
+    """Return where the disc can stand; raise Rejection if that is nowhere, perhaps since a pocket was filled."""
     pieces = standing_pieces(floor, radius_m)
     if not pieces:
         raise Rejection(
@@ -153,7 +153,7 @@ def _next_cut(
     walls: BaseGeometry,
     config: ConnectivityConfig,
 ) -> _Cut | None:
-    """The cut to make now; None where there is no clean one."""
+    """The cut to make now, or None if there is no clean one."""
     lines = _pairs_apart(points, piece_of(points, pieces))
     walls_only = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True)
     anything = CutRules(config.cut_width_m, DEEPEST_M, only_walls=False)

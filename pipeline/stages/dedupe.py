@@ -4,13 +4,13 @@ The measure is ``houseexpo.analysis.similarity``'s: |A xor B| / max(|A|, |B|) of
 under the symmetries of the square and with the crops meeting at one end of each axis or the other, shifted by up to two
 cells.
 All pairs within the threshold are found; then, in the order of ids, a plan stays unless it is a duplicate of one that
-stays. So plans that are added are compared, and only this last pass is made anew.
+stays. So plans that are added are compared, and only this last pass is made again.
 
 Nearly all pairs are ruled out unseen, and none wrongly. Let D = |A xor B| for A and B as they lie in the best position.
 
 1. Areas: ||A| - |B|| <= D, since the areas differ by no more than the cells that only one of them has. With the plans
    in the order of their areas, the partners of a plan are a run that ends where the area is too large.
-2. Profiles: let a, b be the row sums of A and B as they lie, 0 where one has no row. Row by row |a_i - b_i| is at most
+2. Profiles: let a, b be the row sums of A and B as they lie, or 0 if one has no row. Row by row |a_i - b_i| is at most
    the number of cells of the row in which they differ, so sum |a_i - b_i| <= D. Sorting both in falling order does not
    enlarge this sum (of all ways to pair two lists of numbers, pairing them in order has the least sum of differences),
    nor does adding up runs of them (triangle inequality). What is left, the ``print``, is the same wherever A lies,

@@ -70,7 +70,7 @@ def _spans(bridges: list[Bridge], post_m: float) -> list[float]:
 
 
 def _kind(closer: Closer, bridge: Bridge, level: Level, leaves: shapely.STRtree) -> DoorKind | None:
-    """R2; None where the source names its openings and has none here."""
+    """R2, or None if the source names its openings and has none here."""
     if closer.kind in {"door", "opening"}:
         return "door" if closer.kind == "door" else "opening"
     if closer.kind == "gap":

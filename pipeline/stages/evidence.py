@@ -11,7 +11,7 @@ R3  Under a sloped roof a wall may end at the roof before head height.
 R4  Two sheets are one wall (``geometry.slits``), and so are two walls with an edge of the same wall over them: the
     slit between them is filled.
 R5  What is mostly thick and ends below the walls beside it is furniture (a cupboard); so is all that ends below head
-    height, but for what is thin: that may be a railing or a parapet.
+    height, except what is thin: that may be a railing or a parapet.
 R6  A lintel hangs over free floor from head height up to where the walls beside it end; what ends below is none, and
     so is a closet, which the walls close all round over its door (``geometry.closets``).
 R7  A leaf, found by its shape or named by the source, is no wall; where it stands closed there is a doorway

@@ -5,7 +5,7 @@ R2  ``patch_share``: closers that nobody passes, of all: guesses that mend walls
     the house is open, so that its edge was taken from its floor or from the ends of its walls.
 R3  ``guesses``: things that the reader had to guess (levels, units, scale, axis), of ``MAX_GUESSES``.
 R4  ``floorless_room``: the largest share of a room without the source's floor under it, and which no room of the
-    source's covers; 0 where the source has no floor, or no more than scraps of one.
+    source's covers, or 0 if the source has no floor, or no more than scraps of one.
 R5  ``roomless_floor_share``: floor between the rooms that is neither room nor wall. ``roomless_wall_share``: walls
     that stand beside no room, of all. Either speaks of rooms that were lost.
 R6  ``idle_lintel_share``: lintels as wide as doors that the plan has no use for, of all such.
@@ -80,7 +80,7 @@ def _cut_off(spaces: Spaces) -> float:
 
 
 def _floored(level: Level) -> BaseGeometry | None:
-    """R4: the source's floor and its rooms, which may reach over a stair's void; None where it has no floor."""
+    """R4: the source's floor and its rooms, which may reach over a stair's void, or None if it has no floor."""
     if level.floor is None:
         return None
     return united([level.floor, *(room.polygon for room in level.rooms if room.polygon is not None)])

@@ -49,7 +49,7 @@ BESIDE_M = 0.25
 
 
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
-    """Close the walls of the door plane; raises Rejection where nothing worth a plan is enclosed."""
+    """Close the walls of the door plane; raise Rejection if nothing worth a plan is enclosed."""
     pieces = _pieces(level, planes, config)
     fixed: list[Closer] = []
     ground, rooms = enclosed(closed_plane(planes.door, pieces))

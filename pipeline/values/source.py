@@ -57,14 +57,14 @@ class Level:
     ``walls`` is all that may be wall: what the source names as wall, column or window, and all that it does not name;
     of a point cloud all points.
     ``leaves`` are what it names as doors (leaves, frames), ``furniture`` what it names as furniture; neither is in
-    ``walls``. ``floor`` is the plan area of the floor's faces, or None where the source has none. ``rooms`` and
+    ``walls``. ``floor`` is the plan area of the floor's faces, or None if the source has none. ``rooms`` and
     ``openings`` are what the source says of them; ``named_openings`` is True where it names every one (IFC), so that
     what it does not name is none.
     ``no_rooms`` are points of which a person says that the region around them is no room.
-    ``below`` is where one looks down onto the floor of a lower level, None where the source shows none.
+    ``below`` is where one looks down onto the floor of a lower level, or None if the source shows none.
     ``sills`` is True where doors are closed by a sill at h_g (SUNCG), so that the paper's two planes are enough.
     ``ceiling_m``: height above the floor up to which walls may be looked at.
-    ``room_count``: rooms of this level as the source counts them, None where it names none. ``n_objects``: things that
+    ``room_count``: rooms of this level as the source counts them, or None if it names none. ``n_objects``: things that
     are not walls, for telling a scene of objects only from an empty one. ``guesses`` names what the reader had to
     guess: "units", "up", "scale", "levels".
     """
@@ -126,7 +126,7 @@ class Reader(Protocol):
         ...
 
     def read(self, item: Input) -> Iterator[Level | RejectedLevel]:
-        """Open one input and yield its levels; raises Rejection where nothing of it can be read."""
+        """Open one input and yield its levels; raise Rejection if nothing of it can be read."""
         ...
 
 

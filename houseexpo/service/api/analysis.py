@@ -59,7 +59,7 @@ def routes(service: Service) -> list[BaseRoute]:
 
 
 def _metres(given: Mapping[str, str], name: str, usual: float, most: float) -> float:
-    """Return a length of the address, more than 0; ConfigError where it is none."""
+    """Return a length of the address, more than 0; raise ConfigError if it is none."""
     word = given.get(name, "") or str(usual)
     try:
         found = float(word[:20])

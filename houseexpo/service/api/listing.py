@@ -102,7 +102,7 @@ def _listed(request: Request, ids: Iterable[str]) -> Response:
 
 
 def _columns(word: str) -> list[str]:
-    """Return the columns that an address asks for; ConfigError where one is not known."""
+    """Return the columns that an address asks for; raise ConfigError if one is not known."""
     names = [name for name in word.split(",") if name]
     for name in names:
         if name not in COLUMNS:

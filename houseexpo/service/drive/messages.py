@@ -105,7 +105,7 @@ Message: TypeAlias = Start | Replay | Move | Pace | Seen | Save | Finish
 
 
 def read(text: str) -> Message:
-    """Read a message; ConfigError where it is none."""
+    """Read a message; raise ConfigError if it is none."""
     if len(text) > LONGEST_TEXT:
         raise ConfigError(f"message: expected at most {LONGEST_TEXT} characters, found {len(text)}")
     try:

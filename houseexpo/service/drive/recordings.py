@@ -86,7 +86,7 @@ class Recording(msgspec.Struct, frozen=True, array_like=True):
                 yield one, two
 
     def as_text(self) -> str:
-        """Return the recording as it stands in a link; "" where it is too long for one."""
+        """Return the recording as it stands in a link, or "" if it is too long for one."""
         packed = zlib.compress(msgspec.msgpack.encode(self), 9)
         text = base64.urlsafe_b64encode(packed).decode().rstrip("=")
         return text if len(text) <= LONGEST else ""
@@ -121,7 +121,7 @@ def shape_of(plan: FloorPlan) -> bytes:
 
 
 def read_recording(text: str) -> Recording:
-    """Read a recording that ``as_text`` wrote; ConfigError where it is none."""
+    """Read a recording that ``as_text`` wrote; raise ConfigError if it is none."""
     try:
         packed = base64.b64decode(text + "=" * (-len(text) % 4), altchars=b"-_", validate=True)
         unpacking = zlib.decompressobj()

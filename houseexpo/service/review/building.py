@@ -64,7 +64,7 @@ class Building:
         self._lock = Lock()
 
     def refusal(self) -> str:
-        """Return why it cannot be built again, "" where it can."""
+        """Return why it cannot be built again, or "" if it can."""
         root = self.root
         if not (root / "manifest.json").is_file():
             return f"{root.name} comes from no houseexpo build: decisions are kept, nothing is built again"

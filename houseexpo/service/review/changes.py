@@ -58,7 +58,7 @@ def _plain(items: list[Any]) -> Any:
 
 
 def taken_back(line: Line, key: str, now: Any, before: Any, after: Any) -> tuple[Any, Any]:
-    """Return a key's value now and after an undo; DecidedOtherwiseError where it is not what the line made of it."""
+    """Return a key's value now and after an undo; raise DecidedOtherwiseError if it is not what the line made of it."""
     if now == after:
         return now, before
     if key in LISTS:

@@ -51,7 +51,7 @@ class Decisions:
         self._thread = RLock()
 
     def check(self) -> None:
-        """Raise ConfigError where decisions could not be written, before somebody makes one."""
+        """Raise ConfigError if decisions could not be written, before somebody makes one."""
         self._check_links()
         needed = [self.file.parent, *(file for file in (self.log.path, self._lock) if file.exists())]
         if not all(map(_may_write, needed)):
@@ -77,7 +77,7 @@ class Decisions:
             return {line.plan: line for line in self.log.lines}
 
     def table(self, plan: str) -> dict[str, Any]:
-        """Return what ``overrides.toml`` says of a plan; ConfigError where a person wrote what it cannot say."""
+        """Return what ``overrides.toml`` says of a plan; raise ConfigError if a person wrote what it cannot say."""
         table = _tables(self._text()).get(plan, {})
         place = f"{self.file.name}: {plan}"
         if not isinstance(table, dict):
@@ -110,7 +110,7 @@ class Decisions:
             return self._note(plan, action, reviewer, changes_of(table, action, value))
 
     def undo(self, reviewer: str) -> Line:
-        """Take back a reviewer's latest decision (R5); ConfigError where there is none, or others built on it."""
+        """Take back a reviewer's latest decision (R5); raise ConfigError if there is none, or others built on it."""
         with self._locked():
             own = [line for line in self.log.active if line.reviewer == reviewer]
             if not own:
@@ -126,7 +126,7 @@ class Decisions:
             return self._note("", "build", reviewer, {}, upto=upto)
 
     def last(self) -> int:
-        """Return the number of the last line, 0 where there is none."""
+        """Return the number of the last line, or 0 if there is none."""
         with self._thread:
             self._catch_up()
             return self.log.lines[-1].number if self.log.lines else 0
@@ -144,7 +144,7 @@ class Decisions:
         self.log.catch_up()
 
     def _check_links(self) -> None:
-        """Raise ConfigError where a link, a folder or a device has the name of a file that is read or written (R6)."""
+        """Raise ConfigError if a link, a folder or a device has the name of a file that is read or written (R6)."""
         for file in (self.file, self.log.path, self._lock):
             if file.is_symlink() or (file.exists() and not file.is_file()):
                 what = "a link" if file.is_symlink() else "a folder" if file.is_dir() else "a device or a pipe"

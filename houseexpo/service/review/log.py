@@ -33,7 +33,7 @@ class Line(msgspec.Struct, frozen=True, omit_defaults=True):
     plan
         Its id; "" for a build.
     changes
-        What became of keys of the plan's table: before and after, None where there is none.
+        What became of keys of the plan's table: before and after, or None if there is none.
     undoes
         Of an undo, the number of what it undoes.
     upto

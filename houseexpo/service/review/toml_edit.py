@@ -182,7 +182,7 @@ def _has_header(statements: Sequence[_Statement], table: str) -> bool:
 
 
 def _last_of(statements: Sequence[_Statement], table: str) -> int | None:
-    """Return where the table's last key stands, or its header; None where there is no such table."""
+    """Return where the table's last key stands, or its header, or None if there is no such table."""
     own = [i for i, found in enumerate(statements) if found.path[:1] == (table,) and len(found.path) <= 2]
     return max(own, default=None)
 

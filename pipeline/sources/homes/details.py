@@ -210,7 +210,7 @@ def _pilaster(
 def _place(
     steps: npt.NDArray[np.float64], side: int, width_m: float, in_corner: bool, rng: np.random.Generator
 ) -> float | None:
-    """Draw where along a side something as wide stands; None where it has no room, or at the end of a wall."""
+    """Draw where along a side something as wide stands, or None if it has no room, or at the end of a wall."""
     far = float(np.hypot(*steps[side])) - width_m
     if far < _LEFT_M:
         return None

@@ -32,7 +32,7 @@ def home_id(index: int, seed: int) -> str:
 
 
 def make_home(index: int, seed: int) -> Home:
-    """Make home ``index`` of a seed; a wish that cannot be met is drawn anew."""
+    """Make home ``index`` of a seed; a wish that cannot be met is drawn again."""
     rng = np.random.default_rng([seed, index, _SPREAD])
     for _ in range(_DRAWS):
         home = _made(home_id(index, seed), draw_wish(rng), rng)
@@ -42,7 +42,7 @@ def make_home(index: int, seed: int) -> Home:
 
 
 def _made(name: str, wish: Wish, rng: np.random.Generator) -> Home | None:
-    """Lay out, bend rooms, then join them by doors; None where the wish cannot be met."""
+    """Lay out, bend rooms, then join them by doors, or None if the wish cannot be met."""
     width, height = (wish.long_m, wish.short_m) if rng.random() < 0.5 else (wish.short_m, wish.long_m)
     extent = wish.area_m2 / (width * height)
     alone = wish.spaces == 1 and extent < _PLAIN  # a room that is no rectangle consists of some

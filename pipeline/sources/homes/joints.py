@@ -56,7 +56,7 @@ class Doorways:
 def doors(
     rects: list[Rect], space_of: list[int], labels: list[str | None], asked: Doorways, rng: np.random.Generator
 ) -> list[Joint] | None:
-    """Join all spaces by a tree of doors, through the walls that people would choose; None where some stay apart.
+    """Join all spaces by a tree of doors, through the walls that people would choose, or None if some stay apart.
 
     The tree grows from a hub: of all walls between what is joined and what is not, the one is taken whose rooms are
     likeliest to have many doors; a room that has some gets more.

@@ -1,6 +1,6 @@
 """A home as the stages take it: walls with doors under lintels, a floor, rooms with their boxes.
 
-Walls are prisms: what stands between spaces and around them, from the floor to the ceiling, but for the doors; there a
+Walls are prisms: what stands between spaces and around them, from the floor to the ceiling, except the doors; there a
 sill lies and a lintel hangs, as in SUNCG. Front doors lead through the outer wall and stay closed in the plan.
 """
 

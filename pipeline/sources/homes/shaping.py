@@ -59,7 +59,7 @@ def one_space(rects: list[Rect], wall_m: float) -> Shaped:
 
 
 def _bend(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
-    """Let a room that has a whole side in common with a smaller one go round it; False where none is fit."""
+    """Let a room that has a whole side in common with a smaller one go round it, or False if none is fit."""
     alone = {k for k, space in enumerate(found.space_of) if found.space_of.count(space) == 1}
     pairs = [
         pair if _area(found.rects[pair[0]]) < _area(found.rects[pair[1]]) else pair[::-1]
@@ -89,7 +89,7 @@ def _bend(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
 
 
 def _stub(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
-    """Divide a large room by a wall that leaves a wide gap at its end; False where none is large enough."""
+    """Divide a large room by a wall that leaves a wide gap at its end, or False if none is large enough."""
     alone = [k for k, space in enumerate(found.space_of) if found.space_of.count(space) == 1]  # no wall ends in a gap
     fit = [k for k in alone if min(_size(found.rects[k])) > WIDE_M + 0.6 + wall_m]
     if not fit:

@@ -39,7 +39,7 @@ class Asked:
 
 
 def lay_out(asked: Asked, door_m: float, tries: int, rng: np.random.Generator) -> list[Rect] | None:
-    """Return one rectangle an area, in order, all joined by borders of ``door_m`` and more; None where none is found.
+    """Return one rectangle an area, in order, all joined by borders of ``door_m`` and more, or None if none is found.
 
     Of several tries the one is taken that is nearest to the areas and to the box, with the fewest narrow rooms.
     """
@@ -166,7 +166,7 @@ def _stretched(rects: list[Rect], asked: Asked) -> list[Rect]:
 
 
 def _cost(rects: list[Rect], asked: Asked) -> float:
-    """Return how far a layout is from what is asked, 0 where it is just that."""
+    """Return how far a layout is from what is asked, or 0 if it is just that."""
     sizes = np.array([[x2 - x1, y2 - y1] for x1, y1, x2, y2 in rects])
     areas, wanted = sizes.prod(axis=1), np.array(asked.areas_m2)
     whole = abs(areas.sum() / wanted.sum() - 1.0)

@@ -17,7 +17,7 @@ _Vector = npt.NDArray[np.float64]
 
 
 def add_shafts(cells: list[Cell], rng: np.random.Generator) -> list[Cell] | None:
-    """Cut one to three shafts (below 2 m2) out of rooms or stand chimneys in them; None where there is no place."""
+    """Cut one to three shafts (below 2 m2) out of rooms or stand chimneys in them, or None if there is no place."""
     n_before = len(cells)
     for _ in range(int(rng.integers(1, 4))):
         words = (("Aeration",), ())[int(rng.integers(2))]
@@ -44,7 +44,7 @@ def _chimney(cells: list[Cell], spec: Spec, rng: np.random.Generator) -> list[Ce
 
 
 def add_garage(cells: list[Cell], rng: np.random.Generator) -> list[Cell] | None:
-    """Put a garage beside the house, over 2 m off, under a quarter of its size; None where the house is too small."""
+    """Put a garage beside the house, over 2 m off, under a quarter of its size, or None if the house is too small."""
     house = shapely.union_all([cell.polygon for cell in cells])
     wide = float(rng.integers(270, 340))
     deep = min(float(rng.integers(480, 650)), house.area * 0.2 / wide)
@@ -58,7 +58,7 @@ def add_garage(cells: list[Cell], rng: np.random.Generator) -> list[Cell] | None
 
 
 def without_door(cells: list[Cell], doors: list[Opening], rng: np.random.Generator) -> list[Opening] | None:
-    """Take the door of a room that has only one; None where no room but corridors and closets has just one."""
+    """Take the door of a room that has only one, or None if no room but corridors and closets has just one."""
     ends = [cell for door in doors for cell in door.cells]
     leaves = [
         i
@@ -80,7 +80,7 @@ def open_front(
     half: bool,
     rng: np.random.Generator,
 ) -> tuple[list[Wall], list[Opening]] | None:
-    """Leave out an outer wall, or the better half of one; None where no outer wall is long enough.
+    """Leave out an outer wall, or the better half of one, or None if no outer wall is long enough.
 
     ``walls`` begins with one wall an edge, in the order of the edges.
     """

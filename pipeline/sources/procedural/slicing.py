@@ -62,7 +62,7 @@ def shared_out(specs: list[Spec], shares: list[float], rng: np.random.Generator)
 
 
 def misfit(placed: Placed) -> float:
-    """Return how badly rooms fit, 0 where each is wide enough and none is much longer than wide."""
+    """Return how badly rooms fit, or 0 if each is wide enough and none is much longer than wide."""
     worst = 0.0
     for (x1, y1, x2, y2), spec in placed:
         short, long = sorted((x2 - x1, y2 - y1))
