@@ -5,8 +5,10 @@ A ground is 0 where nothing speaks against the plan and 1 where everything does,
     score = 1 / (1 + exp(-(BIAS + sum of weight * ground)))
 
 BIAS and weights were fitted on the kit of kinds, its houses sound and damaged, and on the development cases:
-``python -m tests.benchmarks.quality_fit`` fits them anew and prints this table;
-``tests/benchmarks/test_bench_quality_score.py`` says how good it is on houses that were left out.
+``python -m tests.benchmarks.quality_fit`` fits them again and prints this table;
+``tests/benchmarks/test_bench_quality_score.py`` says how good it is on houses that were left out. The kit has no sealed
+boxes, so the weight of ``sealed`` is not fitted there: of twelve such plans of files that people have published, four
+were right.
 """
 
 from __future__ import annotations
@@ -56,7 +58,12 @@ GROUNDS: Final = (
     Ground("loose_end_share", -4.19),
     Ground("left_out", -1.06),
     Ground("unlike_spaces", -1.91),
+    Ground("sealed", -3.7),
 )
+
+
+UNFITTED: Final = frozenset({"sealed"})
+"""Grounds that no house of the kit has."""
 
 
 def judged(grounds: Mapping[str, float]) -> Quality:

@@ -19,7 +19,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from pipeline.quality import GROUNDS
+from pipeline.quality import GROUNDS, UNFITTED
 from tests.builders.judged import judged
 from tests.builders.kinds.registry import KINDS
 from tests.builders.quality_model import (
@@ -58,8 +58,9 @@ def by_kind(plans: list[Judged]) -> dict[str, tuple[Floats, Bools]]:
 
 
 def source_of(model: Model) -> str:
-    """Write the model as it stands in ``pipeline/quality.py``."""
-    lines = [f'    Ground("{g.name}", {model.weights[g.name]:.2f}),' for g in GROUNDS]
+    """Write the model as it stands in ``pipeline/quality.py``; weights that are not fitted stay."""
+    weights = dict(model.weights) | {g.name: g.weight for g in GROUNDS if g.name in UNFITTED}
+    lines = [f'    Ground("{g.name}", {weights[g.name]:.2f}),' for g in GROUNDS]
     return "\n".join([f"BIAS: Final = {model.bias:.2f}", "GROUNDS: Final = (", *lines, ")"])
 
 

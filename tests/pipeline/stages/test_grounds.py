@@ -131,3 +131,11 @@ def test_rooms_unlike_those_of_the_source() -> None:
     assert grounds(replace(LEVEL, rooms=two)) == {"unlike_spaces": round((1 - 16 / 32.8) / 2, 3)}
     assert grounds(replace(LEVEL, rooms=(), room_count=4)) == {"unlike_spaces": 0.25}
     assert grounds(replace(LEVEL, rooms=())) == {}
+
+
+def test_one_room_that_nothing_leads_into_unless_the_source_names_it() -> None:
+    level = replace(LEVEL, rooms=(), floor=None)
+    sealed = Spaces(WALLS, ROOMS[:1], ())
+    assert grounds(level, spaces=sealed)["sealed"] == 1.0
+    assert "sealed" not in grounds(level, spaces=replace(sealed, passages=(passage("entrance", 0, OUTSIDE),)))
+    assert "sealed" not in grounds(replace(level, rooms=LEVEL.rooms[:1]), spaces=sealed)
