@@ -16,7 +16,7 @@ import numpy.typing as npt
 import trimesh
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources import dae_file, gltf_file, obj_file, off_file, ply_header
+from pipeline.sources import dae_file, gltf_file, obj_file, off_file, ply_header, roomplan_usd
 from pipeline.sources.mesh_count import HEAD_BYTES, declared_faces
 from pipeline.sources.named_scene import without_starting_cube
 from pipeline.sources.naming import check_file
@@ -48,7 +48,7 @@ class Convention:
 
 
 def convention(path: Path) -> Convention:
-    """Return the format's convention; only COLLADA writes its own into the file."""
+    """Return the format's convention; COLLADA and USDZ write their own into the file."""
     suffix = path.suffix.lower()
     if suffix == ".dae":
         with path.open("rb") as stream:
@@ -59,6 +59,9 @@ def convention(path: Path) -> Convention:
         return Convention("z" if up and up[1] == b"Z" else "y", metres, up is not None, up is not None)
     if suffix in {".glb", ".gltf"}:
         return Convention("y", 1.0, binding=True)
+    if suffix == ".usdz":
+        up_axis, stated = roomplan_usd.frame_of(path)
+        return Convention(up_axis, stated, binding=True, declared=True)
     return Convention("y" if suffix == ".obj" else "z", None)
 
 
@@ -102,7 +105,8 @@ def _reader(path: Path) -> Callable[[Path, int], Iterator[Piece]]:
     suffix = path.suffix.lower()
     if suffix in {".glb", ".gltf"}:
         return gltf_file.load
-    return {".dae": dae_file.load, ".obj": obj_file.load, ".off": off_file.load}.get(suffix, _load_plain)
+    known = {".dae": dae_file.load, ".obj": obj_file.load, ".off": off_file.load, ".usdz": roomplan_usd.load}
+    return known.get(suffix, _load_plain)
 
 
 def _load_plain(path: Path, _max_faces: int) -> Iterator[Piece]:

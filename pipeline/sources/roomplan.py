@@ -25,6 +25,7 @@ from pipeline.geometry.overlay import mitred, polygons_of
 from pipeline.geometry.regions import enclosed, opened
 from pipeline.geometry.walls import close_cracks
 from pipeline.rejection import Reason, Rejection
+from pipeline.sources import mesh_file
 from pipeline.sources.drawn_storeys import Hole, Wall, floor_of, openings, prism, standing
 from pipeline.sources.naming import check_file, level_id, single_input
 from pipeline.sources.recognise import LONGEST_JSON
@@ -57,6 +58,9 @@ def read(item: Input) -> Iterator[Level]:
     path = Path(item.path)
     name = dict(item.options).get("file", path.name)
     scan = _scan(path)
+    if not scan.walls and path.suffix.lower() == ".usdz":  # a model of somebody who scanned nothing
+        yield from mesh_file.read(replace(item, reader="mesh_file", options=(("file", name),)))
+        return
     if not scan.walls:
         raise Rejection("source", Reason.EMPTY, f"{name}: expected walls, found none", "scan the room again")
     provenance = {"source": "roomplan", "file": name, "sha256": sha256_of(path)}

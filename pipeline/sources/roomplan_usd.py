@@ -1,4 +1,4 @@
-"""RoomPlan's USDZ: the meshes of its scene by their names, which say what each is.
+"""USDZ: RoomPlan's scans, in which the meshes' names say what each is, and other people's models, as plain meshes.
 
 R1  The names on the way to a mesh decide, the nearest first: Wall, Door, Opening, Window, Floor; what else is in the
     scene is an object of its name. Windows are part of their wall.
@@ -10,6 +10,8 @@ from __future__ import annotations
 import posixpath
 import re
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +23,9 @@ from pipeline.geometry.overlay import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.archives import members
 from pipeline.sources.json_house import check_lengths
+from pipeline.sources.polygons import triangulated
 from pipeline.sources.roomplan_scan import Floor, Scan, Thing, box_thing
+from pipeline.sources.scene import Part, Piece, placed
 
 LARGEST_BYTES = 1 << 28
 MAX_MESHES = 20_000
@@ -39,6 +43,44 @@ def load_usdz(path: Path) -> Scan:
     MissingDependencyError
         Where usd-core is not installed.
     """
+    with _stage(path) as (stage, geometry):
+        return _read(stage, geometry, path.name)
+
+
+def frame_of(path: Path) -> tuple[str, float | None]:
+    """Return the up axis of a USDZ file and metres in its unit, or None if it states none; raises as ``load_usdz``."""
+    with _stage(path) as (stage, geometry):
+        metres = geometry.GetStageMetersPerUnit(stage) if geometry.StageHasAuthoredMetersPerUnit(stage) else None
+        return "z" if geometry.GetStageUpAxis(stage) == geometry.Tokens.z else "y", metres
+
+
+def load(path: Path, max_faces: int) -> Iterator[Piece]:
+    """Yield the triangles of every mesh at its place, in the file's axes and unit; raises as ``load_usdz``."""
+    with _stage(path) as (stage, geometry):
+        cache, count = geometry.XformCache(), 0
+        for prim in stage.Traverse():
+            if not prim.IsA(geometry.Mesh):
+                continue
+            mesh = geometry.Mesh(prim)
+            local = np.array(mesh.GetPointsAttr().Get() or [], np.float64).reshape(-1, 3)
+            counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or [], np.int64)
+            corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or [], np.int64)
+            if counts.sum() != len(corners) or (len(corners) and not 0 <= corners.min() <= corners.max() < len(local)):
+                raise ValueError(f"the faces of {prim.GetName()} name vertices that it does not have")
+            faces = triangulated(local, corners, counts)[0]
+            count += len(faces)
+            if count > max_faces:
+                detail = f"{path.name} has more than {max_faces:,} faces"
+                raise Rejection("source", Reason.TOO_LARGE, detail, "simplify the mesh, or leave its furniture out")
+            matrix = np.array(cache.GetLocalToWorldTransform(prim), np.float64).T  # rows there, columns here
+            vertices, faces = placed(local, faces, matrix)
+            names = tuple(part for part in str(prim.GetPath()).split("/") if part)
+            yield Piece(Part(names[:-1], names[-1]), vertices, faces)
+
+
+@contextmanager
+def _stage(path: Path) -> Iterator[tuple[Any, Any]]:
+    """Open a file whose layers all lie in it, with the module that knows geometry; raises as ``load_usdz``."""
     try:
         from pxr import Sdf, Tf, Usd, UsdGeom
     except ImportError:
@@ -49,7 +91,7 @@ def load_usdz(path: Path) -> Scan:
         _check_layers(Sdf, path, members(path))
         stage = Usd.Stage.Open(str(path))
         stage.Reload()  # the library keeps what it has read under the same name
-        return _read(stage, UsdGeom, path.name)
+        yield stage, UsdGeom
     except (Tf.ErrorException, RuntimeError, ValueError, TypeError) as error:
         detail = f"{path.name} cannot be read as USD: {type(error).__name__}"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None

@@ -12,6 +12,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, roomplan
 from pipeline.sources.roomplan_usd import LARGEST_BYTES
 from tests.builders.houses import kinds, plan_of
+from tests.builders.meshes import one_level, y_up
 from tests.builders.mutations import mutated, outcome
 from tests.builders.roomplan import FLOOR, HEIGHT, home, pack, room, surface, usda, whole, write
 
@@ -94,6 +95,22 @@ def test_a_usdz_says_the_same_as_the_json(tmp_path):
     plan = plan_of(level)
     assert sorted(room.area for room in plan.rooms) == pytest.approx([12.0, 20.0], rel=0.015)
     assert kinds(plan) == ["door", "entrance"]
+
+
+@pytest.mark.parametrize(("up", "unit", "scale"), [("Y", 1.0, 1.0), ("Z", 0.01, 100.0)])
+def test_a_usdz_that_is_no_scan_is_a_mesh(tmp_path, up, unit, scale):
+    pytest.importorskip("pxr")
+    mesh = one_level() if up == "Z" else y_up(one_level())
+    points = ", ".join(str(tuple(point)) for point in (mesh.vertices * scale).tolist())
+    scene = (
+        f'#usda 1.0\n(\n    metersPerUnit = {unit}\n    upAxis = "{up}"\n)\n'
+        f'def Mesh "house"\n{{\n    point3f[] points = [{points}]\n'
+        f"    int[] faceVertexCounts = {[3] * len(mesh.faces)}\n"
+        f"    int[] faceVertexIndices = {mesh.faces.ravel().tolist()}\n}}\n"
+    )
+    (level,) = levels(pack(tmp_path / "model.usdz", {"a.usda": scene}))
+    assert level.provenance["source"] == "mesh"
+    assert np.ptp(level.walls.vertices, axis=0) == pytest.approx(np.ptp(one_level().vertices, axis=0), abs=0.5)
 
 
 def test_a_usdz_may_refer_to_its_own_layers_only(tmp_path):
