@@ -10,7 +10,6 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-import re
 import threading
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -30,7 +29,6 @@ LONGEST: Final = 60
 """Letters of a name."""
 
 _BYTES: Final = 64 << 20
-_PLAIN: Final = re.compile(r"[^\x00-\x1f\x7f,]+")
 
 
 @dataclass(frozen=True)
@@ -136,7 +134,7 @@ class Tags:
 def checked_name(name: str) -> str:
     """Return the name of a tag or a view in one line; raise ConfigError if it cannot be one."""
     plain = " ".join(name.split())
-    if not 0 < len(plain) <= LONGEST or not _PLAIN.fullmatch(plain):
+    if not 0 < len(plain) <= LONGEST or "," in plain or not plain.isprintable():
         raise ConfigError(f"tags: expected a name of 1 to {LONGEST} letters without a comma, found {name[:80]!r}")
     return plain
 

@@ -11,6 +11,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from houseexpo.errors import ConfigError
 from houseexpo.service.answers import Json, read
 from houseexpo.service.caching import values
 from houseexpo.service.collection import Collection
@@ -20,11 +21,11 @@ from houseexpo.service.tags import Tagged
 
 
 class Tagging(Struct, frozen=True, forbid_unknown_fields=True):
-    """Give a tag to plans, or take it away: those of ``ids``, or where it is None those that ``query`` finds."""
+    """Give a tag to plans, or take it away: to those of ``ids``, or to those that ``query`` finds."""
 
     tag: Annotated[str, Meta(max_length=200)]
     ids: list[str] | None = None
-    query: dict[str, str] = {}
+    query: dict[str, str] | None = None
     remove: bool = False
 
 
@@ -55,10 +56,12 @@ def routes(service: Service) -> list[BaseRoute]:
         shown, asked = service.collection(request), read(await request.body(), Tagging)
 
         def change() -> Tagged:
+            if (asked.ids is None) == (asked.query is None):
+                raise ConfigError("request: expected ids or a query, found both or neither")
             if asked.ids is not None:
                 ids = [shown.now.known(each) for each in asked.ids]
             else:
-                now, found = shown.find(parsed(asked.query))
+                now, found = shown.find(parsed(asked.query or {}))
                 ids = [now.views.table.ids[row] for row in found.rows.tolist()]
             return shown.tags.tag(asked.tag, ids, remove=asked.remove)
 
