@@ -1,4 +1,4 @@
-"""Algorithm 1 of the paper on one page: the stages in its order, one house in, a plan or a rejection out."""
+"""Algorithm 1 of the paper on one page: the stages in order. A house goes in; a plan or a rejection comes out."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> It
 
 @dataclass(frozen=True, eq=False)
 class _Whole:
-    """What the first stages found of the whole level, whichever building it is of."""
+    """What the first stages found in the whole level, before it is divided into buildings."""
 
     evidence: Evidence
     planes: Planes

@@ -1,4 +1,4 @@
-"""The commands ``build`` and ``inspect``: they read the command line, call, and show what came of it.
+"""The commands ``build`` and ``inspect``: they read the command line, run the work, and show the outcome.
 
 What is heavy is imported where a command runs, so that ``houseexpo --help`` answers at once.
 """

@@ -1,4 +1,4 @@
-"""What the command ``build`` does: it builds, or does a shard, or checks hashes, and shows what came of it."""
+"""What the command ``build`` does: it builds, runs one shard, or checks hashes, and shows the outcome."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ DAMAGED = 1
 
 @dataclass(frozen=True)
 class Work:
-    """What a build was asked for; ``given`` are the options that take the place of the manifest's."""
+    """The request for a build; ``given`` holds the options that override the manifest's."""
 
     config: Path | None
     given: Mapping[str, Any]
@@ -38,7 +38,7 @@ class Work:
     rehash: bool
 
     def record(self, *, add: bool) -> BuildRecord:
-        """Return the command that builds the same again, from whatever folder it is run in."""
+        """Return the command that repeats this build from any folder."""
         from houseexpo.dataset.build_record import Build, BuildRecord
         from houseexpo.dataset.manifest import is_bundled
         from pipeline.batch.listing import absolute
@@ -68,7 +68,7 @@ class Work:
 
 
 def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
-    """Build, show what came of it, and return the exit code."""
+    """Build, show the outcome, and return the exit code."""
     from pipeline.report import index_rows
 
     data_set = built(work, others, check)
@@ -85,7 +85,7 @@ def from_python(
     others: str,
     **given: Any,
 ) -> int:
-    """Build for ``houseexpo.build``; return how many inputs a passing fault kept from being done."""
+    """Build for ``houseexpo.build``; return the number of inputs that a transient fault left undone."""
     from pipeline.config_file import manifest_file
 
     options = {**given, "sources": tuple(sources)}
@@ -131,7 +131,7 @@ def built(work: Work, others: str, check: Callable[[], None]) -> DataSet:
 
 
 def _say_without_effect(data_set: DataSet, overrides: Mapping[str, Override]) -> None:
-    """Name the corrections by hand that nothing in the houses answered to."""
+    """Name the corrections by hand that matched nothing in the houses."""
     from houseexpo.dataset.plan_files import load_plan
     from pipeline.corrections import level_of, without_effect
 
@@ -144,7 +144,7 @@ def _say_without_effect(data_set: DataSet, overrides: Mapping[str, Override]) ->
 
 
 def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
-    """Do one shard, say what came of it, and return the exit code."""
+    """Run one shard, show its outcome, and return the exit code."""
     from pipeline.batch.shard_build import begin, build_shard
     from pipeline.batch.shards import Shard
     from pipeline.display import watching
@@ -187,7 +187,7 @@ def record_shards(out: str, record: BuildRecord) -> None:
 
 
 def verify_all(places: list[str]) -> None:
-    """Check data sets; ends with 1 where something is damaged."""
+    """Check data sets; exit with 1 if something is damaged."""
     from pipeline.batch.remote import is_url
     from pipeline.batch.verify import verify
 

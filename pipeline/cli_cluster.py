@@ -82,7 +82,7 @@ def slurm(
 
 
 def assemble_all(out: str, check: Callable[[], None], *, partial: bool) -> int:
-    """Assemble where nothing is left to do; return the exit code."""
+    """Assemble the data set if all shards are done; return the exit code."""
     from pipeline.batch.shard_build import DamagedShardsError, assembled, begun_at, left_of
     from pipeline.display import watching
     from pipeline.report import index_rows
@@ -108,7 +108,7 @@ def assemble_all(out: str, check: Callable[[], None], *, partial: bool) -> int:
 
 
 def _show_left(left: Mapping[int, Sequence[str]], shards: int, what: str) -> None:
-    """Name what the shards have not done, and what to do about it, on standard error; -q hides none of it."""
+    """Name on standard error what the shards have not done, and what to do about it, also with -q."""
     for number, ids in left.items():
         named = ", ".join(ids[:_NAMED]) + (", ..." if len(ids) > _NAMED else "")
         said = f"shard {number}/{shards}: {what}: {counted(len(ids), 'house')}: {named}"

@@ -26,7 +26,7 @@ NOT_DONE = 3
 
 
 def named_manifest(given: Path | None) -> Path | None:
-    """Return the file of a manifest that the command line names by its path, or by the name under which it is known."""
+    """Return the manifest file that the command line names by its path or by its bundled name."""
     from pipeline.config_file import manifest_file
 
     return None if given is None else manifest_file(given)
@@ -48,7 +48,7 @@ def settings_of(config: Path | None, given: Mapping[str, Any]) -> BuildConfig:
 
 @contextmanager
 def ended_cleanly() -> Iterator[Callable[[], None]]:
-    """End with the command that goes on where Ctrl-C comes (130), or a transient fault (3), such as a full disk.
+    """On Ctrl-C (exit code 130) or a transient fault such as a full disk (3), print the command that continues.
 
     Yields ``interruptible``'s function.
     """
@@ -69,7 +69,7 @@ def ended_cleanly() -> Iterator[Callable[[], None]]:
 
 
 def show_outcomes(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str) -> int:
-    """Say what came of a build whose index has these rows; return the command's exit code."""
+    """Show the outcome of a build whose index has these rows; return the exit code."""
     from pipeline.report import show
 
     show(data_set, rows, out, console(quiet=is_quiet()), verbose=is_verbose())
@@ -82,7 +82,7 @@ def show_outcomes(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str
 
 
 def show_inspection(found: Inspection, source: str, out: Path) -> None:
-    """Say which house and level was inspected, where its pictures are, and what came of it."""
+    """Say which house and level was inspected, where its pictures are, and the outcome."""
     from pipeline.plausible import ADVICE, implausible
     from pipeline.quality import main_grounds
 
@@ -103,7 +103,7 @@ def show_inspection(found: Inspection, source: str, out: Path) -> None:
 
 
 def show_unheard(found: Inspection, corrected: tuple[str, ...]) -> None:
-    """Say so where corrections by hand, by these ids, are of other houses than the one that was inspected."""
+    """Say which corrections by hand belong to other houses than the inspected one."""
     from houseexpo.dataset.store.catalogue import nearest
     from pipeline.corrections import concerns
 

@@ -68,7 +68,7 @@ class LimitsConfig:
 
 @dataclass(frozen=True)
 class BuildConfig:
-    """Everything that a build depends on, but its inputs."""
+    """Everything that a build depends on, except its inputs."""
 
     build: BuildOptions = field(default_factory=BuildOptions)
     limits: LimitsConfig = field(default_factory=LimitsConfig)
@@ -81,7 +81,7 @@ class BuildConfig:
         return replace(self.stages, evidence=evidence)
 
     def parameters(self) -> dict[str, Any]:
-        """Return what the plans depend on, as plain values: stored with the output, and hashed."""
+        """Return the parameters that the plans depend on, as plain values to store and hash."""
         options = asdict(self.build)
         names = ("seed", "up", "units", "scale", "storey_height", "furniture", "min_quality", "furnished")
         chosen = {name: options[name] for name in names}
@@ -146,7 +146,7 @@ def load_config(path: Path) -> BuildConfig:
 
 
 def folders_in_full(folders: str, here: Path) -> str:
-    """Return folders that are divided as in PATH by their full names; relative ones count from ``here``."""
+    """Return a PATH-like list of folders with absolute names; relative ones start at ``here``."""
     return os.pathsep.join(str(here.absolute() / folder) for folder in folders.split(os.pathsep) if folder)
 
 

@@ -1,4 +1,4 @@
-"""Where overrides take hold: whose they are, what a reader is told, and what is added to a level.
+"""Apply overrides: find the inputs that they belong to, inform the reader, and change the level.
 
 R1  An id in ``overrides.toml`` is an input's, or that of a building (``_B2``) or a level (``_L1``) of one; eight digits
     of a hash may follow.
@@ -43,7 +43,7 @@ _OF_AN_INPUT: Final = re.compile(r"(_B\d+)?(_L\d+)?(_[0-9a-f]{8})?")
 
 
 def check_ids(overrides: Mapping[str, Override], inputs: Iterable[Input]) -> None:
-    """Refuse overrides of which there is no house.
+    """Refuse overrides whose id no house has.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def by_input(overrides: Mapping[str, Override]) -> Mapping[str, Mapping[str, Ove
 
 
 def corrected_input(item: Input, overrides: Mapping[str, Override]) -> Input:
-    """Return the input with what its reader must know among its options.
+    """Return the input with the overrides that its reader needs, as options.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def corrected_input(item: Input, overrides: Mapping[str, Override]) -> Input:
 
 
 def word_on(level_id: str, overrides: Mapping[str, Override]) -> Override:
-    """Return a person's word on a level, with the doors and points under the ids of its buildings (R4)."""
+    """Return the override of a level, with the doors and points given for its buildings (R4)."""
     own = overrides.get(level_id, Override())
     parts = [overrides[name] for name in sorted(overrides) if name != level_id and level_of(name) == level_id]
     doors = (each for part in parts for each in part.door)
@@ -105,7 +105,7 @@ def level_of(name: str) -> str:
 
 
 def without_level(overrides: Mapping[str, Override], levels: Collection[str]) -> list[str]:
-    """Return the ids among an input's under which a person says something of a level, and that none of them has."""
+    """Return the overridden ids of an input that no level of it has."""
     found = []
     for name in sorted(overrides):
         of_level = replace(overrides[name], scale=None, drop_nodes=(), why="") != Override()
@@ -116,7 +116,7 @@ def without_level(overrides: Mapping[str, Override], levels: Collection[str]) ->
 
 
 def corrected_level(level: Level, override: Override) -> Level:
-    """Return the level with the doors and the points of no rooms that a person gives (R3)."""
+    """Return the level with the doors and no-room points of an override (R3)."""
     doors = tuple(
         SourceOpening(
             LineString([_at(level.frame, end) for end in segment]).buffer(DOOR_DEPTH_M / 2, cap_style="flat"),
@@ -129,7 +129,7 @@ def corrected_level(level: Level, override: Override) -> Level:
 
 
 def without_effect(override: Override, plans: Iterable[FloorPlan]) -> list[str]:
-    """Return what a person said of a level, door by door and point by point, that nothing in its plans answered to.
+    """Return the doors and points of an override that matched nothing in the level's plans.
 
     A door answers where the plan has one within ``ANSWERS_M`` of its middle. A point of no room does not where a room
     still holds it, or where it lies far from the house (``FAR_M``).

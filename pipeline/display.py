@@ -1,4 +1,4 @@
-"""What a person sees while a build runs: how far each part is, and what has come of the inputs so far.
+"""Progress of a build on the console: how far each part is, and the outcomes so far.
 
 In a terminal these are bars that vanish at the end; elsewhere, as in a log, plain lines now and then. A part that is
 done at once leaves no line.
@@ -30,20 +30,20 @@ _LOG = logging.getLogger("pipeline")
 
 @dataclass
 class Tally:
-    """What has come of the inputs so far: plans, rejections by reason, and with ``-v`` the input that took longest."""
+    """The outcomes so far: plans, rejections by reason, and with ``-v`` the slowest input."""
 
     plans: int = 0
     reasons: Counter[str] = field(default_factory=Counter)
     longest: tuple[float, str] = (0.0, "")
 
     def add(self, entry: Entry) -> None:
-        """Count what came of an input."""
+        """Count the outcome of an input."""
         self.plans += len(entry.plans)
         self.reasons.update(refused.reason for refused in entry.refused)
         self.longest = max(self.longest, (entry.seconds, entry.file))
 
     def __str__(self) -> str:
-        """Say it in a line, or nothing if nothing has come yet."""
+        """Return the tally in one line, or an empty text before the first outcome."""
         if not self.plans and not self.reasons:
             return ""
         counts = [f"{name} {count}" for name, count in self.reasons.most_common(_REASONS)]
@@ -86,7 +86,7 @@ class Display:
         self._shown.show(what, done, total)
 
     def ended(self, entry: Entry) -> None:
-        """Count what came of an input, and log it (``-v``; with ``-vv`` each stage's seconds too)."""
+        """Count the outcome of an input, and log it (``-v``; with ``-vv`` each stage's seconds too)."""
         self.tally.add(entry)
         for plan in entry.plans:
             _LOG.info("%s: %s: plan, %.2f s", plan.id, entry.file, entry.seconds)
@@ -120,7 +120,7 @@ class _Bars(Progress):
 
 @dataclass
 class _Part:
-    """A part of the build as it was when it was first heard of."""
+    """A part of the build at the time of its first progress report."""
 
     began: float
     done: int

@@ -30,7 +30,7 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def figure(sources: str | Sequence[str], lines: Iterable[str]) -> str:
-    """Return pictures, as far as there are any, with lines of text under them."""
+    """Return the pictures that exist, with lines of text under them."""
     found = [sources] if isinstance(sources, str) else sources
     images = "".join(
         f'<a href="{escape(source)}"><img src="{escape(source)}" alt="" loading="lazy"></a>'

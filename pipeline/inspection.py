@@ -64,7 +64,7 @@ class Inspection:
 
     @property
     def quality(self) -> Quality | None:
-        """The plan's, where it says so."""
+        """The plan's quality, if it has one."""
         return None if self.plan is None else self.plan.quality
 
 
@@ -154,7 +154,7 @@ def _place(inputs: Sequence[Input], name: str | None) -> int:
 
 
 def _number(item: Input, levels: Sequence[Level | RejectedLevel], number: int, name: str | None) -> int:
-    """Return which level is meant: by its id, else by its number."""
+    """Return the level that is meant, by its id or by its number."""
     wanted = {name, level_of(name or "")} - {item.id}
     number = next((place for place, level in enumerate(levels) if level.id in wanted), number)
     if number >= len(levels):

@@ -1,4 +1,4 @@
-"""Plans that no house has: a unit or a scale was wrong, though nothing in the file contradicts it.
+"""Plans that are implausible for a house, because a unit or a scale was wrong.
 
 R1  A room of more than ``MAX_ROOM_M2`` in the mean is a field; it comes of units that are too large.
 R2  A room of less than ``MIN_ROOM_M2`` in the mean is a cupboard; it comes of units that are too small.
@@ -17,7 +17,7 @@ _NAMED = 8
 
 
 def implausible(rooms: int, area_m2: float) -> str:
-    """Say what is odd about a plan of so many rooms and so much free space, or nothing if it may be a house."""
+    """Say what is odd about a plan with this number of rooms and this free area, or return an empty text."""
     each = area_m2 / max(rooms, 1)
     if MIN_ROOM_M2 <= each <= MAX_ROOM_M2:
         return ""

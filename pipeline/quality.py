@@ -67,21 +67,21 @@ UNFITTED: Final = frozenset({"sealed"})
 
 
 def judged(grounds: Mapping[str, float]) -> Quality:
-    """Return the quality of a plan with these grounds, 0 to 1 each; a ground that the model does not know weighs 0."""
+    """Return the quality of a plan with these grounds, each 0 to 1; unknown grounds have no weight."""
     exponent = BIAS + sum(ground.weight * grounds.get(ground.name, 0.0) for ground in GROUNDS)
     kept = {name: round(float(value), _DIGITS) for name, value in grounds.items()}
     return Quality(round(1 / (1 + math.exp(-exponent)), _DIGITS), kept)
 
 
 def main_grounds(quality: Quality, most: int = 3) -> list[str]:
-    """Say what speaks most against a plan, in words, the weightiest first, or nothing if nothing does to speak of."""
+    """Return the grounds that speak most against a plan, in words, the weightiest first."""
     against = [(ground.weight * quality.grounds.get(ground.name, 0.0), ground) for ground in GROUNDS]
     heaviest = sorted((pair for pair in against if pair[0] <= -_TELLING), key=lambda pair: pair[0])[:most]
     return [f"{ground.about}: {quality.grounds[ground.name]:.2f}" for _, ground in heaviest]
 
 
 def check_quality(plan: FloorPlan, least: float) -> None:
-    """Refuse a plan that is less sure than asked for; one that says nothing of it passes.
+    """Refuse a plan whose quality is below the limit; a plan without a quality passes.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Why an input gave no plan: the stage, a reason that the report counts, a detail for the person who looks."""
+"""Why an input gave no plan: the stage, a reason code that the report counts, and a detail for people."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Reason(StrEnum):
-    """Reason codes; each rule that stands for what the paper left to people has its own."""
+    """Reason codes; each rule that replaces a judgement by eye in the paper has its own."""
 
     # reading
     MISSING_FILE = "missing_file"
@@ -32,7 +32,7 @@ class Reason(StrEnum):
 
 
 class Rejection(Exception):  # noqa: N818 - an outcome that unwinds the stages, not a fault
-    """Raised by a reader or a stage where a house cannot become a plan; the batch records it and goes on.
+    """Raised by a reader or a stage if a house cannot become a plan; the batch records it and goes on.
 
     ``detail`` says which thing, what was expected, what was found; ``advice`` says what to do. ``picture`` may be a
     small PNG of what was rejected (``pipeline.top_view``), for the report.
@@ -43,7 +43,7 @@ class Rejection(Exception):  # noqa: N818 - an outcome that unwinds the stages, 
         self.stage, self.reason, self.detail, self.advice, self.picture = stage, reason, detail, advice, picture
 
     def pictured(self, picture: bytes) -> Rejection:
-        """Return the rejection with a picture, where it has none yet."""
+        """Return the rejection with a picture, unless it has one."""
         return Rejection(self.stage, self.reason, self.detail, self.advice, self.picture or picture)
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""What came of a build, for people, in the terminal: tables and lines; ``pipeline.report_page`` writes the page.
+"""The outcome of a build, for people, in the terminal: tables and lines; ``pipeline.report_page`` writes the page.
 
 R1  First the counts, then the plans by id, then what gave no plan and what to do about it, then where all is, and the
     commands that people run next.
@@ -44,7 +44,7 @@ def index_rows(root: Path) -> list[dict[str, Any]]:
 
 
 def show(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str, printed: Console, *, verbose: bool) -> None:
-    """Say what came of a build.
+    """Print the outcome of a build.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def show(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str, printed
 
 
 def headline(stats: Mapping[str, Any]) -> str:
-    """Say in a line what became of the inputs."""
+    """Return one line with the outcomes of the inputs."""
     outcomes = stats["outcomes"]
     plans = counted(outcomes["plans"], "plan") if outcomes["plans"] else "no plan"
     beside = {
@@ -100,7 +100,7 @@ def headline(stats: Mapping[str, Any]) -> str:
 
 
 def means_line(rows: Sequence[Mapping[str, Any]]) -> str | None:
-    """Say in a line what the plans are like, or None if there are not several. ``houseexpo stats`` says more."""
+    """Return one line with means over the plans, or None for fewer than two. ``houseexpo stats`` says more."""
     if len(rows) < 2:
         return None
     rooms, doors, area = (sum(row[name] or 0 for row in rows) / len(rows) for name in ("room_num", "n_doors", "area"))
@@ -155,7 +155,7 @@ def refused_lines(data_set: DataSet, out: str) -> Iterator[Text]:
 
 
 def places(data_set: DataSet, out: str) -> Iterator[tuple[str, Text]]:
-    """Yield what is where, and what to run next."""
+    """Yield where the results are, and what to run next."""
     yield "data set", Text(out)
     yield "pictures", Text(f"{out}/.build/pictures")
     doubtful = f"  (first the doubtful plans: quality below {SURE:g})" if data_set.stats["outcomes"]["doubtful"] else ""
@@ -195,7 +195,7 @@ def outcome_table(stats: Mapping[str, Any]) -> Table:
 
 
 def refused_of(data_set: DataSet) -> list[tuple[str, Refused]]:
-    """Return what was rejected, by id, each with its input's file."""
+    """Return the rejections, sorted by id, each with the file of its input."""
     found = [(entry.file, refused) for entry in data_set.entries for refused in entry.refused]
     return sorted(found, key=lambda pair: pair[1])
 
@@ -205,7 +205,7 @@ def _suffixes(data_set: DataSet) -> set[str]:
 
 
 def notes_lines(data_set: DataSet) -> list[str]:
-    """Say what a person may wonder about: files that were ignored, inputs that gave several outcomes."""
+    """Return notes on what may surprise: ignored files, and inputs that gave several outcomes."""
     lines = []
     if data_set.passed_over:
         names = ", ".join(data_set.passed_over[:8]) + (", ..." if len(data_set.passed_over) > 8 else "")

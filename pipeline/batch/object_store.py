@@ -60,7 +60,7 @@ class ObjectStore:
         return self.url
 
     def check(self, parameters: str) -> None:  # noqa: ARG002 - what was begun tells of them
-        """Raise ConfigError if there is something, and no build."""
+        """Raise ConfigError if there are objects that no build wrote."""
         system, path = opened(self.url)
         with faults(self.url):
             try:
@@ -82,7 +82,7 @@ class ObjectStore:
             ) from None
 
     def add(self, name: str, data: bytes) -> None:
-        """Write an object, whether it is there or not: asking would cost as much."""
+        """Write an object even if it exists: asking first would cost as much."""
         self.put(name, data)
 
     def get(self, name: str) -> bytes:
@@ -106,10 +106,10 @@ class ObjectStore:
         self._remove([name])
 
     def sweep(self, under: str) -> None:
-        """Do nothing: what was interrupted left nothing (R1)."""
+        """Do nothing: interrupted writes leave nothing (R1)."""
 
     def shared(self) -> AbstractContextManager[None]:
-        """Hold off nobody: two writers mean the same (R1)."""
+        """Lock nothing: two writers write the same bytes (R1)."""
         return nullcontext()
 
     @contextlib.contextmanager
@@ -140,7 +140,7 @@ class ObjectStore:
                 system.get([f"{path}/{name}" for name in names], [str(root / name) for name in names])
 
     def _publish(self, root: Path, plans: set[str], beside: Sequence[str]) -> None:
-        """Bring the store to what the folder holds; ``plans`` and ``beside`` are what it holds already."""
+        """Make the store hold what the folder holds; ``plans`` and ``beside`` are in it already."""
         system, path = opened(self.url)
         manifest = (root / MANIFEST).read_bytes()
         files = msgspec.json.decode(manifest, type=Manifest).files

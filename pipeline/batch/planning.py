@@ -1,4 +1,4 @@
-"""Which inputs are to be planned, and planning them: what a build, a shard of one and a look at what is left share.
+"""Decide which inputs to plan, and plan them; shared by builds, shards and the list of what is left.
 
 An input is done where it is known with the same recipe, its plans are kept, and its files look as they did.
 """
@@ -34,7 +34,7 @@ WHOLE = Shard(0, 1)
 
 
 def unheard(entry: Entry) -> None:
-    """Leave unsaid what came of an input."""
+    """Ignore the outcome of an input."""
 
 
 _REASONS: Mapping[str, tuple[Reason, str]] = {
@@ -76,7 +76,7 @@ class Planning:
     unfinished: dict[str, Entry] = field(default_factory=dict)
 
     def run(self, plan: Plan | None, execute: Executor, progress: Progress) -> None:
-        """Plan what is not done; ``plan`` is Algorithm 1 where it is None."""
+        """Plan the inputs that are not done; ``plan`` is Algorithm 1 where it is None."""
         self.listed.clear()
         self.unfinished.clear()
         config = self.listing.config
@@ -102,7 +102,7 @@ class Planning:
         progress("planning", len(self.listed), len(self.listed))
 
     def jobs(self) -> Iterator[Job]:
-        """Yield what is to be done; what is done and looks as it did is noted as listed."""
+        """Yield the jobs to do; inputs that are done and unchanged are only noted as listed."""
         pictured = self.listing.config.build.keep_stages
         overrides = by_input(self.overrides)
         for source, listed in self.listing:
@@ -152,7 +152,7 @@ class Planning:
 
 
 def _failed(job: Job, failure: Failure) -> Entry:
-    """Return what came of an input whose worker could not say it."""
+    """Return the outcome of an input whose worker died."""
     if failure.kind == "killed":
         return job.refused(not_yet(f"{failure.detail}; most often memory ran out: use fewer workers"), transient=True)
     if failure.kind == "untried":

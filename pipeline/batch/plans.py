@@ -1,4 +1,4 @@
-"""Where plans, and pictures of their stages, are kept until they are put together.
+"""The store of plans and of pictures of their stages, from which the data set is assembled.
 
 Each lies under the SHA-256 of its bytes, so that two writers agree.
 """
@@ -32,12 +32,12 @@ class Plans:
     store: Store
 
     def put(self, name: str, content: str, data: bytes, picture: bytes = b"") -> Kept:
-        """Keep a plan, and the picture of its stages where there is one; they are safe when this returns."""
+        """Store a plan, and the picture of its stages if there is one; both are on the disk when this returns."""
         stages = Picture(self._add(picture), len(picture)) if picture else None
         return Kept(name, content, self._add(data), len(data), stages)
 
     def stands(self, kept: Kept, *, pictured: bool) -> bool:
-        """Tell whether a plan is there in its size, where it is to be ``pictured`` its picture too; nothing is read."""
+        """Tell whether a plan (and, if ``pictured``, its picture) is stored with its size; nothing is read."""
         if self.store.size(_place(kept.plan)) != kept.size:
             return False
         stages = kept.stages
@@ -58,7 +58,7 @@ class Plans:
         return b"" if kept.stages is None else self._get(kept, kept.stages.sha256)
 
     def sweep(self) -> None:
-        """Remove what interrupted writes left."""
+        """Remove the remains of interrupted writes."""
         self.store.sweep(_FOLDER)
 
     def _add(self, data: bytes) -> str:

@@ -23,7 +23,7 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Published:
-    """What was written: the files by name, the index's rows, the plans' summaries, and counts beside the outcomes."""
+    """The written files by name, the index's rows, the plans' summaries, and counts."""
 
     written: dict[str, Written]
     rows: list[dict[str, Any]]
@@ -72,7 +72,7 @@ def publish(
 
 
 def _measured(summaries: Iterable[Summary], plan: FloorPlan) -> bool:
-    """Add a plan to the summaries; one that cannot be measured is said, and left out of them."""
+    """Add a plan to the summaries; if it cannot be measured, say so and leave it out."""
     try:
         for summary in summaries:
             summary.add(plan)
@@ -100,7 +100,7 @@ def _written(folder: Folder, file: str, sha256: str, read: Callable[[], bytes], 
 
 
 def _rules(plan: FloorPlan) -> list[str]:
-    """Name the rules that had something to do in a plan: those that stand for what the paper left to people."""
+    """Name the rules that took effect in a plan and replace a judgement by eye in the paper."""
     notes = (plan.provenance or {}).get("notes", {})
     return [f"{name}:{value}" if isinstance(value, str) else name for name, value in notes.items()]
 

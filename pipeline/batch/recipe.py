@@ -39,7 +39,7 @@ _OURS = {package.__name__: Path(package.__path__[0]) for package in (houseexpo, 
 
 
 def recipe(item: Input, config: BuildConfig, overrides: Mapping[str, Override]) -> str:
-    """Return a hash of all that an input's outcomes depend on but the files that its reader reads.
+    """Return a hash of everything that an input's outcomes depend on, except the files that its reader reads.
 
     ``overrides`` are those of the input. Where it lies is no part of it: the same files elsewhere give the same plans.
     """
@@ -74,7 +74,7 @@ def code_digest() -> str:
 
 @cache
 def digest_of(*names: str) -> str:
-    """Return a hash of modules and of what they import of ours, for types only excepted."""
+    """Return a hash of modules and of what they import of ours, except imports for types only."""
     digest = hashlib.sha256()
     for name, file in sorted(_modules(names).items()):
         digest.update(name.encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())
@@ -105,7 +105,7 @@ def _file(name: str) -> Path | None:
 
 @cache
 def _imports(file: Path) -> tuple[str, ...]:
-    """Return what a module imports, wherever in it; of ``from a import b`` a and a.b, whichever is a module."""
+    """Return the modules that a module imports anywhere; ``from a import b`` may mean a and a.b."""
     waiting: list[ast.AST] = [ast.parse(file.read_bytes())]
     found: list[str] = []
     while waiting:

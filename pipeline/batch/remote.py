@@ -50,7 +50,7 @@ def opened(url: str) -> tuple[Any, str]:
 
 @contextmanager
 def faults(url: str) -> Iterator[None]:
-    """Have what goes wrong with the store be a transient fault, whatever its library calls it.
+    """Turn errors of the store's library into transient faults.
 
     Who asks without credentials, or without the right to, is no transient fault: ConfigError says what to set.
     """

@@ -1,4 +1,4 @@
-"""What is stated of the licences of a data set's sources, source by source, and what they agree on.
+"""The licences stated for a data set's sources, one by one, and the licence that all share.
 
 R1  A build states the licence and the credit of its own sources. Those of sources whose plans it keeps (``--add``) stay
     as they were stated.
@@ -29,7 +29,7 @@ class Rights(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 def rights_by_source(folder: Folder, own: Mapping[str, Rights], beside: Iterable[str]) -> dict[str, Rights]:
-    """Return what is stated of a build's own sources and of those whose plans it keeps (R1, R3), and keep that."""
+    """Return and store the licences of a build's own sources and of those whose plans it keeps (R1, R3)."""
     file = folder.build / _FILE
     try:
         before = msgspec.json.decode(file.read_bytes(), type=dict[str, Rights])
@@ -53,7 +53,7 @@ def licences(rights: Mapping[str, Rights]) -> tuple[str, ...]:
 
 
 def agreed(rights: Mapping[str, Rights]) -> Rights:
-    """Return what holds for plans of all of these sources (R2)."""
+    """Return the licence and credit shared by all of these sources (R2)."""
     found = licences(rights)
     credit = dict.fromkeys(each.credit for _, each in sorted(rights.items()) if each.credit)
     return Rights(found[0] if len(found) == 1 else "", "; ".join(credit))

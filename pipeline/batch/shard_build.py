@@ -1,4 +1,4 @@
-"""A build in shards: do one of them, tell what is left of all, and put the data set together where nothing is."""
+"""A build in shards: run one of them, list what is left, and assemble the data set when nothing is left."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from pipeline.overrides import Override
 
 @dataclass(frozen=True)
 class ShardDone:
-    """What became of the inputs of a shard: how many there are, and the ids that are not done, with what kept them."""
+    """The outcome of a shard: the number of its inputs, and the ids that are not done, with the reason."""
 
     shard: Shard
     inputs: int
@@ -32,7 +32,7 @@ class ShardDone:
 
 
 def begin(config: BuildConfig, out: str, shards: int, overrides: Mapping[str, Override]) -> Begun:
-    """Begin a build in shards, or go on with it; every shard does so.
+    """Begin or continue a build in shards; every shard calls this.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def build_shard(
     rehash: bool = False,
     ended: Callable[[Entry], None] = unheard,
 ) -> ShardDone:
-    """Do what is not done of one shard; its plans and its journal go to ``out``, and nothing else there is touched.
+    """Do the unfinished inputs of one shard; only its plans and its journal in ``out`` are written.
 
     ``ended`` hears what came of each input that was at work.
     """
@@ -98,7 +98,7 @@ def left_of(begun: Begun, out: str) -> dict[int, list[str]]:
 
 
 class DamagedShardsError(HouseExpoError):
-    """Stored plans are no longer what was written; ``left`` has their inputs' ids by shard, as ``left_of``."""
+    """Stored plans are damaged; ``left`` has the ids of their inputs by shard, as ``left_of`` returns them."""
 
     def __init__(self, left: dict[int, list[str]]) -> None:
         super().__init__(f"plans of {', '.join(id_ for ids in left.values() for id_ in ids)} are damaged")
@@ -134,7 +134,7 @@ def assembled(begun: Begun, out: str, progress: Progress, *, partial: bool = Fal
 
 
 def _forget_damaged(entries: Iterable[Entry], copy: Store, store: Store) -> bool:
-    """Have a store forget the plans that a copy of it shows to be damaged; tell if there were any."""
+    """Remove from a store the plans that are damaged in a copy of it; tell whether there were any."""
     plans, any_damaged = Plans(copy), False
     for entry in entries:
         for kept in entry.plans:
@@ -155,6 +155,6 @@ def _leave(
     limits: Limits,  # noqa: ARG001
     preload: Sequence[str],  # noqa: ARG001
 ) -> Iterator[tuple[Item, Result | Failure]]:
-    """Do nothing: an executor for what is some shard's business."""
+    """Do nothing: the executor for inputs that a shard has to do."""
     for item in items:
         yield item, Failure("untried", "its shard has not done it")

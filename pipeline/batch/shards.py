@@ -69,7 +69,7 @@ class Begun(msgspec.Struct, frozen=True):
     overrides: dict[str, Override]
 
     def write(self, store: Store) -> None:
-        """Put it down, or see that an earlier shard put down the same (R3).
+        """Store it, or check that an earlier shard stored the same (R3).
 
         Raises
         ------
@@ -99,7 +99,7 @@ class Begun(msgspec.Struct, frozen=True):
         store.put(_BEGUN, msgspec.json.encode(self, order="deterministic"))
 
     def _same_houses(self, other: Begun) -> bool:
-        """Tell whether the other has the same inputs and parameters, whatever a person says of single houses."""
+        """Tell whether the other has the same inputs and parameters; overrides do not count."""
         own, before = self.config.build, other.config.build
         asked = ((each.sources, each.limit, each.model_path) for each in (own, before))
         return len(set(asked)) == 1 and self.config.parameters() == other.config.parameters()
@@ -123,7 +123,7 @@ def read_begun(store: Store) -> Begun | None:
 
 @dataclass
 class ShardJournal:
-    """What is known of the inputs of one shard, or of all of them where ``shard`` is None; ``put`` needs a shard."""
+    """The journal of one shard, or of all shards if ``shard`` is None; ``put`` needs a shard."""
 
     store: Store
     shard: Shard | None
@@ -154,7 +154,7 @@ class ShardJournal:
             self.sync()
 
     def sync(self) -> None:
-        """Write what is noted and stands in no chunk yet (R4)."""
+        """Write the entries that are in no chunk yet (R4)."""
         if self._fresh:
             data = b"".join(line + b"\n" for line in self._fresh)
             digest = hashlib.sha256(data).hexdigest()[:16]
@@ -172,7 +172,7 @@ class ShardJournal:
 
 
 def _lines(data: bytes) -> Iterable[Entry]:
-    """Yield the entries of a chunk; a damaged line is as good as none."""
+    """Yield the entries of a chunk; damaged lines are skipped."""
     for line in data.splitlines():
         with suppress(msgspec.DecodeError):
             yield msgspec.json.decode(line, type=Entry)

@@ -40,7 +40,7 @@ exec {command}
 
 @dataclass(frozen=True)
 class Request:
-    """What a task asks of the cluster, in Slurm's own words; what is None is left to the cluster."""
+    """The resources of a task, in Slurm's terms; None leaves the choice to the cluster."""
 
     partition: str | None = None
     time: str | None = None
@@ -71,7 +71,7 @@ class Queue:
 
 @dataclass(frozen=True)
 class Scripts:
-    """The scripts of a build: ``out`` is its data set, ``command`` the words that do a shard but for ``--shard``."""
+    """The scripts of a build: ``out`` is its data set, ``command`` runs a shard, without ``--shard``."""
 
     folder: Path
     out: str
@@ -85,7 +85,7 @@ class Scripts:
         return f"houseexpo-{hashlib.sha256(self.out.encode()).hexdigest()[:8]}"
 
     def write(self, shards: Iterable[int], limit: int, queue: Queue) -> int:
-        """Write the scripts for these shards but those in the queue, and ``submit.sh``; return how many they are."""
+        """Write ``submit.sh`` and the scripts of these shards, except those in the queue; return their number."""
         make_folder(self.folder)
         self._check()
         wanted = sorted(set(shards) - queue.shards)  # R1
@@ -103,7 +103,7 @@ class Scripts:
         return len(wanted)
 
     def _check(self) -> None:
-        """Raise ConfigError if a file of a script's name is there that is not of this command."""
+        """Raise ConfigError if a file with a script's name exists that this command did not write."""
         for name in ("task.sbatch", "assemble.sbatch", "submit.sh"):
             file = self.folder / name
             if file.exists() and b"houseexpo" not in file.read_bytes():
@@ -132,7 +132,7 @@ class Scripts:
         return Queue(frozenset(shard for shard, _ in tasks), tuple(sorted({job for _, job in tasks})))
 
     def submit(self) -> str:
-        """Submit what was written; return what Slurm says."""
+        """Submit the scripts; return Slurm's output."""
         return _said("sh", str(self.folder / "submit.sh"))
 
 
@@ -156,7 +156,7 @@ def program() -> list[str]:
 
 
 def _said(*command: str) -> str:
-    """Return what a command of Slurm says; raise HouseExpoError if it fails."""
+    """Return the output of a Slurm command; raise HouseExpoError if it fails."""
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our words
     if done.returncode:
         raise HouseExpoError(f"{shlex.join(command)}: ended with {done.returncode}: {done.stderr.strip()}")

@@ -1,4 +1,4 @@
-"""Where a build keeps what comes of it: under names, each thing whole or not at all.
+"""Where a build keeps its results: by name, each written completely or not at all.
 
 A store is a folder, which several machines may share, or a place in an object store (``object_store``). What is put
 under a name is never changed: names hold a hash of what they stand for, or two writers mean the same by them.
@@ -27,7 +27,7 @@ class Store(Protocol):
 
     @property
     def name(self) -> str:
-        """What people call it: a path or a URL."""
+        """The store's path or URL."""
         ...
 
     def check(self, parameters: str) -> None:
@@ -35,19 +35,19 @@ class Store(Protocol):
         ...
 
     def put(self, name: str, data: bytes) -> None:
-        """Write something; what stood there is replaced by it as a whole."""
+        """Write data under a name; earlier data is replaced as a whole."""
         ...
 
     def add(self, name: str, data: bytes) -> None:
-        """Write something whose name holds its hash: where it stands already, nothing needs to be done."""
+        """Write data whose name contains its hash; nothing is done if it is there already."""
         ...
 
     def get(self, name: str) -> bytes:
-        """Return what stands there; raise OSError if nothing does."""
+        """Return the data under a name; raise OSError if there is none."""
         ...
 
     def size(self, name: str) -> int | None:
-        """Return how many bytes stand there, or None if nothing does."""
+        """Return the size of the data under a name, or None if there is none."""
         ...
 
     def names(self, under: str) -> list[str]:
@@ -55,15 +55,15 @@ class Store(Protocol):
         ...
 
     def remove(self, name: str) -> None:
-        """Remove what stands there, if anything does."""
+        """Remove the data under a name, if there is any."""
         ...
 
     def sweep(self, under: str) -> None:
-        """Remove what interrupted writes left in the folders of ``under``."""
+        """Remove the remains of interrupted writes in the folders of ``under``."""
         ...
 
     def shared(self) -> AbstractContextManager[None]:
-        """Hold off builds that want the store for themselves; raise ConfigError if one is at work."""
+        """Keep builds out that need the store to themselves; raise ConfigError if one is running."""
         ...
 
     def workplace(self, names: Sequence[str]) -> AbstractContextManager[Path]:
@@ -122,7 +122,7 @@ class FolderStore:
         (self.root / name).unlink(missing_ok=True)
 
     def sweep(self, under: str) -> None:
-        """Remove what interrupted writes left in the folders of ``under``."""
+        """Remove the remains of interrupted writes in the folders of ``under``."""
         for folder in (self.root / under).glob("*/"):
             disk.sweep(folder)
 

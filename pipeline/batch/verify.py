@@ -48,7 +48,7 @@ def verify(root: Path) -> Iterator[str]:
 
 
 def _store(folder: Folder) -> Iterator[str]:
-    """Yield the plans of the store that are damaged; a data set without its store is none the worse."""
+    """Yield the damaged plans of the store; a data set without its store is sound."""
     if not (folder.build / "journal.jsonl").is_file():
         return
     plans = Plans(FolderStore(folder.root))

@@ -43,7 +43,7 @@ def run(
     limits: Limits,
     preload: Sequence[str] = (),
 ) -> Iterator[tuple[Item, Result | Failure]]:
-    """Yield each item with its result or why it has none, in the order in which they end.
+    """Yield each item with its result or its failure, in the order in which they end.
 
     ``function`` and the items are pickled; items are taken from their iterator as workers get free. Closing the
     iterator early stops the workers. Modules named in ``preload`` are imported once for all workers.
@@ -64,7 +64,7 @@ def run(
 
 @dataclass
 class _Pool(Generic[Item, Result]):
-    """The workers at work, the items that wait for one, and how many workers in a row were never ready (R3)."""
+    """The running workers, the waiting items, and the number of workers in a row that never became ready (R3)."""
 
     function: Callable[[Item], Result]
     items: Iterator[Item]
@@ -86,7 +86,7 @@ class _Pool(Generic[Item, Result]):
         return bool(self.again) or any(worker.given for worker in self.workers)
 
     def collect(self) -> Iterator[tuple[Item, Result | Failure]]:
-        """Wait until something happens, and yield what has ended by then."""
+        """Wait for an event, and yield the items that have ended."""
         pipes: dict[Any, Worker[Item]] = {worker.pipe: worker for worker in self.workers}
         heard = {id(pipes[pipe]) for pipe in wait(list(pipes), self._patience())}
         for worker in pipes.values():
@@ -132,7 +132,7 @@ class _Pool(Generic[Item, Result]):
             time.sleep(_PAUSE_S)
 
     def _listen(self, worker: Worker[Item]) -> Iterator[tuple[Item, Result | Failure]]:
-        """Take one message of a worker, or its end."""
+        """Handle one message of a worker, or its death."""
         try:
             kind, content = worker.pipe.recv()
         except (EOFError, OSError):
@@ -150,7 +150,7 @@ class _Pool(Generic[Item, Result]):
                 self._note_failed_start(content)
 
     def _ended(self, worker: Worker[Item]) -> Iterator[tuple[Item, Result | Failure]]:
-        """Draw the consequences of a worker's death."""
+        """Handle a worker's death."""
         task = worker.given[0] if worker.given else None
         self._lose(worker)
         end = worker.close()
@@ -163,7 +163,7 @@ class _Pool(Generic[Item, Result]):
                 yield task.item, _failure(end)
 
     def _lose(self, worker: Worker[Item]) -> None:
-        """Strike a worker off; what it was given is the next to be done, in its order (R1)."""
+        """Remove a worker; its items are done next, in their order (R1)."""
         self.workers.remove(worker)
         self.again.extendleft(reversed(worker.given))
         worker.given.clear()

@@ -1,4 +1,4 @@
-"""What an executor promises: the limits of an item, and why one has no result."""
+"""The contract of an executor: the limits of an item, and the failures that it reports."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Kind = Literal["timeout", "memory", "killed", "died", "raised", "untried"]
 
 @dataclass(frozen=True)
 class Limits:
-    """What one item may take: seconds of wall clock, bytes of memory that its worker allocates."""
+    """The limits of one item: seconds of wall clock, and bytes of memory allocated by its worker."""
 
     seconds: float
     memory: int
@@ -32,7 +32,7 @@ class Failure:
 
 
 class Executor(Protocol):
-    """Maps a function over items: yields each item with its result or why it has none, in the order they end.
+    """Maps a function over items: yields each item with its result or its failure, in the order they end.
 
     The function, the items and the results are pickled. Modules named in ``preload`` are imported before.
     """

@@ -35,7 +35,7 @@ def run(
     limits: Limits,
     preload: Sequence[str] = (),
 ) -> Iterator[tuple[Item, Result | Failure]]:
-    """Yield each item with its result or why it has none, as tasks end.
+    """Yield each item with its result or its failure, as tasks end.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def _results(ray: Any, reference: Any, task: list[Item]) -> list[tuple[Item, Any
 
 
 def _task(work: tuple[Any, ...], task: list[Any]) -> list[Any]:
-    """Do a task on the node that has it (R1); results in the order of the items."""
+    """Run a task on its node (R1); return results in the order of the items."""
     function, limits, preload = work
     places = {id(item): place for place, item in enumerate(task)}
     results: list[Any] = [None] * len(task)

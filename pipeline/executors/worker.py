@@ -38,7 +38,7 @@ _LONGEST_FOLDER = 75  # bytes: a socket's path has 107, and 32 of them are multi
 
 @dataclass
 class Task(Generic[Item]):
-    """An item on its way, and how many workers it has cost."""
+    """An item, and the number of workers that died on it."""
 
     item: Item
     deaths: int = 0
@@ -46,7 +46,7 @@ class Task(Generic[Item]):
 
 @dataclass
 class Worker(Generic[Item]):
-    """The parent's side; ``given`` are the items handed over, of which the first is being done since ``since``."""
+    """The parent's side; ``given`` are the items handed over, the first of which runs since ``since``."""
 
     process: BaseProcess
     pipe: Connection
@@ -61,7 +61,7 @@ class Worker(Generic[Item]):
         self.close()
 
     def close(self) -> str:
-        """Wait for the process, which has ended or is about to, and say with what it ended."""
+        """Wait for the process to end, and return its exit code in words."""
         self.pipe.close()
         self.process.join(timeout=5.0)
         if self.process.exitcode is None:  # its end of the pipe is gone and it still stands: a library's doing
@@ -72,7 +72,7 @@ class Worker(Generic[Item]):
 
 
 def start(function: Callable[[Item], Any], limits: Limits, preload: Sequence[str]) -> Worker[Item]:
-    """Start a worker; OSError or EOFError where the server that forks it has just been killed."""
+    """Start a worker; raise OSError or EOFError if the fork server has just been killed."""
     context = _context(preload)
     near, far = context.Pipe()
     process = context.Process(target=serve, args=(far, function, limits), daemon=True)  # type: ignore[attr-defined]
