@@ -19,7 +19,7 @@ from playwright.sync_api import sync_playwright
 
 IMAGES = Path(__file__).parent / "images"
 WIDE = {"width": 1280, "height": 800}
-_WAIT_MS = 60_000
+_WAIT_MS = 120_000
 _EXPLORES_MS = 12_000
 
 
@@ -43,7 +43,7 @@ def shoot(data_set: Path, images: Path = IMAGES) -> None:
             page.screenshot(path=images / "serve_review.png")
         with page_of(chromium, "dark") as page:
             page.goto(f"{home}/drive", wait_until="networkidle")
-            page.get_by_text(re.compile(r"\d+% seen")).first.wait_for(timeout=_WAIT_MS)
+            page.locator("dd.seen", has_text=re.compile(r"[1-9]\d*%")).first.wait_for(timeout=_WAIT_MS)
             page.get_by_label("Driver").first.select_option("frontier")
             page.get_by_label("Explorers").first.fill("30")
             page.get_by_role("button", name="Set down").click()
