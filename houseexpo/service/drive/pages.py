@@ -13,7 +13,6 @@ from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from houseexpo.service.service import Service
-from houseexpo.words import counted
 from houseexpo.workers import cores
 
 MAX_ROBOTS: Final = 16
@@ -50,8 +49,8 @@ def routes(service: Service) -> list[BaseRoute]:
         name = asked if asked is not None else ids[0]
         if name not in shown.dataset:
             raise HTTPException(404, f"{shown.name} has no plan {name!r}")
-        plan = shown.plan(name)
-        words = f"{counted(plan.room_num, 'room')}, {plan.area:.0f} m²" if plan.room_num else f"{plan.area:.0f} m²"
+        now = shown.now
+        plan, words = now.plan(name), now.views.table.title(now.numbers[name])
         other = secrets.choice(ids)
         known = [(explorer, EXPLORERS.get(explorer, "")) for explorer in explorers()]
         told: dict[str, Any] = {
