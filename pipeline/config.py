@@ -32,7 +32,8 @@ class LayoutConfig:
     """What counts as a layout, and how an open house is closed."""
 
     area_m2: float = 2.0  # a scene that encloses less has no layout
-    gap_m: float = 1.5  # the widest gap of full height that two wall ends close
+    gap_m: float = 1.5  # the widest gap of full height that two wall ends close between two rooms
+    entrance_m: float = 3.0  # and the widest that they close between a room and the outside (gates, double doors)
     beam_m: float = 4.0  # a lintel that bridges more, from wall to crossing wall, is a beam in a room and no boundary
     header_m: float = 1.5  # nor is a wider one that hangs from the ceiling by a hand's breadth only a boundary
     characters: bool = True  # reject walls shaped as characters; overrides.toml says "keep" where they are a house

@@ -3,9 +3,10 @@
 Two planes never differ in such a gap, so it is found from the walls' ends: an end is a short edge of the wall's
 outline between two right angles; the gap is what lies between it and the wall that it points at.
 
-R1  Where that is the end of another wall, the gap is a hole in one wall.
+R1  Where that is the end of another wall, the gap is a hole in one wall. The two walls may stand a little aside of
+    each other, as those drawn by hand do.
 R2  Where it is a wall that crosses, the gap has the width of a door at most, or every wall that juts into a corridor
-    would part it in two. Where a leaf hangs at the end, it may be wider.
+    would part it in two. Where a leaf hangs at the end, it may be as wide as a double door.
 R3  A nib, too short to be told from a pilaster, is the end of a wall where another end or nib faces it in line.
 """
 
@@ -31,6 +32,12 @@ NIB_M = 0.04
 """Beside a corner a wall may end as soon as this, seen from one side; from the other it is long."""
 DOOR_M = 1.25
 """The widest gap between the end of a wall and one that crosses."""
+DOUBLE_DOOR_M = 1.5
+"""The widest such gap where a leaf hangs at the end."""
+LEAST_OVERLAP = 0.3
+"""Two ends overlap if they do so by this share of the thinner wall; else the gap is as deep as both walls."""
+ASIDE_M = 0.1
+"""Two ends of one wall stand no farther aside of each other than this, seen along the wall."""
 ALIKE = 0.5
 OPPOSITE = 0.9
 IN_LINE_M = 0.03
@@ -132,8 +139,11 @@ def gaps(
         gap = gap_at(end, tall, reach_m)
         if gap is None:
             continue
-        crossing = (k in hinges or _width(gap, end) <= DOOR_M) and not end.is_nib  # R2
-        if crossing or _meets_end(gap, end, ends):  # R1
+        facing = _between_ends(gap, end, ends)
+        widest = DOUBLE_DOOR_M if k in hinges else DOOR_M
+        if facing is not None:  # R1
+            found.append(facing)
+        elif _width(gap, end) <= widest and not end.is_nib:  # R2
             found.append(gap)
     return _each_once(sorted(found, key=lambda g: (round(g.length, 6), g.bounds)))
 
@@ -151,11 +161,33 @@ def _width(gap: Polygon, end: WallEnd) -> float:
     return float(np.ptp(shapely.get_coordinates(gap) @ end.out))
 
 
-def _meets_end(gap: Polygon, end: WallEnd, ends: list[WallEnd]) -> bool:
-    """Whether the far side of a gap is the end of a wall that comes the other way; R3 where one of the two is a nib."""
-    near = shapely.buffer(gap, 0.02)
+def _between_ends(gap: Polygon, end: WallEnd, ends: list[WallEnd]) -> Polygon | None:
+    """The gap from a wall's end to that of one that comes the other way, or None if another wall crosses (R1, R3)."""
+    near = shapely.buffer(gap, ASIDE_M, cap_style="square", join_style="mitre")
     for other in ends:
-        faces = other.out @ end.out < -OPPOSITE and shapely.intersects_xy(near, *other.centre)
-        if faces and (end.faces(other) or not (end.is_nib or other.is_nib)):
-            return True
-    return False
+        if (
+            other is end
+            or other.out @ end.out >= -OPPOSITE
+            or not shapely.intersects(near, shapely.linestrings([other.a, other.b]))
+        ):
+            continue
+        if end.faces(other):
+            return gap
+        if not (end.is_nib or other.is_nib) and (strip := _strip(gap, end, other)) is not None:
+            return strip
+    return None
+
+
+def _strip(gap: Polygon, end: WallEnd, other: WallEnd) -> Polygon | None:
+    """The filling between two ends: where they overlap, or all that lies between them; None if they are apart (R1)."""
+    aside = np.array([-end.out[1], end.out[0]])
+    (a, b), (c, d) = (np.sort([side @ aside for side in (each.a, each.b)]) for each in (end, other))
+    low, high = max(a, c), min(b, d)
+    if low - high > ASIDE_M:
+        return None
+    if high - low < LEAST_OVERLAP * min(b - a, d - c):
+        low, high = min(a, c), max(b, d)
+    along = shapely.get_coordinates(gap) @ end.out
+    start, stop = float(along.min()), float(max(along.max(), (other.a @ end.out), (other.b @ end.out)) + 0.01)
+    corners = [(start, low), (start, high), (stop, high), (stop, low)]
+    return Polygon([step * end.out + side * aside for step, side in corners])

@@ -5,8 +5,11 @@ Frame: x = X, y = Y, z = Z of the world, metres.
 R1  A body that can move is furniture, and so is a fixed one that stands inside the building and ends below its walls.
     The building is the fixed body that covers most of what the fixed ones cover together; where none does, all of them
     are. Where nothing is fixed, as in a model's own file, everything is.
-R2  What is called a door is a leaf: it may stand open or shut. What is called furniture is that, except the building.
+R2  What is called a door is a leaf: it may stand open or shut. A model called door whose links are called walls, as the
+    building editor calls them, is a wall. What is called furniture is that, except the building.
 R3  The building's levels are found as those of any mesh; furniture goes to the level where it stands.
+R4  Worlds for small robots have low walls. Where nothing stands head high, and the highest fixed body reaches
+    ``LOWEST_M``, everything is stretched upwards until that is a storey high; the plan counts it as a guess.
 """
 
 from __future__ import annotations
@@ -14,7 +17,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +37,7 @@ from pipeline.values import Input, Level, Mesh, SourceObject
 
 SHARE = 0.6  # of the plan box of all that is fixed
 LOWER_M = 0.3
+LOWEST_M, HEAD_M, STOREY_M = 0.3, 1.8, 2.5
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
@@ -57,6 +61,12 @@ def read(item: Input) -> Iterator[Level]:
     provenance = {"source": "gazebo", "file": name, "sha256": _digest(scene)} | scene.left_out.provenance
     if scene.missing:
         provenance["missing"] = ", ".join(scene.missing)
+    guesses: tuple[str, ...] = ()
+    low, high = (float(z) for z in np.quantile(parts.building.vertices[:, 2], (0.0, 1.0)))
+    if LOWEST_M <= high - low < HEAD_M:  # R4
+        parts = _stretched(parts, low, STOREY_M / (high - low))
+        guesses = ("wall height",)
+        provenance["wall_height"] = f"stretched from {high - low:.2f} m to {STOREY_M} m"
     try:
         levels = find_levels(Mesh(parts.building.vertices - shift, parts.building.faces))
     except Rejection as rejection:
@@ -72,6 +82,7 @@ def read(item: Input) -> Iterator[Level]:
             leaves=tuple(_on_level(parts.leaves, level, shift)),
             furniture=tuple(_on_level(parts.furniture, level, shift)),
             n_objects=len(parts.furniture),
+            guesses=guesses,
             provenance=provenance,
         )
 
@@ -101,7 +112,7 @@ class _Parts:
 
 def _sorted(bodies: list[Body]) -> _Parts:
     """R1, R2."""
-    roles = {id(body): named.role for body in bodies if (named := role_of(body.name))}
+    roles = {id(body): role for body in bodies if (role := _role(body))}
     leaves = [body for body in bodies if roles.get(id(body)) is Role.DOOR]
     others = [body for body in bodies if roles.get(id(body)) is not Role.DOOR]
     fixed = [body for body in others if body.fixed] or others
@@ -115,6 +126,28 @@ def _sorted(bodies: list[Body]) -> _Parts:
         )
     ]
     return _Parts(united([body.mesh for body in fixed if body not in furniture]), leaves, furniture)
+
+
+def _role(body: Body) -> Role | None:
+    """R2."""
+    named = role_of(body.name)
+    if named and named.role is Role.DOOR:
+        links = [role_of(link) for link in body.links]
+        if any(link and link.role is Role.WALL for link in links):
+            return Role.WALL
+    return named.role if named else None
+
+
+def _stretched(parts: _Parts, floor_z: float, factor: float) -> _Parts:
+    """R4: all bodies so many times as high over the floor."""
+
+    def raised(mesh: Mesh) -> Mesh:
+        return Mesh((mesh.vertices - (0.0, 0.0, floor_z)) * (1.0, 1.0, factor) + (0.0, 0.0, floor_z), mesh.faces)
+
+    leaves, furniture = (
+        [replace(body, mesh=raised(body.mesh)) for body in group] for group in (parts.leaves, parts.furniture)
+    )
+    return _Parts(raised(parts.building), leaves, furniture)
 
 
 def _building(fixed: list[Body]) -> Body | None:

@@ -32,11 +32,12 @@ _ADVICE = "correct it, or leave the model out"
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A model's own links in world axes, metres; ``name`` is the model's."""
+    """A model's own links in world axes, metres; ``name`` is the model's, ``links`` are the links' names."""
 
     name: str
     fixed: bool
     mesh: Mesh
+    links: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,7 @@ class Scene:
             detail = f"{self._path.name} has more than {MAX_FACES:,} faces"
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave its furniture out")
         if len(mesh.faces):
-            yield Body(name, fixed, mesh)
+            yield Body(name, fixed, mesh, tuple(link.get("name", "") for link in model.findall("link")))
         yield from self._inner(model, here, frames, {})
 
     def _include(self, include: Element, place: _Place, frames: Frames, state: dict[str, Element]) -> Iterator[Body]:

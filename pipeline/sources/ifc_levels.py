@@ -8,12 +8,14 @@ R4  A door's leaf belongs to the level that its door is entered from; a thing to
     to the one on whose floor it stands.
 R5  A hole in a wall that is no way through it is wall too (``ifc_holes``).
 R6  One looks down onto a lower level where one of its slabs lies and no slab is within reach under this level's floor.
+R7  A building with spaces and no wall at all, a study of its rooms, gets walls between and around the spaces, if these
+    leave room for walls. Spaces that touch each other are zones, of which nobody knows where walls stand.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -21,12 +23,15 @@ from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.cutting import merged
+from pipeline.geometry.overlay import mitred
+from pipeline.sources.drawn_storeys import prism
 from pipeline.sources.ifc_file import Building, Part
 from pipeline.sources.ifc_height import OFF_M, TALL_M
 from pipeline.sources.ifc_holes import StandingWalls, closed_holes, level_of_door, openings_of
-from pipeline.sources.ifc_rooms import rooms_of
+from pipeline.sources.ifc_rooms import is_room, rooms_of
 from pipeline.sources.ifc_shapes import footprint, shadow
 from pipeline.sources.ifc_storeys import MARGIN_M, Standing, standing_storeys
+from pipeline.sources.room_walls import walls_around
 from pipeline.sources.surfaces import Surfaces, WallProfile
 from pipeline.values import Mesh, SourceOpening, SourceRoom
 
@@ -34,6 +39,8 @@ HIGHEST_LINTEL_M = 3.0
 KNEE_M = 0.5
 THIN_M = 0.5
 UNDER_M, OVER_M = 1.0, 0.3  # of a floor: slabs in between are steps of it, or its structure
+CRACK_M = 0.01
+TOUCHING = 0.4
 LEAN_M = 0.3  # an upright part's head stands over its foot but for this
 
 
@@ -56,10 +63,34 @@ class IfcLevel:
 
 def storey_levels(building: Building) -> list[IfcLevel]:
     """Return the levels from the lowest to the highest; empty where no storey has walls or rooms."""
+    if not building.walls:
+        building = replace(building, walls=tuple(_walls_of_spaces(building)))
     found = standing_storeys(building)
     of_building = {storey.key: storey.building for storey in building.storeys}
     floors = [each.floor_z for each in found]
     return [_level(building, each, floors, of_building) for each in found]
+
+
+def _walls_of_spaces(building: Building) -> Iterator[Part]:
+    """R7: walls around the rooms of each storey, as high as its highest room."""
+    rooms = [space for space in building.spaces if is_room(space)]
+    for key in dict.fromkeys(space.storey for space in rooms):
+        here = [space for space in rooms if space.storey == key]
+        floors = [footprint(space.mesh) for space in here]
+        if _touch(floors):
+            continue
+        bottom, top = min(space.bottom for space in here), max(space.top for space in here)
+        for wall in walls_around(floors, top - bottom):
+            mesh = prism(wall.shape, bottom, top)
+            yield Part(mesh=mesh, storey=key, kind="IfcWall")
+
+
+def _touch(floors: Sequence[Polygon]) -> bool:
+    """R7: whether most of the spaces' edges lie against other spaces."""
+    lengths = shapely.length(floors)
+    whole = shapely.union_all(mitred(np.array(floors, dtype=np.object_), CRACK_M / 2))
+    hidden = lengths.sum() - shapely.length(whole)
+    return bool(hidden > TOUCHING * lengths.sum())
 
 
 def _level(

@@ -2,7 +2,8 @@
 
 R1  A storey is a level where it has a room, or where walls of 1.8 m stand on its floor and it holds a wall itself: the
     roof, the foundation and a mere reference height have neither. One without is passed over, not rejected.
-R2  Where the file names rooms or doors, a storey with neither is a roof with its parapets, or a void.
+R2  Where the file names rooms or doors, a storey with neither is a roof with its parapets, or a void, unless it holds
+    a floor slab of its own and walls of 1.8 m around it.
 R3  Storeys less than 0.9 m apart are one level with steps; so are those less than 1.8 m apart unless both have rooms
     (a crawl space under a floor). The one with rooms, then with more walls, gives the height.
 R4  A level ends where the next of the same building starts that is at least head height above it.
@@ -18,13 +19,14 @@ import numpy as np
 from pipeline.sources.ifc_file import Building, Part, Storey
 from pipeline.sources.ifc_height import OFF_M, TALL_M, floor_height
 from pipeline.sources.ifc_rooms import is_room
-from pipeline.sources.ifc_shapes import united
+from pipeline.sources.ifc_shapes import footprint, united
 from pipeline.sources.surfaces import Surfaces, cut
 from pipeline.values import Mesh
 
 APART_M = 0.9
 SHORTEST_WALLS_M = 4.0
 MARGIN_M = 0.05
+WALLED = 0.8
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,8 @@ def _standing(building: Building, storey: Storey, rooms: Sequence[Part], named: 
     own = [part for part in building.walls if part.storey == storey.key]
     floor = floor_height(building, storey)
     has_rooms = any(_is_in(space, storey, floor) for space in rooms)
-    if named and not has_rooms and not any(_is_entered(hole.mesh, floor) for hole in building.holes if hole.has_door):
+    entered = any(_is_entered(hole.mesh, floor) for hole in building.holes if hole.has_door)
+    if named and not has_rooms and not entered and not _is_walled(building, storey, own, floor):
         return None
     if not has_rooms and (not own or _wall_length(building.walls, floor) < SHORTEST_WALLS_M):
         return None
@@ -73,6 +76,13 @@ def _standing(building: Building, storey: Storey, rooms: Sequence[Part], named: 
         return None
     keys, buildings = frozenset({storey.key}), frozenset({storey.building})
     return Standing(storey, floor, keys, buildings, has_rooms, _wall_length(own, floor))
+
+
+def _is_walled(building: Building, storey: Storey, own: Sequence[Part], floor: float) -> bool:
+    """R2: whether walls of the storey stand around most of a slab that it holds at its floor."""
+    slabs = [part for part in building.slabs if part.storey == storey.key and abs(part.top - floor) < OFF_M]
+    around = sum(footprint(part.mesh).length for part in slabs)
+    return around > 0 and _wall_length(own, floor) > WALLED * around
 
 
 def _is_in(space: Part, storey: Storey, floor: float) -> bool:

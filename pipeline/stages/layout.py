@@ -1,7 +1,8 @@
 """Is there a layout at all, and what closes it (Algorithm 1 assumes a closed ground plane).
 
-R1  Lintels and sills close doors; gaps of full height up to ``gap_m`` are closed where that parts two spaces, no door
-    or lintel runs along them, and they do not lie within one room of the source (the bend of an L-shaped hall).
+R1  Lintels and sills close doors; gaps of full height up to ``gap_m``, to the outside ``entrance_m``, are closed
+    where that parts two spaces, no door or lintel runs along them, and they do not lie within one room of the source
+    (the bend of an L-shaped hall).
 R2  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
 R3  An open or half-open house gets its boundary from the floor slab where the source has one, ...
 R4  ... else from the ends of its walls. Either is marked in the plan.
@@ -11,7 +12,8 @@ R6  A gap is dropped where it would part off less than a room, but for a closet 
     around a space that has less than ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that
     is too narrow to stand in.
 R7  Walls that spell characters are no layout: strokes that stand apart from each other without a door in any of them,
-    and that enclose little of what they span.
+    and that enclose little of what they span. Characters have no floor of their own and no furniture; each takes a
+    small part of what all of them span, and has its place to itself.
 R9, R10  Which of the spaces are rooms, and what of them is floor, says ``stages.habitable``.
 R11  A room that the source names, and that walls leave open (under a roof without knee walls), is closed at its edge.
 R8  What encloses less than ``area_m2`` after all this has no layout.
@@ -42,10 +44,15 @@ COVERED = 0.7
 IN_ROOM = 0.9
 CLOSET_M2 = 0.9
 JAMBS = 0.8
+FLOORED = 0.5
 SLOT_M = 0.45
 STROKE_M = 1.0
+LETTER = 0.35
+APART = 0.8
 PASSABLE_M = 0.4
 BESIDE_M = 0.25
+ROUND_M = 0.05
+"""Walls are measured so exactly where they were thickened or straightened."""
 
 
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
@@ -53,7 +60,7 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
     pieces = _pieces(level, planes, config)
     fixed: list[Closer] = []
     ground, rooms = enclosed(closed_plane(planes.door, pieces))
-    if config.characters:
+    if config.characters and (level.sills or not (_is_floored(level, planes) or level.n_objects)):
         _reject_characters(planes, rooms)
     for close in (_railings, _boundary):
         more = close(level, planes, ground, rooms, config)
@@ -83,7 +90,7 @@ def _pieces(level: Level, planes: Planes, config: LayoutConfig) -> list[Closer]:
     doorways = zip(planes.doorways, lapped([d.polygon for d in planes.doorways]), strict=True)
     pieces += [Closer(p, "door" if d.has_door else "opening") for d, p in doorways]
     filled = [planes.door, *(p.polygon for p in pieces)]
-    found = gaps(planes.tall, filled, config.gap_m, planes.leaves)
+    found = gaps(planes.tall, filled, max(config.gap_m, config.entrance_m), planes.leaves)
     real = [gap for gap in found if not _runs_along(gap, pieces) and not _lies_in_room(gap, level)]
     return pieces + [Closer(gap, "gap") for gap in real]
 
@@ -100,6 +107,13 @@ def _lies_in_room(gap: Polygon, level: Level) -> bool:
     return any(overlap(gap, room.polygon).area > IN_ROOM * gap.area for room in level.rooms if room.polygon is not None)
 
 
+def _is_floored(level: Level, planes: Planes) -> bool:
+    """Whether the source draws a floor under most of what the walls span."""
+    if level.floor is None or planes.door.is_empty:
+        return False
+    return bool(level.floor.area > FLOORED * shapely.convex_hull(planes.door).area)
+
+
 def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
     """R7."""
     strokes = [p for p in polygons_of(planes.door) if p.length > 2 * STROKE_M]
@@ -107,13 +121,20 @@ def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
         return
     spanned = shapely.convex_hull(united(strokes)).area
     inside = sum(room.area for room in rooms)
-    if inside < 0.5 * spanned:
+    if inside < 0.5 * spanned and _are_side_by_side(strokes, spanned):
         raise Rejection(
             "layout",
             Reason.CHARACTERS,
             f"{len(strokes)} strokes of wall stand apart and enclose {inside:.1f} of {spanned:.1f} m2, without a door",
             "if it is a house after all, keep it in overrides.toml",
         )
+
+
+def _are_side_by_side(strokes: list[Polygon], spanned: float) -> bool:
+    """R7: whether each stroke is small beside the whole, and all of them lie apart, as letters do."""
+    hulls = shapely.convex_hull(np.array(strokes, dtype=np.object_))
+    each = shapely.area(hulls)
+    return bool(each.max() < LETTER * spanned and united(hulls).area > APART * each.sum())
 
 
 def _settled(
@@ -150,6 +171,8 @@ def _parts_nothing(closer: Closer, door: BaseGeometry, slight: BaseGeometry, con
         return True
     if OUTSIDE in bridge.sides or closer.kind in KNOWN:
         return False
+    if closer.kind == "gap" and bridge.width > config.gap_m + ROUND_M:  # R1
+        return True
     if (
         closer.kind == "lintel"
         and bridge.width > config.header_m

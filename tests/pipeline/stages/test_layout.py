@@ -41,9 +41,9 @@ def test_an_outer_door_leads_outside() -> None:
     assert set(closer.bridge.sides) == {0, OUTSIDE}
 
 
-@pytest.mark.parametrize(("width", "rooms"), [(0.9, 2), (1.2, 2), (1.45, 2), (1.6, 1)])
-def test_a_gap_of_full_height_parts_up_to_a_width(width: float, rooms: int) -> None:
-    found = layout(two_rooms(gap(0.7, 0.7 + width)))
+@pytest.mark.parametrize(("width", "widest", "rooms"), [(0.9, 1.5, 2), (1.45, 1.5, 2), (1.6, 1.5, 1), (1.6, 2.5, 2)])
+def test_a_gap_of_full_height_parts_up_to_a_width(width: float, widest: float, rooms: int) -> None:
+    found = layout(two_rooms(gap(0.5, 0.5 + width)), LayoutConfig(gap_m=widest))
     assert len(found.rooms) == rooms
     assert [c.kind for c in found.closers] == ["gap"] * (rooms - 1)
 
@@ -170,6 +170,16 @@ LETTERS = [
     *[box(r, 0, 2.5) for r in ((8, 0, 8.2, 4), (8.2, 0, 10, 0.2), (10, 0, 10.2, 4))],
     *shell((12.2, 0.2, 14.0, 3.8)),
 ]
+
+
+@pytest.mark.parametrize("width", [1.2, 2.8])
+def test_a_gap_to_the_outside_may_be_wider(width: float) -> None:
+    walls = [box(r, 0, 2.5) for r in ((0, -0.2, 1, 0), (1 + width, -0.2, 6, 0))]
+    walls += [box(r, 0, 2.5) for r in ((-0.2, -0.2, 0, 4), (6, -0.2, 6.2, 4), (-0.2, 4, 6.2, 4.2))]
+    walls += shell((10, 0, 16, 4))
+    found = layout(walls)
+    assert len(found.rooms) == 2
+    assert [closer.kind for closer in found.closers] == ["gap"]
 
 
 def test_walls_that_spell_characters_are_no_house() -> None:
