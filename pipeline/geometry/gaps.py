@@ -164,21 +164,20 @@ def _width(gap: Polygon, end: WallEnd) -> float:
 def _between_ends(gap: Polygon, end: WallEnd, ends: list[WallEnd]) -> Polygon | None:
     """The gap from a wall's end to that of one that comes the other way, or None if another wall crosses (R1, R3)."""
     near = shapely.buffer(gap, ASIDE_M, cap_style="square", join_style="mitre")
+    found = []
     for other in ends:
-        if (
-            other is end
-            or other.out @ end.out >= -OPPOSITE
-            or not shapely.intersects(near, shapely.linestrings([other.a, other.b]))
-        ):
+        if other.out @ end.out >= -OPPOSITE:
+            continue
+        if not shapely.intersects(near, shapely.linestrings([other.a, other.b])):
             continue
         if end.faces(other):
-            return gap
-        if not (end.is_nib or other.is_nib) and (strip := _strip(gap, end, other)) is not None:
-            return strip
-    return None
+            found.append(gap)
+        elif not (end.is_nib or other.is_nib) and (strip := _strip(end, other)) is not None:
+            found.append(strip)
+    return min(found, key=lambda strip: strip.length, default=None)
 
 
-def _strip(gap: Polygon, end: WallEnd, other: WallEnd) -> Polygon | None:
+def _strip(end: WallEnd, other: WallEnd) -> Polygon | None:
     """The filling between two ends: where they overlap, or all that lies between them; None if they are apart (R1)."""
     aside = np.array([-end.out[1], end.out[0]])
     (a, b), (c, d) = (np.sort([side @ aside for side in (each.a, each.b)]) for each in (end, other))
@@ -187,7 +186,7 @@ def _strip(gap: Polygon, end: WallEnd, other: WallEnd) -> Polygon | None:
         return None
     if high - low < LEAST_OVERLAP * min(b - a, d - c):
         low, high = min(a, c), max(b, d)
-    along = shapely.get_coordinates(gap) @ end.out
-    start, stop = float(along.min()), float(max(along.max(), (other.a @ end.out), (other.b @ end.out)) + 0.01)
-    corners = [(start, low), (start, high), (stop, high), (stop, low)]
+    start = min(end.a @ end.out, end.b @ end.out) - 0.005
+    stop = max(other.a @ end.out, other.b @ end.out) + 0.01
+    corners = [(start, low), (stop, low), (stop, high), (start, high)]
     return Polygon([step * end.out + side * aside for step, side in corners])

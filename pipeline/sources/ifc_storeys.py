@@ -82,7 +82,7 @@ def _is_walled(building: Building, storey: Storey, own: Sequence[Part], floor: f
     """R2: whether walls of the storey stand around most of a slab that it holds at its floor."""
     slabs = [part for part in building.slabs if part.storey == storey.key and abs(part.top - floor) < OFF_M]
     around = sum(footprint(part.mesh).length for part in slabs)
-    return around > 0 and _wall_length(own, floor) > WALLED * around
+    return bool(around > 0 and _wall_length(own, floor) > WALLED * around)
 
 
 def _is_in(space: Part, storey: Storey, floor: float) -> bool:

@@ -1,16 +1,17 @@
 """Which of the spaces that walls enclose are rooms, and what of them is floor (rules R9 and R10 of the layout).
 
-R9  Where the house has floors, a space without one is no room, unless walls close it nearly all round (a stairwell);
-    nor is one without a door that a railing bounds for the most part (a roof terrace), nor one under the sky that a
-    fence or a lower wall does and that is larger than all the others together (a garden), nor one too low to stand in
-    (a void under a roof). A room that the source names is one. What a person says is no room (``overrides.toml``) is
-    none.
+R9  Where the house has floors, a space without one is no room, unless walls and known doors close it nearly all round
+    (a stairwell, a room whose floor nobody drew). Nor is one without a door that a railing bounds for the most part (a
+    roof terrace), nor one under the sky that a fence or a lower wall does and that is larger than all the others
+    together (a garden), nor one too low to stand in (a void under a roof). A room that the source names is one. What a
+    person says is no room (``overrides.toml``) is none.
 R10  What of a room lies over a void in the floor is no free space (``geometry.voids``).
 """
 
 from __future__ import annotations
 
 from functools import cache
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +25,7 @@ from pipeline.geometry.regions import OUTSIDE, too_narrow
 from pipeline.geometry.voids import without_voids
 from pipeline.values import Closer, Evidence, Level, Planes
 
+KNOWN: Final = frozenset({"door", "opening"})
 KNOWN_FLOOR = 0.5
 FLOORED = 0.25
 CLOSED = 0.8
@@ -47,7 +49,8 @@ def habitable(
     covered = _shares(rooms, evidence.floor)
     low = _shares(rooms, evidence.low)
     known = evidence.floor is not None and bool((covered * area).sum() > KNOWN_FLOOR * area.sum())
-    walls = cache(lambda: shapely.buffer(planes.door, BESIDE_EDGE_M, quad_segs=2))
+    doors = [c.polygon for c in strips if c.kind in KNOWN]
+    walls = cache(lambda: shapely.buffer(united([planes.door, *doors]), BESIDE_EDGE_M, quad_segs=2))
     fences = shapely.buffer(planes.rails, BESIDE_EDGE_M, quad_segs=2)
     gardens = _gardens(rooms, area, planes, evidence, level)
     kept = []

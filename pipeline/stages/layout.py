@@ -46,6 +46,7 @@ CLOSET_M2 = 0.9
 JAMBS = 0.8
 FLOORED = 0.5
 SLOT_M = 0.45
+EAVES = 0.7
 STROKE_M = 1.0
 LETTER = 0.35
 APART = 0.8
@@ -197,14 +198,20 @@ def _around_no_room(closers: list[Closer], rooms: list[Polygon], walled: float) 
 
 
 def _around_a_slot(closers: list[Closer], rooms: list[Polygon]) -> set[int]:
-    """R6: the strips between the first space that nobody can stand in and the room that it opens to most."""
+    """R6: the strips between the first space that nobody can stand in and the room that it opens to most.
+
+    What opens to rooms along less than ``EAVES`` of its length lies under the eaves, and is opened to the outside.
+    """
     for index in np.flatnonzero(too_narrow(rooms, SLOT_M)).tolist():
         ways: dict[int, set[int]] = {}
         for k, closer in enumerate(closers):
             if closer.bridge is not None and index in closer.bridge.sides:
                 (other,) = set(closer.bridge.sides) - {index} or {OUTSIDE}
                 ways.setdefault(other, set()).add(k)
-        ways.pop(OUTSIDE, None)
+        outer = ways.pop(OUTSIDE, set())
+        inner = sum(b.width for strips in ways.values() for k in strips if (b := closers[k].bridge) is not None)
+        if outer and inner < EAVES * rooms[index].length / 2:
+            return outer
         if ways:
             return max(ways.values(), key=lambda strips: sum(closers[k].polygon.length for k in strips))
     return set()

@@ -6,7 +6,7 @@ import pytest
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, gazebo, reader
 from tests.builders.batch import lines, run_build
-from tests.builders.gazebo import box, cube, house, model, world
+from tests.builders.gazebo import WALLS, box, cube, house, model, part, world
 from tests.builders.houses import kinds, plan_of
 from tests.builders.meshes import as_trimesh, one_level
 from tests.builders.mutations import mutated, outcome
@@ -80,6 +80,25 @@ def test_movable_and_low_inner_models_are_furniture_a_door_is_a_leaf(tmp_path):
     assert [each.words for each in level.furniture] == [("cart",), ("shelf",), ("outdoor_bench",)]
     assert [each.words for each in level.leaves] == [("front_door",)]
     assert bounds(level.furniture[1].mesh) == pytest.approx([4.7, 0.7, 0.0, 5.3, 1.3, 0.6])
+
+
+def test_a_door_that_the_building_editor_built_of_walls_is_a_wall(tmp_path):
+    wall = f"<link name='Wall_1'>{box('v', (0.1, 3.0, 2.5), '2 1.5 1.25 0 0 0')}</link>"
+    level = one(tmp_path, house(), f"<model name='door_edited'><static>1</static>{wall}</model>")
+    assert not level.leaves
+    assert sorted(room.area for room in plan_of(level).rooms) == pytest.approx([5.85, 5.85, 9.0], rel=0.02)
+
+
+def test_low_walls_stand_for_walls_of_full_height_and_that_is_a_guess(tmp_path):
+    walls = [(x1, y1, 0.0, x2, y2, 1.0) for x1, y1, bottom, x2, y2, _ in WALLS if bottom == 0.0]
+    parts = "".join(part(k, wall) for k, wall in enumerate(walls))
+    low = f"<model name='house'><static>true</static><link name='walls'>{parts}</link></model>"
+    level = one(tmp_path, low, cube("crate", "1 1 0.2 0 0 0", size=0.4))
+    assert level.guesses == ("wall height",)
+    assert level.provenance["wall_height"] == "stretched from 1.00 m to 2.5 m"
+    plan = plan_of(level)
+    assert sorted(room.area for room in plan.rooms) == pytest.approx([9.0, 12.0], rel=0.01)
+    assert kinds(plan) == ["opening"]
 
 
 def test_the_saved_state_says_where_a_model_stands(tmp_path):

@@ -18,6 +18,7 @@ from pipeline.values import Input, Level
 
 pytest.importorskip("ifcopenshell")
 
+from tests.builders.houses import plan_of
 from tests.builders.ifc import TinyBuilding, tiny_house
 
 DATA = Path(__file__).resolve().parents[4] / "shared" / "data"
@@ -146,6 +147,33 @@ def test_a_building_without_walls_or_storeys_has_no_level(tmp_path):
     assert rejection(house.write(tmp_path / "none.ifc")).reason is Reason.NO_LEVEL
     house.element("IfcSlab", house.storey("Dach", 3.0), (0, 0, 3, 8, 6, 3.2))
     assert rejection(house.write(tmp_path / "slab.ifc")).reason is Reason.NO_LEVEL
+
+
+@pytest.mark.parametrize(("gap", "levels"), [(0.2, 1), (0.0, 0)])
+def test_spaces_without_walls_get_walls_where_they_leave_room_for_them(tmp_path, gap, levels):
+    house = TinyBuilding()
+    storey = house.storey("EG", 0.0)
+    for k in range(4):
+        x, y = (4 + gap) * (k % 2), (3 + gap) * (k // 2)
+        house.space(storey, (x, y, 0, x + 4, y + 3, 2.5), f"{k}", "Zimmer")
+    path = house.write(tmp_path / "study.ifc")
+    if not levels:
+        assert rejection(path).reason is Reason.NO_LEVEL
+        return
+    (level,) = read(path)
+    assert len(level.rooms) == 4
+    assert [room.area for room in plan_of(level).rooms] == pytest.approx([12.0] * 4, rel=0.01)
+
+
+def test_a_walled_storey_with_a_slab_counts_though_only_another_has_rooms(tmp_path):
+    house = TinyBuilding()
+    for k, name in enumerate(("EG", "OG")):
+        storey = house.storey(name, 3.0 * k)
+        house.walls_around(storey, (0, 0, 3.0 * k, 8, 6, 3.0 * k + 2.8))
+        house.element("IfcSlab", storey, (0, 0, 3.0 * k - 0.2, 8, 6, 3.0 * k))
+        if k == 0:
+            house.space(storey, (0.2, 0.2, 0, 7.8, 5.8, 2.5), "1", "Zimmer")
+    assert len(read(house.write(tmp_path / "two.ifc"))) == 2
 
 
 def test_without_the_library_it_says_what_to_install(tmp_path, monkeypatch):

@@ -10,8 +10,8 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.stages.evidence import gather
 from pipeline.stages.layout import lay_out
 from pipeline.stages.planes import cut_planes
-from pipeline.values import Layout, SourceRoom
-from tests.builders.houses import Hole, Parts, gap, level, shell, two_rooms, wall
+from pipeline.values import Layout, SourceOpening, SourceRoom
+from tests.builders.houses import Hole, Parts, gap, level, shell, two_rooms, wall, window
 from tests.builders.meshes import box
 
 
@@ -186,6 +186,34 @@ def test_walls_that_spell_characters_are_no_house() -> None:
     with pytest.raises(Rejection) as caught:
         layout(LETTERS)
     assert (caught.value.stage, caught.value.reason) == ("layout", Reason.CHARACTERS)
+
+
+@pytest.mark.parametrize("aside", [0.05, 0.15, 0.25])
+def test_a_gap_between_walls_that_stand_aside_of_each_other_is_closed(aside: float) -> None:
+    lower, upper = (4.0, 0.0, 4.2, 1.4), (4.0 + aside, 2.6, 4.2 + aside, 4.0)
+    found = layout([*shell((0, 0, 8, 4)), *wall(lower), *wall(upper)])
+    assert len(found.rooms) == 2
+    assert [closer.kind for closer in found.closers] == ["gap"]
+
+
+def test_under_the_eaves_is_no_room() -> None:
+    walls = shell((0, 0, 8, 4), front=[window(1, 2), window(4, 5.2)])
+    eaves = [box(r, 2.1, 2.5) for r in ((-0.6, -0.6, 8.6, -0.55), (-0.6, 4.55, 8.6, 4.6))]
+    eaves += [box(r, 2.1, 2.5) for r in ((-0.6, -0.6, -0.55, 4.6), (8.55, -0.6, 8.6, 4.6))]
+    found = layout([*walls, *eaves])
+    assert areas(found) == [32.0]
+
+
+def test_open_rooms_with_a_floor_are_no_characters() -> None:
+    with pytest.raises(Rejection):
+        layout(LETTERS)
+    assert layout(LETTERS, floor=shapely.box(-0.2, -0.2, 14.4, 4.2)).rooms
+
+
+def test_a_room_with_a_door_needs_no_floor_where_others_have_one() -> None:
+    door = SourceOpening(shapely.box(4.0, 0.5, 4.2, 2.0), has_door=True)
+    found = layout(two_rooms(Hole(0.5, 2.0)), floor=shapely.box(0, 0, 4, 3), openings=(door,), named_openings=True)
+    assert len(found.rooms) == 2
 
 
 def test_a_person_may_say_that_they_are() -> None:
