@@ -35,6 +35,7 @@ CLOSERS = {
     "lintel": LINTEL,
     "sill": SILL,
     "gap": GAP,
+    "gate": GAP,
     "rail": RAIL,
     "room_edge": BOUNDARY,
     "floor_edge": BOUNDARY,

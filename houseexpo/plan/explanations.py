@@ -23,7 +23,7 @@ GROUNDS: Final[Mapping[str, str]] = {
     "loose_end_share": "rooms in which a wall ends in the middle",
     "left_out": "parts left out or filled",
     "unlike_spaces": "unlike the rooms that the source names",
-    "sealed": "one room that no door leads into",
+    "sealed": "no door leads into it",
 }
 """The meaning of each ground of a plan's quality, by its name in the file."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import networkx
 import numpy as np
@@ -31,8 +31,10 @@ SHARES = np.array([[-0.3], [0.0], [0.3]])
 
 
 CloserKind: TypeAlias = Literal[
-    "opening", "door", "lintel", "sill", "gap", "rail", "room_edge", "floor_edge", "wall_ends"
+    "opening", "door", "lintel", "sill", "gap", "gate", "rail", "room_edge", "floor_edge", "wall_ends"
 ]
+"""``gate``: a gap that is too wide to part two rooms; it closes to the outside only."""
+GAPS: Final = frozenset({"gap", "gate"})
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +68,8 @@ def parted(
     for piece, strips in zip(pieces, bridges([p.polygon for p in pieces], rooms, plane, door), strict=True):
         laps = list(strips_of(strips, deeper_m=LAP_M, wider_m=LAP_M))
         found += [Closer(lap, piece.kind, bridge) for lap, bridge in zip(laps, strips, strict=True)]
-        rest += [Closer(p, piece.kind) for p in _less(piece.polygon, laps)]
+        if piece.kind != "gate":  # of which nothing closes by itself
+            rest += [Closer(p, piece.kind) for p in _less(piece.polygon, laps)]
     if not rest:
         return found, []
     found_bridges = [c.bridge for c in found if c.bridge is not None]
@@ -153,7 +156,9 @@ def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry)
             continue
         sides = (_most(faces[k, 0]), _most(faces[k, 1]))
         blind = (faces[k] == WALL).all(axis=1)
-        if closer.kind == "gap" and blind.any():  # between a curtain and the next, before a wall: it leads nowhere
+        if (
+            closer.kind in {"gap", "gate"} and blind.any()
+        ):  # between a curtain and the next, before a wall: it leads nowhere
             sides = (sides[int(blind[0])],) * 2
         same = sides == closer.bridge.sides
         found.append(closer if same else replace(closer, bridge=replace(closer.bridge, sides=sides)))

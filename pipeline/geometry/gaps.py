@@ -43,6 +43,7 @@ OPPOSITE = 0.9
 IN_LINE_M = 0.03
 HINGE_M = 0.1
 DETAIL_M = 0.002
+LAP_M = 0.01
 BEFORE_M = 0.01  # so close before an end nothing stands, for a crack of twice this is closed already
 
 
@@ -137,13 +138,11 @@ def gaps(
         if k in taken:
             continue
         gap = gap_at(end, tall, reach_m)
-        if gap is None:
-            continue
-        facing = _between_ends(gap, end, ends)
+        facing = _between_ends(gap or _lane(end, reach_m), end, ends, reach_m)
         widest = DOUBLE_DOOR_M if k in hinges else DOOR_M
         if facing is not None:  # R1
             found.append(facing)
-        elif _width(gap, end) <= widest and not end.is_nib:  # R2
+        elif gap is not None and _width(gap, end) <= widest and not end.is_nib:  # R2
             found.append(gap)
     return _each_once(sorted(found, key=lambda g: (round(g.length, 6), g.bounds)))
 
@@ -161,7 +160,12 @@ def _width(gap: Polygon, end: WallEnd) -> float:
     return float(np.ptp(shapely.get_coordinates(gap) @ end.out))
 
 
-def _between_ends(gap: Polygon, end: WallEnd, ends: list[WallEnd]) -> Polygon | None:
+def _lane(end: WallEnd, reach_m: float) -> Polygon:
+    """The strip before a wall's end where nothing stands in its line."""
+    return Polygon([end.a, end.b, end.b + reach_m * end.out, end.a + reach_m * end.out])
+
+
+def _between_ends(gap: Polygon, end: WallEnd, ends: list[WallEnd], reach_m: float) -> Polygon | None:
     """The gap from a wall's end to that of one that comes the other way, or None if another wall crosses (R1, R3)."""
     near = shapely.buffer(gap, ASIDE_M, cap_style="square", join_style="mitre")
     found = []
@@ -170,9 +174,11 @@ def _between_ends(gap: Polygon, end: WallEnd, ends: list[WallEnd]) -> Polygon | 
             continue
         if not shapely.intersects(near, shapely.linestrings([other.a, other.b])):
             continue
-        if end.faces(other):
-            found.append(gap)
-        elif not (end.is_nib or other.is_nib) and (strip := _strip(end, other)) is not None:
+        away = (other.centre - end.centre) @ end.out
+        if not 0 < away <= reach_m + LAP_M:
+            continue
+        sure = end.faces(other) or not (end.is_nib or other.is_nib)  # R3
+        if sure and (strip := _strip(end, other)) is not None:
             found.append(strip)
     return min(found, key=lambda strip: strip.length, default=None)
 

@@ -26,7 +26,7 @@ from pipeline.geometry.overlay import polygons_of, subtract, united
 from pipeline.geometry.regions import OUTSIDE
 from pipeline.values import Closer, Layout, Level, Passage, Planes, Spaces
 
-PASSABLE = frozenset({"opening", "door", "lintel", "sill", "gap"})
+PASSABLE = frozenset({"opening", "door", "lintel", "sill", "gap", "gate"})
 LEAF_BESIDE_M = 0.3
 
 
@@ -73,7 +73,7 @@ def _kind(closer: Closer, bridge: Bridge, level: Level, leaves: shapely.STRtree)
     """R2, or None if the source names its openings and has none here."""
     if closer.kind in {"door", "opening"}:
         return "door" if closer.kind == "door" else "opening"
-    if closer.kind == "gap":
+    if closer.kind in {"gap", "gate"}:
         beside = leaves.query(bridge.strip(), predicate="dwithin", distance=LEAF_BESIDE_M)
         return "door" if len(beside) else "opening"
     return None if level.named_openings else "door"

@@ -15,7 +15,7 @@ R8  ``odd_room_share``: rooms too small, too narrow, too large or too ragged for
     the middle of which a wall ends.
 R9  ``left_out``: parts, cells and pockets that were left out or filled, of ``MAX_LEFT_OUT``.
 R10 ``unlike_spaces``: how far the rooms are from those that the source draws, or from as many as it counts.
-R11 ``sealed``: 1 if the plan is one room that nothing leads into, and that the source does not name. Such boxes are
+R11 ``sealed``: 1 if the plan has no door, opening or entrance at all, and the source names no room. Such boxes are
     facades, plinths and voids more often than rooms.
 """
 
@@ -66,7 +66,7 @@ def weigh(level: Level, evidence: Evidence, layout: Layout, spaces: Spaces) -> d
         "loose_end_share": float(with_loose_ends(list(spaces.rooms)).mean()),
         "left_out": _share(left_out, MAX_LEFT_OUT),
         "unlike_spaces": _unlike(level, spaces.rooms),
-        "sealed": float(len(spaces.rooms) == 1 and not spaces.passages and not level.rooms),
+        "sealed": float(not spaces.passages and not level.rooms),
     }
 
 

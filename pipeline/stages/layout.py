@@ -48,12 +48,11 @@ FLOORED = 0.5
 SLOT_M = 0.45
 EAVES = 0.7
 STROKE_M = 1.0
+SPECK = 0.02
 LETTER = 0.35
 APART = 0.8
 PASSABLE_M = 0.4
 BESIDE_M = 0.25
-ROUND_M = 0.05
-"""Walls are measured so exactly where they were thickened or straightened."""
 
 
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
@@ -91,9 +90,17 @@ def _pieces(level: Level, planes: Planes, config: LayoutConfig) -> list[Closer]:
     doorways = zip(planes.doorways, lapped([d.polygon for d in planes.doorways]), strict=True)
     pieces += [Closer(p, "door" if d.has_door else "opening") for d, p in doorways]
     filled = [planes.door, *(p.polygon for p in pieces)]
-    found = gaps(planes.tall, filled, max(config.gap_m, config.entrance_m), planes.leaves)
+    found = gaps(planes.tall, filled, config.gap_m, planes.leaves)
+    wide = gaps(planes.tall, [*filled, *found], config.entrance_m, planes.leaves)
+    closed = united([p.polygon for p in pieces] + found)
+    gates = [gap for gap in wide if box_of(gap).width > config.gap_m and not _is_closed(gap, closed)]
     real = [gap for gap in found if not _runs_along(gap, pieces) and not _lies_in_room(gap, level)]
-    return pieces + [Closer(gap, "gap") for gap in real]
+    return pieces + [Closer(gap, "gap") for gap in real] + [Closer(gap, "gate") for gap in gates]
+
+
+def _is_closed(gap: Polygon, closed: BaseGeometry) -> bool:
+    """Whether a door, a lintel or a narrower gap stands in a wide gap."""
+    return bool(overlap(gap, closed).area > SPECK * gap.area)
 
 
 def _runs_along(gap: Polygon, pieces: list[Closer]) -> bool:
@@ -172,7 +179,7 @@ def _parts_nothing(closer: Closer, door: BaseGeometry, slight: BaseGeometry, con
         return True
     if OUTSIDE in bridge.sides or closer.kind in KNOWN:
         return False
-    if closer.kind == "gap" and bridge.width > config.gap_m + ROUND_M:  # R1
+    if closer.kind == "gate":  # R1
         return True
     if (
         closer.kind == "lintel"
@@ -221,7 +228,7 @@ def _widest_gap_of_a_niche(closers: list[Closer], rooms: list[Polygon], least_m2
     """The widest gap of the first room that is smaller than ``least_m2`` and has nothing but gaps to leave by."""
     for index, room in enumerate(rooms):
         ways = [k for k, c in enumerate(closers) if c.bridge is not None and index in c.bridge.sides]
-        if room.area >= least_m2 or not ways or any(closers[k].kind != "gap" for k in ways):
+        if room.area >= least_m2 or not ways or any(closers[k].kind not in {"gap", "gate"} for k in ways):
             continue
         bridge = closers[widest := max(ways, key=lambda k: closers[k].polygon.length)].bridge
         if bridge is not None and not _is_closet(room, bridge):

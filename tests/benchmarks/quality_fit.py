@@ -2,9 +2,10 @@
 
 ::
 
-    python -m tests.benchmarks.quality_fit --members 100 --records records.jsonl
+    python -m tests.benchmarks.quality_fit --members 40 --records records.jsonl --corpus checkouts
 
-``--records`` keeps what was judged, and judges nothing where the file is there already.
+``--records`` keeps what was judged, and judges nothing where the file is there already. ``--corpus`` adds the houses of
+the corpus's first half: what a person called right is right, everything else is not.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from pipeline.quality import GROUNDS, UNFITTED
-from tests.builders.judged import judged
+from pipeline.quality import GROUNDS
+from tests.builders.judged import WORKERS, judged
 from tests.builders.kinds.registry import KINDS
 from tests.builders.quality_model import (
     PRECISION,
@@ -34,6 +35,7 @@ from tests.builders.quality_model import (
     precision_at,
     split,
 )
+from tests.corpus import manifest, runs
 
 AREA = 0.9
 """The area under the curve that is asked of houses on which the model was not fitted."""
@@ -58,9 +60,8 @@ def by_kind(plans: list[Judged]) -> dict[str, tuple[Floats, Bools]]:
 
 
 def source_of(model: Model) -> str:
-    """Write the model as it stands in ``pipeline/quality.py``; weights that are not fitted stay."""
-    weights = dict(model.weights) | {g.name: g.weight for g in GROUNDS if g.name in UNFITTED}
-    lines = [f'    Ground("{g.name}", {weights[g.name]:.2f}),' for g in GROUNDS]
+    """Write the model as it stands in ``pipeline/quality.py``."""
+    lines = [f'    Ground("{g.name}", {model.weights[g.name]:.2f}),' for g in GROUNDS]
     return "\n".join([f"BIAS: Final = {model.bias:.2f}", "GROUNDS: Final = (", *lines, ")"])
 
 
@@ -78,6 +79,19 @@ def judged_or_kept(kinds: list[str], members: int, seed: int, records: Path | No
     return plans
 
 
+def of_corpus(folder: Path) -> list[Judged]:
+    """Build the judged files of the corpus's first half that lie in a folder, and return their plans."""
+    files = [file for file in manifest.load() if file.half == 1 and (file.verdict or not file.interior)]
+    found = []
+    files = [file for file in files if file.is_in(folder)]
+    for built in runs.run(files, folder, folder / ".built", workers=WORKERS, progress=lambda *_: None):
+        right = built.verdict is manifest.Verdict.RIGHT
+        for plan in built.plans:
+            quality = plan["quality"]
+            found.append(Judged(built.file.name, "corpus", right, quality["score"], quality["grounds"]))
+    return found
+
+
 def main() -> None:
     """Judge, fit on the houses that are for it, show what comes of it on the others, and print the model."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -85,14 +99,19 @@ def main() -> None:
     parser.add_argument("--kinds", default=",".join(KINDS))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--records", type=Path)
+    parser.add_argument("--corpus", type=Path)
     given = parser.parse_args()
     plans = judged_or_kept(given.kinds.split(","), given.members, given.seed, given.records)
+    if given.corpus:
+        plans += of_corpus(given.corpus.absolute())
     fitted, held_out = split(plans)
-    model = fit(fitted)
+    tried = fit(fitted)
+    model = fit(plans)
     rows = {
         "as they carry it": met_of(plans),
-        "fitted": (model.scores(fitted), np.array([p.met for p in fitted])),
-        "held out": (model.scores(held_out), np.array([p.met for p in held_out])),
+        "fitted": (tried.scores(fitted), np.array([p.met for p in fitted])),
+        "held out": (tried.scores(held_out), np.array([p.met for p in held_out])),
+        "fitted on all": (model.scores(plans), np.array([p.met for p in plans])),
     }
     console = Console(width=120)
     console.print(quality_table({**rows, **by_kind(plans)}))
