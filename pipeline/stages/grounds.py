@@ -17,6 +17,7 @@ R9  ``left_out``: parts, cells and pockets that were left out or filled, of ``MA
 R10 ``unlike_spaces``: how far the rooms are from those that the source draws, or from as many as it counts.
 R11 ``sealed``: 1 if the plan has no door, opening or entrance at all, and the source names no room. Such boxes are
     facades, plinths and voids more often than rooms.
+R12 Floor and walls beside no room say nothing where a person has said what is no room.
 """
 
 from __future__ import annotations
@@ -57,8 +58,8 @@ def weigh(level: Level, evidence: Evidence, layout: Layout, spaces: Spaces) -> d
         "patch_share": _share(sum(c.bridge is None for c in layout.closers), len(layout.closers)),
         "given_edge": float("boundary" in spaces.notes),
         "guesses": _share(len(level.guesses), MAX_GUESSES),
-        **_floors(_floored(level), rooms, layout.ground, spaces.rooms),
-        "roomless_wall_share": _roomless(evidence.walls, [rooms, *layout.rooms]),
+        **_floors(_floored(level), rooms, layout.ground, spaces.rooms, refused=bool(level.no_rooms)),
+        "roomless_wall_share": 0.0 if level.no_rooms else _roomless(evidence.walls, [rooms, *layout.rooms]),
         "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
         "twin_door_share": _share(len(inner) - len({frozenset(p.bridge.sides) for p in inner}), len(inner)),
         "odd_doors": _odd_doors(spaces.passages),
@@ -90,7 +91,12 @@ def _floored(level: Level) -> BaseGeometry | None:
 
 
 def _floors(
-    floor: BaseGeometry | None, rooms: BaseGeometry, walls: BaseGeometry, each: tuple[Polygon, ...]
+    floor: BaseGeometry | None,
+    rooms: BaseGeometry,
+    walls: BaseGeometry,
+    each: tuple[Polygon, ...],
+    *,
+    refused: bool = False,
 ) -> dict[str, float]:
     """R4, R5."""
     if floor is None:
@@ -100,7 +106,7 @@ def _floors(
     between = subtract(subtract(overlap(floor, shapely.convex_hull(rooms)), walls), mitred(rooms, CRACK_M))
     return {
         "floorless_room": float(shares.max()) if missing.area < (1 - FLOORED) * rooms.area else 0.0,
-        "roomless_floor_share": _share(between.area, rooms.area),
+        "roomless_floor_share": 0.0 if refused else _share(between.area, rooms.area),
     }
 
 
