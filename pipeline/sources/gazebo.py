@@ -28,10 +28,9 @@ from pipeline.sources.drawn_storeys import united
 from pipeline.sources.gazebo_scene import Body, Scene
 from pipeline.sources.left_out import told_of
 from pipeline.sources.levels import FoundLevel, find_levels
-from pipeline.sources.name_tables import Role
 from pipeline.sources.naming import check_file, level_id, single_input
 from pipeline.sources.placing import Shift, near_shift
-from pipeline.sources.roles import role_of
+from pipeline.sources.roles import Role, role_of
 from pipeline.sources.uris import Places, search_path
 from pipeline.values import Input, Level, Mesh, SourceObject
 

@@ -5,25 +5,262 @@ R2  A model that is included is read from its folder's newest ``.sdf``; one that
     out, and so are a link and a mesh.
 R3  A model is fixed where it, or one that contains it, is ``static``. Actors and lights are no bodies.
 R4  Where the world was saved with its state, a model stands where the state says.
+
+**Poses**: numbers become 4 x 4 matrices, relative to frames.
+
+P1  A pose is x y z roll pitch yaw (metres, radians; ``degrees`` says otherwise), or x y z and a quaternion x y z w.
+P2  It is relative to the frame that it names (``relative_to``; ``frame`` in SDF 1.5 and 1.6), else to what contains it;
+    a ``frame`` without a name for its pose is relative to what it is attached to.
+P3  A name with ``::`` is looked up in the model of that name.
+
+**Geometry** as triangles, in the frame of its visual or collision; metres.
+
+S1  Planes and height maps are ground, and no part of a house.
+S2  A mesh takes the scale that is given; COLLADA's own unit and up axis count, as they do in Gazebo.
+S3  A round body has SIDES sides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
+import shapely
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import united
-from pipeline.sources.gazebo_poses import Frames, Matrix, matrix_of, placed
-from pipeline.sources.gazebo_shapes import Shapes, named
+from pipeline.sources.drawn_storeys import NOTHING, clean, prism, united
 from pipeline.sources.left_out import LeftOut
+from pipeline.sources.mesh_load import SUFFIXES, convention, load_scene
 from pipeline.sources.uris import Places
 from pipeline.sources.xml_tree import Element, parse_xml
 from pipeline.values import Mesh
+
+Matrix = npt.NDArray[np.float64]
+_ADVICE_POSE = "correct it, or leave the model out"
+_OWN = frozenset({"", "__model__", "world", "__root__"})
+
+
+def numbers(text: str | None, count: int, what: str) -> list[float]:
+    """Return the numbers of a text; raise Rejection if they are not ``count`` finite ones."""
+    parts = (text or "").split()
+    try:
+        values = [float(part) for part in parts]
+    except ValueError:
+        values = []
+    if len(values) != count or not all(math.isfinite(value) and abs(value) < 1e6 for value in values):
+        detail = f"{what}: expected {count} finite numbers, found {' '.join(parts)[:80]!r}"
+        raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE_POSE)
+    return values
+
+
+def matrix_of(pose: Element | None, what: str) -> Matrix:
+    """P1; the identity where there is no pose."""
+    if pose is None or not (pose.text or "").split():
+        return np.eye(4)
+    quaternion = pose.get("rotation_format") == "quat_xyzw"
+    values = numbers(pose.text, 7 if quaternion else 6, f"pose of {what}")
+    matrix = np.eye(4)
+    if quaternion:
+        matrix[:3, :3] = _from_quaternion(values[3:], what)
+    else:
+        degrees = pose.get("degrees", "false").strip().lower() in {"true", "1"}
+        matrix[:3, :3] = _from_angles([math.radians(v) if degrees else v for v in values[3:]])
+    matrix[:3, 3] = values[:3]
+    return matrix
+
+
+class Frames:
+    """The frames of one model: its links, frames, joints and inner models, each at a place in the model."""
+
+    def __init__(self, model: Element, name: str) -> None:
+        self._name = name
+        self._found: dict[str, Element] = {}
+        for child in model:
+            if child.tag in {"link", "frame", "model", "joint", "include"} and child.get("name"):
+                self._found.setdefault(str(child.get("name")), child)
+
+    def pose(self, element: Element, asked: tuple[str, ...] = ()) -> Matrix:
+        """P2: the place in the model of something that it contains."""
+        pose = element.find("pose")
+        what = f"{element.tag} {element.get('name', '')!r} of {self._name}"
+        base = (pose.get("relative_to") or pose.get("frame") or "") if pose is not None else ""
+        if not base:
+            base = {"frame": element.get("attached_to", ""), "joint": element.findtext("child", "")}.get(
+                element.tag, ""
+            )
+        return self.at(base.strip(), asked) @ matrix_of(pose, what)
+
+    def at(self, name: str, asked: tuple[str, ...] = ()) -> Matrix:
+        """Return a named frame's place in the model."""
+        first, _, rest = name.partition("::")
+        if first in _OWN:
+            return np.eye(4)
+        if name in asked:
+            detail = f"{self._name}: frame {name!r} is relative to itself"
+            raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE_POSE)
+        element = self._found.get(first)
+        if element is None:
+            detail = f"{self._name}: expected a frame {name!r}, found none of that name"
+            raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE_POSE)
+        here = self.pose(element, (*asked, name))
+        return here @ Frames(element, first).at(rest) if rest and element.tag == "model" else here  # P3
+
+
+def placed(model: Element, pose: Matrix, name: str) -> Matrix:
+    """Return where a model's own frame is, given the pose of its placement frame."""
+    frame = (model.get("placement_frame") or "").strip()
+    return pose @ np.linalg.inv(Frames(model, name).at(frame)) if frame else pose
+
+
+def _from_angles(angles: list[float]) -> Matrix:
+    (cr, cp, cy), (sr, sp, sy) = np.cos(angles), np.sin(angles)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def _from_quaternion(values: list[float], what: str) -> Matrix:
+    length = math.hypot(*values)
+    if length < 1e-9:
+        raise Rejection("source", Reason.UNREADABLE, f"pose of {what}: a quaternion of length 0", _ADVICE_POSE)
+    x, y, z, w = (value / length for value in values)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+SIDES = 24
+LARGEST_M = 10_000.0
+
+
+class Shapes:
+    """Makes geometry into triangles; ``missing`` names the meshes that were not to be had."""
+
+    def __init__(self, places: Places, left_out: LeftOut) -> None:
+        self._places, self._left_out = places, left_out
+        self._meshes: dict[Path, Mesh | None] = {}
+        self.missing: dict[str, None] = {}
+        self.files: dict[Path, None] = {}
+
+    def of(self, geometry: Element, folder: Path, what: str) -> Mesh | None:
+        """Return a geometry's triangles, or None if its mesh cannot be had. ``folder`` holds its file."""
+        for shape in geometry:
+            if shape.tag == "mesh":
+                return self._mesh(shape, folder, what)
+            maker = _MAKERS.get(shape.tag)
+            if maker is not None:
+                return maker(shape, what)
+        return NOTHING  # S1
+
+    def _mesh(self, shape: Element, folder: Path, what: str) -> Mesh | None:
+        """S2."""
+        uri = (shape.findtext("uri") or "").strip()
+        scale = numbers(shape.findtext("scale") or "1 1 1", 3, f"scale of {what}")
+        path = self._places.find(uri, folder)
+        if path is None or not path.is_file() or path.suffix.lower() not in SUFFIXES:
+            self.missing[named(uri)] = None
+            return None
+        if path not in self._meshes:
+            self.files[path] = None
+            self._meshes[path] = None
+            with self._left_out.part():
+                self._meshes[path] = _in_metres(path)
+        mesh = self._meshes[path]
+        if mesh is None:
+            return None
+        return Mesh(mesh.vertices * scale, mesh.faces[:, ::-1] if np.prod(scale) < 0 else mesh.faces)
+
+
+def named(uri: str) -> str:
+    """Return a URI as a note may show it: without the folders of somebody's machine."""
+    return uri if "://" in uri and not uri.startswith("file:") else Path(uri).name
+
+
+def _in_metres(path: Path) -> Mesh:
+    mesh = load_scene(path).mesh
+    if path.suffix.lower() == ".dae":
+        said = convention(path)
+        x, y, z = (mesh.vertices * (said.metres or 1.0)).T
+        mesh = Mesh(np.column_stack([x, -z, y] if said.up == "y" else [x, y, z]), mesh.faces)
+    return mesh
+
+
+def _box(shape: Element, what: str) -> Mesh:
+    x, y, z = _sizes(shape.findtext("size"), 3, what)
+    return prism(shapely.box(-x / 2, -y / 2, x / 2, y / 2), -z / 2, z / 2)
+
+
+def _cylinder(shape: Element, what: str) -> Mesh:
+    (radius,), (length,) = _sizes(shape.findtext("radius"), 1, what), _sizes(shape.findtext("length"), 1, what)
+    return prism(_round(radius), -length / 2, length / 2)
+
+
+def _capsule(shape: Element, what: str) -> Mesh:
+    (radius,), (length,) = _sizes(shape.findtext("radius"), 1, what), _sizes(shape.findtext("length"), 1, what)
+    return prism(_round(radius), -length / 2 - radius, length / 2 + radius)
+
+
+def _sphere(shape: Element, what: str) -> Mesh:
+    (radius,) = _sizes(shape.findtext("radius"), 1, what)
+    return _ball(np.full(3, radius))
+
+
+def _ellipsoid(shape: Element, what: str) -> Mesh:
+    return _ball(np.array(_sizes(shape.findtext("radii"), 3, what)))
+
+
+def _polyline(shape: Element, what: str) -> Mesh:
+    """Rings inside the first are holes in it."""
+    (height,) = _sizes(shape.findtext("height"), 1, what)
+    ring = clean(numbers(point.text, 2, f"polyline of {what}") for point in shape.findall("point"))
+    return NOTHING if ring is None else prism(ring, 0.0, height)
+
+
+def _round(radius: float) -> shapely.Polygon:  # S3
+    angles = np.linspace(0.0, 2.0 * np.pi, SIDES, endpoint=False)
+    return shapely.Polygon(radius * np.column_stack([np.cos(angles), np.sin(angles)]))
+
+
+def _ball(radii: np.ndarray) -> Mesh:
+    """Rings of SIDES points from pole to pole, as faces between each two."""
+    rings = SIDES // 2
+    theta, phi = np.meshgrid(np.linspace(0.0, np.pi, rings + 1), np.arange(SIDES) * 2 * np.pi / SIDES, indexing="ij")
+    unit = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
+    i, j = (each.ravel() for each in np.meshgrid(np.arange(rings), np.arange(SIDES), indexing="ij"))
+    a, b = i * SIDES + j, i * SIDES + (j + 1) % SIDES
+    faces = np.concatenate([np.column_stack([a, a + SIDES, b]), np.column_stack([b, a + SIDES, b + SIDES])])
+    return Mesh((unit * radii).reshape(-1, 3), faces.astype(np.int64))
+
+
+def _sizes(text: str | None, count: int, what: str) -> list[float]:
+    values = numbers(text, count, f"size of {what}")
+    if not all(0 <= value <= LARGEST_M for value in values):
+        detail = f"size of {what}: expected 0 to {LARGEST_M:.0f} m, found {values}"
+        raise Rejection("source", Reason.BAD_UNITS, detail, "SDF is in metres: correct it, or leave the model out")
+    return values
+
+
+_MAKERS: dict[str, Callable[[Element, str], Mesh]] = {
+    "box": _box,
+    "cylinder": _cylinder,
+    "capsule": _capsule,
+    "sphere": _sphere,
+    "ellipsoid": _ellipsoid,
+    "polyline": _polyline,
+}
 
 MAX_MODELS = 5_000
 MAX_FACES = 5_000_000

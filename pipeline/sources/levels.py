@@ -1,7 +1,7 @@
 """Find the levels of a z-up mesh.
 
 R1  A floor is a level surface with room to stand on and 1.8 m of wall around and clear height above it
-    (``floors.find_floors``): slabs, ceilings, table tops, sills and wall tops have area too and are none.
+    (``find_floors``): slabs, ceilings, table tops, sills and wall tops have area too and are none.
     A floor less than 2.15 m over another one of the same place, and smaller than half of it, is a landing, a row of
     shelves or of door heads.
 R2  Walls without a floor are a house of one level that begins at the foot of the walls; such a level may also lie
@@ -13,24 +13,229 @@ R3  Walls may be looked at up to the underside of what closes the level: the nex
     hardly any wall runs on through closes it, whatever stands on it: a slab under the foot of a roof, but not the
     ceilings of some rooms, lower than those of others.
 R4  What the source calls floor is the floor's area where it is most of it; what it calls ceiling or roof is no floor.
+
+A floor's area is exact where its faces are few, and comes from the grid where a scan has many.
+
+**Voids**: where one looks down from a level onto the floor of a lower one: a stair's void, a gallery, the air over a
+terrace.
+
+V1  Nothing that lies level or sloped is within reach under the floor's height: neither a step of the floor, nor the
+    ceiling below it, where a source draws no floor above that. The upper steps of a stair are, so that its void is open
+    in part.
+V2  A floor of a lower level lies under it: in a storey that was exported by itself, what the floor lacks may be
+    missing for any reason.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
+import cv2
 import numpy as np
+import shapely
 from shapely import MultiPolygon, Polygon
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.floor_area import floor_area
-from pipeline.sources.floors import APART_M, CLEAR_M, FloorSurface, Layer, enclosed_cells, find_floors, find_layers
 from pipeline.sources.plan_grid import Cells, PlanGrid
-from pipeline.sources.surfaces import Bools, Surfaces, WallProfile, weighted_quantile
-from pipeline.sources.voids import open_below
+from pipeline.sources.surfaces import VERTICAL, Bools, Floats, Surfaces, WallProfile, cut, weighted_quantile
 from pipeline.values import Mesh
+
+EXACT_TRIANGLES = 20_000
+TERRAIN = 2.0  # times what the walls enclose
+AROUND_M = 0.5
+
+
+def floor_area(triangles: Floats, region: Cells, grid: PlanGrid) -> Polygon | MultiPolygon | None:
+    """Unite plan triangles (k, 3, 2); beyond EXACT_TRIANGLES outline the grid's ``region`` instead."""
+    if len(triangles) > EXACT_TRIANGLES:
+        parts = _outlines(region, grid)
+    else:
+        parts = shapely.polygons(triangles)
+        parts = parts[shapely.area(parts) > 1e-8]
+    area = shapely.union_all(parts, grid_size=0.001)
+    if area.area > TERRAIN * grid.area(region):  # ground that goes on outside, at the floor's own height
+        hull = shapely.union_all(_outlines(region, grid)).convex_hull
+        area = area.intersection(hull.buffer(AROUND_M, join_style="mitre"))
+    pieces = [piece for piece in shapely.get_parts(area) if isinstance(piece, Polygon) and piece.area > 0]
+    if not pieces:
+        return None
+    return pieces[0] if len(pieces) == 1 else MultiPolygon(pieces)
+
+
+def _outlines(region: Cells, grid: PlanGrid) -> np.ndarray:
+    contours = cv2.findContours(region, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[-2]
+    rings = [contour[:, 0] * grid.size_m + np.asarray(grid.origin) + grid.size_m / 2 for contour in contours]
+    half = grid.size_m / 2  # contours run through the centres of the outermost cells
+    return np.asarray([Polygon(ring).buffer(half, join_style="mitre") for ring in rings if len(ring) > 2])
+
+
+CLEAR_M = 1.8  # wall, and clear height, that a storey's floor must have above it
+ROOMY_M2 = 4.0  # less than this is a landing, a table or a bed
+SHARE = 0.15  # of the largest floor's area, so that the head of a stair on a roof is no storey
+WALLED = 0.5  # share of a floor's outer boundary along which walls stand
+WALL_REACH_M = 0.5
+APART_M = 0.9  # floors closer than this in height are one storey with steps
+WINDOW_M = 0.06  # half the window in which faces make one surface: coverings, scans
+TURNED = 0.3  # share of area that may be wound the other way in a mesh that is wound with care
+HALF_ROOM_M = 0.4  # narrower surfaces are wall tops, sills, shelves and steps
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """Level faces of about one height: where their lower and upper tenth of area lies, and the cells they cover."""
+
+    bottom: float
+    top: float
+    faces: Bools
+    cells: Cells
+
+
+@dataclass(frozen=True, eq=False)
+class FloorSurface:
+    """A floor: the layer that gives its height, the cells walls enclose, the faces of all its steps."""
+
+    layer: Layer
+    region: Cells
+    area_m2: float
+    faces: Bools
+
+
+def find_layers(surfaces: Surfaces, grid: PlanGrid) -> list[Layer]:
+    """Return the roomy level surfaces by height; either winding counts, since models disagree about it."""
+    flats = surfaces.flats()
+    if not flats.any():
+        return []
+    heights = (surfaces.low[:, 2] + surfaces.high[:, 2]) / 2
+    peaks = _peaks(heights[flats], surfaces.area[flats])
+    layers = (_layer(surfaces, flats & (np.abs(heights - peak) <= WINDOW_M), heights, grid) for peak in peaks)
+    return sorted((layer for layer in layers if layer), key=lambda layer: layer.top)
+
+
+def _peaks(heights: Floats, areas: Floats, step: float = 0.01) -> list[float]:
+    """Heights about which the most area gathers, the largest first, two windows apart."""
+    slot = np.floor((heights - heights.min()) / step).astype(np.int64)
+    if slot.max() > 1_000_000:  # farther than 10 km from the rest: no part of a house
+        keep = slot <= 1_000_000
+        slot, areas = slot[keep], areas[keep]
+    reach = round(WINDOW_M / step)
+    single = np.bincount(slot, areas, minlength=2 * reach + 1)
+    gathered = np.convolve(single, np.ones(2 * reach + 1), mode="same")
+    peaks = []
+    while gathered.max() >= ROOMY_M2:
+        best = int(gathered.argmax())
+        start = max(best - reach, 0)
+        middle = start + int(single[start : best + reach + 1].argmax())  # where most of it lies
+        peaks.append(float(heights.min() + (middle + 0.5) * step))
+        gathered[max(middle - 2 * reach, 0) : middle + 2 * reach + 1] = 0.0
+        gathered[best] = 0.0
+    return peaks
+
+
+def _layer(surfaces: Surfaces, faces: Bools, heights: Floats, grid: PlanGrid) -> Layer | None:
+    if not faces.any():
+        return None
+    cells = grid.cover(surfaces.triangles(faces)[:, :, :2])
+    cells = grid.opened(grid.closed(cells, 0.15), HALF_ROOM_M)
+    if grid.area(cells) < ROOMY_M2:
+        return None
+    height, area = heights[faces], surfaces.area[faces]
+    bottom, top = weighted_quantile(height, area, 0.1), weighted_quantile(height, area, 0.9)
+    return Layer(bottom, top, faces, cells)
+
+
+def find_floors(surfaces: Surfaces, walls: Bools, layers: list[Layer], grid: PlanGrid) -> list[FloorSurface]:
+    """Return the storeys' floors from the lowest to the highest; none where walls stand without a floor."""
+    found = [_floor(surfaces, walls, layer, layers, grid) for layer in layers]
+    floors = sorted((floor for floor in found if floor), key=lambda floor: -floor.area_m2)
+    kept: list[FloorSurface] = []
+    for floor in floors:
+        near = [i for i, other in enumerate(kept) if abs(other.layer.top - floor.layer.top) < APART_M]
+        if near:  # a step within the storey of a larger floor
+            other = kept[near[0]]
+            ups = _looks_up(surfaces, other.layer), _looks_up(surfaces, floor.layer)
+            if min(ups) < TURNED and max(ups) > 1 - TURNED:  # one is the underside of the other's slab
+                kept[near[0]] = other if ups[0] > ups[1] else floor
+                continue
+            kept[near[0]] = FloorSurface(other.layer, other.region, other.area_m2, other.faces | floor.faces)
+        elif floor.area_m2 >= SHARE * floors[0].area_m2:
+            kept.append(floor)
+    return sorted(kept, key=lambda floor: floor.layer.top)
+
+
+def _looks_up(surfaces: Surfaces, layer: Layer) -> float:
+    """Share of a layer's area that is wound to look up."""
+    area = surfaces.area[layer.faces]
+    return float(area[surfaces.normal[layer.faces, 2] > 0].sum() / area.sum())
+
+
+def _floor(surfaces: Surfaces, walls: Bools, layer: Layer, layers: list[Layer], grid: PlanGrid) -> FloorSurface | None:
+    """Judge one layer: what of it is clear overhead and lies among walls, and how much of its rim they line."""
+    free = layer.cells.copy()
+    for other in layers:
+        if layer.top + WINDOW_M < other.top < layer.top + CLEAR_M:
+            free[other.cells > 0] = 0
+    free = grid.opened(free, HALF_ROOM_M)
+    # Lintels over wide windows stand for the wall there; a low storey has none at the second height.
+    segments = np.concatenate([cut(surfaces, walls, layer.top + height) for height in (CLEAR_M - 0.05, 2.15)])
+    standing = grid.trace(segments) & grid.grown(free, WALL_REACH_M)
+    region = _filled(free & _hull(standing))
+    area = grid.area(region)
+    rim = region & grid.grown(1 - region, grid.size_m)
+    if area < ROOMY_M2:
+        return None
+    lined = np.count_nonzero(rim & grid.grown(standing, WALL_REACH_M)) / np.count_nonzero(rim)
+    return FloorSurface(layer, region, area, layer.faces) if lined >= WALLED else None
+
+
+def enclosed_cells(surfaces: Surfaces, walls: Bools, foot: float, grid: PlanGrid) -> Cells:
+    """Return the convex hull of the walls that stand a metre over ``foot``: the most that a storey there can hold."""
+    return _hull(grid.trace(cut(surfaces, walls, foot + 1.0)))
+
+
+def _hull(mask: Cells) -> Cells:
+    """Convex hull of the marked cells: where walls could enclose something."""
+    out = np.zeros_like(mask)
+    points = cv2.findNonZero(mask)
+    if points is not None:
+        cv2.fillConvexPoly(out, cv2.convexHull(points), 1)
+    return out
+
+
+def _filled(mask: Cells) -> Cells:
+    """Fill a mask's holes: stair wells, and what furniture covers."""
+    contours = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[-2]
+    return np.asarray(cv2.drawContours(np.zeros_like(mask), contours, -1, 1, cv2.FILLED), np.uint8)
+
+
+UNDER_M = 1.0
+OVER_M = 0.3
+HALF_WIDTH_M = 0.1  # what is narrower is a crack between floor and wall
+
+
+def open_below(
+    surfaces: Surfaces, height: float, floors: Sequence[FloorSurface | None], grid: PlanGrid
+) -> Polygon | MultiPolygon | None:
+    """Return that area of the plan for the level at ``height``, or None if it is empty."""
+    lower = [floor.region for floor in floors if floor is not None and floor.layer.top <= height - CLEAR_M]
+    if not lower:
+        return None  # V2
+    near = (surfaces.high[:, 2] > height - UNDER_M) & (surfaces.low[:, 2] < height + OVER_M)
+    covering = near & (np.abs(surfaces.normal[:, 2]) > VERTICAL)
+    covered = grid.cover(surfaces.triangles(covering)[:, :, :2])  # V1
+    shape = _outline(grid.opened(np.bitwise_or.reduce(lower) & (1 - covered), HALF_WIDTH_M), grid)
+    return shape if isinstance(shape, Polygon | MultiPolygon) and not shape.is_empty else None
+
+
+def _outline(mask: Cells, grid: PlanGrid) -> shapely.Geometry:
+    """The area of a mask's cells, from the runs of its rows."""
+    edges = np.diff(np.pad(mask.astype(np.int8), ((0, 0), (1, 1))), axis=1)
+    row, start = np.nonzero(edges == 1)
+    end = np.nonzero(edges == -1)[1]
+    (x, y), size = grid.origin, grid.size_m
+    return shapely.union_all(shapely.box(x + start * size, y + row * size, x + end * size, y + (row + 1) * size))
+
 
 BELOW_M = 0.3  # faces this far under the floor stay with the level
 MARGIN_M = 0.05  # the last height stays this far under what closes the level

@@ -6,6 +6,8 @@ R2  A part called floor is evidence for floors where it is flat; its faces stay 
 R3  Furniture, and what is left out, are dropped from the walls unless one piece of them is as large as the house.
 R4  Ground that ends with the house is its floor.
 R5  Where dropping leaves hardly anything that stands, the names are wrong and nothing is dropped.
+
+Faces are taken apart into connected pieces, and pieces that touch make things. Lengths are metres, z is up.
 """
 
 from __future__ import annotations
@@ -16,14 +18,141 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import shapely
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from pipeline.sources.name_tables import Role
-from pipeline.sources.pieces import Indices, box, pieces, taken, things
-from pipeline.sources.role_shapes import fills, is_door, is_floor, is_space
-from pipeline.sources.roles import Named, role_of_part, room_words
+from pipeline.sources.roles import Named, Role, role_of_part, room_words
 from pipeline.sources.scene import Part, Scene
-from pipeline.sources.surfaces import Surfaces
+from pipeline.sources.surfaces import Surfaces, cut
 from pipeline.values import Mesh, SourceObject
+
+Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+
+WELD_M = 1e-4
+
+
+def pieces(mesh: Mesh, faces: Indices) -> list[Indices]:
+    """Divide face numbers (k,) into connected pieces; corners closer than WELD_M are one."""
+    if not len(faces):
+        return []
+    corners = mesh.vertices[mesh.faces[faces]].reshape(-1, 3)
+    cells = np.round((corners - corners.min(axis=0)) / WELD_M).astype(np.int64)
+    _, point = np.unique(cells, axis=0, return_inverse=True)
+    point = point.reshape(-1, 3)
+    rows, columns = np.repeat(point[:, 0], 2), point[:, 1:].ravel()
+    count = int(point.max()) + 1
+    graph = coo_array((np.ones(len(rows), np.int8), (rows, columns)), shape=(count, count))
+    label = connected_components(graph, directed=False)[1][point[:, 0]]
+    return _divided(faces, label)
+
+
+def things(mesh: Mesh, found: list[Indices], apart_m: float) -> list[Indices]:
+    """Unite pieces whose boxes come closer than ``apart_m``: a leaf and its handle, a table and its legs."""
+    if len(found) < 2:
+        return found
+    bounds = np.array([box(mesh, faces) for faces in found])
+    flat = shapely.box(bounds[:, 0, 0], bounds[:, 0, 1], bounds[:, 1, 0], bounds[:, 1, 1])
+    one, other = shapely.STRtree(flat).query(flat, predicate="dwithin", distance=apart_m)
+    gap = np.maximum(bounds[one, 0, 2], bounds[other, 0, 2]) - np.minimum(bounds[one, 1, 2], bounds[other, 1, 2])
+    near = gap <= apart_m
+    count = len(found)
+    graph = coo_array((np.ones(near.sum(), np.int8), (one[near], other[near])), shape=(count, count))
+    label = connected_components(graph, directed=False)[1]
+    return [np.concatenate([found[i] for i in group]) for group in _divided(np.arange(count), label)]
+
+
+def box(mesh: Mesh, faces: Indices) -> Floats:
+    """Lowest and highest corner (2, 3) of some faces."""
+    corners = mesh.vertices[mesh.faces[faces]].reshape(-1, 3)
+    return np.stack([corners.min(axis=0), corners.max(axis=0)])
+
+
+def taken(mesh: Mesh, faces: npt.NDArray[np.bool_] | Indices) -> Mesh:
+    """Return the mesh of some faces, with only their own vertices."""
+    used, packed = np.unique(mesh.faces[faces], return_inverse=True)
+    return Mesh(mesh.vertices[used], packed.reshape(-1, 3).astype(np.int64))
+
+
+def _divided(values: Indices, label: npt.NDArray[np.int32]) -> list[Indices]:
+    order = np.argsort(label, kind="stable")
+    return np.split(values[order], np.cumsum(np.bincount(label))[:-1])
+
+
+WIDEST_DOOR_M = 3.2
+HIGHEST_DOOR_M = 3.1
+DEEPEST_DOOR_M = 0.5  # a frame as deep as its wall
+AJAR_M = 1.5  # a leaf that stands open in its frame is as deep as it is wide
+LEAF_HEIGHT_M = (1.7, 2.7)
+FLAT_SHARE = 0.5
+HOLE_M = 0.5
+BESIDE_HOLE_M = 0.5  # of wall, on both sides together; a door frame has less
+SPACE_HEIGHT_M = (1.8, 12.0)
+
+
+def is_door(mesh: Mesh, faces: Indices, sure: bool) -> bool:
+    """Tell whether a piece may be a door, or a part of one.
+
+    ``sure`` is False where its name means other things too: then it must have a door's height and width itself.
+    """
+    low, high = box(mesh, faces)
+    width, depth = plan_sides(mesh, faces)
+    height = float(high[2] - low[2])
+    if width > WIDEST_DOOR_M or height > HIGHEST_DOOR_M or (depth > DEEPEST_DOOR_M and width > AJAR_M):
+        return False
+    if not sure and not (LEAF_HEIGHT_M[0] <= height <= LEAF_HEIGHT_M[1] and width >= HOLE_M):
+        return False
+    return depth > DEEPEST_DOOR_M or not _is_wall_with_hole(mesh, faces, low, height)
+
+
+def is_floor(surfaces: Surfaces, faces: Indices) -> bool:
+    """Tell whether most of a part lies level: what is called floor may be a storey."""
+    flat = float(surfaces.area[faces][np.abs(surfaces.normal[faces, 2]) > 0.98].sum())
+    return flat >= FLAT_SHARE * float(surfaces.area[faces].sum())
+
+
+def is_space(mesh: Mesh, faces: Indices) -> bool:
+    """Tell whether a body is as high as a room."""
+    low, high = box(mesh, faces)
+    return bool(SPACE_HEIGHT_M[0] <= high[2] - low[2] <= SPACE_HEIGHT_M[1])
+
+
+def fills(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> bool:
+    """Tell whether a piece is as high as a storey and covers half of the plan box: that is a house, no piece of it."""
+    lowest, highest = box(mesh, faces)
+    area = float(np.prod((highest - lowest)[:2]))
+    return bool(highest[2] - lowest[2] > 2.0 and area > 0.5 * float(np.prod((high - low)[:2])))
+
+
+def plan_sides(mesh: Mesh, faces: Indices) -> tuple[float, float]:
+    """Longer and shorter side of the tightest rectangle around the piece in plan."""
+    points = np.unique(mesh.vertices[np.unique(mesh.faces[faces]), :2], axis=0)
+    hull = shapely.convex_hull(shapely.multipoints(points))
+    tight = shapely.minimum_rotated_rectangle(hull)
+    if tight.geom_type != "Polygon":
+        return float(tight.length), 0.0
+    ring = shapely.get_coordinates(tight)
+    sides = np.linalg.norm(np.diff(ring[:3], axis=0), axis=1)
+    return float(sides.max()), float(sides.min())
+
+
+def _is_wall_with_hole(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64], height: float) -> bool:
+    """Tell whether a piece is a wall around a hole, looking at it at 0.45 of its height."""
+    surfaces = Surfaces.of(Mesh(mesh.vertices, mesh.faces[faces]))
+    segments = cut(surfaces, np.ones(len(faces), np.bool_), float(low[2]) + 0.45 * height + 1e-4)
+    if not len(segments):
+        return False
+    points = segments.reshape(-1, 2)
+    spread = points - points.mean(axis=0)
+    along = np.linalg.svd(spread, full_matrices=False)[2][0]
+    spans = np.sort((segments - points.mean(axis=0)) @ along, axis=1)
+    spans = spans[np.argsort(spans[:, 0])]
+    reached = np.maximum.accumulate(spans[:, 1])
+    gaps = np.maximum(spans[1:, 0] - reached[:-1], 0.0)
+    solid = float(reached[-1] - spans[0, 0] - gaps.sum())
+    return bool(len(gaps) and gaps.max() >= HOLE_M and solid >= BESIDE_HOLE_M)
+
 
 Bools = npt.NDArray[np.bool_]
 

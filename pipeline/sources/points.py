@@ -1,18 +1,34 @@
 """Point clouds of a room or a flat (.ply without faces, .pcd, .xyz, .las, .laz, .e57): a level for each storey.
 
-Frame: x = X, y = Y of a z-up cloud; x = X, y = -Z of a y-up one. A cloud names nothing: walls and doorways are found by
-the stages, as in a scanned surface.
+Frame: x = X, y = Y of a z-up cloud; x = X, y = -Z of a y-up one. A cloud names nothing: walls and doorways are found
+by the stages, as in a scanned surface.
 
 R1  A level is the middles of the voxels between its floor and its ceiling, with the noise of the floor and without that
     of the ceiling.
+
+**Voxels**: a cloud is kept as the voxels that it fills, put together while its file is read.
+
+V1  Points that are not finite are passed over; a cloud of nothing else is none.
+V2  A cloud longer than LONGEST_M, or with more than MAX_VOXELS, is no flat. But a sensor sees through windows and in
+    mirrors: the few points that lie farther are passed over, and so are those that lie beyond all others (``_near``).
+V3  Up is z, unless the fullest level layer along y is clearly fuller: floors and ceilings are the largest faces.
+
+**Storeys**, from the histogram of heights.
+
+S1  A layer is level where it is as full as STRONG of the fullest: floors and ceilings are, table tops are not.
+S2  A storey goes from a level layer to the next one that is STOREY_M higher; what lies between is furniture.
+S3  The noise of a ceiling hangs below it: it begins where a layer holds more than the walls do, EDGE of theirs.
+S4  Above the last layer a storey goes up to where the cloud ends: a scan without a ceiling.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
@@ -20,10 +36,168 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.left_out import KEY as LEFT_OUT
 from pipeline.sources.naming import level_id, single_input
 from pipeline.sources.points_file import blocks
-from pipeline.sources.points_storeys import Storey, find_storeys
-from pipeline.sources.points_voxels import Voxels, fill
 from pipeline.sources.sizes import metres_of
 from pipeline.values import Input, Level, Mesh
+
+VOXEL_M = 0.02
+LONGEST_M = 200.0
+FEWEST_VOXELS = 500
+FEW = 0.002  # of all points, or voxels
+BESIDE_M = 4.0
+MAX_VOXELS = 30_000_000
+Y_UP = 1.4
+_BITS = 20
+_HALF = 1 << (_BITS - 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Voxels:
+    """Filled voxels by index (n, 3), x and y in the plan and z up; ``origin`` is voxel 0's corner in metres."""
+
+    index: npt.NDArray[np.int32]
+    origin: npt.NDArray[np.float64]
+    up: str
+    far: int = 0
+    """How many voxels, or points beyond LONGEST_M, were passed over (V2)."""
+
+    def centres(self) -> npt.NDArray[np.float64]:
+        """Middles (n, 3) in metres, in the plan's axes."""
+        return self.origin + (self.index + 0.5) * VOXEL_M
+
+
+def fill(blocks: Iterable[npt.NDArray[np.float64]], metres: float, up: str, name: str) -> Voxels:
+    """Read points (n, 3) in a unit of ``metres``; raises Rejection (EMPTY, NOT_FINITE, TOO_LARGE, BAD_UNITS)."""
+    origin: npt.NDArray[np.float64] | None = None
+    keys = np.empty(0, np.int64)
+    waiting: list[npt.NDArray[np.int64]] = []
+    seen, far, farthest = 0, 0, 0.0
+    for block in blocks:
+        seen += len(block)
+        points = block[np.isfinite(block).all(axis=1)] * metres  # V1
+        if not len(points):
+            continue
+        if origin is None:
+            origin = np.floor(np.median(points, axis=0))
+        index = np.floor((points - origin) / VOXEL_M)
+        away = np.abs(index).max(axis=1) * VOXEL_M > LONGEST_M  # V2
+        far += int(away.sum())
+        farthest = max(farthest, float(np.abs(index).max() * VOXEL_M))
+        index = index[~away]
+        packed = (index.astype(np.int64) + _HALF) @ np.array([1 << (2 * _BITS), 1 << _BITS, 1])
+        waiting.append(np.unique(packed))
+        if sum(map(len, waiting)) > max(len(keys), 4_000_000):
+            keys, waiting = np.unique(np.concatenate([keys, *waiting])), []
+            if len(keys) > MAX_VOXELS:
+                raise _too_large(name, len(keys))
+    if far > FEW * seen:
+        detail = f"{name} has points {farthest:.4g} m from its middle, expected {LONGEST_M:.0f} m at most"
+        raise Rejection("source", Reason.BAD_UNITS, detail, "cut the flat out, or give --units")
+    keys = np.unique(np.concatenate([keys, *waiting]))
+    if origin is None:
+        reason, what = (Reason.NOT_FINITE, "no point that is finite") if seen else (Reason.EMPTY, "no point")
+        raise Rejection("source", reason, f"{name} has {what}", "export the cloud again")
+    if len(keys) > MAX_VOXELS:
+        raise _too_large(name, len(keys))
+    if len(keys) < FEWEST_VOXELS:
+        detail = f"{name} fills {len(keys):,} voxels of 2 cm, expected {FEWEST_VOXELS} at least"
+        raise Rejection("source", Reason.EMPTY, detail, "give a scan of a room")
+    mask = (1 << _BITS) - 1
+    index3 = np.column_stack([keys >> (2 * _BITS), (keys >> _BITS) & mask, keys & mask]) - _HALF
+    near = _near(index3.astype(np.int32))
+    return _upright(near, origin, up, far + len(index3) - len(near))
+
+
+def _near(index: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """V2: voxels no farther than BESIDE_M from where, along each axis, all but FEW of them lie."""
+    low, high = np.quantile(index, (FEW / 2, 1 - FEW / 2), axis=0)
+    beside = BESIDE_M / VOXEL_M
+    near: npt.NDArray[np.bool_] = ((index >= low - beside) & (index <= high + beside)).all(axis=1)
+    return index[near]
+
+
+def _upright(index: npt.NDArray[np.int32], origin: npt.NDArray[np.float64], up: str, far: int) -> Voxels:
+    """V3; a y-up cloud is turned by a quarter about x, so that y = -Z."""
+    axis = up if up in {"y", "z"} else "y" if _fullest(index[:, 1]) > Y_UP * _fullest(index[:, 2]) else "z"
+    if axis == "z":
+        return Voxels(index, origin, "z", far)
+    turned = np.column_stack([index[:, 0], -1 - index[:, 2], index[:, 1]])
+    return Voxels(turned, np.array([origin[0], -origin[2], origin[1]]), "y", far)
+
+
+def _fullest(layer: npt.NDArray[np.int32]) -> int:
+    counts = np.bincount(layer - layer.min())
+    return int(np.convolve(counts, np.ones(3, np.int64), mode="same").max())
+
+
+def _too_large(name: str, count: int) -> Rejection:
+    detail = f"{name} fills {count:,} voxels of 2 cm, expected {MAX_VOXELS:,} at most"
+    return Rejection("source", Reason.TOO_LARGE, detail, "cut the flat out of the cloud")
+
+
+STRONG = 0.25
+STOREY_M = (1.9, 6.0)
+SHARE = 0.995
+EDGE, MARGIN_M, STOREY_NOISE_M = 1.6, 0.4, 0.16
+
+
+@dataclass(frozen=True)
+class Storey:
+    """Heights in metres; ``ceiling_m`` is where the points of the ceiling begin."""
+
+    floor_m: float
+    ceiling_m: float
+
+
+def find_storeys(voxels: Voxels) -> list[Storey]:
+    """Return the storeys, lowest first; empty where nothing is as high as one."""
+    z = voxels.index[:, 2]
+    low = int(z.min())
+    counts = np.convolve(np.bincount(z - low), np.ones(3), mode="same")
+    peaks = _peaks(counts)
+    top = float(np.quantile(z - low, SHARE))
+    found: list[tuple[int, float]] = []
+    k = 0
+    while k < len(peaks):
+        least, most = peaks[k] + STOREY_M[0] / VOXEL_M, peaks[k] + STOREY_M[1] / VOXEL_M
+        over = next((p for p in peaks[k + 1 :] if least <= p <= most), None)
+        if over is not None:  # S2
+            found.append((peaks[k], over))
+            k = peaks.index(over)
+            k += 1 if k + 1 < len(peaks) and peaks[k + 1] - over < 0.8 / VOXEL_M else 0
+        else:
+            if not found and top >= least:  # S4
+                found.append((peaks[k], min(top, most)))
+            k += 1
+    bottom = float(voxels.origin[2]) + (low + 0.5) * VOXEL_M
+    plain = np.bincount(z - low, minlength=len(counts))
+    return [
+        Storey(bottom + _middle(plain, floor) * VOXEL_M, bottom + _edge(plain, floor, ceiling) * VOXEL_M)
+        for floor, ceiling in found
+    ]
+
+
+def _peaks(counts: np.ndarray) -> list[int]:
+    """S1: the fullest layer of each run of full ones, lowest first."""
+    full = np.flatnonzero(counts >= STRONG * counts.max())
+    runs = np.split(full, np.flatnonzero(np.diff(full) > 0.1 / VOXEL_M) + 1)
+    return [int(run[np.argmax(counts[run])]) for run in runs]
+
+
+def _edge(counts: np.ndarray, floor: float, ceiling: float) -> float:
+    """S3."""
+    low, high = round(floor), min(round(ceiling), len(counts) - 1)
+    margin = round(MARGIN_M / VOXEL_M)
+    usual = float(np.median(counts[low + margin : high - margin]))
+    below = np.arange(high - round(STOREY_NOISE_M / VOXEL_M), high + 1)
+    full = below[counts[below] > EDGE * usual]
+    return float(full[0]) - 0.5 if len(full) else high + 0.5
+
+
+def _middle(counts: np.ndarray, layer: float) -> float:
+    """The middle of what a layer and its neighbours hold: floors are noisy, and lie between two layers."""
+    near = np.arange(max(0, round(layer) - 2), min(len(counts), round(layer) + 3))
+    return float(np.average(near, weights=counts[near])) if counts[near].any() else layer
+
 
 NOISE_M = 0.1
 """Noise of a floor lies so far below it."""

@@ -8,6 +8,8 @@ R1  A wall is a sheet, drawn once for each of its rooms; here it stands once, TH
 R2  A door's or window's hole is measured along ``wall0`` from its first corner. What has no leaf (a doorframe) is an
     opening without a door.
 R3  Objects are furniture where the file has their boxes (``axisAlignedBoundingBox``); it names most by a model only.
+
+A house is read as checked values. Keys that plans do not need are passed over.
 """
 
 from __future__ import annotations
@@ -16,10 +18,11 @@ import gzip
 import hashlib
 import math
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import shapely
 
@@ -27,15 +30,92 @@ from houseexpo.plan import Frame
 from houseexpo.plan.categories import canonical
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of, openings, prism, standing
+from pipeline.sources.json_house import check_lengths, decoded
 from pipeline.sources.naming import base_id
-from pipeline.sources.procthor_house import House, Plane, Slot, Thing, parse_house
 from pipeline.sources.recognise import opened
 from pipeline.values import Input, Level, SourceObject, SourceRoom
+
+_ADVICE = "copy it again from the data set"
+
+
+class Corner(msgspec.Struct, frozen=True):
+    """A point of the scene in Unity's axes, metres; a hole's x runs along its wall, y is height."""
+
+    x: float
+    y: float
+    z: float = 0.0
+
+
+class Plane(msgspec.Struct, frozen=True):
+    """A wall: an upright rectangle, its first two corners on the floor."""
+
+    id: str
+    polygon: list[Corner]
+    empty: bool = False
+
+
+class Slot(msgspec.Struct, frozen=True):
+    """A door or a window."""
+
+    id: str
+    wall0: str
+    wall1: str = ""
+    hole: list[Corner] = msgspec.field(name="holePolygon", default_factory=list)
+    asset: str = msgspec.field(name="assetId", default="")
+
+
+class Chamber(msgspec.Struct, frozen=True, rename="camel"):
+    """A room."""
+
+    floor_polygon: list[Corner]
+    room_type: str = ""
+
+
+class Box(msgspec.Struct, frozen=True):
+    """A box along the scene's axes."""
+
+    center: Corner
+    size: Corner
+
+
+class Thing(msgspec.Struct, frozen=True):
+    """An object; what stands on it is beside it in no plan."""
+
+    id: str = ""
+    box: Box | None = msgspec.field(name="axisAlignedBoundingBox", default=None)
+
+
+class House(msgspec.Struct, frozen=True):
+    """One house."""
+
+    walls: list[Plane]
+    rooms: list[Chamber]
+    doors: list[Slot] = []
+    windows: list[Slot] = []
+    objects: list[Thing] = []
+
+
+_HOUSE = msgspec.json.Decoder(House)
+
+
+def parse_house(data: bytes, name: str) -> House:
+    """Read one house; raises Rejection (EMPTY, UNREADABLE, NOT_FINITE, BAD_UNITS)."""
+    house = decoded(_HOUSE, data, name, _ADVICE)
+    corners = (corner for shape in _shapes(house) for corner in shape)
+    check_lengths([(corner.x, corner.y, corner.z) for corner in corners], name, _ADVICE)
+    return house
+
+
+def _shapes(house: House) -> Iterable[list[Corner]]:
+    yield from (wall.polygon for wall in house.walls)
+    yield from (slot.hole for slot in [*house.doors, *house.windows])
+    yield from (room.floor_polygon for room in house.rooms)
+    yield from ([thing.box.center, thing.box.size] for thing in house.objects if thing.box is not None)
+
 
 THICKNESS_M = 0.02
 LONGEST_LINE = 1 << 26
 """Bytes of one house; the largest of ProcTHOR-10k has a hundredth of it."""
-_ADVICE = "copy it again from the data set"
 _STREAMS: dict[tuple[str, int], gzip.GzipFile] = {}  # this process's one open packed file
 
 

@@ -4,31 +4,503 @@ Frame: the file's plan is drawn with y down; a level has y up, and its frame tak
 
 R1  A level is one where a wall stands. Rooms with a name have the label that it spells.
 R2  A home that has only the older ``Home`` entry (a Java serialisation, before 5.3) is read from that.
+
+**Reading** ``Home.xml`` as values in metres; x right, y DOWN as in the file, heights above the ground.
+
+H1  What carries no ``level`` belongs to the one level of a home without levels. Heights count from the level.
+H2  A wall without a height has the home's; ``heightAtEnd`` slopes it; ``arcExtent`` (radians) bends it.
+H3  A piece that is not visible is not there. A level that is not shown is one all the same. Groups hold pieces, which
+    have places of their own.
+H4  A piece without a sash is a mere opening where the catalogue calls it a frame: sliding windows have no sash either.
+H5  A piece or a room that cannot be read is left out; a wall that cannot be read ends the reading.
+
+**Shapes** of walls and doors in plan, metres, axes as in the file.
+
+S1  A wall is a strip about its middle; a bent one a strip about its arc.
+S2  Where two walls are joined, the corner between their ends is filled up to where their outer faces meet.
+S3  A sloping wall goes up in steps of STEP_M.
+S4  A door's hole goes through the whole of each wall that runs along it and in which its frame stands, however deep the
+    frame is.
+
+**Old homes**: the ``Home`` entry of Sweet Home 3D before 5.3, a Java serialisation, is turned into the ``Home.xml``
+that newer versions write. The library only reads the values: no class is loaded and nothing is run. Fields have the
+names of the later attributes; a wall's neighbours and an object's level are references, which get ids here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+import io
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, Final
+from xml.etree import ElementTree as ET
 
+import numpy as np
 import shapely
-from shapely import Polygon
+from shapely import LineString, Polygon
 from shapely.affinity import scale
+from shapely.ops import substring
 
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
+from pipeline.geometry.overlay import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.archives import read_member
-from pipeline.sources.drawn_storeys import Wall, beside, between, clean, floor_of, indoors, openings, prism, standing
+from pipeline.sources.drawn_storeys import (
+    Hole,
+    Wall,
+    beside,
+    between,
+    clean,
+    floor_of,
+    indoors,
+    openings,
+    prism,
+    standing,
+)
 from pipeline.sources.left_out import LeftOut
 from pipeline.sources.naming import check_file, level_id, single_input
 from pipeline.sources.room_names import labels_for
-from pipeline.sources.sweethome_home import DrawnRoom, Home, Piece, Storey, home_of
-from pipeline.sources.sweethome_java import home_element
-from pipeline.sources.sweethome_shapes import bodies, footprint, hole_of, strips
 from pipeline.sources.xml_tree import LARGEST_BYTES, Element, parse_xml
 from pipeline.values import Input, Level, SourceObject, SourceRoom
+
+CM = 0.01
+LARGEST_CM = 100_000.0
+PIECES = frozenset({"pieceOfFurniture", "light", "shelfUnit"})
+_ADVICE = "save it again in Sweet Home 3D"
+
+
+@dataclass(frozen=True)
+class Storey:
+    """A level: ``key`` is the file's own id of it, "" for a home without levels."""
+
+    key: str
+    name: str
+    elevation_m: float
+    height_m: float
+    shown: bool = True
+
+
+@dataclass(frozen=True)
+class DrawnWall:
+    """A wall along its middle from ``start`` to ``end``; ``key`` and its neighbours' at both ends."""
+
+    key: str
+    level: str
+    start: tuple[float, float]
+    end: tuple[float, float]
+    thickness_m: float
+    height_m: float
+    end_height_m: float
+    arc_rad: float
+    joined: tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A piece of furniture, a door or a window: a box about (x, y), turned by an angle (clockwise as drawn)."""
+
+    level: str
+    name: str
+    at: tuple[float, float]
+    angle_rad: float
+    width_m: float
+    depth_m: float
+    height_m: float
+    elevation_m: float
+
+
+@dataclass(frozen=True)
+class DoorOrWindow(Piece):
+    """The part that stands in the wall, as shares of width and depth; ``has_leaf`` tells it from a mere frame."""
+
+    wall_left: float
+    wall_width: float
+    wall_distance: float
+    wall_thickness: float
+    mirrored: bool
+    has_leaf: bool
+
+
+@dataclass(frozen=True)
+class DrawnRoom:
+    """A room: its ring and its name, or "" if it has none."""
+
+    level: str
+    name: str
+    ring: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Home:
+    """A home; levels from the lowest to the highest."""
+
+    levels: tuple[Storey, ...]
+    walls: tuple[DrawnWall, ...]
+    doors: tuple[DoorOrWindow, ...]
+    rooms: tuple[DrawnRoom, ...]
+    furniture: tuple[Piece, ...]
+
+
+def home_of(root: Element, name: str, left_out: LeftOut) -> Home:
+    """Read a home; raises Rejection (UNREADABLE, NOT_FINITE, BAD_UNITS) where its levels or walls are damaged."""
+    if root.tag != "home":
+        detail = f"{name}: expected <home>, found <{root.tag[:40]}>"
+        raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE)
+    usual = _length(root, "wallHeight", 250.0)
+    storeys = [
+        Storey(
+            each.get("id", ""),
+            each.get("name", ""),
+            _length(each, "elevation"),
+            _length(each, "height", 250.0),
+            _flag(each, "visible", True),
+        )
+        for each in root.findall("level")
+    ]
+    levels = sorted(storeys, key=lambda each: each.elevation_m) or [Storey("", "", 0.0, usual)]
+    here = {each.key for each in levels}
+    doors: list[DoorOrWindow] = []
+    furniture: list[Piece] = []
+    rooms: list[DrawnRoom] = []
+    for each in (*_visible(root), *root.iter("room")):
+        if each.get("level", "") in here:
+            with left_out.part():  # H5
+                if each.tag == "room":
+                    rooms.append(_room(each))
+                elif each.tag == "doorOrWindow":
+                    doors.append(_door(each, _values(each)))
+                else:
+                    furniture.append(Piece(**_values(each)))
+    return Home(
+        levels=tuple(levels),
+        walls=tuple(_wall(each, usual) for each in root.iter("wall") if each.get("level", "") in here),
+        doors=tuple(doors),
+        rooms=tuple(rooms),
+        furniture=tuple(furniture),
+    )
+
+
+def _visible(element: Element) -> Iterator[Element]:
+    """H3."""
+    for child in element:
+        if not _flag(child, "visible", True):
+            continue
+        if child.tag == "furnitureGroup":
+            yield from _visible(child)
+        elif child.tag in PIECES or child.tag == "doorOrWindow":
+            yield child
+
+
+def _wall(element: Element, usual: float) -> DrawnWall:
+    """H2."""
+    height = _length(element, "height", usual / CM)
+    return DrawnWall(
+        key=element.get("id", ""),
+        level=element.get("level", ""),
+        start=(_length(element, "xStart"), _length(element, "yStart")),
+        end=(_length(element, "xEnd"), _length(element, "yEnd")),
+        thickness_m=abs(_length(element, "thickness", 7.5)),
+        height_m=height,
+        end_height_m=_length(element, "heightAtEnd", height / CM),
+        arc_rad=_number(element, "arcExtent", 0.0),
+        joined=(element.get("wallAtStart", ""), element.get("wallAtEnd", "")),
+    )
+
+
+def _values(element: Element) -> dict[str, Any]:
+    return {
+        "level": element.get("level", ""),
+        "name": element.get("name", ""),
+        "at": (_length(element, "x"), _length(element, "y")),
+        "angle_rad": _number(element, "angle", 0.0),
+        "width_m": abs(_length(element, "width")),
+        "depth_m": abs(_length(element, "depth")),
+        "height_m": abs(_length(element, "height")),
+        "elevation_m": _length(element, "elevation"),
+    }
+
+
+def _door(element: Element, values: dict[str, Any]) -> DoorOrWindow:
+    return DoorOrWindow(
+        **values,
+        wall_left=_number(element, "wallLeft", 0.0),
+        wall_width=_number(element, "wallWidth", 1.0),
+        wall_distance=_number(element, "wallDistance", 0.0),
+        wall_thickness=_number(element, "wallThickness", 1.0),
+        mirrored=_flag(element, "modelMirrored", False),
+        has_leaf=element.find("sash") is not None or not _is_frame(element),
+    )
+
+
+def _is_frame(element: Element) -> bool:
+    """H4."""
+    kind = (element.get("catalogId") or element.get("name") or "").lower()
+    return "frame" in kind or "opening" in kind
+
+
+def _room(element: Element) -> DrawnRoom:
+    ring = tuple((_length(point, "x"), _length(point, "y")) for point in element.findall("point"))
+    return DrawnRoom(element.get("level", ""), " ".join(element.get("name", "").split()), ring)
+
+
+def _length(element: Element, key: str, usual: float = 0.0) -> float:
+    """Return metres."""
+    return _number(element, key, usual, LARGEST_CM) * CM
+
+
+def _number(element: Element, key: str, usual: float, most: float = 1000.0) -> float:
+    text = element.get(key)
+    if text is None:
+        return usual
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        detail = f"{key} of {element.tag} {element.get('id', '')!r} is {text[:40]!r}, expected a finite number"
+        raise Rejection("source", Reason.NOT_FINITE, detail, _ADVICE)
+    if abs(value) > most:
+        detail = f"{key} of {element.tag} {element.get('id', '')!r} is {value:.4g}, expected {most:.0f} at most"
+        raise Rejection("source", Reason.BAD_UNITS, detail, _ADVICE)
+    return value
+
+
+def _flag(element: Element, key: str, usual: bool) -> bool:
+    return element.get(key, str(usual)).strip().lower() == "true"
+
+
+STEP_M = 0.1
+MAX_STEPS = 40
+ARC_STEP_RAD = math.radians(7.5)
+SHARPEST = 3.0  # a corner is filled up to so many times the walls' thickness
+ALONG = math.cos(math.radians(20))
+SHORTEST_M = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """A wall with its middle line (n, 2) and its shape."""
+
+    wall: DrawnWall
+    line: Any
+    shape: Polygon
+
+
+def strips(walls: Sequence[DrawnWall]) -> list[Strip]:
+    """S1; walls without a length or a thickness are none."""
+    found = []
+    for wall in walls:
+        line = _middle(wall)
+        if math.dist(wall.start, wall.end) > SHORTEST_M and wall.thickness_m > SHORTEST_M:
+            shape = LineString(line).buffer(wall.thickness_m / 2, cap_style="flat", join_style="mitre")
+            found.append(Strip(wall, line, max(polygons_of(shape), key=lambda part: part.area)))
+    return found
+
+
+def bodies(found: Sequence[Strip]) -> list[Wall]:
+    """Return the walls and the corners between them as pieces that stand on the floor."""
+    by_key = {strip.wall.key: strip for strip in found if strip.wall.key}
+    return [piece for strip in found for piece in (*_sloped(strip), *_corners(strip, by_key))]
+
+
+def hole_of(door: DoorOrWindow, found: Sequence[Strip]) -> Hole | None:
+    """S4, or None if it stands in no wall."""
+    across, along = _axes(door.angle_rad)
+    left = 1 - door.wall_left - door.wall_width if door.mirrored else door.wall_left
+    u = (-0.5 + left) * door.width_m, (-0.5 + left + door.wall_width) * door.width_m
+    v = (-0.5 + door.wall_distance) * door.depth_m
+    frame = _quad(door.at, along, across, u, (v, v + door.wall_thickness * door.depth_m))
+    cut = []
+    for strip in found:
+        runs = [direction for direction in _directions(strip.line) if abs(np.dot(direction, along)) > ALONG]
+        if runs and shapely.intersection(frame, strip.shape).area > 0.2 * min(frame.area, _share(strip, frame)):
+            reach = strip.wall.thickness_m + door.depth_m
+            lane = _quad(door.at, along, across, u, (v - reach, v + door.wall_thickness * door.depth_m + reach))
+            cut.append(shapely.intersection(lane, strip.shape))
+    parts = [part for part in polygons_of(shapely.union_all(cut)) if part.distance(frame) < SHORTEST_M]
+    if not parts:
+        return None
+    shape = shapely.convex_hull(shapely.union_all(parts))
+    return Hole(
+        shape, door.elevation_m, door.elevation_m + door.height_m, door.has_leaf, (float(across[0]), float(across[1]))
+    )
+
+
+def footprint(piece: Piece) -> Polygon:
+    """Return a piece's box seen from above."""
+    across, along = _axes(piece.angle_rad)
+    half = piece.width_m / 2, piece.depth_m / 2
+    return _quad(piece.at, along, across, (-half[0], half[0]), (-half[1], half[1]))
+
+
+def _share(strip: Strip, frame: Polygon) -> float:
+    """Area that a frame could have in a wall thinner than itself."""
+    longest = max(frame.length / 2 - strip.wall.thickness_m, SHORTEST_M)
+    return float(longest * strip.wall.thickness_m)
+
+
+def _middle(wall: DrawnWall) -> Any:
+    """Return the points (n, 2) of a wall's middle."""
+    a, b = np.array(wall.start), np.array(wall.end)
+    if abs(wall.arc_rad) < 1e-3 or abs(wall.arc_rad) > 2 * math.pi - 1e-3:
+        return np.stack([a, b])
+    centre = (a + b) / 2 - np.array([b[1] - a[1], a[0] - b[0]]) / (2 * math.tan(wall.arc_rad / 2))
+    turns = np.linspace(0.0, wall.arc_rad, max(3, math.ceil(abs(wall.arc_rad) / ARC_STEP_RAD)) + 1)
+    cos, sin = np.cos(turns), np.sin(turns)
+    x, y = a - centre
+    return centre + np.column_stack([x * cos - y * sin, x * sin + y * cos])
+
+
+def _sloped(strip: Strip) -> Iterable[Wall]:
+    """S3."""
+    wall = strip.wall
+    rise = wall.end_height_m - wall.height_m
+    if abs(rise) < STEP_M:
+        return [Wall(strip.shape, 0.0, max(wall.height_m, wall.end_height_m))]
+    count = min(MAX_STEPS, math.ceil(abs(rise) / STEP_M))
+    line = LineString(strip.line)
+    found = []
+    for k in range(count):
+        part = substring(line, k / count, (k + 1) / count, normalized=True)
+        shape = part.buffer(wall.thickness_m / 2, cap_style="flat", join_style="mitre")
+        found.append(Wall(shape, 0.0, wall.height_m + rise * (k + 0.5) / count))
+    return found
+
+
+def _corners(strip: Strip, by_key: Mapping[str, Strip]) -> Iterable[Wall]:
+    """S2."""
+    for at_end, key in enumerate(strip.wall.joined):
+        other = by_key.get(key)
+        if other is None:
+            continue
+        line = strip.line[::-1] if at_end else strip.line
+        near = line[0]
+        other_line = other.line
+        if np.hypot(*(other_line[-1] - near)) < np.hypot(*(other_line[0] - near)):
+            other_line = other_line[::-1]
+        halves = strip.wall.thickness_m / 2, other.wall.thickness_m / 2
+        shape = _corner(near, line[1] - near, other_line[0], other_line[1] - other_line[0], halves)
+        top = strip.wall.end_height_m if at_end else strip.wall.height_m
+        if shape is not None:
+            yield Wall(shape, 0.0, min(top, max(other.wall.height_m, other.wall.end_height_m)))
+
+
+def _corner(a: Any, u: Any, b: Any, v: Any, halves: tuple[float, float]) -> Polygon | None:
+    """Return what lies between the ends of two walls that leave from a and b in the directions u and v."""
+    u, v = u / np.hypot(*u), v / np.hypot(*v)
+    n, m = np.array([-u[1], u[0]]) * halves[0], np.array([-v[1], v[0]]) * halves[1]
+    points = [a + n, a - n, b + m, b - m]
+    turn = u[0] * v[1] - u[1] * v[0]
+    if abs(turn) > 1e-3:
+        for p, q in ((a + n, b - m), (a - n, b + m)):
+            t = ((q - p)[0] * v[1] - (q - p)[1] * v[0]) / turn
+            if abs(t) < SHARPEST * 2 * max(halves):
+                points.append(p + t * u)
+    hull = shapely.convex_hull(shapely.MultiPoint(np.array(points)))
+    return hull if isinstance(hull, Polygon) and hull.area > SHORTEST_M**2 else None
+
+
+def _directions(line: Any) -> Any:
+    steps = np.diff(line, axis=0)
+    return steps / np.maximum(np.hypot(*steps.T), 1e-9)[:, None]
+
+
+def _axes(angle: float) -> tuple[Any, Any]:
+    """Return the directions of a piece's depth (from its back) and of its width."""
+    return np.array([-math.sin(angle), math.cos(angle)]), np.array([math.cos(angle), math.sin(angle)])
+
+
+def _quad(at: Any, along: Any, across: Any, u: tuple[float, float], v: tuple[float, float]) -> Polygon:
+    corners = [(u[0], v[0]), (u[1], v[0]), (u[1], v[1]), (u[0], v[1])]
+    return Polygon([np.array(at) + s * along + t * across for s, t in corners])
+
+
+MODEL: Final = "com.eteks.sweethome3d.model."
+_NOT_JAVA: Final = "open it in Sweet Home 3D 5.3 or newer and save it"
+_LISTS: Final = ("furnitureWithGroups", "furnitureWithDoorsAndWindows", "furniture")
+"""Where the furniture stands, from 2.3 on, from 1.8 on, and before."""
+_DEEPEST: Final = 50
+
+
+def home_element(data: bytes, name: str) -> Element:
+    """Return a home as the root of ``Home.xml``; raises Rejection (UNREADABLE) where it is damaged, or no home."""
+    from javaobj.v2.main import load
+
+    try:
+        fields = _fields(load(io.BytesIO(data)))
+        return _Writer().home(fields)
+    except MemoryError:
+        raise
+    except Exception as error:  # noqa: BLE001  # the library raises whatever broken bytes lead it to
+        text = " ".join(str(error).split())[:120]
+        detail = f"{name}: its Home, which Sweet Home 3D wrote before version 5.3, cannot be read: {text}"
+        raise Rejection("source", Reason.UNREADABLE, detail, _NOT_JAVA) from None
+
+
+class _Writer:
+    """Makes elements of objects, and gives ids to those that others refer to."""
+
+    def __init__(self) -> None:
+        self._ids: dict[int, str] = {}
+
+    def home(self, fields: Mapping[str, Any]) -> Element:
+        root = ET.Element("home", _plain(fields))
+        for level in fields.get("levels") or ():
+            ET.SubElement(root, "level", {"id": self._id(level), **_plain(_fields(level))})
+        listed: Iterable[Any] = next((fields[key] for key in _LISTS if fields.get(key) is not None), ())
+        for piece in listed:
+            self._piece(root, piece, 0)
+        for wall in fields.get("walls") or ():
+            self._object(root, "wall", wall)
+        for room in fields.get("rooms") or ():
+            made = self._object(root, "room", room)
+            for x, y in _fields(room).get("points") or ():
+                ET.SubElement(made, "point", {"x": str(float(x)), "y": str(float(y))})
+        return root
+
+    def _piece(self, parent: Element, piece: Any, deep: int) -> None:
+        kind = piece.classdesc.name.removeprefix(MODEL)
+        if kind == "HomeFurnitureGroup" and deep < _DEEPEST:
+            group = self._object(parent, "furnitureGroup", piece)
+            for inner in _fields(piece).get("furniture") or ():
+                self._piece(group, inner, deep + 1)
+            return
+        made = self._object(parent, "doorOrWindow" if kind == "HomeDoorOrWindow" else "pieceOfFurniture", piece)
+        for _ in _fields(piece).get("sashes") or ():
+            ET.SubElement(made, "sash")
+
+    def _object(self, parent: Element, tag: str, found: Any) -> Element:
+        fields = _fields(found)
+        refers = {key: self._id(fields[key]) for key in ("level", "wallAtStart", "wallAtEnd") if fields.get(key)}
+        return ET.SubElement(parent, tag, {"id": self._id(found), **_plain(fields), **refers})
+
+    def _id(self, found: Any) -> str:
+        return self._ids.setdefault(found.handle, f"{len(self._ids)}")
+
+
+def _fields(found: Any) -> dict[str, Any]:
+    """Return the fields of an object and of the classes above it, by name."""
+    return {field.name: value for fields in found.field_data.values() for field, value in fields.items()}
+
+
+def _plain(fields: Mapping[str, Any]) -> dict[str, str]:
+    """Return the numbers, flags and texts among fields, as attributes; a number in an object counts too."""
+    found = {}
+    for key, value in fields.items():
+        kind = getattr(getattr(value, "classdesc", None), "name", "")
+        if kind in {"java.lang.Float", "java.lang.Double", "java.lang.Integer", "java.lang.Long"}:
+            value = _fields(value)["value"]  # noqa: PLW2901
+        if isinstance(value, bool):
+            found[key] = str(value).lower()
+        elif isinstance(value, int | float):
+            found[key] = repr(float(value))
+        elif type(value).__name__ == "JavaString":
+            found[key] = str(value)
+    return found
+
 
 JAVA = b"\xac\xed"
 """How a Java serialisation begins."""
@@ -63,7 +535,7 @@ def _level(home: Home, storey: Storey, name: str, number: int, provenance: dict[
         if door.level == storey.key and (hole := hole_of(door, found)) is not None
     ]
     walls = [Wall(_turned(wall.shape), wall.bottom_m, wall.top_m) for wall in bodies(found)]
-    rooms = indoors([_room(room) for room in home.rooms if room.level == storey.key], walls)
+    rooms = indoors([_source_room(room) for room in home.rooms if room.level == storey.key], walls)
     walls = beside(rooms, walls, holes)
     fillings, holes = between(rooms, walls, holes)
     pieces = [piece for piece in home.furniture if piece.level == storey.key]
@@ -101,7 +573,7 @@ def _home(path: Path) -> Element:
     return home_element(older, path.name)
 
 
-def _room(room: DrawnRoom) -> SourceRoom:
+def _source_room(room: DrawnRoom) -> SourceRoom:
     words = (room.name,) if room.name else ()
     polygon = clean(room.ring)
     return SourceRoom(words, labels_for(words), None if polygon is None else _turned(polygon))

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("ifcopenshell")
 
 from pipeline.sources import ifc
-from pipeline.sources.ifc_shapes import floor_of
+from pipeline.sources.ifc_spaces import floor_of
 from pipeline.values import Mesh, SourceRoom
 from tests.builders.ifc import TinyBuilding
 

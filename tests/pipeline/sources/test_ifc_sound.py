@@ -4,7 +4,7 @@ import pytest
 
 pytest.importorskip("ifcopenshell")
 
-from pipeline.sources.ifc_sound import Soundness
+from pipeline.sources.ifc_model import Soundness
 from tests.builders.ifc import TinyBuilding, tiny_house
 
 

@@ -7,7 +7,7 @@ from pipeline.rejection import Reason, Rejection
 
 pytest.importorskip("ifcopenshell")
 
-from pipeline.sources.ifc_text import open_model
+from pipeline.sources.ifc_model import open_model
 from tests.builders.ifc import tiny_house
 
 

@@ -1,6 +1,6 @@
 import pytest
 
-from pipeline.sources.lzf import unpacked
+from pipeline.sources.points_file import unpacked
 
 
 def test_literal_bytes_and_copies():  # R1, R2

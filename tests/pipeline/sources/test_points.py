@@ -6,7 +6,7 @@ import shapely
 
 from houseexpo.errors import MissingDependencyError
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources import find, points, points_voxels
+from pipeline.sources import find, points
 from tests.builders.clouds import (
     flat,
     sampled,
@@ -105,8 +105,8 @@ def test_every_format_holds_the_same_points(tmp_path, name):
     found = cloud(density=300.0)
     path = written(tmp_path / name, found)
     assert [item.reader for item in find(str(path))] == ["points"]
-    voxels = points_voxels.fill(points.blocks(path), 1.0, "auto", name)
-    same = points_voxels.fill([found], 1.0, "auto", name)
+    voxels = points.fill(points.blocks(path), 1.0, "auto", name)
+    same = points.fill([found], 1.0, "auto", name)
     assert len(voxels.index) == pytest.approx(len(same.index), rel=0.02)
     assert voxels.centres().mean(axis=0) == pytest.approx(same.centres().mean(axis=0), abs=0.01)
 
@@ -139,8 +139,8 @@ def test_a_mesh_in_the_same_folder_is_none(tmp_path):
 
 def test_the_voxels_do_not_depend_on_the_blocks():
     found = cloud(density=300.0)
-    whole = points_voxels.fill([found], 1.0, "z", "a")
-    parts = points_voxels.fill(np.array_split(found, 7), 1.0, "z", "a")
+    whole = points.fill([found], 1.0, "z", "a")
+    parts = points.fill(np.array_split(found, 7), 1.0, "z", "a")
     same = [np.unique(np.round(each.centres(), 3), axis=0) for each in (whole, parts)]
     assert np.array_equal(*same)
 

@@ -1,7 +1,6 @@
 import pytest
 
-from pipeline.sources.name_tables import Role
-from pipeline.sources.roles import role_of, role_of_part, room_words
+from pipeline.sources.roles import Role, role_of, role_of_part, room_words
 from pipeline.sources.scene import Part
 
 

@@ -1,0 +1,599 @@
+"""An IFC file as plain values: its storeys, and the triangles of all that a plan needs.
+
+One pass of ifcopenshell's geometry iterator makes all triangles, in metres (the iterator converts the file's unit) and
+in the project's z-up axes. Most of a read's time goes here: into holes taken out of walls, then into furniture.
+
+**Opening a file.** Where its schema or its characters ask for it, a temporary copy is read.
+
+T1  ifcopenshell knows one edition of each schema family by its exact name. Other editions of the same family (IFC2X,
+    IFC2X2, addenda, candidates of IFC4X3) describe storeys, walls, doors, spaces and their bodies with the same
+    attributes in the same order, so they are read as the edition that is known; entities that it does not have are
+    passed over. Other families (IFC 1.5, 2.0, CIS/2, AP214) are refused as what they are.
+T2  The format is ASCII and the parser drops other bytes, yet exporters write UTF-8 or Windows-1252: such characters
+    are written as the escapes that the standard has for them.
+T3  A file without the line that ends it was cut short: the parser would silently return what is there.
+
+**Sorting elements** into walls, doors, holes, rooms and furniture; anything else is left out.
+
+E1  Walls, columns and chimneys stand; so do curtain walls with their plates and members, and windows except those in
+    roofs and slabs: full-height glazing parts rooms, and a pane closes the hole that it fills.
+E2  A wall that is an aggregate without a body of its own is its parts.
+E3  What may be a partition by another name (proxies, loose plates, members and parts) is ``loose``: the levels decide
+    by its shape; in a file without walls they are the walls. Plants, cars, people and texts are neither.
+E4  Openings count where they void a wall or a wall's part, not where they void a slab, a roof or a space.
+E5  Spaces count unless they lie outside, measure a whole storey, or only group spaces that are in the file themselves;
+    the parts of a space that has a body of its own do not.
+E6  Beams are kept apart: one that spans an opening bounds its two rooms as a lintel does. Coverings, roofs, footings,
+    ramps and pipes are left out: over the head, underfoot, passable or within walls.
+
+**Checking products**, so that native code may follow them. ifcopenshell takes the kinds of instances that a placement
+or a representation refers to on trust; a damaged file that names another kind there ends the process, and one whose
+parts hold each other in a circle never ends. Such a product is left out.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import installing
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.naming import check_file
+from pipeline.values import Mesh
+
+HEADER_CHARACTERS = 65_536
+TAIL_CHARACTERS = 4_096
+SCHEMA = re.compile(r"FILE_SCHEMA\s*\(\s*\(\s*'([^']*)'", re.IGNORECASE)
+FAMILIES = (  # T1
+    (re.compile(r"IFC4X3"), "IFC4X3_ADD2"),
+    (re.compile(r"IFC4($|[^0-9])"), "IFC4"),  # addenda, IFC4X1, IFC4X2
+    (re.compile(r"IFC2X($|_|[23]($|[^0-9]))"), "IFC2X3"),
+)
+BEYOND_ASCII = re.compile(r"[^\x00-\x7f]+")
+
+
+def open_model(path: Path) -> tuple[Any, str]:
+    """Return ifcopenshell's model of a file, and the schema that the file names.
+
+    Raises
+    ------
+    Rejection
+        MISSING_FILE, EMPTY or UNREADABLE (no IFC, cut short, an unknown schema, ifcopenshell not installed).
+    """
+    check_file(path)
+    try:
+        import ifcopenshell
+    except ImportError as error:
+        detail = f"{path.name} needs ifcopenshell, which is not installed"
+        raise Rejection("source", Reason.UNREADABLE, detail, installing("ifc")) from error
+    text = _text(path)
+    found = _schema(text, path)
+    edition = _edition(found.group(1), path)
+    if found.group(1).upper() == edition and text.isascii():
+        return ifcopenshell.open(path), edition
+    text = f"{text[: found.start(1)]}{edition}{text[found.end(1) :]}"
+    with TemporaryDirectory() as folder:  # the parser of strings spoils memory in ifcopenshell 0.9
+        copy = Path(folder) / "copy.ifc"
+        copy.write_text(BEYOND_ASCII.sub(_escaped, text), encoding="ascii")
+        return ifcopenshell.open(copy), found.group(1).upper()
+
+
+def _text(path: Path) -> str:
+    """Read the whole file as text; T2, T3."""
+    content = path.read_bytes()
+    if b"ISO-10303-21" not in content[:TAIL_CHARACTERS]:
+        raise Rejection("source", Reason.UNREADABLE, f"{path.name} is no IFC step file", "export it as .ifc")
+    if b"END-ISO-10303-21" not in content[-TAIL_CHARACTERS:]:
+        detail = f"{path.name} breaks off before END-ISO-10303-21"
+        raise Rejection("source", Reason.UNREADABLE, detail, "the file is truncated: copy or export it again")
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        return content.decode("cp1252", errors="replace")
+
+
+def _schema(text: str, path: Path) -> re.Match[str]:
+    found = SCHEMA.search(text, 0, HEADER_CHARACTERS)
+    if not found:
+        detail = f"{path.name} names no schema in its header (FILE_SCHEMA)"
+        raise Rejection("source", Reason.UNREADABLE, detail, "export the file again")
+    return found
+
+
+def _edition(schema: str, path: Path) -> str:
+    """Return the name of the edition that a schema is read as; T1."""
+    name = schema.strip().upper()
+    edition = next((known for pattern, known in FAMILIES if pattern.match(name)), None)
+    if edition is None:
+        detail = f"{path.name} is of schema {schema[:40] or '(empty)'}; IFC2X, IFC2X2, IFC2X3, IFC4 and IFC4X3 are read"
+        raise Rejection("source", Reason.UNREADABLE, detail, "export it as IFC4 or IFC2X3")
+    return edition
+
+
+def _escaped(found: re.Match[str]) -> str:
+    r"""Characters as ISO 10303-21 writes them in ASCII: \X4\ and eight hex digits each, then \X0\."""
+    return rf"\X4\{found.group().encode('utf-32-be').hex().upper()}\X0\\"[:-1]
+
+
+WALLS = ("IfcWall", "IfcColumn", "IfcChimney", "IfcCurtainWall", "IfcWindow")
+LOOSE = ("IfcBuildingElementProxy", "IfcPlate", "IfcMember", "IfcBuildingElementPart")
+HOSTS = ("IfcWall", "IfcCurtainWall")
+COVERS = ("IfcSlab", "IfcRoof", "IfcCovering")
+FURNITURE = (
+    "IfcFurnishingElement",
+    "IfcFlowTerminal",
+    "IfcStair",
+    "IfcStairFlight",
+    "IfcRailing",
+    "IfcTransportElement",
+)
+AREAS = frozenset({"GFA", "EXTERNAL"})  # PredefinedType of a space that is no room (IFC4)
+NO_BUILDING = re.compile(
+    r"tree|plant|shrub|hedge|\bcar\b|vehicle|person|people|human|\btext\b|entourage|topograph|terrain|parking"
+    r"|baum|pflanze|hecke|arbre|[aá]rbol|alber[oi]|[aá]rvore|\bboom\b",
+    re.IGNORECASE,
+)
+
+
+@dataclass(frozen=True)
+class Elements:
+    """ifcopenshell's elements by what they are to a plan."""
+
+    walls: list[Any]
+    loose: list[Any]
+    beams: list[Any]
+    slabs: list[Any]
+    spaces: list[Any]
+    openings: list[Any]
+    doors: list[Any]
+    furniture: list[Any]
+
+    def all(self) -> Iterator[Any]:
+        """Every one of them."""
+        for kind in (self.walls, self.loose, self.beams, self.slabs, self.spaces):
+            yield from kind
+        for kind in (self.openings, self.doors, self.furniture):
+            yield from kind
+
+
+def elements_of(model: Any) -> Elements:
+    """Sort a model's elements."""
+    walls = _walls(model)
+    known = {element.id() for element in walls}
+    loose = [e for name in LOOSE for e in _of_type(model, name) if e.id() not in known and _may_be_wall(e)]
+    if not any(wall.is_a(name) for wall in walls for name in HOSTS):  # E3
+        walls, loose = walls + loose, []
+    return Elements(
+        walls=walls,
+        loose=loose,
+        beams=_of_type(model, "IfcBeam"),
+        slabs=[slab for slab in _of_type(model, "IfcSlab") if not _is_roof(slab)],
+        spaces=_rooms(_of_type(model, "IfcSpace")),
+        openings=[each for each in _of_type(model, "IfcOpeningElement") if any(map(_is_host, hosts_of(each)))],
+        doors=_of_type(model, "IfcDoor"),
+        furniture=[element for name in FURNITURE for element in _of_type(model, name)],
+    )
+
+
+def words_of(element: Any) -> tuple[str, ...]:
+    """The element's own words: its long name, its name, its type's, without repetition."""
+    words = (getattr(element, name, None) for name in ("LongName", "Name", "ObjectType"))
+    return tuple(dict.fromkeys(word.strip() for word in words if isinstance(word, str) and word.strip()))
+
+
+def hosts_of(opening: Any) -> list[Any]:
+    """What an opening is a hole in."""
+    return [each.RelatingBuildingElement for each in opening.VoidsElements if each.RelatingBuildingElement]
+
+
+def filled_by(opening: Any) -> list[Any]:
+    """What stands in an opening."""
+    return [each.RelatedBuildingElement for each in opening.HasFillings if each.RelatedBuildingElement]
+
+
+def parent_of(element: Any, kind: str) -> Any:
+    """The nearest thing of a class that holds an element, has it as a part or has the hole that it fills, or None."""
+    return next((each for each in _holders(element) if each is not None and each.is_a(kind)), None)
+
+
+def is_held_in_a_circle(element: Any) -> bool:
+    """Whether what holds an element is held by it in turn: a damaged file, in which native code never ends."""
+    return next((True for each in _holders(element) if each is None), False)
+
+
+def _holders(element: Any) -> Iterator[Any]:
+    """The element, what holds it, what holds that; None at the end where they go round in a circle."""
+    seen: set[int] = set()
+    while element is not None:
+        if element.id() in seen:
+            yield None
+            return
+        yield element
+        seen.add(element.id())
+        element = _holder(element)
+
+
+def _holder(element: Any) -> Any:
+    ways = (
+        ("ContainedInStructure", "RelatingStructure"),
+        ("Decomposes", "RelatingObject"),
+        ("FillsVoids", "RelatingOpeningElement"),
+        ("VoidsElements", "RelatingBuildingElement"),
+    )
+    for inverse, relating in ways:
+        for relation in getattr(element, inverse, None) or ():
+            if getattr(relation, relating, None) is not None:
+                return getattr(relation, relating)
+    return None
+
+
+def _of_type(model: Any, name: str) -> list[Any]:
+    try:
+        return list(model.by_type(name))
+    except RuntimeError:  # a class that this file's schema does not have
+        return []
+
+
+def _wholes(element: Any) -> Iterator[Any]:
+    """What an element is a part of, from near to far; a file may go round in circles."""
+    seen = {element.id()}
+    while element is not None:
+        relations = getattr(element, "Decomposes", None) or ()
+        element = next((each.RelatingObject for each in relations if hasattr(each, "RelatingObject")), None)
+        if element is None or element.id() in seen:
+            return
+        seen.add(element.id())
+        yield element
+
+
+def _members(element: Any, seen: frozenset[int] = frozenset()) -> Iterator[Any]:
+    """The parts of an element at all depths."""
+    for relation in getattr(element, "IsDecomposedBy", None) or ():
+        for part in relation.RelatedObjects or ():
+            if part.id() not in seen:
+                yield part
+                yield from _members(part, seen | {part.id()})
+
+
+def _walls(model: Any) -> list[Any]:
+    """E1, E2."""
+    found = {each.id(): each for name in WALLS for each in _of_type(model, name) if not _is_in_roof(each)}
+    for whole in list(found.values()):
+        if whole.is_a("IfcCurtainWall") or (whole.is_a("IfcWall") and not whole.Representation):
+            parts = (part for part in _members(whole) if part.is_a("IfcElement") and not part.is_a("IfcDoor"))
+            found |= {part.id(): part for part in parts}
+    return list(found.values())
+
+
+def _is_in_roof(element: Any) -> bool:
+    """Whether a window lies in a roof or a slab."""
+    openings = [each.RelatingOpeningElement for each in getattr(element, "FillsVoids", None) or ()]
+    wholes = [*_wholes(element), *(host for opening in openings for host in hosts_of(opening))]
+    return element.is_a("IfcWindow") and any(whole.is_a(name) for whole in wholes for name in COVERS)
+
+
+def _may_be_wall(element: Any) -> bool:
+    """E3; the parts of slabs and roofs are none, whatever their shape."""
+    if any(whole.is_a(name) for whole in _wholes(element) for name in COVERS):
+        return False
+    return not any(NO_BUILDING.search(word) for word in words_of(element))
+
+
+def _is_host(element: Any) -> bool:
+    """E4."""
+    return any(each.is_a(name) for each in (element, *_wholes(element)) for name in HOSTS) or (
+        any(element.is_a(name) for name in LOOSE)
+    )
+
+
+def _is_roof(slab: Any) -> bool:
+    return slab.PredefinedType == "ROOF" or any(whole.is_a("IfcRoof") for whole in _wholes(slab))
+
+
+def _rooms(spaces: list[Any]) -> list[Any]:
+    """E5."""
+    bodied = {space.id() for space in spaces if space.Representation}
+    return [space for space in spaces if _is_room(space, bodied)]
+
+
+def _is_room(space: Any, bodied: set[int]) -> bool:
+    kinds = {getattr(space, name, None) for name in ("PredefinedType", "InteriorOrExteriorSpace")}
+    if kinds & AREAS:
+        return False
+    if space.CompositionType == "PARTIAL":
+        return not any(whole.id() in bodied for whole in _wholes(space))
+    if space.CompositionType == "COMPLEX":
+        return not any(part.id() in bodied for part in _members(space))
+    return True
+
+
+DEEPEST = 100  # placements within placements; more is a circle
+
+
+class Soundness:
+    """Remembers what has been looked at: products share placements and representations."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, bool] = {}
+
+    def of(self, product: Any) -> bool:
+        """Whether a product, and the openings that are taken out of it, can be triangulated."""
+        openings = [each.RelatedOpeningElement for each in getattr(product, "HasOpenings", None) or ()]
+        return all(self._is_whole(each) and not is_held_in_a_circle(each) for each in (product, *openings))
+
+    def _is_whole(self, product: Any) -> bool:
+        if not product or not product.is_a("IfcProduct"):
+            return False
+        placement, shape = product.ObjectPlacement, product.Representation
+        return self._is_placed(placement, DEEPEST) and (shape is None or self._remembered(shape, _is_shape))
+
+    def _is_placed(self, placement: Any, depth: int) -> bool:
+        if placement is None:
+            return True
+        if depth == 0 or not placement.is_a("IfcObjectPlacement"):
+            return False
+        if not placement.is_a("IfcLocalPlacement"):
+            return True
+        if not self._remembered(placement, _has_axes):
+            return False
+        return self._is_placed(placement.PlacementRelTo, depth - 1)
+
+    def _remembered(self, instance: Any, check: Any) -> bool:
+        key = instance.id()
+        if key not in self._known:
+            self._known[key] = bool(check(instance))
+        return self._known[key]
+
+
+def _has_axes(placement: Any) -> bool:
+    axes = placement.RelativePlacement
+    if not axes or not axes.is_a("IfcPlacement"):
+        return False
+    directions = (getattr(axes, name, None) for name in ("Axis", "RefDirection"))
+    if not axes.Location or not axes.Location.is_a("IfcPoint"):
+        return False
+    return all(each is None or each.is_a("IfcDirection") for each in directions)
+
+
+def _is_shape(shape: Any) -> bool:
+    if not shape.is_a("IfcProductRepresentation"):
+        return False
+    for each in shape.Representations or ():
+        if not each.is_a("IfcRepresentation") or not each.ContextOfItems:
+            return False
+        if not each.ContextOfItems.is_a("IfcRepresentationContext"):
+            return False
+        if not all(item.is_a("IfcRepresentationItem") for item in each.Items or ()):
+            return False
+    return True
+
+
+KERNEL: Final = "hybrid-cgal-simple-opencascade"  # flat-faced bodies go a quick way, the rest through OCC
+DOOR_WIDTH_M, DOOR_HEIGHT_M, DOOR_DEPTH_M = 0.9, 2.0, 0.1  # of a door that has neither body nor size
+
+
+@dataclass(frozen=True)
+class Storey:
+    """A building storey: its step id, its name, its elevation in metres, the step id of its building."""
+
+    key: int
+    name: str
+    elevation_m: float
+    building: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """Triangles in project axes, metres."""
+
+    mesh: Mesh
+
+    @property
+    def bottom(self) -> float:
+        """Height of its lowest point."""
+        return float(self.mesh.vertices[:, 2].min())
+
+    @property
+    def top(self) -> float:
+        """Height of its highest point."""
+        return float(self.mesh.vertices[:, 2].max())
+
+
+@dataclass(frozen=True, eq=False)
+class Part(Body):
+    """The body of an element, its words and its class.
+
+    ``storey`` is the step id of the storey that contains it, or None if there is none.
+    """
+
+    storey: int | None
+    words: tuple[str, ...] = ()
+    kind: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Hole(Body):
+    """A way through a wall: the body of the opening, or of the door where it stands there without one.
+
+    ``host``: the wall's triangles, or None if the source names none. ``along``: direction of the door's width in plan,
+    known for doors; ``width_m``: its width.
+    """
+
+    host: Mesh | None
+    has_door: bool
+    along: tuple[float, float] | None = None
+    width_m: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Building:
+    """What the levels are made from; ``named_openings``: the file has holes in its walls as elements."""
+
+    schema: str
+    storeys: tuple[Storey, ...]
+    walls: tuple[Part, ...]
+    loose: tuple[Part, ...]
+    beams: tuple[Part, ...]
+    slabs: tuple[Part, ...]
+    spaces: tuple[Part, ...]
+    holes: tuple[Hole, ...]
+    windows: tuple[Hole, ...]  # in walls, filled by windows; ``holes`` are all others
+    leaves: tuple[Part, ...]
+    furniture: tuple[Part, ...]
+    named_openings: bool
+
+
+def load_building(path: Path) -> Building:
+    """Open an IFC file and triangulate what matters.
+
+    Raises
+    ------
+    Rejection
+        MISSING_FILE, EMPTY, UNREADABLE (garbage, truncated, ifcopenshell not installed) or NO_LEVEL (no storey).
+    """
+    try:
+        model, schema = open_model(path)
+        return _building(model, schema, path)
+    except (MemoryError, Rejection):
+        raise
+    except Exception as error:
+        detail = f"{path.name} cannot be read as IFC: {type(error).__name__}: {str(error)[:200]}"
+        raise Rejection("source", Reason.UNREADABLE, detail, "export the file again") from error
+
+
+def _building(model: Any, schema: str, path: Path) -> Building:
+    from ifcopenshell.util.unit import calculate_unit_scale
+
+    metres = float(calculate_unit_scale(model))
+    storeys = [_storey(storey, metres) for storey in model.by_type("IfcBuildingStorey")]
+    if not storeys:
+        detail = f"{path.name} holds no IfcBuildingStorey"
+        raise Rejection("source", Reason.NO_LEVEL, detail, "export the building with its storeys, or as a mesh")
+    elements = elements_of(model)
+    meshes = dict(_triangulate(model, elements.all()))
+    return Building(
+        schema=schema,
+        storeys=tuple(sorted(storeys, key=lambda s: (s.elevation_m, s.key))),
+        walls=_parts(elements.walls, meshes),
+        loose=_parts(elements.loose, meshes),
+        beams=_parts(elements.beams, meshes),
+        slabs=_parts(elements.slabs, meshes),
+        spaces=_parts(elements.spaces, meshes),
+        holes=tuple(_holes(elements, meshes, metres)),
+        windows=tuple(_windows(elements, meshes, metres)),
+        leaves=_parts(elements.doors, meshes),
+        furniture=_parts(elements.furniture, meshes),
+        named_openings=bool(elements.openings),
+    )
+
+
+def _storey(storey: Any, metres: float) -> Storey:
+    building, matrix = parent_of(storey, "IfcBuilding"), _placement(storey, metres)
+    elevation = float(storey.Elevation or 0.0) * metres if matrix is None else float(matrix[2, 3])
+    return Storey(storey.id(), storey.Name or "", elevation, building.id() if building else None)
+
+
+def _triangulate(model: Any, elements: Iterable[Any]) -> Iterator[tuple[int, Mesh]]:
+    """Yield (step id, triangles); one that has no body, or whose body cannot be made, is left out by the iterator."""
+    import ifcopenshell.geom
+
+    sound = Soundness()
+    wanted = [each for each in {element.id(): element for element in elements}.values() if sound.of(each)]
+    settings: Any = ifcopenshell.geom.settings()  # type: ignore[no-untyped-call]
+    iterator: Any = ifcopenshell.geom.iterator(settings, model, 1, include=wanted, geometry_library=KERNEL)
+    if not wanted or not iterator.initialize():
+        return
+    while True:
+        shape = iterator.get()
+        vertices = np.array(shape.geometry.verts, np.float64).reshape(-1, 3)
+        faces = np.array(shape.geometry.faces, np.int64).reshape(-1, 3)
+        placement = np.array(shape.transformation.matrix, np.float64).reshape(4, 4).T  # column after column
+        vertices = vertices @ placement[:3, :3].T + placement[:3, 3]
+        if len(faces) and np.isfinite(vertices).all():
+            yield int(shape.id), Mesh(vertices, faces)
+        if not iterator.next():
+            return
+
+
+def _parts(elements: Iterable[Any], meshes: dict[int, Mesh]) -> tuple[Part, ...]:
+    bodied = (each for each in sorted(elements, key=lambda each: each.id()) if each.id() in meshes)
+    return tuple(Part(meshes[each.id()], _storey_of(each), words_of(each), each.is_a()) for each in bodied)
+
+
+def _storey_of(element: Any) -> int | None:
+    storey = parent_of(element, "IfcBuildingStorey")
+    return int(storey.id()) if storey else None
+
+
+def _holes(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iterator[Hole]:
+    """Openings in walls that hold no window, then the doors that stand in no such opening."""
+    done: set[int] = set()
+    for opening in elements.openings:
+        doors = [each for each in filled_by(opening) if each.is_a("IfcDoor")]
+        if opening.id() not in meshes or _is_window(opening):
+            continue
+        host = _host(opening, meshes)
+        along, width = _door_frame(doors[0], metres) if doors else (None, None)
+        done.update(door.id() for door in doors)
+        yield Hole(meshes[opening.id()], host, bool(doors), along, width)
+    for door in elements.doors:
+        if door.id() not in done:
+            along, width = _door_frame(door, metres)
+            body = meshes.get(door.id()) or _box(door, metres)
+            if body is not None:
+                yield Hole(body, None, True, along, width)
+
+
+def _windows(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iterator[Hole]:
+    for each in elements.openings:
+        if each.id() in meshes and _is_window(each):
+            yield Hole(meshes[each.id()], _host(each, meshes), False, *_door_frame(filled_by(each)[0], metres))
+
+
+def _is_window(opening: Any) -> bool:
+    """Whether a window fills an opening, and no door."""
+    doors, windows = ([each for each in filled_by(opening) if each.is_a(kind)] for kind in ("IfcDoor", "IfcWindow"))
+    return bool(windows and not doors)
+
+
+def _host(opening: Any, meshes: dict[int, Mesh]) -> Mesh | None:
+    """The wall that an opening is a hole in, where it has a body."""
+    return next((meshes[each.id()] for each in hosts_of(opening) if each.id() in meshes), None)
+
+
+def _placement(element: Any, metres: float) -> npt.NDArray[np.float64] | None:
+    from ifcopenshell.util.placement import get_local_placement
+
+    if not getattr(element, "ObjectPlacement", None) or not Soundness().of(element):
+        return None
+    matrix = np.array(get_local_placement(element.ObjectPlacement), np.float64)
+    matrix[:3, 3] *= metres
+    return matrix if np.isfinite(matrix).all() else None
+
+
+def _door_frame(door: Any, metres: float) -> tuple[tuple[float, float] | None, float | None]:
+    """The direction of a door's or window's width in plan (the x axis of its placement), and the width, where known."""
+    matrix = _placement(door, metres)
+    width = door.OverallWidth * metres if door.OverallWidth else None
+    if matrix is None or abs(matrix[2, 0]) > 0.1:  # an x axis that is not level is no width in plan
+        return None, width
+    return (float(matrix[0, 0]), float(matrix[1, 0])), width
+
+
+def _box(door: Any, metres: float) -> Mesh | None:
+    """A door without a body, as the box that its placement and its size tell."""
+    matrix = _placement(door, metres)
+    if matrix is None:
+        return None
+    width = (door.OverallWidth or 0) * metres or DOOR_WIDTH_M
+    height = (door.OverallHeight or 0) * metres or DOOR_HEIGHT_M
+    corners = np.array([(x, y, z) for x in (0, width) for y in (0, DOOR_DEPTH_M) for z in (0, height)])
+    faces = np.array([(0, 4, 6), (0, 6, 2), (0, 1, 5), (0, 5, 4), (1, 3, 7), (1, 7, 5), (2, 6, 7), (2, 7, 3)])
+    return Mesh(corners @ matrix[:3, :3].T + matrix[:3, 3], faces.astype(np.int64))

@@ -1,0 +1,398 @@
+"""What an IFC file names in a level: its rooms and its openings, as plan shapes.
+
+**Rooms**, from IfcSpaces.
+
+R1  A room is where its space stands on the floor.
+R2  A space less than head high, or named as lying outside, is no room; one without a storey belongs to the level on
+    whose floor it stands.
+R3  Of two spaces with one footprint the first stays, with the words of both.
+R4  A space that others fill (a flat, a storey's gross area) is no room; one that lies within another is cut out of it.
+
+**Direction of the wall** at a hole.
+
+D1  Where the door's width is known and one side of the hole has it, the wall runs along that side.
+D2  Else it runs where more of the wall lies before and behind the hole; where that does not tell, along the longer
+    side.
+
+**Openings**: each is a rectangle along its wall, through the whole wall.
+
+H1  An opening's body may be shallower or much deeper than the wall: its rectangle runs through all that stands there as
+    one wall (leaves of a cavity wall, linings), and no farther.
+H2  A hole without a door that does not reach through its wall is a niche; one that starts above the knee or ends below
+    the head is a hatch; a narrow one is a duct. None of them is an opening.
+H3  A door belongs to the highest level that it can be reached from, a step or half a storey up, whichever storey holds
+    it; one that lies (a hatch in a floor) to none.
+H4  Holes that overlap (one in each leaf of a wall) are one opening, with a door if one of them has it.
+H5  A hole that a window fills, or that starts above the knee and is no niche, is closed in a plan: it is wall.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import LineString, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.sources.ifc_model import Hole, Part
+from pipeline.sources.room_names import is_outside_the_count, labels_for
+from pipeline.values import Mesh, SourceOpening, SourceRoom
+
+SLIVER_M2 = 1e-9
+CRACK_M = 5e-4  # pieces of one body closer than twice this are one piece
+FLAT = 0.9  # vertical share of a floor face's normal
+STEP_M = 0.3  # a room's floor may have a step this high
+FLOOR_SHARE = 0.3  # flat faces at the bottom that are less of the shadow are no floor
+
+
+def united(parts: Iterable[Part]) -> Mesh:
+    """Put the parts' triangles into one mesh."""
+    meshes = [part.mesh for part in parts]
+    if not meshes:
+        return Mesh(np.empty((0, 3)), np.empty((0, 3), np.int64))
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)])
+    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), faces)
+
+
+def block(rectangle: Polygon, low: float, high: float) -> Mesh:
+    """A plan rectangle from one height to another as a closed body."""
+    ring = shapely.get_coordinates(shapely.orient_polygons(rectangle))[:4]
+    points = np.concatenate([np.column_stack([ring, np.full(4, z)]) for z in (low, high)])
+    sides = [face for k in range(4) for face in ((k, (k + 1) % 4, k + 4), ((k + 1) % 4, (k + 1) % 4 + 4, k + 4))]
+    return Mesh(points, np.array([(0, 2, 1), (0, 3, 2), (4, 5, 6), (4, 6, 7), *sides], np.int64))
+
+
+def shadow(mesh: Mesh) -> BaseGeometry:
+    """Plan shadow of a body, all pieces."""
+    return _union(mesh.vertices[mesh.faces])
+
+
+def footprint(mesh: Mesh) -> Polygon:
+    """Plan shadow of a body, its largest piece; empty where it has none."""
+    return _largest(shadow(mesh))
+
+
+def floor_of(mesh: Mesh) -> Polygon:
+    """Where a body stands on its floor: its flat lowest faces, its shadow where it has none; the largest piece.
+
+    A room whose walls lean outwards is smaller on its floor than its shadow.
+    """
+    triangles = mesh.vertices[mesh.faces]
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    low = triangles[:, :, 2].max(axis=1) < mesh.vertices[:, 2].min() + STEP_M
+    flat = low & (np.abs(normals[:, 2]) > FLAT * np.maximum(lengths, 1e-12))
+    whole, floor = footprint(mesh), _largest(_union(triangles[flat]))
+    return floor if floor.area >= FLOOR_SHARE * whole.area else whole
+
+
+def _union(triangles: npt.NDArray[np.float64]) -> BaseGeometry:
+    """Unite plan shadows of triangles (k, 3, 3); rounding before, not after, since slivers that vanish leave cracks."""
+    shapes = shapely.polygons(np.round(triangles[:, :, :2], 6))
+    whole = shapely.union_all(shapes[shapely.area(shapes) > SLIVER_M2])
+    if isinstance(whole, Polygon):
+        return whole
+    return whole.buffer(CRACK_M, join_style="mitre").buffer(-CRACK_M, join_style="mitre")
+
+
+def _largest(shape: BaseGeometry) -> Polygon:
+    pieces = [piece for piece in shapely.get_parts(shape) if isinstance(piece, Polygon)]
+    return max(pieces, key=lambda piece: piece.area, default=Polygon())
+
+
+def are_one(one: Polygon, other: Polygon, iou: float) -> bool:
+    """Whether the intersection of two areas over their union is more than ``iou``."""
+    shared = one.intersection(other).area
+    return bool(shared > iou * (one.area + other.area - shared))
+
+
+HEAD_M = 1.8
+SAME = 0.9  # intersection over union of two spaces that are one
+FILLED = 0.8  # share of a space that others cover where it only groups them
+WITHIN = 0.95  # share of a space that lies in another where it is cut out of it
+OVERLAP_M2 = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    words: tuple[str, ...]
+    shape: Polygon
+
+
+def is_room(space: Part) -> bool:
+    """R2."""
+    return space.top - space.bottom >= HEAD_M and not is_outside_the_count(space.words)
+
+
+def rooms_of(spaces: Sequence[Part]) -> tuple[SourceRoom, ...]:
+    """Return the rooms of a level in the order of the file, in project axes."""
+    found = [_Found(space.words, floor_of(space.mesh)) for space in spaces if is_room(space)]
+    found = _without_overlaps(_without_groups(_without_doubles([each for each in found if not each.shape.is_empty])))
+    return tuple(SourceRoom(each.words, labels_for(each.words), each.shape) for each in found)
+
+
+def _without_doubles(found: list[_Found]) -> list[_Found]:
+    """R3."""
+    kept: list[_Found] = []
+    for each in found:
+        at = next((k for k, other in enumerate(kept) if are_one(each.shape, other.shape, SAME)), None)
+        if at is None:
+            kept.append(each)
+        else:
+            kept[at] = replace(kept[at], words=tuple(dict.fromkeys((*kept[at].words, *each.words))))
+    return kept
+
+
+def _without_groups(found: list[_Found]) -> list[_Found]:
+    """Leave groups out: two rooms or more that lie in a space fill it (R4)."""
+    kept = []
+    for each in found:
+        inner = [o.shape for o in found if o is not each and _is_within(o.shape, each.shape)]
+        covered = shapely.union_all(inner).intersection(each.shape).area if len(inner) > 1 else 0.0
+        if covered < FILLED * each.shape.area:
+            kept.append(each)
+    return kept
+
+
+def _without_overlaps(found: list[_Found]) -> list[_Found]:
+    """Cut spaces out of those that they lie within (R4)."""
+    kept = []
+    for each in found:
+        inner = [o.shape for o in found if o is not each and _is_within(o.shape, each.shape)]
+        shape = each.shape.difference(shapely.union_all(inner)) if inner else each.shape
+        pieces = [piece for piece in shapely.get_parts(shape) if isinstance(piece, Polygon)]
+        if pieces:
+            kept.append(replace(each, shape=max(pieces, key=lambda piece: piece.area)))
+    return kept
+
+
+def _is_within(small: Polygon, large: Polygon) -> bool:
+    if small.area >= large.area:
+        return False
+    shared = small.intersection(large).area
+    return bool(shared > OVERLAP_M2 and shared > WITHIN * small.area)
+
+
+WIDTH_M = 0.06  # a side this near to a door's width is its width
+LOOK_M = 3.0
+MORE = 1.3  # so many times more wall one way than the other
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A unit direction in plan."""
+
+    x: float
+    y: float
+
+    def turned(self) -> Axis:
+        """The direction a quarter turn to the left."""
+        return Axis(-self.y, self.x)
+
+    def span(self, points: npt.NDArray[np.float64]) -> tuple[float, float]:
+        """From where to where points (n, 2) reach along the axis."""
+        places = points @ (self.x, self.y)
+        return float(places.min()), float(places.max())
+
+    def box(self, along: tuple[float, float], across: tuple[float, float]) -> Polygon:
+        """The rectangle of these spans along the axis and across it."""
+        u, v = np.array((self.x, self.y)), np.array((-self.y, self.x))
+        return Polygon([u * a + v * c for a, c in zip((*along, *along[::-1]), np.repeat(across, 2), strict=True)])
+
+
+def along_wall(hole: Hole, standing: BaseGeometry) -> Axis:
+    """The direction of the wall at a hole; ``standing`` is the plan shape of the walls about it."""
+    points = hole.mesh.vertices[:, :2]
+    one = _side(hole)
+    sides = (one, one.turned())
+    lengths = [float(np.ptp(side.span(points))) for side in sides]
+    if hole.width_m:  # D1
+        fits = [abs(length - hole.width_m) <= WIDTH_M for length in lengths]
+        if fits[0] != fits[1]:
+            return sides[fits.index(True)]
+    middle = points.min(axis=0) / 2 + points.max(axis=0) / 2
+    wall = standing.union(footprint(hole.mesh))
+    runs = [_run(wall, (float(middle[0]), float(middle[1])), side) for side in sides]
+    if max(runs) > MORE * min(runs):  # D2
+        return sides[runs.index(max(runs))]
+    return sides[lengths.index(max(lengths))]
+
+
+def _side(hole: Hole) -> Axis:
+    """The direction of one side of the hole's body: the door's own where it is one, else the least rectangle's."""
+    shape = shapely.oriented_envelope(footprint(hole.mesh))
+    if hole.along and (hole.host is None or not isinstance(shape, Polygon)):
+        length = float(np.hypot(*hole.along))
+        return Axis(hole.along[0] / length, hole.along[1] / length)
+    if not isinstance(shape, Polygon) or shape.is_empty:
+        return Axis(1.0, 0.0)
+    corners = np.asarray(shape.exterior.coords)
+    side = (corners[1] - corners[0]) / max(float(np.hypot(*(corners[1] - corners[0]))), 1e-9)
+    return Axis(float(side[0]), float(side[1]))
+
+
+def _run(wall: BaseGeometry, middle: tuple[float, float], side: Axis) -> float:
+    """Length of the wall through the hole's middle along a direction."""
+    x, y = middle
+    line = LineString([(x - LOOK_M * side.x, y - LOOK_M * side.y), (x + LOOK_M * side.x, y + LOOK_M * side.y)])
+    pieces = shapely.get_parts(line.intersection(wall))
+    return float(sum(piece.length for piece in pieces if piece.distance(shapely.Point(middle)) < WIDTH_M))
+
+
+Span = tuple[float, float]
+
+KNEE_M = 0.5
+WALKED_M = 1.75
+DOOR_M = 1.2  # lower doors are hatches
+HALF_STOREY_M = 1.5
+REACH_M = 0.6  # how far beyond a hole its wall may go on
+CAVITY_M = 0.08  # leaves farther apart are two walls
+SKIN_M = 0.002  # the rectangle reaches beyond the wall's faces, so that a cut leaves no film
+MIN_DEPTH_M = 0.1
+JAMB_M = 0.12
+NICHE_M = 0.03  # what is left of a wall behind a niche
+SAME_HOLE = 0.5  # intersection over union of two holes that are one
+NARROW_M = 0.4  # what has no door and is narrower lets pipes through
+SWUNG_M = 0.1  # a door's body wider than the door by so much has its leaf drawn open
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a hole lies: the wall's direction, and the hole's spans along it and across it."""
+
+    axis: Axis
+    along: Span
+    across: Span
+
+
+class StandingWalls:
+    """The walls' plan shadows, made where a hole asks for them."""
+
+    def __init__(self, meshes: Sequence[Mesh]) -> None:
+        self._meshes = meshes
+        corners = [(*mesh.vertices.min(axis=0), *mesh.vertices.max(axis=0)) for mesh in meshes]
+        self._boxes = np.array(corners, np.float64).reshape(-1, 6)
+        self._shadows: dict[int, BaseGeometry] = {}
+
+    def near(self, mesh: Mesh) -> BaseGeometry:
+        """What stands about a body, as one plan shape."""
+        low, high = mesh.vertices.min(axis=0) - REACH_M, mesh.vertices.max(axis=0) + REACH_M
+        touching = (self._boxes[:, :3] <= high).all(axis=1) & (self._boxes[:, 3:] >= low).all(axis=1)
+        found = [int(k) for k in np.flatnonzero(touching)]
+        for k in found:
+            if k not in self._shadows:
+                self._shadows[k] = shadow(self._meshes[k])
+        return shapely.union_all([self._shadows[k] for k in found])
+
+
+def openings_of(
+    holes: Sequence[Hole], walls: StandingWalls, floor: float, floors: Sequence[float]
+) -> tuple[SourceOpening, ...]:
+    """Return the openings of the level at ``floor`` (one of ``floors``), in project axes."""
+    here = [hole for hole in holes if _is_of(hole, floor, floors)]
+    return tuple(_merged([found for hole in here if (found := _opening(hole, walls, NARROW_M)) is not None]))
+
+
+def closed_holes(
+    windows: Sequence[Hole], holes: Sequence[Hole], walls: StandingWalls, low: float, high: float
+) -> Iterator[Mesh]:
+    """H5: for each such hole of a storey, from its floor at ``low`` up to ``high``, a body as deep as the wall."""
+    unfilled = [hole for hole in holes if not hole.has_door and hole.bottom >= low + KNEE_M]
+    for hole in (*windows, *unfilled):
+        if hole.bottom < high and hole.top > low + KNEE_M:
+            found = _opening(hole, walls, MIN_DEPTH_M, skin_m=0.0)
+            if found is not None:
+                yield block(found.polygon, hole.bottom, hole.top)
+
+
+def level_of_door(sill: float, floors: Sequence[float]) -> float | None:
+    """H3: the height of the level from which a door that starts at ``sill`` is entered, or None if there is none."""
+    below = [floor for floor in floors if floor <= sill + KNEE_M and sill - floor <= HALF_STOREY_M]
+    return max(below, default=None)
+
+
+def _is_of(hole: Hole, floor: float, floors: Sequence[float]) -> bool:
+    """H2, H3."""
+    if hole.has_door:
+        return hole.top - hole.bottom >= DOOR_M and level_of_door(hole.bottom, floors) == floor
+    return hole.bottom < floor + KNEE_M and hole.top > floor + WALKED_M
+
+
+def _opening(hole: Hole, walls: StandingWalls, least_m: float, skin_m: float = SKIN_M) -> SourceOpening | None:
+    """H1; None for a niche, and for what is narrower than ``least_m`` and no door (H2)."""
+    standing = walls.near(hole.mesh)
+    axis = along_wall(hole, standing)
+    points = hole.mesh.vertices[:, :2]
+    along, across = axis.span(points), axis.turned().span(points)
+    if hole.host is None and hole.width_m and along[1] - along[0] > hole.width_m + SWUNG_M:
+        middle = (along[0] + along[1]) / 2
+        along = middle - hole.width_m / 2, middle + hole.width_m / 2
+    if along[1] - along[0] < (MIN_DEPTH_M if hole.has_door else least_m):
+        return None
+    place = _Place(axis, along, across)
+    host = standing if hole.host is None else shadow(hole.host)
+    if not hole.has_door and _is_niche(place, host):
+        return None
+    depth = _over(place, standing) or _beside(place, host) or across
+    thin = max((MIN_DEPTH_M - (depth[1] - depth[0])) / 2, skin_m)
+    return SourceOpening(axis.box(along, (depth[0] - thin, depth[1] + thin)), hole.has_door)
+
+
+def _is_niche(place: _Place, wall: BaseGeometry) -> bool:
+    """H2."""
+    depth = _over(place, wall) or _beside(place, wall) or place.across
+    return depth[0] < place.across[0] - NICHE_M or depth[1] > place.across[1] + NICHE_M
+
+
+def _over(place: _Place, standing: BaseGeometry) -> Span | None:
+    """From where to where something stands over or under a hole; None under the open sky."""
+    tenth = (place.along[1] - place.along[0]) / 10
+    return _standing_at(place, (place.along[0] + tenth, place.along[1] - tenth), standing)
+
+
+def _beside(place: _Place, standing: BaseGeometry) -> Span | None:
+    """From where to where the wall stands on both sides of a hole: what meets it there on one side is another wall."""
+    low, high = place.along
+    strips = ((low - JAMB_M, low - JAMB_M / 4), (high + JAMB_M / 4, high + JAMB_M))
+    found = [span for strip in strips if (span := _standing_at(place, strip, standing))]
+    common = max((span[0] for span in found), default=0.0), min((span[1] for span in found), default=0.0)
+    if common[0] < common[1]:
+        return common
+    return min(found, key=lambda span: span[1] - span[0], default=None)
+
+
+def _standing_at(place: _Place, strip: Span, standing: BaseGeometry) -> Span | None:
+    """Spans of what stands in a strip across the wall that touch the hole, as one, with the leaves right behind."""
+    across = place.across
+    reach = across[0] - REACH_M, across[1] + REACH_M
+    pieces = shapely.get_parts(standing.intersection(place.axis.box(strip, reach)))
+    turned = place.axis.turned()
+    spans = sorted(turned.span(shapely.get_coordinates(piece)) for piece in pieces if piece.area > 0)
+    touching = [span for span in spans if span[0] < across[1] and span[1] > across[0]]
+    if not touching:
+        return None
+    low, high = min(span[0] for span in touching), max(span[1] for span in touching)
+    for span in spans:
+        if span[0] <= high + CAVITY_M:
+            high = max(high, span[1]) if span[1] > low else high
+    for span in reversed(spans):
+        if span[1] >= low - CAVITY_M and span[0] < high:
+            low = min(low, span[0])
+    return low, high
+
+
+def _merged(found: list[SourceOpening]) -> Iterator[SourceOpening]:
+    """H4."""
+    kept: list[SourceOpening] = []
+    for each in found:
+        at = next((k for k, other in enumerate(kept) if are_one(each.polygon, other.polygon, SAME_HOLE)), None)
+        if at is None:
+            kept.append(each)
+        else:
+            both = shapely.oriented_envelope(each.polygon.union(kept[at].polygon))
+            kept[at] = SourceOpening(both, each.has_door or kept[at].has_door)
+    yield from kept
