@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.analysis.graph import OUTSIDE, rooms_graph
+from houseexpo.errors import PlanError
 from houseexpo.plan import Door, Room
 from houseexpo.plan.model import PlanData
 
@@ -147,9 +148,21 @@ def _back(before: npt.NDArray[np.int64]) -> list[int]:
 
 
 def _with_doors(room: Room, doors: list[Door]) -> Polygon | MultiPolygon:
-    """Return the room together with its doors, since the middle of a door lies in the wall and not in the room."""
+    """Return the room together with its doors, since the middle of a door lies in the wall and not in the room.
+
+    Raises
+    ------
+    PlanError
+        A ring of the room or of a door crosses itself.
+    """
     import shapely
 
+    for key, shape in ((f"rooms[{room.id}]", room.polygon), *((f"doors[{door.id}]", door.polygon) for door in doors)):
+        if not shape.is_valid:
+            found = shapely.is_valid_reason(shape)
+            raise PlanError(
+                f"expected a simple ring, found {found}; houseexpo validate names all faults", f"{key}.polygon"
+            )
     return shapely.union_all([room.polygon, *(door.polygon for door in doors)])
 
 

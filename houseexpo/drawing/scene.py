@@ -213,7 +213,8 @@ def _chord(shape: Polygon, centre: Point) -> float:
     import shapely
 
     x1, _, x2, _ = shape.bounds
-    across = shape.intersection(shapely.LineString([(x1 - 1, centre.y), (x2 + 1, centre.y)]))
+    whole = shape if shape.is_valid else shapely.make_valid(shape)
+    across = whole.intersection(shapely.LineString([(x1 - 1, centre.y), (x2 + 1, centre.y)]))
     for part in shapely.get_parts(across):
         left, _, right, _ = part.bounds
         if left <= centre.x <= right:

@@ -1,11 +1,15 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 import shapely
 
 from houseexpo.analysis.graph import OUTSIDE, rooms_graph
 from houseexpo.analysis.navigability import navigability, standing_pieces
 from houseexpo.analysis.standing import SPECK_M2
+from houseexpo.drawing import svg
+from houseexpo.errors import PlanError
 from houseexpo.floorplan import decode
 from houseexpo.plan import Door
 
@@ -24,8 +28,6 @@ def test_entrances_lead_outside_where_asked_for(two_rooms):
 
 
 def test_two_doors_between_two_rooms_are_two_edges(two_rooms):
-    from dataclasses import replace
-
     first = two_rooms.doors[0]
     second = Door(7, "cut", first.segment, 0.8, first.ring, (1, 0))
     graph = rooms_graph(replace(two_rooms, doors=(first, second)))
@@ -98,3 +100,12 @@ def test_a_disc_stands_in_what_is_left_of_the_free_space(two_rooms):
     pieces = standing_pieces(two_rooms.free_space, 0.2)
     assert len(pieces) == 1
     assert pieces[0].area == pytest.approx(two_rooms.free_space.buffer(-0.2).area, rel=0.005)
+
+
+def test_a_room_that_crosses_itself_is_named_and_still_drawn(two_rooms):
+    first, *others = two_rooms.rooms
+    crossed = (first.ring[1], first.ring[0], *first.ring[2:])
+    plan = replace(two_rooms, rooms=(replace(first, ring=crossed), *others))
+    with pytest.raises(PlanError, match=r"rooms\[0\]\.polygon: expected a simple ring, found Self-intersection"):
+        plan.graph()
+    assert "</svg>" in svg(plan)
