@@ -27,7 +27,7 @@ def test_what_is_confirmed_is_built_and_before_and_after_are_shown(tmp_path: Pat
     words = ["build", str(tmp_path / "houses"), "--out", str(plans), "--workers", "1"]
     assert CliRunner().invoke(make_commands(), words).exit_code == 0
     with running(service_of(plans, review=True)) as address, visited(address, "/plans/review") as page:
-        assert "quality 0.7" in page.inner_text("#facts")
+        assert "doubtful" in page.inner_text("#facts")
         page.keyboard.press("r")
         for _ in range(2):
             page.keyboard.press("Shift+ArrowUp")
