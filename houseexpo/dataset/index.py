@@ -8,9 +8,11 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from houseexpo.analysis.measures import MEASURES, Measure
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import RADII_M
 
+_MEASURED = tuple(measure for measure in MEASURES if measure.column)
 _REACH = pa.struct([("components", pa.int32()), ("largest_share", pa.float64()), ("narrowest", pa.float64())])
 SCHEMA = pa.schema(
     [
@@ -37,27 +39,24 @@ def row(plan: FloorPlan, area: float | None = None) -> dict[str, Any]:
     ``split`` is None until the data set is split, and so are columns that a published plan lacks. ``area`` is the area
     of the free space, m2, if it is already known.
     """
-    known = bool(plan.rooms)
-    x1, y1, x2, y2 = plan.bbox
     return {
         "id": plan.id,
-        "room_num": plan.room_num,
-        "area": round(plan.area if area is None else area, 2),
-        "width": round(x2 - x1, 2),
-        "height": round(y2 - y1, 2),
+        **{m.column: _value(m.of(plan) if area is None or m.column != "area" else area, m) for m in _MEASURED},
         "labels": sorted(plan.room_category),
-        "n_doors": len(plan.doors) if known else None,
-        "n_cuts": sum(door.kind == "cut" for door in plan.doors) if known else None,
         "navigability": {
             radius: {"components": r.components, "largest_share": r.largest_share, "narrowest": r.narrowest}
             for radius, r in plan.navigability.items()
         }
         or None,
-        "quality": None if plan.quality is None else plan.quality.score,
         "source": (plan.provenance or {}).get("source"),
         "level": None if plan.frame is None else plan.frame.level,
         "split": None,
     }
+
+
+def _value(found: Any, measure: Measure) -> Any:
+    """Return a number as the index has it: metres and square metres with two decimals."""
+    return round(found, 2) if measure.unit else found
 
 
 def index_table(rows: list[dict[str, Any]]) -> bytes:

@@ -1,0 +1,268 @@
+"""Measures of a plan: numbers of the plan itself, or of each of its rooms or doors, in one table.
+
+The index of a data set, its statistics, its release and its service take names, units, texts and numbers from
+``MEASURES``. Measures of rooms and doors are None, or empty, for a plan that records no rooms (a published one); such a
+plan is not counted. ``houseexpo.inference.with_rooms`` finds rooms and doors.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from houseexpo.analysis.graph import OUTSIDE, rooms_graph
+from houseexpo.analysis.navigability import navigability
+from houseexpo.plan import Navigability, PlanData, Reach
+
+ROBOT_M: Final = 0.20
+"""The radius of a robot, metres, for measures that depend on one, unless another is given."""
+
+_SUFFIXES: Final = {"m²": "_m2", "m": "_m"}
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A measure and everything that tables and pages say about it.
+
+    Parameters
+    ----------
+    name
+        Its name in addresses and options; ``key`` adds the unit.
+    title
+        Its heading on pages.
+    of
+        The function that measures a plan. It returns None if the plan lacks what is measured, and a sequence if each
+        room or door has a number.
+    unit
+        "m²", "m", or "" for counts and shares.
+    step
+        The precision to which numbers are stored.
+    bin_width
+        The width of a histogram's bins.
+    column
+        Its column in the index of a data set, "" if it has none.
+    about
+        One sentence: what is measured.
+    is_of_robot
+        Whether it depends on a robot's radius; ``of`` measures for ``ROBOT_M``.
+    """
+
+    name: str
+    title: str
+    of: Callable[[PlanData], float | Sequence[float] | None]
+    unit: str = ""
+    step: float = 1.0
+    bin_width: float = 1.0
+    column: str = ""
+    about: str = ""
+    is_of_robot: bool = False
+
+    @property
+    def key(self) -> str:
+        """The name with the unit, as in ``stats.json``: ``area_m2``."""
+        return self.name + _SUFFIXES.get(self.unit, "")
+
+    @property
+    def is_count(self) -> bool:
+        """Whether the numbers are whole."""
+        return self.step == 1.0
+
+    def numbers(self, plan: PlanData) -> Sequence[float]:
+        """Return the numbers of a plan, none if it lacks what is measured."""
+        found = self.of(plan)
+        if found is None:
+            return ()
+        return (found,) if isinstance(found, int | float) else found
+
+
+def labels(plan: PlanData) -> Counter[str]:
+    """Return the number of rooms of each label; for a plan without rooms, the number of label boxes."""
+    if plan.rooms:
+        return Counter(room.label for room in plan.rooms)
+    return Counter({label: len(boxes) for label, boxes in plan.room_category.items()})
+
+
+def door_kinds(plan: PlanData) -> Counter[str]:
+    """Return the number of doors of each kind."""
+    return Counter(door.kind for door in plan.doors)
+
+
+def reach(plan: PlanData) -> Reach:
+    """Return the navigability by radius: as the plan records it, otherwise measured."""
+    return plan.navigability or navigability(plan)
+
+
+def _rooms(plan: PlanData) -> int:
+    return plan.room_num
+
+
+def _rooms_found(plan: PlanData) -> int | None:
+    return len(plan.rooms) or None
+
+
+def _label_boxes(plan: PlanData) -> int:
+    return sum(map(len, plan.room_category.values()))
+
+
+def _area(plan: PlanData) -> float:
+    return plan.area
+
+
+def _width(plan: PlanData) -> float:
+    x1, _, x2, _ = plan.bbox
+    return x2 - x1
+
+
+def _height(plan: PlanData) -> float:
+    _, y1, _, y2 = plan.bbox
+    return y2 - y1
+
+
+def _long_side(plan: PlanData) -> float:
+    return max(_width(plan), _height(plan))
+
+
+def _short_side(plan: PlanData) -> float:
+    return min(_width(plan), _height(plan))
+
+
+def _vertices(plan: PlanData) -> int:
+    return len(plan.verts) + sum(map(len, plan.holes))
+
+
+def _holes(plan: PlanData) -> int:
+    return len(plan.holes)
+
+
+def _quality(plan: PlanData) -> float | None:
+    return None if plan.quality is None else plan.quality.score
+
+
+def _furniture(plan: PlanData) -> int | None:
+    return len(plan.objects) or None
+
+
+def _doors(plan: PlanData) -> int | None:
+    return len(plan.doors) if plan.rooms else None
+
+
+def _cuts(plan: PlanData) -> int | None:
+    return door_kinds(plan)["cut"] if plan.rooms else None
+
+
+def _door_widths(plan: PlanData) -> list[float]:
+    return [door.width for door in plan.doors]
+
+
+def _room_areas(plan: PlanData) -> list[float]:
+    return [room.area for room in plan.rooms]
+
+
+def _doors_per_room(plan: PlanData) -> list[int]:
+    """Return the number of doors of each room, entrances included."""
+    if not plan.rooms:
+        return []
+    graph = rooms_graph(plan, outside=True)
+    return [graph.degree(room.id) for room in plan.rooms]
+
+
+def _neighbours(plan: PlanData) -> list[int]:
+    """Return the number of other rooms that the doors of each room lead to: its degree."""
+    if not plan.rooms:
+        return []
+    graph = rooms_graph(plan)
+    return [len(set(graph[room.id]) - {room.id}) for room in plan.rooms]
+
+
+def _loops(plan: PlanData) -> int | None:
+    """Return the number of independent cycles: doors minus rooms plus connected components."""
+    if not plan.rooms:
+        return None
+    import networkx as nx
+
+    graph = rooms_graph(plan)
+    pieces = nx.number_connected_components(graph)
+    return int(graph.number_of_edges() - graph.number_of_nodes() + pieces)
+
+
+def _depth(plan: PlanData) -> int | None:
+    """Return the number of doors between the entrance and the farthest room, None if the entrance is unknown.
+
+    The entrance is a door of kind "entrance" or, since published outlines hide those, a room labelled Entryway. Rooms
+    that cannot be reached do not count.
+    """
+    if not plan.rooms:
+        return None
+    import networkx as nx
+
+    graph = rooms_graph(plan, outside=True)
+    starts = [room.id for room in plan.rooms if room.label == "Entryway"]
+    if OUTSIDE in graph:
+        starts = list(graph[OUTSIDE])
+        graph.remove_node(OUTSIDE)
+    if not starts:
+        return None
+    return int(max(nx.multi_source_dijkstra_path_length(graph, starts, weight=None).values()))
+
+
+def _of_robot(plan: PlanData) -> Navigability:
+    return (plan.navigability or navigability(plan, (ROBOT_M,)))(ROBOT_M)
+
+
+def _narrowest(plan: PlanData) -> float:
+    return _of_robot(plan).narrowest
+
+
+def _reached(plan: PlanData) -> float:
+    return _of_robot(plan).largest_share
+
+
+MEASURES: Final = (
+    Measure(
+        *("rooms", "Rooms", _rooms),
+        column="room_num",
+        about="As the source counts them, including unlabelled ones.",
+    ),
+    Measure(
+        *("area", "Free area", _area, "m²", 0.01, 20.0),
+        column="area",
+        about="Floor inside the walls, without obstacles.",
+    ),
+    Measure("width", "Width", _width, "m", 0.01, 1.0, column="width", about="Extent along x."),
+    Measure("height", "Height", _height, "m", 0.01, 1.0, column="height", about="Extent along y."),
+    Measure("long_side", "Longer side", _long_side, "m", 0.01, 1.0, about="Of the bounding box."),
+    Measure("short_side", "Shorter side", _short_side, "m", 0.01, 1.0, about="Of the bounding box."),
+    Measure("vertices", "Vertices", _vertices, bin_width=20.0, about="Corners of the outline and of the holes."),
+    Measure("holes", "Holes", _holes, about="Free-standing walls and pillars inside the outline."),
+    Measure("label_boxes", "Label boxes", _label_boxes, about="A room may have several labels."),
+    Measure("rooms_found", "Room polygons", _rooms_found, about="Rooms that the plan has as polygons."),
+    Measure("room_area", "Room area", _room_areas, "m²", 0.01, 2.0, about="Of each room."),
+    Measure("furniture", "Furniture", _furniture, about="Pieces, in a plan that records some."),
+    Measure(
+        *("quality", "Quality", _quality, "", 0.01, 0.05),
+        column="quality",
+        about="The pipeline's confidence in the plan, 0 to 1.",
+    ),
+    Measure("doors", "Doors", _doors, column="n_doors", about="Doors of all kinds."),
+    Measure("cuts", "Cuts", _cuts, column="n_cuts", about="Doors that were cut so that a robot can pass."),
+    Measure("door_width", "Door width", _door_widths, "m", 0.01, 0.1, about="Clear width, from jamb to jamb."),
+    Measure("doors_per_room", "Doors of a room", _doors_per_room, about="A door between two rooms counts for both."),
+    Measure("degree", "Neighbours of a room", _neighbours, about="Other rooms that its doors lead to: the degree."),
+    Measure("loops", "Loops", _loops, about="Independent cycles of rooms and doors; 0 for a tree."),
+    Measure("depth", "Depth from the entrance", _depth, about="Doors between the entrance and the farthest room."),
+    Measure(
+        *("narrowest", "Narrowest passage", _narrowest, "m", 0.01, 0.1),
+        about="Width of the narrowest passage that a robot has to use.",
+        is_of_robot=True,
+    ),
+    Measure(
+        *("reach", "Reached by a robot", _reached, "", 0.01, 0.05),
+        about="Share of its floor that a robot can reach.",
+        is_of_robot=True,
+    ),
+)
+"""All measures."""
+
+BY_NAME: Final = {measure.name: measure for measure in MEASURES}
