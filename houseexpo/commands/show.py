@@ -38,7 +38,7 @@ def show(
     from houseexpo.commands.given import named_plans
     from houseexpo.commands.printing import console
     from houseexpo.drawing import contact_sheet, draw_plan, svg, svg_sheet
-    from houseexpo.exports.files import image
+    from houseexpo.exports.encoding import image
     from houseexpo.files import write_whole
     from houseexpo.outputs import Output
     from houseexpo.progress import watched

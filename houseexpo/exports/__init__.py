@@ -16,17 +16,14 @@ from houseexpo.exports.coco import coco
 from houseexpo.exports.formats import ALIASES, FORMATS, Format, export
 from houseexpo.exports.geojson import geojson
 from houseexpo.exports.graphml import graphml
-from houseexpo.exports.irsim import irsim
 from houseexpo.exports.mesh import glb, obj
-from houseexpo.exports.npz import npz
 from houseexpo.exports.orientation import is_mirrored, oriented, world_from_plan
-from houseexpo.exports.png import png
 from houseexpo.exports.pol import pol
 from houseexpo.exports.published import published
-from houseexpo.exports.ros import ros
+from houseexpo.exports.rasters import npz, png, ros
 from houseexpo.exports.sdf import sdf
-from houseexpo.exports.stage import stage
 from houseexpo.exports.svg import svg
+from houseexpo.exports.worlds_2d import irsim, stage
 
 __all__ = [
     "ALIASES",

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import shapely
 
-from houseexpo.errors import ConfigError
-from houseexpo.exports.files import as_json, image
+from houseexpo.exports.encoding import compact_json, image, pixels_per_metre
 from houseexpo.exports.orientation import Orientation, oriented
-from houseexpo.exports.slits import without_holes
+from houseexpo.exports.polygons import without_holes
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import free_mask
@@ -43,13 +42,12 @@ def coco(
     a slit of 1 cm. For a plan without rooms (a published one), the instances are its label boxes, clipped to the free
     space, with ``source`` "box".
     """
-    if not resolution > 0:
-        raise ConfigError(f"export: expected a resolution of more than 0 m a pixel, found {resolution!r}")
+    scale = pixels_per_metre(resolution)
     images: list[dict[str, Any]] = []
     annotations: list[dict[str, Any]] = []
     for number, plan in enumerate(plans, start=1):
         turned = oriented(plan, orientation)
-        frame = GridFrame.around(_bounds(turned), 1.0 / resolution, margin_px=MARGIN_PX, y_up=True)
+        frame = GridFrame.around(_bounds(turned), scale, margin_px=MARGIN_PX, y_up=True)
         name = f"{plan.id}.png"
         (rows, cols), (x, y) = frame.shape, frame.origin_m
         images.append({"id": number, "file_name": name, "width": cols, "height": rows, "plan": plan.id})
@@ -61,7 +59,7 @@ def coco(
     info = {"description": "HouseExpo floor plans: rooms and doors", "version": "1.0"}
     yield (
         "annotations.json",
-        as_json(
+        compact_json(
             {
                 "info": info,
                 "licenses": [],

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import shapely
 
-from houseexpo.exports.files import Files, as_json
+from houseexpo.exports.encoding import Files, compact_json
 from houseexpo.exports.orientation import Orientation, oriented, world_from_plan
 from houseexpo.exports.solid import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
@@ -46,7 +46,7 @@ def geojson(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orient
         },
         "features": list(_features(turned, wall_thickness)),
     }
-    return {f"{plan.id}.geojson": as_json(collection)}
+    return {f"{plan.id}.geojson": compact_json(collection)}
 
 
 def _features(plan: FloorPlan, wall_thickness: float) -> Iterator[dict[str, Any]]:

@@ -6,7 +6,7 @@ import io
 import re
 from typing import Any
 
-from houseexpo.exports.files import Files
+from houseexpo.exports.encoding import Files
 from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.floorplan import FloorPlan
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import shapely
 
-from houseexpo.exports.files import Files
+from houseexpo.exports.encoding import Files
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
 from houseexpo.floorplan import FloorPlan

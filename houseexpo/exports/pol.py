@@ -7,7 +7,7 @@ from fractions import Fraction
 import shapely
 
 from houseexpo.errors import PlanError
-from houseexpo.exports.files import Files
+from houseexpo.exports.encoding import Files
 from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.floorplan import FloorPlan
 

@@ -7,9 +7,9 @@ from typing import Literal
 import shapely
 
 from houseexpo.errors import ConfigError, PlanError
-from houseexpo.exports.files import Files
+from houseexpo.exports.encoding import Files
 from houseexpo.exports.orientation import Orientation, oriented
-from houseexpo.exports.slits import without_holes
+from houseexpo.exports.polygons import without_holes
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
 from houseexpo.plan.json_codec import encode
@@ -21,7 +21,7 @@ def published(plan: FloorPlan, *, holes: Literal["slit", "drop"] = "slit", orien
     A plan without holes keeps every value of ``verts``. The format cannot represent holes, so that readers would not
     see pillars and free-standing walls. ``holes`` chooses what to do:
 
-    - "slit": each hole is joined to the outline by a wall of 1 cm (``houseexpo.exports.slits``);
+    - "slit": each hole is joined to the outline by a wall of 1 cm (``houseexpo.exports.polygons``);
     - "drop": pillars and free-standing walls are left out.
 
     Raises

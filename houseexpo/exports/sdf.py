@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import shapely
 
-from houseexpo.exports.files import Files, numbers
+from houseexpo.exports.encoding import Files, numbers
 from houseexpo.exports.orientation import Orientation
+from houseexpo.exports.polygons import trapezoids
 from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
-from houseexpo.exports.trapezoids import trapezoids
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
 

@@ -10,7 +10,7 @@ import shapely
 
 from houseexpo.drawing.scene import FURNITURE
 from houseexpo.drawing.svg_paths import path_data
-from houseexpo.exports.files import Files, number
+from houseexpo.exports.encoding import Files, number
 from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.exports.solid import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan

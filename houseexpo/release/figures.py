@@ -11,7 +11,7 @@ import numpy as np
 from houseexpo.dataset import Dataset
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.drawing.plots import plain_style
-from houseexpo.exports.files import image
+from houseexpo.exports.encoding import image
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -19,7 +19,7 @@ from houseexpo.dataset.splits import list_bytes
 from houseexpo.dataset.store import files_at
 from houseexpo.dataset.store.folders import ARCHIVE
 from houseexpo.drawing import draw_plan
-from houseexpo.exports.files import image
+from houseexpo.exports.encoding import image
 from houseexpo.files import as_json, write_whole
 from houseexpo.floorplan import decode
 from houseexpo.processes import in_processes

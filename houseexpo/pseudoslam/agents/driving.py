@@ -11,8 +11,8 @@ from typing import Any, Final, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.exports.files import image as as_file
-from houseexpo.exports.ros import FREE, UNKNOWN, WALL, map_files
+from houseexpo.exports.encoding import image as as_file
+from houseexpo.exports.rasters import FREE, UNKNOWN, WALL, map_files
 from houseexpo.files import make_folder, write_whole
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.kernels.mapping import merge as mapping

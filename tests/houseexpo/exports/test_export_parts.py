@@ -14,9 +14,8 @@ from hypothesis import strategies as st
 from houseexpo import decode
 from houseexpo.errors import ConfigError
 from houseexpo.exports import published, sdf
-from houseexpo.exports.slits import without_holes
+from houseexpo.exports.polygons import trapezoids, without_holes
 from houseexpo.exports.solid import solid, start_and_goal
-from houseexpo.exports.trapezoids import trapezoids
 from tests.houseexpo.exports.readers import enclosed
 
 

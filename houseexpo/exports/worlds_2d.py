@@ -1,29 +1,64 @@
-"""Stage: a world file, with walls as convex blocks."""
+"""Worlds of 2D robot simulators, with walls as convex polygons: IR-SIM and Stage."""
 
 from __future__ import annotations
 
+import json
 import math
 
-from houseexpo.exports.files import Files, number, numbers
+from houseexpo.exports.encoding import Files, number, numbers
 from houseexpo.exports.orientation import Orientation
-from houseexpo.exports.solid import (
-    ROBOT_RADIUS_M,
-    WALL_HEIGHT_M,
-    WALL_THICKNESS_M,
-    solid,
-    start_and_goal,
-)
-from houseexpo.exports.trapezoids import trapezoids
+from houseexpo.exports.polygons import trapezoids
+from houseexpo.exports.solid import ROBOT_RADIUS_M, WALL_HEIGHT_M, WALL_THICKNESS_M, solid, start_and_goal
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
 
-_ROBOT = """define robot position
+_STAGE_ROBOT = """define robot position
 (
   size [{side} {side} 0.3]
   drive "diff"
   ranger ( sensor ( range [0.0 5.0] fov 180 samples 258 ) )
 )
 """
+
+
+def irsim(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientation: Orientation = "world") -> Files:
+    """Write ``<id>.irsim.yaml``, in the plan's x and y in metres (mirrored plans are mirrored back).
+
+    Obstacles are convex, as IR-SIM's planners require. One robot with a lidar starts at the widest place; its goal is a
+    far place that it can reach.
+    """
+    built = solid(plan, wall_thickness=wall_thickness, orientation=orientation)
+    x1, y1, x2, y2 = built.bounds
+    start, goal = start_and_goal(built.free)
+    solids = (*built.walls, *(thing.polygon for thing in built.furniture))
+    lines = [
+        f"# plan {json.dumps(plan.id)}; metres",
+        "world:",
+        f"  width: {number(x2 - x1)}",
+        f"  height: {number(y2 - y1)}",
+        f"  offset: {_list(x1, y1)}",
+        "  step_time: 0.1",
+        "  collision_mode: 'stop'",
+        "robot:",
+        "  - kinematics: {name: 'diff'}",
+        f"    shape: {{name: 'circle', radius: {number(ROBOT_RADIUS_M)}}}",
+        f"    state: {_list(*start, 0)}",
+        f"    goal: {_list(*goal, 0)}",
+        "    sensors:",
+        "      - {name: 'lidar2d', range_min: 0, range_max: 5, angle_range: 3.14159265, number: 180}",
+        "obstacle:",
+        *(_obstacle(ring) for shape in solids for ring in trapezoids(shape)),
+    ]
+    return {f"{plan.id}.irsim.yaml": ("\n".join(lines) + "\n").encode()}
+
+
+def _obstacle(ring: Ring) -> str:
+    vertices = ", ".join(_list(x, y) for x, y in ring.tolist())
+    return f"  - {{shape: {{name: 'polygon', vertices: [{vertices}]}}, state: [0, 0, 0]}}"
+
+
+def _list(*values: float) -> str:
+    return f"[{', '.join(map(number, values))}]"
 
 
 def stage(
@@ -55,7 +90,7 @@ def stage(
         "resolution 0.02",
         "interval_sim 100",
         f"window ( size [800 800] center [{middle}] scale {number(round(700 / max(x2 - x1, y2 - y1), 2))} )",
-        _ROBOT.format(side=number(round(side, 3))),
+        _STAGE_ROBOT.format(side=number(round(side, 3))),
         "model",
         "(",
         '  name "walls"',

@@ -1,10 +1,12 @@
-"""Functions that the formats share: files as a mapping, and the formatting of numbers."""
+"""What the formats share: files as a mapping, and numbers, JSON and pictures as text or bytes."""
 
 from __future__ import annotations
 
 import io
 import json
 from typing import TYPE_CHECKING, Any, TypeAlias
+
+from houseexpo.errors import ConfigError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -30,8 +32,15 @@ def numbers(*values: float) -> str:
     return " ".join(map(number, values))
 
 
-def as_json(value: Any) -> bytes:
-    """Return a value as JSON in UTF-8 with a final newline."""
+def pixels_per_metre(resolution: float) -> float:
+    """Return the scale of a picture, given its metres per pixel; raise ConfigError unless they are more than 0."""
+    if not resolution > 0:
+        raise ConfigError(f"export: expected a resolution of more than 0 m a pixel, found {resolution!r}")
+    return 1.0 / resolution
+
+
+def compact_json(value: Any) -> bytes:
+    """Return a value as JSON in UTF-8 on one line, with a final newline."""
     return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode() + b"\n"
 
 

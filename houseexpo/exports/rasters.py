@@ -1,0 +1,117 @@
+"""Occupancy as pixels: pictures of the free space, grids as NumPy arrays, and maps for ROS map_server."""
+
+from __future__ import annotations
+
+import io
+import json
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from houseexpo.exports.encoding import Files, image, number, pixels_per_metre
+from houseexpo.exports.orientation import Orientation, oriented, world_from_plan
+from houseexpo.exports.solid import WALL_THICKNESS_M
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import GridFrame
+from houseexpo.grids.raster import fill, free_mask
+
+PNG_RESOLUTION_M: Final = 0.02
+NPZ_RESOLUTION_M: Final = 0.04
+ROS_RESOLUTION_M: Final = 0.05
+
+FREE, WALL, UNKNOWN = 254, 0, 205  # the values that map_server's own map_saver writes
+
+
+def png(plan: FloorPlan, *, resolution: float = PNG_RESOLUTION_M, orientation: Orientation = "world") -> Files:
+    """Write ``<id>.png``: 8-bit grey, 255 for free space and 0 elsewhere, with a margin of one pixel.
+
+    The first row is at the highest y. The house is shown as seen from above (mirrored plans are mirrored back).
+    ``resolution`` is in metres per pixel. For pictures with rooms and labels, use ``houseexpo.draw_plan``.
+    """
+    mask, _ = free_mask(oriented(plan, orientation), pixels_per_metre(resolution), y_up=True)
+    return {f"{plan.id}.png": image(mask.astype(np.uint8) * 255, "PNG")}
+
+
+def npz(plan: FloorPlan, *, resolution: float = NPZ_RESOLUTION_M, orientation: Orientation = "plan") -> Files:
+    """Write ``<id>.npz``: grids (rows, cols) on the same cells, row 0 at the lowest y as in ``FloorPlan.grid``.
+
+    - ``occupancy``: uint8, 0 for free cells, 1 for others; ``distance``: float32, metres to the nearest wall;
+    - ``rooms``, ``doors``: int32, ids, -1 elsewhere; ``room_ids``, ``room_labels``: the labels of these rooms;
+    - ``origin``: (2,) metres, the corner of cell (0, 0) with the lowest x and y; ``resolution``: metres per cell;
+    - ``world_from_plan``: (2, 3); the plan keeps its own axes unless ``orientation`` is "world".
+    """
+    turned, scale = oriented(plan, orientation), pixels_per_metre(resolution)
+    arrays: dict[str, npt.NDArray[Any]] = {
+        "occupancy": turned.grid(scale),
+        "distance": turned.distance_field(scale),
+        "rooms": turned.room_grid(scale),
+        "doors": turned.door_grid(scale),
+        "room_ids": np.array([room.id for room in turned.rooms], dtype=np.int32),
+        "room_labels": np.array([room.label for room in turned.rooms], dtype=np.str_),
+        "origin": np.array(turned.grid_frame(scale).origin_m),
+        "resolution": np.array(float(resolution)),
+        "world_from_plan": np.array(world_from_plan(plan, orientation)),
+    }
+    stream = io.BytesIO()
+    np.savez_compressed(stream, allow_pickle=False, **arrays)
+    return {f"{plan.id}.npz": stream.getvalue()}
+
+
+def ros(
+    plan: FloorPlan,
+    *,
+    resolution: float = ROS_RESOLUTION_M,
+    wall_thickness: float = WALL_THICKNESS_M,
+    orientation: Orientation = "world",
+) -> Files:
+    """Write ``<id>.pgm`` and ``<id>.yaml`` for ROS map_server.
+
+    The picture's first row is at the highest y. ``origin`` in the YAML is the lower-left corner of the lower-left
+    pixel, in the plan's x and y in metres (mirrored plans are mirrored back).
+
+    Parameters
+    ----------
+    plan
+        The plan; it is rasterised by pixel centres, so that walls thinner than ``resolution`` may disappear.
+    resolution
+        Metres per pixel.
+    wall_thickness
+        Thickness of the outer walls, metres, at least one pixel. The area beyond them is unknown.
+    orientation
+        See ``houseexpo.exports.orientation``.
+    """
+    pixels, frame = occupancy(plan, resolution, max(wall_thickness, resolution), orientation)
+    return map_files(plan.id, pixels, resolution, frame.origin_m)
+
+
+def map_files(name: str, pixels: npt.NDArray[np.uint8], resolution: float, origin_m: tuple[float, float]) -> Files:
+    """Return the files of a picture (rows, cols) of FREE, WALL and UNKNOWN, highest y first, and its YAML."""
+    x, y = origin_m
+    lines = [
+        f"image: {json.dumps(name + '.pgm', ensure_ascii=False)}",  # JSON strings are valid in YAML
+        "mode: trinary",
+        f"resolution: {float(resolution)!r}",
+        f"origin: [{number(x)}, {number(y)}, 0.0]",
+        "negate: 0",
+        "occupied_thresh: 0.65",
+        "free_thresh: 0.196",
+    ]
+    return {f"{name}.pgm": image(pixels, "PPM"), f"{name}.yaml": ("\n".join(lines) + "\n").encode()}
+
+
+def occupancy(
+    plan: FloorPlan, resolution: float, wall_thickness: float, orientation: Orientation
+) -> tuple[np.ndarray[tuple[int, int], np.dtype[np.uint8]], GridFrame]:
+    """Return the picture (rows, cols) of FREE, WALL and UNKNOWN, highest y first, and its position."""
+    scale = pixels_per_metre(resolution)
+    turned = oriented(plan, orientation)
+    walls = shapely.MultiPolygon(turned.walls(wall_thickness))
+    frame = GridFrame.around(walls.bounds, scale, y_up=True)
+    pixels = np.full(frame.shape, UNKNOWN, dtype=np.uint8)
+    fill(pixels, walls, frame, WALL)
+    if turned.objects:
+        fill(pixels, turned.floor, frame, WALL)
+    fill(pixels, turned, frame, FREE)
+    return pixels, frame
