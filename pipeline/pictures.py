@@ -10,6 +10,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from houseexpo.analysis.geodesic import shortest_way
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.drawing.scene import DOOR_COLOURS, WALL
 from houseexpo.floorplan import FloorPlan
@@ -17,7 +18,6 @@ from houseexpo.plan import Box, Frame
 from pipeline.algorithm import Snapshot
 from pipeline.canvas import SIDE_PX, Canvas, Picture
 from pipeline.evidence_picture import draw_evidence
-from pipeline.geometry.paths import plan_path
 from pipeline.geometry.standing import floor_of
 from pipeline.png import as_png
 from pipeline.values import Evidence, JoinedPair, Layout, Planes, Spaces
@@ -155,8 +155,8 @@ def _paths(spaces: Spaces, pairs: Sequence[JoinedPair]) -> list[npt.NDArray[np.f
     if not pairs:
         return []
     floor = floor_of(spaces)
-    found = [plan_path(floor, p.points[0], p.points[1], p.radius_m, p.pixels_per_metre) for p in pairs]
-    return [path for path in found if path is not None]
+    found = [shortest_way(shapely.buffer(floor, -pair.radius_m), *pair.points) for pair in pairs]
+    return [way.points for way in found if way is not None]
 
 
 def _gone(spaces: Spaces, before: Spaces | None) -> list[Polygon]:

@@ -1,27 +1,56 @@
-"""Decide whether two plans are the same house, by their pixel difference under symmetries and a fast bound of it.
+"""Find plans that show the same house, by the difference of their masks under symmetries and small shifts.
 
 The difference of two masks A and B is |A xor B| / max(|A|, |B|). It is minimised over the eight symmetries of the
 square, and over positions in which the cropped masks are aligned at either end of each axis, shifted by up to two
-cells.
+cells. ``compare`` computes it for two masks. ``find_pairs`` finds all pairs within a threshold among many plans.
+
+``find_pairs`` rules out nearly all pairs without comparing their masks, and none wrongly. Let D = |A xor B| for A and B
+in their best position.
+
+1. Areas: ||A| - |B|| <= D, since the areas differ at most by the cells that only one mask has. Among plans sorted by
+   area, the partners of a plan are a run that ends where the area is too large.
+2. Fingerprints: let a and b be the row sums of A and B in this position, 0 where a mask has no row. In each row,
+   |a_i - b_i| is at most the number of cells in which A and B differ, so that sum |a_i - b_i| <= D. Sorting both in
+   descending order does not increase this sum (of all ways to pair two lists of numbers, pairing them in order has the
+   least sum of differences). Neither does adding up runs of them (triangle inequality). The result does not depend on
+   the position, since rows without cells are sorted to the end. Flips permute rows; turns exchange rows and columns.
+   A pair is therefore ruled out if its fingerprints differ by more than the limit both ways: rows from rows and columns
+   from columns, and rows from columns. Fingerprints with fewer, wider bins, which fit in one line of the cache, are
+   compared first.
+3. Positions: two rows share at most the smaller of their sums, so that D >= |A| + |B| - 2 sum min(a_i, b_i), by rows
+   and by columns. Most pairs are ruled out by these profiles alone. For the others, the plans are read again. Most of
+   their positions are ruled out as well; in those that remain, cells are counted row by row. The bound of each row is
+   replaced by its count until the sum cannot fall below the best position found.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from functools import lru_cache
-from itertools import product
-from typing import Final, NamedTuple
+from collections import deque
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import cache, lru_cache, partial
+from itertools import islice, pairwise, product
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.errors import PlanError
 from houseexpo.grids.frame import GridFrame
-from houseexpo.grids.raster import Mask, Space, fill, rings_of
+from houseexpo.grids.raster import Mask, Space, edges_in_pixels, fill, rings_of
 from houseexpo.plan.model import PlanData
+from houseexpo.progress import watched
+
+if TYPE_CHECKING:
+    from houseexpo.analysis.kernels.masks import Cells, PackedMask, Profiles
 
 PIXELS_PER_METRE: Final = 20.0
 THRESHOLD: Final = 0.02
+
+SHIFT_PX: Final = 2
+"""The largest shift of two cropped masks from being aligned, in cells."""
 
 SYMMETRIES: Final[Mapping[str, tuple[bool, bool, bool]]] = {
     # plan terms (x right, y up, angles counter-clockwise): swap the axes, then flip y (rows), then flip x (columns)
@@ -35,12 +64,22 @@ SYMMETRIES: Final[Mapping[str, tuple[bool, bool, bool]]] = {
     "antitranspose": (True, True, True),
 }
 
-SHIFT_PX: Final = 2
-"""The largest shift of two cropped masks from being aligned, in cells."""
-
-_EPS: Final = 1e-4
+_EPS: Final = 1e-4  # share by which the grid is finer than requested
 _BINS: Final = 64
 _BIN_PX: Final = 8
+_BLOCK: Final = 256  # fingerprints for one task of a thread
+_TASK: Final = 64  # pairs for one task of a thread
+_AHEAD: Final = 64  # tasks that are prepared before their results are needed
+_KEPT: Final = 16_384  # masks in memory, 15 kB each in the median; others are made again when they are needed
+
+Fingerprint = npt.NDArray[np.int32]
+Load = Callable[[int], PlanData | Mask]
+"""A function that returns the plan, or the mask, with a number."""
+
+_Numbers = tuple[int, int]
+_Limits = tuple[float, int, int]  # the threshold, the shift in cells, and how many symmetries are tried
+_T = TypeVar("_T")
+_R = TypeVar("_R")
 
 
 class Match(NamedTuple):
@@ -48,6 +87,23 @@ class Match(NamedTuple):
 
     difference: float
     symmetry: str
+
+
+class Pair(NamedTuple):
+    """Two plans within the threshold, by their numbers; ``symmetry`` maps the second onto the first."""
+
+    first: int
+    second: int
+    difference: float
+    symmetry: str
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """The result of comparing plans: the fingerprint of each, by its number, and all pairs within the threshold."""
+
+    fingerprints: Mapping[int, Fingerprint] = field(default_factory=dict)
+    pairs: tuple[Pair, ...] = ()
 
 
 class Duplicate(NamedTuple):
@@ -158,61 +214,206 @@ def find_duplicates(
     shapes: Mapping[str, Mask] | Iterable[PlanData],
     threshold: float = THRESHOLD,
     pixels_per_metre: float = PIXELS_PER_METRE,
+    *,
+    threads: int = 1,
 ) -> list[Duplicate]:
     """Find plans that are the same house, up to rotations by 90 degrees and mirroring.
 
     Plans are taken in the order of their ids. A plan whose difference from a kept one is at most ``threshold`` is a
-    duplicate of the first such plan; otherwise it is kept.
+    duplicate of the first such plan; otherwise it is kept. The first call compiles the comparison, which takes some
+    seconds.
 
     Parameters
     ----------
     shapes
-        Plans, or masks by id.
+        Plans, or masks by id. The plans of a ``Dataset`` are read one at a time.
     threshold
         Largest difference of duplicates, as a share of the larger plan's area (0 to 1).
     pixels_per_metre
         Resolution of the comparison.
+    threads
+        Number of threads; the result does not depend on it.
 
     Returns
     -------
     Duplicates, sorted by id.
+
+    Raises
+    ------
+    PlanError
+        Two plans have the same id.
     """
-    spaces: Mapping[str, Mask | PlanData] = shapes if isinstance(shapes, Mapping) else {p.id: p for p in shapes}
-    ids = sorted(spaces)
-
-    @lru_cache(maxsize=1024)  # candidates are rasterised again: 34,000 masks would take 3 GB
-    def mask_of(i: int) -> Mask:
-        space = spaces[ids[i]]
-        return comparison_mask(space, pixels_per_metre) if isinstance(space, PlanData) else crop(space)
-
-    prints = [fingerprint(mask_of(i)) for i in range(len(ids))]
-    kept_by: dict[int, tuple[int, Match]] = {}
-    for i, earlier in candidates(prints, threshold):
-        for j in earlier:
-            match = None if j in kept_by else compare(mask_of(j), mask_of(i), threshold)
-            if match is not None:
-                kept_by[i] = j, match
-                break
-    return [Duplicate(ids[i], ids[j], round(m.difference, 6), m.symmetry) for i, (j, m) in sorted(kept_by.items())]
+    ids, load = _numbered(shapes)
+    order = sorted(range(len(ids)), key=ids.__getitem__)
+    names = [ids[i] for i in order]
+    if twice := [name for name, following in pairwise(names) if name == following]:
+        raise PlanError("expected ids that differ, found this one twice", "id", twice[0])
+    found = find_pairs(
+        lambda i: load(order[i]), len(order), threshold=threshold, pixels_per_metre=pixels_per_metre, threads=threads
+    )
+    return drop_duplicates(names, found.pairs)
 
 
-def candidates(prints: list[npt.NDArray[np.int32]], threshold: float) -> Iterator[tuple[int, list[int]]]:
-    """Yield each index with the earlier ones, in order, that the fingerprints cannot rule out as duplicates."""
-    if not prints:
-        return
-    table = np.stack(prints)
-    by_area = np.argsort(table[:, 0], kind="stable")
-    ordered = table[by_area]
-    areas = ordered[:, 0]
-    near: list[list[int]] = [[] for _ in prints]
-    for k in range(len(ordered)):
-        last = np.searchsorted(areas, areas[k] / max(1 - threshold, 1e-9) + 1, side="right")
-        bounds = lower_bound(ordered[k], ordered[k + 1 : last])
-        for other in by_area[k + 1 : last][bounds <= threshold * areas[k + 1 : last]].tolist():
-            here = int(by_area[k])
-            near[max(here, other)].append(min(here, other))
-    for i, earlier in enumerate(near):
-        yield i, sorted(earlier)
+def drop_duplicates(ids: Sequence[str], pairs: Collection[Pair], keep: Collection[str] = ()) -> list[Duplicate]:
+    """Return the plans to drop, sorted by id.
+
+    1. In the order of ids, a plan is kept unless it is within the threshold of one that is kept; the first such plan is
+       named.
+    2. A plan in ``keep`` is never dropped.
+
+    Parameters
+    ----------
+    ids
+        The ids of the plans, sorted; ``pairs`` refer to their positions.
+    """
+    partners: dict[int, list[Pair]] = {}
+    for pair in sorted(pairs):
+        partners.setdefault(pair.second, []).append(pair)
+    dropped: dict[int, Duplicate] = {}
+    for i, name in enumerate(ids):
+        kept = next((pair for pair in partners.get(i, []) if pair.first not in dropped), None)
+        if kept is not None and name not in keep:  # R1, R2
+            dropped[i] = Duplicate(name, ids[kept.first], round(kept.difference, 6), kept.symmetry)
+    return list(dropped.values())
+
+
+def find_pairs(
+    load: Load,
+    count: int,
+    *,
+    threshold: float = THRESHOLD,
+    pixels_per_metre: float = PIXELS_PER_METRE,
+    symmetries: bool = True,
+    shift_px: int = SHIFT_PX,
+    known: Comparison | None = None,
+    threads: int = 1,
+    label: str = "",
+) -> Comparison:
+    """Find all pairs of plans whose difference is at most ``threshold``.
+
+    Parameters
+    ----------
+    load
+        Returns the plan, or the cropped mask, with a number from 0 to ``count`` - 1. It is called for each new plan,
+        and again for those that must be compared cell by cell.
+    symmetries
+        Whether a rotated or mirrored house is the same house.
+    shift_px
+        Largest shift from being aligned, cells.
+    known
+        The result for some of these plans, which are not compared with each other again.
+    threads
+        Number of threads; the result does not depend on it.
+    label
+        What a progress bar says; none is shown by default.
+    """
+    from houseexpo.analysis.kernels.masks import measure_profiles, pack_mask
+
+    known = known or Comparison()
+    mask_of = partial(_cells_of, load, pixels_per_metre)
+    limits = (threshold, shift_px, len(SYMMETRIES) if symmetries else 1)
+    fresh = np.array([i not in known.fingerprints for i in range(count)], bool)
+    prints = np.zeros((count, 1 + 2 * _BINS), np.int32)
+    profiles_of = cache(lambda number: measure_profiles(mask_of(number)))
+    packed_of = lru_cache(maxsize=_KEPT)(lambda number: pack_mask(mask_of(number)))
+    for i in watched(range(count), label, count) if label else range(count):
+        prints[i] = fingerprint_of(profiles_of(i)) if fresh[i] else known.fingerprints[i]
+    with ThreadPoolExecutor(threads) as pool:
+        possible = _possible_pairs(prints, fresh, threshold, pool)
+        near = _in_threads(pool, partial(_near, limits), ((pair, *map(profiles_of, pair)) for pair in possible))
+        pairs = _in_threads(pool, partial(_within, limits), ((pair, *map(packed_of, pair)) for pair in near))
+        return Comparison(dict(enumerate(prints)), tuple(sorted([*known.pairs, *pairs])))
+
+
+def fingerprint_of(profiles: Profiles) -> Fingerprint:
+    """Return the ``fingerprint`` of a mask, given its profiles."""
+    from houseexpo.analysis.kernels.masks import pool
+
+    first, second = sorted((pool(sums).tolist() for sums in profiles), reverse=True)
+    return np.array([int(profiles.rows.sum()), *first, *second], np.int32)
+
+
+def _numbered(shapes: Mapping[str, Mask] | Iterable[PlanData]) -> tuple[list[str], Load]:
+    """Return the ids of plans or masks, and a function that returns one by its position."""
+    if isinstance(shapes, Mapping):
+        masks = list(shapes.values())
+        return list(shapes), lambda i: crop(masks[i])
+    plans = shapes if isinstance(shapes, Sequence) else list(shapes)
+    ids = getattr(plans, "ids", None)  # a Dataset knows them without reading its plans
+    return list(ids) if ids is not None else [plan.id for plan in plans], plans.__getitem__
+
+
+def _cells_of(load: Load, pixels_per_metre: float, number: int) -> Cells:
+    """Return the cropped mask of a plan: ``comparison_mask``, compiled."""
+    from houseexpo.analysis.kernels.masks import fill_rings, measure_profiles
+
+    given = load(number)
+    if not isinstance(given, PlanData):
+        return np.ascontiguousarray(crop(given)).view(np.uint8)
+    space = compared_space(given)
+    frame = comparison_frame(space, pixels_per_metre)
+    mask = fill_rings(*edges_in_pixels(rings_of(space), frame), *frame.shape)
+    rows, cols = (np.flatnonzero(sums) for sums in measure_profiles(mask))
+    if not len(rows):
+        return mask[:0, :0]
+    return np.ascontiguousarray(mask[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1])
+
+
+def _possible_pairs(
+    prints: Fingerprint, fresh: npt.NDArray[np.bool_], threshold: float, pool: ThreadPoolExecutor
+) -> list[_Numbers]:
+    """Return the pairs that their fingerprints do not rule out, each with at least one new plan.
+
+    They are sorted by area, so that the masks that they need are those that were needed just before.
+    """
+    from houseexpo.analysis.kernels.masks import near_fingerprints, pool_bins
+
+    order = np.argsort(prints[:, 0], kind="stable")
+    order = order[prints[order, 0] > 0]  # a plan without free cells is a duplicate of none
+    ordered, new = np.ascontiguousarray(prints[order]), fresh[order]
+    areas, groups = np.ascontiguousarray(ordered[:, 0]), pool_bins(ordered)
+    blocks = pool.map(
+        lambda at: near_fingerprints(ordered, areas, groups, new, threshold, at, min(at + _BLOCK, len(ordered))),
+        range(0, len(ordered), _BLOCK),
+    )
+    found = np.sort(order[np.concatenate([np.zeros((0, 2), np.int64), *blocks])], axis=1)
+    return [(int(first), int(second)) for first, second in found]
+
+
+def _in_threads(pool: ThreadPoolExecutor, work: Callable[[list[_T]], list[_R]], items: Iterable[_T]) -> Iterator[_R]:
+    """Yield what ``work`` returns for lists of items, in order; this thread makes items while others work.
+
+    Items are made in this thread because threads that take turns at Python wait for each other more than they gain.
+    """
+    waiting: deque[Future[list[_R]]] = deque()
+    remaining = iter(items)
+    while some := list(islice(remaining, _TASK)):
+        waiting.append(pool.submit(work, some))
+        if len(waiting) > _AHEAD:
+            yield from waiting.popleft().result()
+    for future in waiting:
+        yield from future.result()
+
+
+def _near(limits: _Limits, jobs: list[tuple[_Numbers, Profiles, Profiles]]) -> list[_Numbers]:
+    """Return the pairs that their profiles do not rule out."""
+    from houseexpo.analysis.kernels.masks import may_be_near
+
+    return [pair for pair, one, other in jobs if may_be_near(one, other, *limits)]
+
+
+def _within(limits: _Limits, jobs: list[tuple[_Numbers, PackedMask, PackedMask]]) -> list[Pair]:
+    """Return the pairs that are within the threshold."""
+    from houseexpo.analysis.kernels.masks import least_difference
+
+    names = tuple(SYMMETRIES)
+    found = []
+    for pair, one, other in jobs:
+        cells, symmetry = least_difference(one, other, *limits)
+        if symmetry >= 0:
+            area = max(int(one.profiles.rows.sum()), int(other.profiles.rows.sum()))
+            found.append(Pair(*pair, cells / area, names[symmetry]))
+    return found
 
 
 def _l1(sums: npt.NDArray[np.int32], table: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:

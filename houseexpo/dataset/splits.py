@@ -14,28 +14,23 @@ import re
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
 import msgspec
 import numpy as np
 
-from houseexpo.analysis.similarity import THRESHOLD, candidates, compare, comparison_mask, fingerprint
+from houseexpo.analysis.similarity import THRESHOLD, find_pairs
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.files import as_json, sha256_of, write_whole
 from houseexpo.floorplan import FloorPlan
-from houseexpo.progress import watched
 
 PAPER: Final = {"train": 0.7, "test": 0.3}
 """The paper's shares."""
 
 ROOMS: Final = (2, 4, 6, 8, 10, 15)
 """The numbers of rooms at which a new stratum starts; each is divided into four quarters by area."""
-
-TRAITS: Final = "fingerprint, 2"
-"""The name under which ``Dataset.derived`` caches ``traits_of``."""
 
 _LEVEL: Final = re.compile(r"_L\d+(?=$|_[0-9a-f]{8}(?:_\d+)?$)")
 
@@ -71,7 +66,7 @@ def split(plans: Dataset, shares: Mapping[str, float], seed: int, workers: int =
     shares
         The share of each part, by name. They must add up to 1; a part with share 0 is left out.
     workers
-        Number of processes for computing what is not cached yet.
+        Number of threads.
 
     Raises
     ------
@@ -99,23 +94,19 @@ def split(plans: Dataset, shares: Mapping[str, float], seed: int, workers: int =
 def together(plans: Dataset, workers: int = 1) -> tuple[tuple[str, ...], ...]:
     """Return the ids in groups that no split may divide (R1, R2), each sorted, the groups by their first id."""
     ids = plans.ids
-    traits = plans.derived(TRAITS, traits_of, workers)
     sets = _Sets(len(ids))
     first: dict[str, int] = {}
-    for i, (name, trait) in enumerate(zip(ids, traits, strict=True)):  # R1
-        for house in ("id " + _LEVEL.sub("", name), "file " + trait["source"] if trait["source"] else ""):
-            if house:
-                sets.join(first.setdefault(house, i), i)
 
-    @lru_cache(maxsize=4096)
-    def mask_of(i: int) -> Any:
-        return comparison_mask(plans[i])
+    def load(i: int) -> FloorPlan:
+        plan = plans[i]
+        if file := str((plan.provenance or {}).get("sha256", "")):
+            sets.join(first.setdefault(f"file {file}", i), i)  # R1
+        return plan
 
-    prints = [np.array(trait["print"], dtype=np.int32) for trait in traits]
-    for i, earlier in watched(candidates(prints, THRESHOLD), "looking for copies", len(ids)):  # R2
-        for j in earlier:
-            if sets.root(i) != sets.root(j) and compare(mask_of(j), mask_of(i), THRESHOLD) is not None:
-                sets.join(i, j)
+    for i, name in enumerate(ids):  # R1
+        sets.join(first.setdefault("id " + _LEVEL.sub("", name), i), i)
+    for pair in find_pairs(load, len(ids), threads=workers, label="looking for copies").pairs:  # R2
+        sets.join(pair.first, pair.second)
     return tuple(sorted(tuple(sorted(ids[i] for i in group)) for group in sets.groups()))
 
 
@@ -167,12 +158,6 @@ class _Sets:
         for i in range(len(self._parent)):
             found[self.root(i)].append(i)
         return list(found.values())
-
-
-def traits_of(plan: FloorPlan) -> dict[str, Any]:
-    """Return what identifies copies and levels of a house: ``similarity.fingerprint`` and the input file's hash."""
-    source = str((plan.provenance or {}).get("sha256", ""))
-    return {"print": fingerprint(comparison_mask(plan)).tolist(), "source": source}
 
 
 def _strata(plans: Dataset) -> list[tuple[int, int]]:

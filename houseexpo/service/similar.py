@@ -13,7 +13,6 @@ from typing import Any, Final
 import numpy as np
 
 from houseexpo.analysis.similarity import compare, comparison_mask, fingerprint, lower_bound
-from houseexpo.dataset.splits import TRAITS, traits_of
 from houseexpo.errors import HouseExpoError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.collection import Opened
@@ -22,6 +21,8 @@ _CANDIDATES: Final = 120
 _COMPARED: Final = 24
 _PIXELS_PER_METRE: Final = 10.0
 _MAX_DIFFERENCE: Final = 0.5
+_FINGERPRINT: Final = "fingerprint, 3"
+"""The name under which fingerprints are cached; another way of computing them needs another number."""
 
 
 def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
@@ -40,13 +41,13 @@ def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
         return []
     ids = [table.ids[other] for other in near.tolist()]
     try:
-        traits = now.data.only(ids).derived(TRAITS, traits_of)
+        kept = now.data.only(ids).derived(_FINGERPRINT, _fingerprint_of)
     except HouseExpoError:  # R4
         ids = [name for name in ids if _read(now, name) is not None]
-        traits = now.data.only(ids).derived(TRAITS, traits_of)
+        kept = now.data.only(ids).derived(_FINGERPRINT, _fingerprint_of)
     if not ids:
         return []
-    prints = np.array([trait["print"] for trait in traits], dtype=np.int32)
+    prints = np.array(kept, dtype=np.int32)
     fine = comparison_mask(plan)
     bounds = lower_bound(fingerprint(fine), prints) / np.maximum(prints[:, 0], int(fine.sum()))
     mask = comparison_mask(plan, _PIXELS_PER_METRE)
@@ -65,6 +66,11 @@ def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
         {"id": name, "title": table.title(now.numbers[name]), "difference": round(difference, 4), "symmetry": symmetry}
         for difference, name, symmetry in sorted(found)[:most]
     ]
+
+
+def _fingerprint_of(plan: FloorPlan) -> list[int]:
+    found: list[int] = fingerprint(comparison_mask(plan)).tolist()
+    return found
 
 
 def _read(now: Opened, plan_id: str) -> FloorPlan | None:

@@ -13,12 +13,13 @@ from typing import Any
 
 import msgspec
 
-from houseexpo.analysis.similarity import Duplicate
+from houseexpo.analysis.similarity import Duplicate, drop_duplicates
 from houseexpo.dataset.index import index_table
 from houseexpo.files import as_json, sha256_of, sync_folder, write_whole
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import FORMAT, encode
 from pipeline.batch import disk
+from pipeline.batch.copies import copies
 from pipeline.batch.entry import Entry, Kept, Refused
 from pipeline.batch.folder import MANIFEST, PARTS, Finished, Folder
 from pipeline.batch.ids import settle
@@ -145,12 +146,9 @@ def _as_it_was(parts: Parts, finished: Finished) -> DataSet:
 
 
 def _dropped(parts: Parts, kept: Mapping[str, Kept]) -> list[Duplicate]:
-    from pipeline.batch.copies import copies  # loads numba, which a run that finds nothing to do need not wait for
-    from pipeline.stages.dedupe import dedupe
-
     pairs = copies(parts.folder.build / "copies.npz", parts.plans, list(kept.values()), parts.config.stages.dedupe)
     keep = {name for name, plan in kept.items() if plan.by_hand or _override(name, plan, parts.overrides).keep}
-    return dedupe(list(kept), pairs, keep)
+    return drop_duplicates(list(kept), pairs, keep)
 
 
 def _settled(entries: Sequence[Entry]) -> tuple[list[tuple[str, Kept]], list[Refused]]:

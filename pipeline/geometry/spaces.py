@@ -34,11 +34,10 @@ class Passage:
 
 @dataclass(frozen=True, eq=False)
 class JoinedPair:
-    """Two points (2, 2) that a cut joined, and the disc and the grid with which a picture plans the path of the two."""
+    """Two points (2, 2), metres, that a cut connected, and the radius of the disc that can go from one to the other."""
 
     points: npt.NDArray[np.float64]
     radius_m: float
-    pixels_per_metre: int
 
 
 @dataclass(frozen=True, eq=False)

@@ -81,7 +81,7 @@ def connect(
             notes["left_out"] += 1
             continue
         pair, cut, why = found
-        joined = JoinedPair(pair, config.robot_radius_m, config.pixels_per_metre)
+        joined = JoinedPair(pair, config.robot_radius_m)
         spaces = replace(_with_cut(spaces, cut, why), joined=(*spaces.joined, joined))
         notes["cuts"] += 1
     return replace(spaces, notes={**spaces.notes, **{name: count for name, count in notes.items() if count}})

@@ -13,9 +13,8 @@ import sys
 from pathlib import Path
 
 from houseexpo import Dataset, open_dataset
+from houseexpo.analysis.similarity import Pair, find_pairs
 from houseexpo.floorplan import FloorPlan
-from pipeline.config import DedupeConfig
-from pipeline.stages.dedupe import Pair, compared
 
 NEAREST = 0.05
 HEAD = f"""\
@@ -31,9 +30,8 @@ def near_published(made: Dataset, published: Dataset, limit: float = NEAREST) ->
     def load(number: int) -> FloorPlan:
         return published[theirs[number]] if number < len(theirs) else made[ours[number - len(theirs)]]
 
-    config = DedupeConfig(threshold=limit)
-    known = compared(load, len(theirs), DedupeConfig(threshold=0.0))
-    pairs = compared(load, len(theirs) + len(ours), config, known).pairs
+    known = find_pairs(load, len(theirs), threshold=0.0)
+    pairs = find_pairs(load, len(theirs) + len(ours), threshold=limit, known=known).pairs
     found: dict[str, Pair] = {}
     for pair in sorted(pairs, key=lambda pair: -pair.difference):
         if pair.first < len(theirs) <= pair.second:

@@ -19,11 +19,11 @@ from PIL import Image
 from rich.console import Console
 from rich.table import Table
 
+from houseexpo.analysis.similarity import Comparison, drop_duplicates, find_duplicates, find_pairs
+from houseexpo.dataset import open_dataset
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import encode
-from pipeline.config import DedupeConfig
-from pipeline.stages.dedupe import Shapes, compared, dedupe
 from tests.builders.shared import DATA, needs_shared
 
 THREADS = 2
@@ -56,28 +56,30 @@ def load(lines: list[bytes], tmp_path_factory: pytest.TempPathFactory) -> Iterat
         yield lambda i: decode(os.pread(file.fileno(), ends[i + 1] - ends[i], ends[i]))
 
 
-def timed(load: Callable[[int], FloorPlan], count: int, known: Shapes | None = None) -> tuple[Shapes, float, float]:
+def timed(
+    load: Callable[[int], FloorPlan], count: int, known: Comparison | None = None
+) -> tuple[Comparison, float, float]:
     wall, cpu = time.perf_counter(), time.process_time()
-    found = compared(load, count, DedupeConfig(), known, threads=THREADS)
+    found = find_pairs(load, count, known=known, threads=THREADS)
     return found, time.perf_counter() - wall, time.process_time() - cpu
 
 
 @needs_shared
 def test_dedupe_of_the_published_plans(lines: list[bytes], load: Callable[[int], FloorPlan]) -> None:
-    compared(load, 300, DedupeConfig())  # compiles
+    find_pairs(load, 300)  # compiles
     count = TIMES * len(lines)
     found, wall, cpu = timed(load, count)
     table = Table(title=f"Dedupe of {count} plans, {THREADS} threads")
     for heading in ("", "seconds", "of a core", "pairs", "exact", "dropped", "peak GB"):
         table.add_column(heading, justify="right" if heading else "left")
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    dropped = dedupe([str(i) for i in range(count)], found.pairs)
+    dropped = drop_duplicates([str(i) for i in range(count)], found.pairs)
     exact = sum(duplicate.difference == 0 for duplicate in dropped)
     table.add_row(
         "all", f"{wall:.1f}", f"{cpu:.1f}", str(len(found.pairs)), str(exact), str(len(dropped)), f"{peak:.2f}"
     )
-    old = {i: row for i, row in found.prints.items() if i % 40}
-    known = Shapes(old, tuple(pair for pair in found.pairs if pair.first in old and pair.second in old))
+    old = {i: row for i, row in found.fingerprints.items() if i % 40}
+    known = Comparison(old, tuple(pair for pair in found.pairs if pair.first in old and pair.second in old))
     again, wall, cpu = timed(load, count, known)
     table.add_row(f"{count - len(old)} added", f"{wall:.1f}", f"{cpu:.1f}", str(len(again.pairs)), "", "", "")
     Console().print(table)
@@ -87,7 +89,21 @@ def test_dedupe_of_the_published_plans(lines: list[bytes], load: Callable[[int],
         _sheet(lines, found)
 
 
-def _sheet(lines: list[bytes], found: Shapes, most: int = 60) -> None:
+@needs_shared
+def test_find_duplicates_of_the_published_plans() -> None:
+    plans = open_dataset(DATA / "houseexpo" / "plans_33717.jsonl.gz")
+    find_duplicates(plans[:300])  # compiles
+    before, wall = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.perf_counter()
+    found = find_duplicates(plans, threads=THREADS)
+    wall, peak = time.perf_counter() - wall, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    Console().print(
+        f"houseexpo.find_duplicates, {len(plans)} plans, {THREADS} threads: {wall:.1f} s, {len(found)} duplicates, "
+        f"peak {peak / 2**20:.2f} GB ({before / 2**20:.2f} GB before)"
+    )
+    assert sum(duplicate.difference == 0 for duplicate in found) >= 614
+
+
+def _sheet(lines: list[bytes], found: Comparison, most: int = 60) -> None:
     """Draw pairs that are near but not equal, the furthest first."""
     folder = os.environ.get("HOUSEEXPO_BENCH_OUT")
     if folder is None:

@@ -12,18 +12,15 @@ from __future__ import annotations
 
 import hashlib
 import tomllib
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any, Final
 
-import numpy as np
-import numpy.typing as npt
-
-from houseexpo.analysis.similarity import THRESHOLD, compare, comparison_mask, lower_bound
+from houseexpo.analysis.similarity import find_pairs
 from houseexpo.dataset import Dataset
 from houseexpo.dataset.manifest import manifest_path
-from houseexpo.dataset.splits import TRAITS, list_bytes, traits_of
+from houseexpo.dataset.splits import list_bytes
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.progress import watched
 from houseexpo.words import counted
@@ -100,47 +97,22 @@ def _chosen(plans: Dataset, split: str, number: int, workers: int) -> list[str]:
     """Choose by R1 to R3."""
     here = sorted(plans.split(split).ids, key=lambda name: hashlib.sha256(name.encode()).digest())  # R1
     others = sorted({name for listed in plans.splits.values() for name in listed if name in plans} - set(here))
-    rivals = _Seen(plans)
-    if others:  # many, but cached, since `houseexpo split` also compares them
-        known = plans.only(others).derived(TRAITS, traits_of, workers)
-        rivals.add(others, np.array([each["print"] for each in known], np.int32))
+    every = plans.only([*others, *here])
+    repeats: defaultdict[int, set[int]] = defaultdict(set)
+    for pair in find_pairs(every.__getitem__, len(every), threads=workers, label="comparing plans").pairs:
+        repeats[pair.first].add(pair.second)
+        repeats[pair.second].add(pair.first)
+    taken = set(range(len(others)))
     found: list[str] = []
-    for name in watched(here, "choosing plans", len(here)):
+    for i, name in watched(enumerate(here, start=len(others)), "choosing plans", len(here)):
         if len(found) == number:
             break
-        plan = plans[name]
-        if plan.navigability(RADIUS_M).components != 1:  # R2
-            continue
-        own = np.array(traits_of(plan)["print"], np.int32)
-        if not rivals.have(name, own):  # R3
+        if repeats[i].isdisjoint(taken) and plans[name].navigability(RADIUS_M).components == 1:  # R3, R2
             found.append(name)
-            rivals.add([name], own[None])
+            taken.add(i)
     if len(found) < number:
         raise ConfigError(
             f"--plans {number}: list {split!r} of {plans.path} has {counted(len(found), 'plan')} that a robot of "
             f"{RADIUS_M} m can cross and that repeat no other; ask for at most so many"
         )
     return found
-
-
-class _Seen:
-    """Plans that other plans must not repeat (R3)."""
-
-    def __init__(self, plans: Dataset) -> None:
-        self._plans = plans
-        self._ids: list[str] = []
-        self._prints = np.empty((0, 0), np.int32)
-        self._mask = lru_cache(maxsize=256)(lambda name: comparison_mask(plans[name]))
-
-    def add(self, ids: Sequence[str], prints: npt.NDArray[np.int32]) -> None:
-        """Add plans with their fingerprints (n, 129)."""
-        self._prints = np.vstack([self._prints, prints]) if self._ids else prints
-        self._ids += ids
-
-    def have(self, name: str, own: npt.NDArray[np.int32]) -> bool:
-        """Return whether a plan with this fingerprint repeats one of these."""
-        if not self._ids:
-            return False
-        limits = THRESHOLD * np.maximum(own[0], self._prints[:, 0])
-        alike = np.flatnonzero(lower_bound(own, self._prints) <= limits).tolist()
-        return any(compare(self._mask(self._ids[i]), self._mask(name), THRESHOLD) is not None for i in alike)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import shapely
 
+from houseexpo.analysis.geodesic import shortest_way
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.overlay import united
-from pipeline.geometry.paths import plan_path
 from pipeline.geometry.standing import floor_of, standing_pieces
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.connectivity import NO_EVIDENCE, connect
@@ -101,8 +101,8 @@ def test_evidence_elsewhere_moves_no_cut(evidence: Evidence | None) -> None:
 def test_the_pair_of_a_cut_has_a_path_that_goes_through_it() -> None:
     found = connected(before(two_rooms()))
     (pair,) = found.joined
-    path = plan_path(floor_of(found), *pair.points, pair.radius_m, pair.pixels_per_metre)
-    line = shapely.linestrings(path)
+    way = shortest_way(floor_of(found).buffer(-pair.radius_m), *pair.points)
+    line = shapely.linestrings(way.points)
     assert line.intersects(found.passages[0].bridge.strip())
     assert floor_of(found).covers(line.buffer(CONFIG.robot_radius_m - 0.05))
 

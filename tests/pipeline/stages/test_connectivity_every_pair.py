@@ -1,4 +1,4 @@
-"""``connect`` skips pairs that are known to be connected; planning every pair by A* gives the same cuts.
+"""``connect`` skips pairs that are known to be connected; planning every pair gives the same cuts.
 
 The twin below is Algorithm 1, lines 9-17, word for word: no labelling decides whether there is a path.
 """
@@ -6,9 +6,9 @@ The twin below is Algorithm 1, lines 9-17, word for word: no labelling decides w
 import numpy as np
 import pytest
 
+from houseexpo.analysis.geodesic import shortest_way
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.cuts import CutRules, cuts_on_lines
-from pipeline.geometry.paths import standing_grid
 from pipeline.geometry.standing import floor_of, sample, standing_pieces
 from pipeline.stages.connectivity import _joins_pieces, _with_cut, connect
 from pipeline.values import Spaces
@@ -23,7 +23,7 @@ def connect_by_planning_every_pair(spaces: Spaces, config: ConnectivityConfig, r
     points = sample(standing_pieces(floor_of(spaces), radius), config.samples, rng)
     pairs = [(i, j) for i in range(len(points)) for j in range(i + 1, len(points))]
     for i, j in sorted(pairs, key=lambda pair: np.hypot(*(points[pair[0]] - points[pair[1]]))):
-        while standing_grid(floor_of(spaces), radius, config.pixels_per_metre).path(points[i], points[j]) is None:
+        while shortest_way(floor_of(spaces).buffer(-radius), points[i], points[j]) is None:
             floor = floor_of(spaces)
             rules = CutRules(config.cut_width_m, 1.5, only_walls=True)
             pieces = standing_pieces(floor, radius)

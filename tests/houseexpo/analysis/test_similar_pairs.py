@@ -1,15 +1,29 @@
-"""Stage dedupe against the obvious: every pair, under every symmetry, at every position."""
+"""``find_pairs`` against the obvious: every pair, under every symmetry, at every position."""
 
 from __future__ import annotations
 
+from dataclasses import asdict, dataclass
 from itertools import combinations
 
 import numpy as np
 import pytest
 
-from houseexpo.analysis.similarity import SYMMETRIES, crop, transformed
-from pipeline.config import DedupeConfig
-from pipeline.stages.dedupe import Pair, Shapes, compared, dedupe
+from houseexpo.analysis.similarity import (
+    SYMMETRIES,
+    Comparison,
+    Pair,
+    crop,
+    drop_duplicates,
+    find_pairs,
+    transformed,
+)
+
+
+@dataclass(frozen=True)
+class Rules:
+    threshold: float = 0.02
+    symmetries: bool = True
+    shift_px: int = 2
 
 
 def mask(rows: int, cols: int, *bays: tuple[int, int]) -> np.ndarray:
@@ -39,7 +53,7 @@ def street(count: int, seed: int = 0) -> list[np.ndarray]:
     return found
 
 
-def slow(one: np.ndarray, other: np.ndarray, config: DedupeConfig) -> float:
+def slow(one: np.ndarray, other: np.ndarray, config: Rules) -> float:
     """Paint both on a large canvas, at every position that counts."""
     best = 10**9
     for symmetry in SYMMETRIES if config.symmetries else ("identity",):
@@ -54,15 +68,13 @@ def slow(one: np.ndarray, other: np.ndarray, config: DedupeConfig) -> float:
     return best / max(int(one.sum()), int(other.sum()))
 
 
-def pairs(masks: list[np.ndarray], config: DedupeConfig, **options: object) -> tuple[Pair, ...]:
-    return compared(lambda i: masks[i], len(masks), config, **options).pairs  # type: ignore[arg-type]
+def pairs(masks: list[np.ndarray], config: Rules, **options: object) -> tuple[Pair, ...]:
+    return find_pairs(lambda i: masks[i], len(masks), **asdict(config), **options).pairs  # type: ignore[arg-type]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "config", [DedupeConfig(), DedupeConfig(symmetries=False), DedupeConfig(threshold=0.1, shift_px=1)]
-)
-def test_every_pair_within_the_threshold_is_found_and_no_other(config: DedupeConfig) -> None:
+@pytest.mark.parametrize("config", [Rules(), Rules(symmetries=False), Rules(threshold=0.1, shift_px=1)])
+def test_every_pair_within_the_threshold_is_found_and_no_other(config: Rules) -> None:
     masks = street(24)
     differences = {(i, j): slow(masks[i], masks[j], config) for i, j in combinations(range(len(masks)), 2)}
     expected = {pair: d for pair, d in differences.items() if d <= config.threshold}
@@ -72,7 +84,7 @@ def test_every_pair_within_the_threshold_is_found_and_no_other(config: DedupeCon
 
 def test_the_symmetry_takes_the_second_onto_the_first() -> None:
     masks = [ROOM, np.rot90(ROOM)]
-    [pair] = pairs(masks, DedupeConfig())
+    [pair] = pairs(masks, Rules())
     assert pair.difference == 0.0
     np.testing.assert_array_equal(transformed(masks[1], pair.symmetry), masks[0])
 
@@ -85,24 +97,24 @@ def test_crops_may_lie_two_cells_apart_and_no_more(shift: int, same: bool) -> No
     other[0, 30] = other[-1, 30] = True  # a single cell moves the crop at this end
     other = np.pad(other, ((0, shift), (0, 0)))
     other[-1, 30] = True  # and at the other
-    config = DedupeConfig(threshold=5 / one.sum(), symmetries=False)
+    config = Rules(threshold=5 / one.sum(), symmetries=False)
     assert bool(pairs([one, other], config)) is same
 
 
 def test_threads_change_nothing() -> None:
     masks = street(40, seed=1)
-    assert pairs(masks, DedupeConfig(), threads=3) == pairs(masks, DedupeConfig())
+    assert pairs(masks, Rules(), threads=3) == pairs(masks, Rules())
 
 
 def test_plans_that_are_known_are_not_looked_at_again() -> None:
     masks = street(40, seed=2)
-    config = DedupeConfig(threshold=0.05)
-    whole = compared(lambda i: masks[i], len(masks), config)
+    config = Rules(threshold=0.05)
+    whole = find_pairs(lambda i: masks[i], len(masks), **asdict(config))
     old = [i for i in range(len(masks)) if i % 5]
     place = {i: k for k, i in enumerate(old)}
-    first = compared(lambda k: masks[old[k]], len(old), config)
-    known = Shapes(
-        {i: first.prints[place[i]] for i in old},
+    first = find_pairs(lambda k: masks[old[k]], len(old), **asdict(config))
+    known = Comparison(
+        {i: first.fingerprints[place[i]] for i in old},
         tuple(pair._replace(first=old[pair.first], second=old[pair.second]) for pair in first.pairs),
     )
     asked: list[int] = []
@@ -111,38 +123,38 @@ def test_plans_that_are_known_are_not_looked_at_again() -> None:
         asked.append(i)
         return masks[i]
 
-    again = compared(load, len(masks), config, known)
+    again = find_pairs(load, len(masks), **asdict(config), known=known)
     assert again.pairs == whole.pairs
     assert {i for i in range(len(masks)) if not i % 5} <= set(asked)
     assert len(set(asked)) < len(masks)
 
 
-def found(masks: dict[str, np.ndarray], config: DedupeConfig, keep: set[str] = frozenset()) -> list[tuple[str, str]]:  # type: ignore[assignment]
+def found(masks: dict[str, np.ndarray], config: Rules, keep: set[str] = frozenset()) -> list[tuple[str, str]]:  # type: ignore[assignment]
     ids = sorted(masks)
-    return [(d.id, d.kept_id) for d in dedupe(ids, pairs([masks[i] for i in ids], config), keep)]
+    return [(d.id, d.kept_id) for d in drop_duplicates(ids, pairs([masks[i] for i in ids], config), keep)]
 
 
 def test_the_first_of_each_group_is_kept_whatever_the_symmetry() -> None:
-    assert found(MASKS, DedupeConfig()) == [("b", "a"), ("c", "a"), ("e", "a")]
+    assert found(MASKS, Rules()) == [("b", "a"), ("c", "a"), ("e", "a")]
 
 
 def test_a_threshold_of_nothing_asks_for_equal_plans() -> None:
-    assert found(MASKS, DedupeConfig(threshold=0.0)) == [("b", "a"), ("e", "a")]
+    assert found(MASKS, Rules(threshold=0.0)) == [("b", "a"), ("e", "a")]
 
 
 def test_without_symmetries_a_mirrored_house_is_another() -> None:
-    assert found(MASKS, DedupeConfig(symmetries=False)) == [("c", "b")]
+    assert found(MASKS, Rules(symmetries=False)) == [("c", "b")]
 
 
 def test_a_person_keeps_what_they_want() -> None:
-    assert found(MASKS, DedupeConfig(), {"c"}) == [("b", "a"), ("e", "a")]
+    assert found(MASKS, Rules(), {"c"}) == [("b", "a"), ("e", "a")]
 
 
 def test_a_plan_stays_whose_only_likeness_is_dropped() -> None:
     chain = [Pair(0, 1, 0.01, "identity"), Pair(1, 2, 0.01, "identity")]
-    assert [d.id for d in dedupe(["a", "b", "c"], chain)] == ["b"]
+    assert [d.id for d in drop_duplicates(["a", "b", "c"], chain)] == ["b"]
 
 
 @pytest.mark.parametrize("masks", [[], [ROOM], [ROOM[:0, :0], ROOM[:0, :0]]])
 def test_nothing_to_compare(masks: list[np.ndarray]) -> None:
-    assert pairs(masks, DedupeConfig()) == ()
+    assert pairs(masks, Rules()) == ()
