@@ -16,19 +16,16 @@ import difflib
 import hashlib
 import math
 import os
-import tomllib
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal, TypeVar, get_type_hints
+from typing import Any, Literal
 
 import msgspec
 
+from houseexpo.configuration import config_from, of_file, read_toml, typed
 from houseexpo.dataset.manifest import manifest_path
 from houseexpo.errors import ConfigError
 from pipeline.config import PipelineConfig
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -118,7 +115,7 @@ def manifest_file(given: Path) -> Path:
 def _bundled() -> dict[str, Path]:
     """Return the manifests of builds that come with the project, by name."""
     files = sorted(manifest_path("demo").parent.glob("*.toml"))
-    return {file.stem: file for file in files if "." not in file.stem and "build" in load_toml(file)}
+    return {file.stem: file for file in files if "." not in file.stem and "build" in read_toml(file)}
 
 
 def load_config(path: Path) -> BuildConfig:
@@ -129,17 +126,17 @@ def load_config(path: Path) -> BuildConfig:
     ConfigError
         Where it cannot be read, names an unknown key or gives a value of the wrong type.
     """
-    tables = load_toml(path)
+    tables = read_toml(path)
     own = {name: tables.pop(name) for name in ("build", "limits") if name in tables}
-    stages = fill(PipelineConfig, tables, path, beside=("build", "limits"))
-    config = fill(BuildConfig, own, path)
-    if config.build.min_quality > 1:
-        raise ConfigError(f"{path}: build.min_quality = {config.build.min_quality!r}: expected 0 to 1")
-    if config.build.furnished > 1:
-        raise ConfigError(f"{path}: build.furnished = {config.build.furnished!r}: expected 0 to 1")
-    for name, value in asdict(config.limits).items():
-        if not value:  # the system takes a limit of 0 for none
-            raise ConfigError(f"{path}: limits.{name} = {value!r}: expected a number above 0")
+    with of_file(path):
+        stages = config_from(PipelineConfig, tables, convert=checked, beside=("build", "limits"))
+        config = config_from(BuildConfig, own, convert=checked)
+        for name in ("min_quality", "furnished"):
+            if (share := getattr(config.build, name)) > 1:
+                raise ConfigError(f"build.{name} = {share!r}: expected 0 to 1")
+        for name, value in asdict(config.limits).items():
+            if not value:  # the system takes a limit of 0 for none
+                raise ConfigError(f"limits.{name} = {value!r}: expected a number above 0")
     sources = tuple(_from_here(source, path.parent) for source in config.build.sources)
     model_path = folders_in_full(config.build.model_path, path.parent)
     return replace(config, build=replace(config.build, sources=sources, model_path=model_path), stages=stages)
@@ -150,59 +147,16 @@ def folders_in_full(folders: str, here: Path) -> str:
     return os.pathsep.join(str(here.absolute() / folder) for folder in folders.split(os.pathsep) if folder)
 
 
-def load_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file; ConfigError says where it is not one."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read ({error.strerror}); check the path") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: expected TOML, found {error}") from None
+def checked(value: Any, hint: Any, key: str) -> Any:
+    """Return a value of a manifest or of an override as its type; raise ConfigError if it is out of range.
 
-
-def fill(kind: type[T], table: Any, path: Path, at: str = "", beside: Iterable[str] = ()) -> T:
-    """Make a dataclass from a TOML table, dataclasses within it included.
-
-    Parameters
-    ----------
-    at
-        Full name of the table, "" for the file itself.
-    beside
-        Keys that the file may have beside the dataclass's own; they are only suggested.
+    Numbers are finite and not negative; whole numbers but seeds are at least 1.
     """
-    if not isinstance(table, Mapping):
-        raise ConfigError(f"{path}: {at}: expected a table, found {table!r}; write it as [{at}]")
-    hints = get_type_hints(kind)
-    known = [f.name for f in fields(kind)]  # type: ignore[arg-type]  # callers pass dataclasses
-    values = {}
-    for key, value in table.items():
-        name = f"{at}.{key}" if at else key
-        if key not in known:
-            raise ConfigError(f"{path}: unknown key '{name}'; {_nearest(key, [*known, *beside], at)}")
-        hint = hints[key]
-        values[key] = (
-            fill(hint, value, path, name)
-            if isinstance(hint, type) and is_dataclass(hint)
-            else _checked(value, hint, path, name)
-        )
-    return kind(**values)
-
-
-def _nearest(key: str, known: list[str], at: str) -> str:
-    near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)
-    return f"did you mean '{at}.{near[0]}'?" if at else f"did you mean '{near[0]}'?"
-
-
-def _checked(value: Any, hint: Any, path: Path, name: str) -> Any:
-    try:
-        found = msgspec.convert(value, hint)
-    except msgspec.ValidationError as error:
-        text = str(error)
-        raise ConfigError(f"{path}: {name} = {value!r}: {text[0].lower()}{text[1:]}") from None
+    found = typed(value, hint, key)
     if isinstance(found, float) and not (math.isfinite(found) and found >= 0):
-        raise ConfigError(f"{path}: {name} = {value!r}: expected a finite number of at least 0")
-    if isinstance(found, int) and not isinstance(found, bool) and found < (0 if name.endswith("seed") else 1):
-        raise ConfigError(f"{path}: {name} = {value!r}: expected at least {0 if name.endswith('seed') else 1}")
+        raise ConfigError(f"{key} = {value!r}: expected a finite number of at least 0")
+    if isinstance(found, int) and not isinstance(found, bool) and found < (0 if key.endswith("seed") else 1):
+        raise ConfigError(f"{key} = {value!r}: expected at least {0 if key.endswith('seed') else 1}")
     return found
 
 

@@ -34,12 +34,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+from houseexpo.configuration import config_from, of_file, read_toml
 from houseexpo.dataset.manifest import is_bundled
 from houseexpo.dataset.store.folders import overrides_file
 from houseexpo.errors import ConfigError
 from houseexpo.plan.overrides import LISTS, MIN_DOOR_M, NAME, as_list
 from pipeline.config import PipelineConfig
-from pipeline.config_file import fill, load_toml
+from pipeline.config_file import checked
 
 Point = tuple[float, float]
 Segment = tuple[Point, Point]
@@ -130,7 +131,7 @@ def load_overrides(
 
 
 def _read(path: Path) -> Mapping[str, Override]:
-    return {name: _override(name, table, path) for name, table in sorted(load_toml(path).items())}
+    return {name: _override(name, table, path) for name, table in sorted(read_toml(path).items())}
 
 
 def _both(first: Override, second: Override) -> Override:
@@ -157,7 +158,8 @@ def _each_once(first: tuple[_T, ...], second: tuple[_T, ...]) -> tuple[_T, ...]:
 def _override(name: str, table: Any, path: Path) -> Override:
     if isinstance(table, Mapping):
         table = {key: as_list(value, key) if key in LISTS else value for key, value in table.items()}
-    override = fill(Override, table, path, name)
+    with of_file(path):
+        override = config_from(Override, table, name, convert=checked)
     place = f"{path}: {name}"
     if override.keep and override.drop:
         raise ConfigError(f"{place}: expected keep or drop, found both; take one out")

@@ -79,13 +79,14 @@ def _policy(
 
     from houseexpo.commands.given import data_set
     from houseexpo.commands.printing import console
-    from houseexpo.pseudoslam.learning.config import TrainConfig, read_config
+    from houseexpo.configuration import read_config
+    from houseexpo.pseudoslam.learning.config import TrainConfig
     from houseexpo.pseudoslam.learning.needs import need_learn
     from houseexpo.pseudoslam.learning.places import check_options, places_of
 
     need_learn("houseexpo train")
     changes = {"seed": seed, "steps": steps}
-    given = read_config(config) if config else TrainConfig()
+    given = read_config(TrainConfig, config) if config else TrainConfig()
     given = replace(given, **{name: value for name, value in changes.items() if value is not None})  # type: ignore[arg-type]
     try:
         check_options(task, given.environment)
@@ -112,11 +113,11 @@ def _chooser(
 
     from houseexpo.commands.given import data_set
     from houseexpo.commands.printing import console
+    from houseexpo.configuration import read_config
     from houseexpo.pseudoslam.learning.choosing import WEIGHTS, ChoosingConfig, train_chooser
-    from houseexpo.pseudoslam.learning.config import read_toml
     from houseexpo.workers import cores
 
-    given = read_toml(ChoosingConfig, config) if config else ChoosingConfig()
+    given = read_config(ChoosingConfig, config) if config else ChoosingConfig()
     given = given if seed is None else replace(given, seed=seed)
     opened, say = data_set(dataset), partial(console().print, highlight=False, soft_wrap=True)
     threads = threads or cores()

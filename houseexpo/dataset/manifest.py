@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import re
-import tomllib
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
-import msgspec
-
+from houseexpo.configuration import config_from, read_config, typed
 from houseexpo.errors import ConfigError
 
 _HOMES: Final = tuple(Path(__file__).parents[up] / "data_manifests" for up in (1, 2))
 """The folder is part of the package in the wheel, and lies beside it in the repository."""
 
 
-class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+@dataclass(frozen=True)
+class Source:
     """A file to download; ``git_blob`` is the SHA-1 of ``blob <size>``, a zero byte and its bytes."""
 
     file: str
@@ -25,10 +25,11 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def __post_init__(self) -> None:
         _check_name(self.file, "file")
         if not re.fullmatch("[0-9a-f]{40}", self.git_blob):
-            raise ValueError(f"git_blob: expected 40 hex digits, found {self.git_blob!r}")
+            raise ConfigError(f"git_blob: expected 40 hex digits, found {self.git_blob!r}")
 
 
-class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+@dataclass(frozen=True)
+class Manifest:
     """A published data set: an archive of plans, lists of ids, and ids of subsets by name."""
 
     name: str
@@ -38,7 +39,7 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     plans: int
     archive: Source
     lists: tuple[Source, ...] = ()
-    subsets: dict[str, tuple[str, ...]] = {}
+    subsets: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         _check_name(self.name, "name")
@@ -47,18 +48,19 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def _check_name(name: str, key: str) -> None:
     """Raise an error unless ``name`` is the name of a file or folder, without a path."""
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._ -]{0,99}", name):
-        raise ValueError(f"{key}: expected a plain name of letters, digits, '.', '_' and '-', found {name!r}")
+        raise ConfigError(f"{key}: expected a plain name of letters, digits, '.', '_' and '-', found {name!r}")
 
 
 def load_manifest(path: Path | None = None) -> Manifest:
     """Read a manifest, by default that of the published data set; raise ConfigError if it is invalid."""
-    file = manifest_path("houseexpo") if path is None else path
-    try:
-        return msgspec.convert(tomllib.loads(file.read_text(encoding="utf-8")), Manifest)
-    except OSError as error:
-        raise ConfigError(f"{file}: cannot be read ({error.strerror}); check the path") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, msgspec.ValidationError) as error:
-        raise ConfigError(f"{file}: expected the manifest of a published data set, found {error}") from None
+    return read_config(Manifest, manifest_path("houseexpo") if path is None else path, convert=_convert)
+
+
+def _convert(value: Any, hint: Any, key: str) -> Any:
+    """Return a value of a manifest: files to download in a list, or another value as its type."""
+    if hint == tuple[Source, ...] and isinstance(value, list):
+        return tuple(config_from(Source, each, f"{key}[{i}]", convert=typed) for i, each in enumerate(value))
+    return typed(value, hint, key)
 
 
 def manifest_path(name: str) -> Path:

@@ -6,9 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from houseexpo.configuration import config_from
 from houseexpo.dataset import open_dataset
 from houseexpo.plan.json_codec import encode
-from houseexpo.pseudoslam.config.mapping import config_from
 from houseexpo.pseudoslam.learning.config import TrainConfig
 from houseexpo.pseudoslam.learning.places import places_of
 from tests.builders.vectors import hut

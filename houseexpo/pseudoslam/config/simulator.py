@@ -102,13 +102,13 @@ class SimulatorConfig:
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, object]) -> SimulatorConfig:
         """Return the configuration from nested mappings; raise ConfigError for unknown keys and invalid values."""
-        from houseexpo.pseudoslam.config.mapping import config_from
+        from houseexpo.configuration import config_from
 
         return config_from(cls, mapping)
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the configuration as nested mappings of plain values, for ``from_mapping``."""
-        from houseexpo.pseudoslam.config.mapping import mapping_from
+        from houseexpo.configuration import mapping_from
 
         return dict(mapping_from(self))
 

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from houseexpo.configuration import Config, config_from, entries
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.checks import number
-from houseexpo.pseudoslam.config.mapping import Config, config_from, entries
 
 
 class _Key(NamedTuple):

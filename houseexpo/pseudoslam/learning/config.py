@@ -17,17 +17,14 @@ An example, in which missing keys have their defaults::
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any, Literal, TypeVar, get_args
+from typing import Any, Literal, get_args
 
+from houseexpo.configuration import mapping_from
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.checks import above_zero, number, one_of, whole
-from houseexpo.pseudoslam.config.mapping import config_from, mapping_from
 
-Config = TypeVar("Config")
 Network = Literal["cnn", "cnn-lstm"]
 Moves = Literal["discrete", "continuous", "waypoint"]
 Sight = Literal["map", "dict", "scales"]
@@ -196,23 +193,6 @@ class TrainConfig:
         """Return plain values from which ``config_from`` makes the same configuration."""
         record: dict[str, Any] = mapping_from(self)
         return record
-
-
-def read_config(file: Path) -> TrainConfig:
-    """Return the configuration in a TOML file; raise ConfigError, which names file and key, if it is invalid."""
-    return read_toml(TrainConfig, file)
-
-
-def read_toml(kind: type[Config], file: Path) -> Config:
-    """Return a configuration of a given kind, like ``read_config``."""
-    try:
-        return config_from(kind, tomllib.loads(file.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise ConfigError(f"{file}: expected a TOML file, found none that can be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{file}: expected TOML, found {error}") from None
-    except ConfigError as error:
-        raise ConfigError(f"{file}: {error}") from None
 
 
 def _words(value: object, key: str) -> None:

@@ -9,11 +9,11 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
+from houseexpo.configuration import config_from, mapping_from
 from houseexpo.dataset import Dataset
 from houseexpo.dataset.splits import list_bytes
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.mapping import config_from, mapping_from
 from houseexpo.pseudoslam.config.presets import with_preset
 from houseexpo.pseudoslam.envs.vector import (
     ExplorationVectorEnv,

@@ -16,9 +16,9 @@ import torch
 from gymnasium import spaces
 from stable_baselines3.common.distributions import Distribution
 
+from houseexpo.configuration import config_from
 from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.files import as_json, write_whole
-from houseexpo.pseudoslam.config.mapping import config_from
 from houseexpo.pseudoslam.learning.config import TrainConfig
 from houseexpo.pseudoslam.learning.damage import DAMAGED
 from houseexpo.pseudoslam.learning.memory import States

@@ -49,7 +49,7 @@ def test_without_the_extra_a_line_says_what_to_install(tmp_path: Path, monkeypat
     [
         (["--seed", "-1"], "seed: expected a whole number of at least 0"),
         (["--steps", "0"], "steps: expected a whole number of at least 1"),
-        (["--config", "none.toml"], "none.toml: expected a TOML file, found none"),
+        (["--config", "none.toml"], "none.toml: cannot be read"),
     ],
 )
 def test_what_cannot_be_is_refused_before_a_run_begins(

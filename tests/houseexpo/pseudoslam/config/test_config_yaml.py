@@ -110,7 +110,7 @@ def test_a_published_file_can_be_simulated(tmp_path: Path) -> None:
         ),
         (
             changed(robotSize=1),
-            "unknown key 'robotSize'; known: json_dir, map_id_set, meter2pixel, mode, obstacle, robot",
+            "unknown key 'robotSize'; did you mean 'robotRadius'? Known: json_dir, map_id_set, meter2pixel, mode",
         ),
         (
             changed(laser={"reach": 5}),
@@ -128,8 +128,11 @@ def test_a_published_file_can_be_simulated(tmp_path: Path) -> None:
             "obstacle.number: obstacles.random.number: expected whole numbers, found (2.5",
         ),
         (changed(stepLength={"linear": None}), "stepLength.linear: expected a finite number, found None"),
-        ({"robot": {"radius": 0.2}}, "unknown key 'robot.radius'; known: robot.radius_m, robot.step_m, robot.turn_deg"),
-        ({"robots": 2}, "unknown key 'robots'; known: pixels_per_metre, robot, laser, noise"),
+        (
+            {"robot": {"radius": 0.2}},
+            "unknown key 'robot.radius'; did you mean 'robot.radius_m'? Known: robot.radius_m, robot.step_m",
+        ),
+        ({"robots": 2}, "unknown key 'robots'; did you mean 'robot'? Known: pixels_per_metre, robot, laser, noise"),
         ({"robot": {"radius_m": "wide"}}, "robot.radius_m: expected a finite number, found 'wide'"),
         ({"known_map": "yes, please"}, "known_map: expected true or false, found 'yes, please'"),
         ({"trajectories": 3}, "trajectories: expected a list, found 3"),

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
+from houseexpo.configuration import config_from, read_config
 from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError, MissingDependencyError
-from houseexpo.pseudoslam.config.mapping import config_from
 from houseexpo.pseudoslam.learning import needs
-from houseexpo.pseudoslam.learning.config import EnvironmentConfig, TrainConfig, read_config
+from houseexpo.pseudoslam.learning.config import EnvironmentConfig, TrainConfig
 from houseexpo.pseudoslam.learning.curves import Curve
 from houseexpo.pseudoslam.learning.places import check_options, environments, places_of, simulator_of
 from houseexpo.pseudoslam.tasks import ROOM, ObstacleAvoidance
@@ -25,13 +25,13 @@ ROOT = Path(__file__).parents[4]
 def read(tmp_path: Path, text: str) -> TrainConfig:
     file = tmp_path / "run.toml"
     file.write_text(text)
-    return read_config(file)
+    return read_config(TrainConfig, file)
 
 
 def test_what_a_file_leaves_out_keeps_its_default(tmp_path: Path) -> None:
     found = read(tmp_path, 'steps = 5000\n[environment]\ntask = { reward = "coverage" }\n')
     assert found == TrainConfig(steps=5000, environment=EnvironmentConfig(task={"reward": "coverage"}))
-    assert read_config(write_tiny(tmp_path)) == tiny()
+    assert read_config(TrainConfig, write_tiny(tmp_path)) == tiny()
 
 
 def test_a_record_gives_the_configuration_again() -> None:
@@ -41,7 +41,7 @@ def test_a_record_gives_the_configuration_again() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("stepps = 1", "unknown key 'stepps'; known: steps"),
+        ("stepps = 1", "unknown key 'stepps'; did you mean 'steps'?"),
         ("[ppo]\nlr = 1", "unknown key 'ppo.lr'; known: ppo.learning_rate"),
         ("steps = 0", "steps: expected a whole number of at least 1, found 0"),
         ("seed = -1", "seed: expected a whole number of at least 0, found -1"),
@@ -61,19 +61,19 @@ def test_what_cannot_be_is_named_with_its_file(tmp_path: Path, text: str, said: 
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match=r"none.toml: expected a TOML file, found none"):
-        read_config(tmp_path / "none.toml")
+    with pytest.raises(ConfigError, match=r"none.toml: cannot be read"):
+        read_config(TrainConfig, tmp_path / "none.toml")
 
 
 @pytest.mark.parametrize("name", ["avoidance", "exploration"])
 def test_the_papers_experiments_can_be_read(name: str) -> None:
-    found = read_config(ROOT / "experiments" / f"{name}.toml")
+    found = read_config(TrainConfig, ROOT / "experiments" / f"{name}.toml")
     check_options(name, found.environment)
     assert (found.policy, found.memory) == ("cnn-lstm", 128)
     assert simulator_of(name, found.environment).max_steps == 200
     if name == "avoidance":
         assert simulator_of(name, found.environment).obstacles == ObstacleAvoidance.default.obstacles
-    without = read_config(ROOT / "experiments" / f"{name}-cnn.toml")
+    without = read_config(TrainConfig, ROOT / "experiments" / f"{name}-cnn.toml")
     assert without == replace(found, policy="cnn"), "all but the network is the same"
 
 

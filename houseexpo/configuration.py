@@ -1,0 +1,159 @@
+"""Read configurations: TOML files and nested mappings, made into frozen dataclasses and back.
+
+A dataclass describes a table: its fields are the keys, with their types and defaults. Fields may be dataclasses, which
+are tables in it. Unknown keys are refused. Every error names the key with its tables: ``planes.door_m``.
+"""
+
+from __future__ import annotations
+
+import tomllib
+import types
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import MISSING, fields, is_dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import msgspec
+
+from houseexpo.errors import ConfigError
+
+Config = TypeVar("Config")
+Convert = Callable[[Any, Any, str], Any]
+"""A function that converts a value to a type, given the value, the type and the key."""
+
+
+def read_toml(file: Path) -> dict[str, Any]:
+    """Return the contents of a TOML file; raise ConfigError if it cannot be read or is not TOML."""
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(f"{file}: cannot be read ({error.strerror}); check the path") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{file}: expected TOML, found {error}") from None
+
+
+def read_config(kind: type[Config], file: Path, *, convert: Convert | None = None) -> Config:
+    """Return the configuration in a TOML file (``config_from``); errors name the file."""
+    found = read_toml(file)
+    with of_file(file):
+        return config_from(kind, found, convert=convert)
+
+
+@contextmanager
+def of_file(file: object) -> Iterator[None]:
+    """Put the name of a file before the message of a ConfigError."""
+    try:
+        yield
+    except ConfigError as error:
+        raise ConfigError(f"{file}: {error}") from None
+
+
+def config_from(
+    kind: type[Config], value: object, key: str = "", *, convert: Convert | None = None, beside: Iterable[str] = ()
+) -> Config:
+    """Return a configuration from nested mappings; missing keys keep their defaults.
+
+    Parameters
+    ----------
+    kind
+        A dataclass. A field whose type is a union of dataclasses is a mapping with one entry, named after one of them:
+        ``{"circle": {"radius_m": 0.3}}``.
+    key
+        The key of ``value``, for messages.
+    convert
+        A function for the values of fields that are not dataclasses, such as ``typed``. By default, lists become
+        tuples, true and false are checked, and everything else is left to the dataclass.
+    beside
+        Keys that may stand beside those of the dataclass; they are only suggested.
+
+    Raises
+    ------
+    ConfigError
+        A key is unknown or missing, or a value is invalid.
+    """
+    names = [f.name for f in fields(kind)]  # type: ignore[arg-type]  # a dataclass
+    hints = get_type_hints(kind)
+    given = {
+        name: _made(hints[name], part, _join(key, name), convert) for name, part in entries(value, key, names, beside)
+    }
+    for f in fields(kind):  # type: ignore[arg-type]
+        if f.name not in given and f.default is MISSING and f.default_factory is MISSING:
+            raise ConfigError(f"{_join(key, f.name)}: expected a value, found none")
+    return kind(**given)
+
+
+def mapping_from(value: object) -> Any:  # a mapping for a configuration, a list for a tuple
+    """Return plain values from which ``config_from`` makes the same configuration."""
+    if is_dataclass(value):
+        hints = get_type_hints(type(value))
+        return {f.name: _plain(getattr(value, f.name), hints[f.name]) for f in fields(value)}
+    return [mapping_from(part) for part in value] if isinstance(value, tuple) else value
+
+
+def entries(value: object, key: str, known: Iterable[str], beside: Iterable[str] = ()) -> list[tuple[str, object]]:
+    """Return the entries of a mapping; raise ConfigError if it is not a mapping or has an unknown key."""
+    known = list(known)
+    if not isinstance(value, Mapping):
+        raise ConfigError(f"{key or 'configuration'}: expected a mapping of {', '.join(known)}; found {value!r}")
+    for name in value:
+        if name not in known:
+            near = get_close_matches(str(name), [*known, *beside], n=1, cutoff=0.5)
+            advice = f"did you mean {_join(key, near[0])!r}? Known: " if near else "known: "
+            raise ConfigError(
+                f"unknown key {_join(key, str(name))!r}; {advice}{', '.join(_join(key, one) for one in known)}"
+            )
+    return list(value.items())
+
+
+def typed(value: Any, hint: Any, key: str) -> Any:
+    """Return a value converted to a type; raise ConfigError if it has another one."""
+    try:
+        return msgspec.convert(value, hint)
+    except msgspec.ValidationError as error:
+        text = str(error)
+        raise ConfigError(f"{key} = {value!r}: {text[0].lower()}{text[1:]}") from None
+
+
+def _made(hint: Any, value: object, key: str, convert: Convert | None) -> Any:
+    """Return the value of a field."""
+    if is_dataclass(hint):
+        return config_from(hint, value, key, convert=convert)  # type: ignore[arg-type]  # a dataclass, no object
+    if convert is not None:
+        return convert(value, hint, key)
+    if kinds := _alternatives(hint):
+        return _one_of(kinds, value, key)
+    if get_origin(hint) in {Union, types.UnionType}:
+        return None if value is None else _made(get_args(hint)[0], value, key, None)
+    if get_origin(hint) is tuple:
+        if not isinstance(value, list | tuple):
+            raise ConfigError(f"{key}: expected a list, found {value!r}")
+        kind = get_args(hint)[0]
+        return tuple(_made(kind, part, f"{key}[{i}]", None) for i, part in enumerate(value))
+    if hint is bool and not isinstance(value, bool):
+        raise ConfigError(f"{key}: expected true or false, found {value!r}")
+    return value
+
+
+def _alternatives(hint: Any) -> dict[str, type]:
+    """Return the dataclasses of a union by their names in a mapping, none if the type is something else."""
+    kinds = get_args(hint) if get_origin(hint) in {Union, types.UnionType} else ()
+    return {kind.__name__.lower(): kind for kind in kinds} if kinds and all(map(is_dataclass, kinds)) else {}
+
+
+def _one_of(kinds: Mapping[str, type], value: object, key: str) -> object:
+    found = entries(value, key, kinds)
+    if len(found) != 1:
+        raise ConfigError(f"{key}: expected one of {', '.join(kinds)}; found {len(found)} of them")
+    name, parts = found[0]
+    return config_from(kinds[name], parts, _join(key, name))
+
+
+def _plain(value: object, hint: Any) -> Any:
+    """Return the value of a field as plain values; one of several dataclasses is named."""
+    return {type(value).__name__.lower(): mapping_from(value)} if _alternatives(hint) else mapping_from(value)
+
+
+def _join(key: str, name: str) -> str:
+    return f"{key}.{name}" if key else name
