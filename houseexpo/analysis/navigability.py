@@ -1,18 +1,34 @@
-"""Measure which areas a disc robot of a given radius can reach."""
+"""Measure which areas a disc robot can reach: the areas in which its centre can be, and their bottlenecks.
+
+A disc of a given radius can be where its centre is at least that far from all walls. These areas are the free space,
+eroded by the radius. They are in several pieces if a passage between them is too narrow.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cache
-from typing import TYPE_CHECKING
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Final, NamedTuple
 
-from houseexpo.analysis.standing import Piece, Standing, eroded, straightened
+import numpy as np
+
+from houseexpo.analysis.passages import Floats, find_passages
 from houseexpo.errors import PlanError
 from houseexpo.plan import RADII_M, Navigability, PlanData, Reach
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
+
+SPECK_M2: Final = 0.1
+"""Smaller pieces, in m2, are neither counted nor measured."""
+
+_JAG_M: Final = 0.01  # steps of published rings; without them, buffering takes a twentieth of the time
+_STEP_M: Final = 0.05  # step of radii in the search for a split
+_EXACT_M: Final = 0.0025  # precision of the split's radius: half a centimetre of width
+_ROUND: Final = 0.01  # arcs of a buffer are polygons, so that a passage may appear wider by half this share
+_COMMON_M: Final = 1.2  # most spaces split at a narrower passage; wider ones of the others are found on request
+_SPECK_RADIUS_M: Final = (SPECK_M2 / np.pi) ** 0.5
 
 
 def navigability(space: PlanData | Polygon | MultiPolygon, radii: Sequence[float] = RADII_M) -> Reach:
@@ -38,23 +54,146 @@ def navigability(space: PlanData | Polygon | MultiPolygon, radii: Sequence[float
     """
     if odd := [radius for radius in radii if not 0 <= radius < math.inf]:
         raise PlanError(f"expected radii of 0 m or more, found {odd[0]!r}", "navigability")
-    standing = Standing(straightened(space.free_space if isinstance(space, PlanData) else space))
+    standing = _Pieces(straightened(space.free_space if isinstance(space, PlanData) else space))
     said = cache(Navigability)  # most radii of a plan have the same figures
     found = {}
     for radius in radii:
-        pieces = standing.pieces(radius)
+        pieces = standing.at(radius)
         narrowest = standing.width(pieces[0], radius) if pieces else 0.0
         found[f"{radius:.2f}"] = said(len(pieces), _largest_share(pieces), round(narrowest, 2))
     return Reach(found)
 
 
 def standing_pieces(space: Polygon | MultiPolygon, radius_m: float) -> list[Polygon]:
-    """Return the areas in which the centre of a disc can be, the largest first, without those under 0.1 m2."""
-    return eroded(straightened(space), radius_m)
+    """Return the areas in which the centre of a disc can be, the largest first, without those under 0.1 m2.
+
+    Walls are first straightened by at most 0.01 m.
+    """
+    return erode(straightened(space), radius_m)
 
 
-def _largest_share(pieces: Sequence[Piece]) -> float:
+def straightened(shape: Polygon | MultiPolygon) -> Polygon | MultiPolygon:
+    """Return the shape with walls straightened by at most 0.01 m; it is valid and keeps all parts and holes."""
+    quick = shape.simplify(_JAG_M, preserve_topology=False)  # seven times faster, but may lose thin parts
+    if shape.geom_type != "Polygon" or quick.geom_type != "Polygon" or quick.is_empty:
+        return shape.simplify(_JAG_M)
+    alike = len(shape.interiors) == len(quick.interiors) and abs(shape.area - quick.area) < _JAG_M * shape.length
+    return quick if alike else shape.simplify(_JAG_M)
+
+
+def erode(shape: Polygon | MultiPolygon, radius: float, least_m2: float = SPECK_M2) -> list[Polygon]:
+    """Return the areas in which the centre of a disc can be, the largest first, without those under ``least_m2``."""
+    import shapely
+
+    found = shapely.buffer(shape, -radius, quad_segs=8)
+    if found.geom_type == "Polygon":  # the common case, faster than what follows
+        return [found] if found.area >= least_m2 else []
+    parts = shapely.get_parts(found)
+    areas = shapely.area(parts)
+    return [parts[i] for i in np.argsort(-areas, kind="stable") if areas[i] >= least_m2]
+
+
+class _Piece(NamedTuple):
+    """A connected piece, already eroded by ``radius``, which is 0.0 if the piece need not be eroded as it is whole."""
+
+    polygon: Polygon
+    radius: float
+
+
+class _Pieces:
+    """The pieces of a free space for any radius. Radii share results, since most have the same bottleneck.
+
+    Erosions take most of the time. Between the widths of passages (``analysis.passages``) no piece splits, so that most
+    erosions can be skipped.
+    """
+
+    def __init__(self, shape: Polygon | MultiPolygon) -> None:
+        self._shape = shape
+        self._passages, self._widest_m = find_passages(shape, _COMMON_M), _COMMON_M
+        self._eroded: dict[float, list[Polygon]] = {}
+        self._known: list[tuple[float, float, Polygon]] = []  # (from radius, split at radius, the piece at from)
+
+    def at(self, radius: float) -> list[_Piece]:
+        """Return the pieces at this radius (metres), the largest first."""
+        if radius < self._whole_to:
+            return [_Piece(self._shape, 0.0)]
+        return [_Piece(polygon, radius) for polygon in self._erode(radius)]
+
+    def width(self, piece: _Piece, radius: float) -> float:
+        """Return twice the radius at which the piece splits, or the diameter of the widest disc if it never does."""
+        for start, split, whole in self._known:
+            if start <= radius < split and (whole is piece.polygon or _holds(whole, piece.polygon)):
+                return 2.0 * split
+        split = self._split(piece, radius)
+        self._known.append((radius, split, piece.polygon))
+        return 2.0 * split
+
+    @cached_property
+    def _whole_to(self) -> float:
+        """Return a radius, metres, up to which the space is certainly one piece that is large enough to count."""
+        import shapely
+
+        if self._shape.geom_type != "Polygon":
+            return -1.0
+        room = shapely.distance(self._shape.boundary, self._shape.representative_point())
+        narrowest = min([self._widest_m / 2.0, *self._passages.radius[:1]])
+        return float(min(room - _SPECK_RADIUS_M, narrowest * (1.0 - _ROUND)))
+
+    def _split(self, piece: _Piece, radius: float) -> float:
+        import shapely
+
+        passages, low = self._through(piece, radius), radius
+        while True:
+            high = low + _STEP_M
+            if high * (1.0 + _ROUND) > self._widest_m / 2.0:
+                self._passages, self._widest_m = find_passages(self._shape), np.inf
+                passages = self._through(piece, radius)
+            ahead = passages[passages > low * (1.0 - _ROUND)]
+            none = not ahead.size and np.isinf(self._widest_m)
+            count = self._count(piece, high) if ahead.size and ahead[0] < high * (1.0 + _ROUND) else 1
+            if count > 1:
+                return self._narrowed(piece, ahead, low * (1.0 - _ROUND), high * (1.0 + _ROUND))
+            if count == 0 or none:
+                disc = shapely.maximum_inscribed_circle(piece.polygon, tolerance=_EXACT_M)
+                return piece.radius + float(disc.length)
+            low = high
+
+    def _through(self, piece: _Piece, radius: float) -> Floats:
+        """Return the radii of the passages of a piece, ascending; the piece may end at one that is equally wide."""
+        import shapely
+
+        middles = shapely.points(self._passages.middle)
+        inside = shapely.dwithin(piece.polygon, middles, _ROUND * radius)
+        return np.asarray(self._passages.radius[inside])
+
+    def _narrowed(self, piece: _Piece, passages: Floats, low: float, high: float) -> float:
+        """Return the radius, between two radii, at which the piece splits because one of its passages closes."""
+        while high - low > _EXACT_M:
+            between = passages[(passages > low) & (passages < high)]
+            first, last = (between[0], between[-1]) if between.size else (low, high)
+            middle = float(first + last) / 2.0
+            if between.size and last - first < _EXACT_M:
+                return middle
+            low, high = (low, middle) if self._count(piece, middle) > 1 else (middle, high)
+        return (low + high) / 2.0
+
+    def _count(self, piece: _Piece, radius: float) -> int:
+        return sum(_holds(piece.polygon, part) for part in self._erode(radius))
+
+    def _erode(self, radius: float) -> list[Polygon]:
+        radius = round(radius, 6)
+        if radius not in self._eroded:
+            self._eroded[radius] = erode(self._shape, radius)
+        return self._eroded[radius]
+
+
+def _largest_share(pieces: Sequence[_Piece]) -> float:
     """Return the share of the largest piece, which comes first, in the area of all."""
     if len(pieces) <= 1:
         return float(len(pieces))
     return round(float(pieces[0].polygon.area / sum(piece.polygon.area for piece in pieces)), 4)
+
+
+def _holds(whole: Polygon, part: Polygon) -> bool:
+    """Return whether a piece at a greater radius is part of ``whole``."""
+    return bool(whole.covers(part.representative_point()))

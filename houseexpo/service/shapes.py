@@ -9,8 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from houseexpo.analysis.geodesic import shortest_way
-from houseexpo.analysis.navigability import navigability, standing_pieces
-from houseexpo.analysis.standing import straightened
+from houseexpo.analysis.navigability import navigability, standing_pieces, straightened
 from houseexpo.analysis.walls import walls_around
 from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.floorplan import FloorPlan

@@ -8,12 +8,14 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from houseexpo.analysis.navigability import erode
 from pipeline.geometry.bridge import strips_of
-from pipeline.geometry.overlay import polygons_of, united
+from pipeline.geometry.overlay import united
 from pipeline.geometry.spaces import Spaces
 from pipeline.geometry.walls import close_cracks
 
 SPECK_M2 = 1e-3
+"""Smaller pieces, in m2, need no door; those that a plan counts have 0.1 m2 (``houseexpo.navigability``)."""
 LAP_M = 0.01
 SEAM_M = 1e-3
 """Rooms that meet without a wall may stand so far apart by rounding."""
@@ -27,9 +29,8 @@ def floor_of(spaces: Spaces) -> BaseGeometry:
 
 
 def standing_pieces(floor: BaseGeometry, radius_m: float) -> list[Polygon]:
-    """Connected pieces of the disc centre's space, largest first; specks of a few square centimetres are left out."""
-    pieces = polygons_of(shapely.buffer(floor, -radius_m, quad_segs=8))
-    return [p for p in pieces if p.area > SPECK_M2]
+    """Return the areas in which the centre of a disc can be, the largest first, without those under 10 cm2."""
+    return sorted(erode(floor, radius_m, SPECK_M2), key=lambda piece: (-piece.area, piece.bounds))
 
 
 def sample(pieces: list[Polygon], count: int, rng: np.random.Generator) -> npt.NDArray[np.float64]:

@@ -6,8 +6,7 @@ import pytest
 import shapely
 
 from houseexpo.analysis.graph import OUTSIDE, rooms_graph
-from houseexpo.analysis.navigability import navigability, standing_pieces
-from houseexpo.analysis.standing import SPECK_M2
+from houseexpo.analysis.navigability import SPECK_M2, navigability, standing_pieces
 from houseexpo.drawing import svg
 from houseexpo.errors import PlanError
 from houseexpo.floorplan import decode

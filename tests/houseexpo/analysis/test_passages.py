@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.analysis.navigability import navigability
+from houseexpo.analysis.navigability import SPECK_M2, _Pieces, erode, navigability, straightened
 from houseexpo.analysis.passages import find_passages
-from houseexpo.analysis.standing import SPECK_M2, Standing, eroded, straightened
 from houseexpo.floorplan import decode
 
 
@@ -81,10 +80,10 @@ def test_agrees_with_every_pair_looked_at_in_published_plans(published_lines):
 
 def stepped(space: shapely.Geometry, radius: float) -> float:
     """The narrowest passage of the biggest piece, by eroding step by step and halving steps; nothing is left out."""
-    (piece, *_) = eroded(space, radius)
+    (piece, *_) = erode(space, radius)
 
     def count(at: float) -> int:
-        return sum(piece.covers(part.representative_point()) for part in eroded(space, at))
+        return sum(piece.covers(part.representative_point()) for part in erode(space, at))
 
     low, high = radius, radius + 0.05
     while (parts := count(high)) == 1:
@@ -102,7 +101,7 @@ def test_agrees_with_erosion_step_by_step(published_lines):
         space = straightened(plan.free_space)
         for radius in (0.1, 0.3):
             found = navigability(plan, (radius,))[f"{radius:.2f}"]
-            parts = eroded(space, radius)
+            parts = erode(space, radius)
             assert found.components == len(parts), plan.id
             if parts:
                 share = parts[0].area / sum(part.area for part in parts)
@@ -111,11 +110,11 @@ def test_agrees_with_erosion_step_by_step(published_lines):
 
 
 def test_radii_share_what_they_find():
-    standing = Standing(two_rooms(0.8))
+    standing = _Pieces(two_rooms(0.8))
     for radius in (0.1, 0.2, 0.35):
-        (piece,) = standing.pieces(radius)
+        (piece,) = standing.at(radius)
         assert standing.width(piece, radius) == pytest.approx(0.8, abs=1e-6)
-    parts = standing.pieces(0.45)
+    parts = standing.at(0.45)
     assert [piece.radius for piece in parts] == [0.45, 0.45]
     assert standing.width(parts[0], 0.45) == pytest.approx(4.0, abs=0.01)
 
@@ -126,7 +125,7 @@ def test_nothing_stands_in_nothing(space):
 
 
 def test_a_space_too_small_to_stand_in_has_no_pieces():
-    assert Standing(shapely.box(0, 0, 0.3, 0.3)).pieces(0.05) == []  # 0.04 m2 is left: a speck
+    assert _Pieces(shapely.box(0, 0, 0.3, 0.3)).at(0.05) == []  # 0.04 m2 is left: a speck
     assert SPECK_M2 > 0.04
 
 
