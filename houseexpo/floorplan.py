@@ -18,8 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.plan import json_codec
-from houseexpo.plan.model import PlanData
-from houseexpo.plan.moving import moved
+from houseexpo.plan.model import PlanData, move
 from houseexpo.plan.parts import Navigability, Reach
 from houseexpo.plan.repair import even_odd
 
@@ -32,8 +31,7 @@ if TYPE_CHECKING:
 
     from houseexpo.analysis.features import Layer
     from houseexpo.grids.frame import GridFrame
-    from houseexpo.plan.parts import Box, Door, Frame, PlanObject, Room
-    from houseexpo.plan.quality import Quality
+    from houseexpo.plan.parts import Box, Door, Frame, PlanObject, Quality, Room
 
 
 def decode(data: bytes | str) -> FloorPlan:
@@ -105,7 +103,7 @@ class FloorPlan(PlanData):
 
     def moved(self, dx: float, dy: float) -> FloorPlan:
         """Return the plan shifted by (dx, dy) metres; its frame is adjusted to map to the same place in the source."""
-        return moved(self, dx, dy)
+        return move(self, dx, dy)
 
     def centred(self) -> FloorPlan:
         """Return the plan with its origin at the centroid of the free space, as the paper's text defines it."""

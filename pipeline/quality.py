@@ -19,7 +19,7 @@ from typing import Final
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import explanations
-from houseexpo.plan.quality import Quality
+from houseexpo.plan.parts import Quality
 from pipeline.rejection import Reason, Rejection
 
 _DIGITS: Final = 4

@@ -18,7 +18,7 @@ from rich.table import Table
 from rich.text import Text
 
 from houseexpo.plan import explanations
-from houseexpo.plan.quality import SURE
+from houseexpo.plan.parts import SURE
 from houseexpo.words import counted
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.entry import Entry, Refused

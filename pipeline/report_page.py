@@ -24,7 +24,7 @@ from houseexpo.errors import HouseExpoError
 from houseexpo.files import write_whole
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan import explanations
-from houseexpo.plan.quality import SURE
+from houseexpo.plan.parts import SURE
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.build import Progress
 from pipeline.batch.entry import Refused

@@ -10,7 +10,7 @@ import pytest
 
 from houseexpo.plan import DoorKind
 from houseexpo.plan.categories import LABELS, UNLABELLED
-from houseexpo.plan.json_keys import Published
+from houseexpo.plan.json_codec import Published
 from houseexpo.plan.schema import schema
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -15,7 +15,7 @@ from houseexpo.words import counted
 if TYPE_CHECKING:
     from houseexpo.dataset import Dataset
     from houseexpo.floorplan import FloorPlan
-    from houseexpo.plan.quality import Quality
+    from houseexpo.plan.parts import Quality
 
 
 def info(
@@ -69,7 +69,7 @@ def _of_data_set(plans: Dataset) -> list[_Row]:
 
 def _quality(scores: list[float | None]) -> list[_Row]:
     """Return the row on the plans' quality scores, none if no plan has one."""
-    from houseexpo.plan.quality import SURE
+    from houseexpo.plan.parts import SURE
 
     known = [score for score in scores if score is not None]
     doubtful = sum(score < SURE for score in known)

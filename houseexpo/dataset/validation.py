@@ -1,45 +1,226 @@
-"""Check a data set: every plan against the schema and the rules of the format, and a folder against its manifest."""
+"""Check a data set: every plan against the schema and the rules of the format, and a folder against its manifest.
+
+A rule is a function ``_check_<rule>`` that yields a plan's violations; the first line of its docstring describes it.
+"""
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain, islice
+from math import dist
 from pathlib import Path, PurePosixPath
 from typing import Any, Final
 
 import msgspec
+import numpy as np
 
 from houseexpo.dataset.store import files_at
 from houseexpo.dataset.store.records import Record, records
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.files import sha256_of
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.plan.rules import parts, rings
-from houseexpo.plan.rules.rings import Broken
+from houseexpo.plan.categories import LABELS
+from houseexpo.plan.parts import RADII_M, Ring, signed_area
 from houseexpo.processes import in_chunks, in_processes
 from houseexpo.progress import watched
+
+Broken = tuple[str, str]
+"""A violation: the key, and what was expected and found."""
+
+_CORNER: Final = (0.1, 0.1)
+_CM: Final = 0.01
+_EPS: Final = 1e-6  # metres: coordinates that differ by less are equal
+_TILE_M2: Final = 0.05  # rooms and doors cover the free space up to this area
+_SPECK_M2: Final = 0.01  # the area that rounding to centimetres moves along a wall
+_PUBLISHED_ID: Final = re.compile(r"[0-9a-f]{32}")
+_RADII: Final = frozenset(f"{radius:.2f}" for radius in RADII_M)
+_CHUNK: Final = 256
+_FEW: Final = 1024  # for fewer plans, starting a second process takes longer than the check
+
+
+def _rings(plan: FloorPlan) -> Iterator[tuple[str, Ring, bool]]:
+    """Yield every ring of a plan: its key, its vertices, and whether it runs clockwise (holes do not)."""
+    yield "verts", plan.verts, True
+    yield from ((f"holes[{i}]", hole, False) for i, hole in enumerate(plan.holes))
+
+
+def _check_grid(plan: FloorPlan) -> Iterator[Broken]:
+    """Coordinates of every ring lie on the 1 cm grid."""
+    parts = [(f"rooms[{i}].polygon", room.ring) for i, room in enumerate(plan.rooms)]
+    parts += [(f"rooms[{i}].holes[{k}]", h) for i, room in enumerate(plan.rooms) for k, h in enumerate(room.holes)]
+    parts += [(f"doors[{i}].polygon", door.ring) for i, door in enumerate(plan.doors)]
+    parts += [(f"objects[{i}].polygon", thing.ring) for i, thing in enumerate(plan.objects)]
+    for key, ring in [*((key, ring) for key, ring, _ in _rings(plan)), *parts]:
+        cells = ring * 100
+        off = np.abs(cells - np.round(cells)).max(axis=1) > _EPS
+        if off.any():
+            row = int(off.argmax())
+            yield f"{key}[{row}]", f"expected whole centimetres, found {ring[row].tolist()}"
+
+
+def _check_origin(plan: FloorPlan) -> Iterator[Broken]:
+    """``min(verts)`` is (0.1, 0.1)."""
+    low = plan.bbox[:2]
+    if max(abs(low[0] - _CORNER[0]), abs(low[1] - _CORNER[1])) > _EPS:
+        yield "verts", f"expected the least x and y to be {_CORNER}, found {low}"
+
+
+def _check_direction(plan: FloorPlan) -> Iterator[Broken]:
+    """``verts`` runs clockwise, holes counter-clockwise (x right, y up)."""
+    for key, ring, clockwise in _rings(plan):
+        area = signed_area(ring)
+        if (area < 0) is not clockwise:
+            yield (
+                key,
+                f"expected {'clockwise' if clockwise else 'counter-clockwise'}, found a signed area of {area:.2f}",
+            )
+
+
+def _check_directions(plan: FloorPlan) -> Iterator[Broken]:
+    """Edges of a published ring are axis-parallel or at 45 degrees."""
+    across, up = np.abs(_edges(plan.verts)).T
+    odd = (across > _EPS) & (up > _EPS) & (np.abs(across - up) > _EPS)
+    if odd.any():
+        row = int(odd.argmax())
+        yield f"verts[{row}]", f"expected edges along an axis or at 45 degrees, found ({across[row]:g}, {up[row]:g})"
+
+
+def _check_repeated(plan: FloorPlan) -> Iterator[Broken]:
+    """No vertex is repeated by the next one."""
+    for key, ring, _ in _rings(plan):
+        same = (np.abs(_edges(ring)) < _EPS).all(axis=1)
+        if same.any():
+            yield f"{key}[{int(same.argmax())}]", "expected vertices that differ from the next, found the same twice"
+
+
+def _check_collinear(plan: FloorPlan) -> Iterator[Broken]:
+    """No vertex of a plan of ours lies on the line between its neighbours."""
+    for key, ring, _ in _rings(plan):
+        after = _edges(ring)
+        before = np.roll(after, 1, axis=0)
+        straight = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]) < _EPS
+        if straight.any():
+            yield f"{key}[{int(straight.argmax())}]", "expected a corner, found a vertex between two others in line"
+
+
+def _check_identity(plan: FloorPlan) -> Iterator[Broken]:
+    """A published id has 32 hex digits."""
+    if not _PUBLISHED_ID.fullmatch(plan.id):
+        yield "id", f"expected 32 hex digits, found {plan.id!r}"
+
+
+def _check_count(plan: FloorPlan) -> Iterator[Broken]:
+    """``room_num`` is 1 or more, and a published ring has 4 vertices or more."""
+    if plan.room_num < 1:
+        yield "room_num", f"expected 1 or more, found {plan.room_num}"
+    if len(plan.verts) < 4 and not plan.rooms:
+        yield "verts", f"expected 4 vertices or more, found {len(plan.verts)}"
+
+
+def _check_labels(plan: FloorPlan) -> Iterator[Broken]:
+    """Labels of boxes are among the 25."""
+    for label in plan.room_category:
+        if label not in LABELS:
+            yield f"room_category.{label}", "expected one of the 25 labels, found another word"
+
+
+def _check_boxes(plan: FloorPlan) -> Iterator[Broken]:
+    """A box runs from its least to its greatest corner."""
+    for label, found in plan.room_category.items():
+        for i, (x1, y1, x2, y2) in enumerate(found):
+            if not (x1 < x2 and y1 < y2):
+                yield f"room_category.{label}[{i}]", f"expected x1 < x2 and y1 < y2, found {[x1, y1, x2, y2]}"
+
+
+def _check_rooms(plan: FloorPlan) -> Iterator[Broken]:
+    """Rooms are valid, lie in the free space, do not overlap, and together with the doors cover it (to 0.05 m2)."""
+    import shapely
+
+    shapes = [room.polygon for room in plan.rooms]
+    for i, shape in enumerate(shapes):
+        if not shape.is_valid:
+            yield f"rooms[{i}].polygon", f"expected a simple ring, found {shapely.is_valid_reason(shape)}"
+            return
+    doors = [door.polygon for door in plan.doors if door.kind != "entrance" and door.polygon.is_valid]
+    together = shapely.union_all([*shapes, *doors])
+    overlap = sum(shape.area for shape in shapes) - shapely.union_all(shapes).area
+    if overlap > _SPECK_M2:
+        yield "rooms", f"expected rooms that do not overlap, found {overlap:.3f} m2 in two of them"
+    outside = shapely.union_all(shapes).difference(plan.free_space).area
+    if outside > _SPECK_M2:
+        yield "rooms", f"expected rooms inside the free space, found {outside:.3f} m2 outside"
+    gap = plan.free_space.symmetric_difference(together).area
+    if gap > _TILE_M2:
+        yield "rooms", f"expected rooms and doors to tile the free space to {_TILE_M2} m2, found {gap:.3f} m2 off"
+
+
+def _check_doors(plan: FloorPlan) -> Iterator[Broken]:
+    """A door's width is the length of its segment, and its segment crosses its polygon.
+
+    An opening may have any width: the pipeline finds gaps of up to 1.5 m, but the source may state a wider opening.
+    """
+    import shapely
+
+    for i, door in enumerate(plan.doors):
+        if not door.polygon.is_valid:
+            yield f"doors[{i}].polygon", f"expected a simple ring, found {shapely.is_valid_reason(door.polygon)}"
+            continue
+        length = dist(*door.segment)
+        if abs(length - door.width) > 2 * _CM:
+            yield f"doors[{i}].width", f"expected the segment's length, {length:.2f} m, found {door.width:.2f} m"
+        if shapely.LineString(door.segment).interpolate(0.5, normalized=True).distance(door.polygon) > 2 * _CM:
+            yield f"doors[{i}].segment", "expected it to run through the door's polygon, found it elsewhere"
+
+
+def _check_objects(plan: FloorPlan) -> Iterator[Broken]:
+    """An object's footprint is a simple ring outside the free space, apart from rounding along its edge."""
+    import shapely
+
+    for i, thing in enumerate(plan.objects):
+        if not thing.polygon.is_valid:
+            yield f"objects[{i}].polygon", f"expected a simple ring, found {shapely.is_valid_reason(thing.polygon)}"
+            continue
+        free = thing.polygon.intersection(plan.free_space).area
+        if free > _SPECK_M2 + _CM * thing.polygon.length:
+            yield f"objects[{i}].polygon", f"expected an obstacle, found {free:.3f} m2 of free space in it"
+
+
+def _check_reach(plan: FloorPlan) -> Iterator[Broken]:
+    """Navigability is given for the six radii, and shares lie between 0 and 1."""
+    if plan.navigability and set(plan.navigability) != _RADII:
+        yield "navigability", f"expected the radii {', '.join(sorted(_RADII))}, found {', '.join(plan.navigability)}"
+    for radius, found in plan.navigability.items():
+        if not 0 <= found.largest_share <= 1:
+            yield f"navigability.{radius}.largest_share", f"expected 0 to 1, found {found.largest_share}"
+
+
+def _edges(ring: Ring) -> Ring:
+    edges: Ring = np.roll(ring, -1, axis=0) - ring
+    return edges
+
 
 Rule = Callable[[FloorPlan], Iterator[Broken]]
 
 BOTH: Final[dict[str, Rule]] = {
-    "grid": rings.grid,
-    "origin": rings.origin,
-    "direction": rings.direction,
-    "repeated": rings.repeated,
-    "count": parts.count,
-    "labels": parts.labels,
-    "boxes": parts.boxes,
+    "grid": _check_grid,
+    "origin": _check_origin,
+    "direction": _check_direction,
+    "repeated": _check_repeated,
+    "count": _check_count,
+    "labels": _check_labels,
+    "boxes": _check_boxes,
 }
-PUBLISHED: Final[dict[str, Rule]] = {"identity": parts.identity, "directions": rings.directions}
+PUBLISHED: Final[dict[str, Rule]] = {"identity": _check_identity, "directions": _check_directions}
 OURS: Final[dict[str, Rule]] = {
-    "collinear": rings.collinear,
-    "rooms": parts.rooms,
-    "doors": parts.doors,
-    "objects": parts.objects,
-    "navigability": parts.reach,
+    "collinear": _check_collinear,
+    "rooms": _check_rooms,
+    "doors": _check_doors,
+    "objects": _check_objects,
+    "navigability": _check_reach,
 }
 RULES: Final[dict[str, str]] = {
     "schema": "The file is JSON in UTF-8 with the keys and types of the schema, and FloorPlan takes it.",
@@ -53,9 +234,6 @@ RULES: Final[dict[str, str]] = {
     "manifest": "The files of a data set folder have the SHA-256 that its manifest gives.",
 }
 """Every rule with its description."""
-
-_CHUNK: Final = 256
-_FEW: Final = 1024  # for fewer plans, starting a second process takes longer than the check
 
 
 @dataclass(frozen=True)
@@ -172,7 +350,6 @@ def _judged(record: Record, plan: FloorPlan) -> Iterator[Finding]:
 
 
 def _not_simple(plans: list[tuple[Record, FloorPlan]]) -> Iterator[Finding]:
-    import numpy as np
     import shapely
 
     shapes = np.array([shapely.Polygon(plan.verts, plan.holes) for _, plan in plans], dtype=object)

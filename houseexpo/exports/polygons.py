@@ -12,7 +12,7 @@ import shapely
 from houseexpo.errors import PlanError
 from houseexpo.grids.raster import rings_of
 from houseexpo.plan import Ring
-from houseexpo.plan.area import signed_area
+from houseexpo.plan.parts import signed_area
 
 if TYPE_CHECKING:
     from shapely import Polygon

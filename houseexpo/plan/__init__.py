@@ -13,11 +13,11 @@ from houseexpo.plan.parts import (
     Frame,
     Navigability,
     PlanObject,
+    Quality,
     Reach,
     Ring,
     Room,
 )
-from houseexpo.plan.quality import Quality
 
 __all__ = [
     "DOOR_KINDS",

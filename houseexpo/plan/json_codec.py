@@ -1,35 +1,126 @@
-"""Read and write plans as JSON. Only this file and ``houseexpo.plan.json_keys`` know the keys (docs/format.md).
+"""Read and write plans as JSON. Only this file knows the keys (docs/format.md).
 
 A file without ``format`` is a published one: its five keys are checked and others are ignored. A file with
 ``"format": "houseexpo/2"`` holds the keys of section 2 and no others. Numbers are written in their shortest exact form,
 so that a plan that is written and read again is equal, and a published file keeps every value.
+
+The records below have the keys and types of the file, as msgspec reads and writes them; plans are made from them.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from itertools import chain
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import msgspec
 import numpy as np
-from msgspec import UNSET, Struct
+from msgspec import UNSET, Struct, UnsetType
 
 from houseexpo.errors import PlanError
-from houseexpo.plan import json_keys as keys
-from houseexpo.plan.json_errors import explained
+from houseexpo.plan import parts
 from houseexpo.plan.model import PlanData
-from houseexpo.plan.parts import Door, Frame, Navigability, PlanObject, Ring, Room
-from houseexpo.plan.quality import Quality
 
 FORMAT = "houseexpo/2"
-
-RECORDS: tuple[type[Struct], type[Struct]] = (keys.Published, keys.Plan)
-"""The keys of a published file and of one of ours; ``houseexpo.plan.schema`` makes the JSON Schema from them."""
 
 _Record = TypeVar("_Record", bound=Struct)
 _Part = TypeVar("_Part")
 _Plan = TypeVar("_Plan", bound=PlanData)
+
+Point = tuple[float, float]
+Points = list[Point]
+
+
+class Bounds(Struct, gc=False):
+    """The bounds of ``verts``, metres."""
+
+    max: Point
+    min: Point
+
+
+class Published(Struct):
+    """The published keys in the published order."""
+
+    verts: Points
+    id: str
+    room_category: dict[str, list[parts.Box]]
+    room_num: int
+    bbox: Bounds
+
+
+class Room(Struct, forbid_unknown_fields=True):
+    """A room: an area of the free space, bounded by walls and closed doors; ``area`` in m2."""
+
+    id: int
+    label: str
+    source_labels: list[str]
+    polygon: Points
+    holes: list[Points]
+    area: float
+
+
+class Door(Struct, forbid_unknown_fields=True):
+    """An opening: its two ends, the area between the faces of its wall, and the rooms on both sides."""
+
+    id: int
+    kind: parts.DoorKind
+    segment: tuple[Point, Point]
+    width: float
+    polygon: Points
+    rooms: tuple[int | None, int | None]
+
+
+class Quality(Struct, forbid_unknown_fields=True):
+    """The pipeline's confidence in the plan, and the named numbers that it is based on."""
+
+    score: float
+    grounds: dict[str, float]
+
+
+class Object(Struct, forbid_unknown_fields=True):
+    """A piece of furniture: its footprint, the id of its room, its height in metres."""
+
+    id: int
+    label: str
+    room: int | None
+    polygon: Points
+    height: float
+
+
+class Frame(Struct, forbid_unknown_fields=True):
+    """The plan's position in its source."""
+
+    matrix: tuple[tuple[float, float, float], tuple[float, float, float]]
+    up: Literal["y", "z"]
+    floor: float
+    level: int
+
+
+class Navigability(Struct, forbid_unknown_fields=True):
+    """The places that a disc robot of one radius can reach, in figures."""
+
+    components: int
+    largest_share: float
+    narrowest: float
+
+
+class Plan(Published, forbid_unknown_fields=True, omit_defaults=True):
+    """The keys of ``houseexpo/2``; all but the first four may be missing."""
+
+    format: str
+    holes: list[Points]
+    rooms: list[Room]
+    doors: list[Door]
+    quality: Quality | UnsetType = UNSET
+    objects: list[Object] | UnsetType = UNSET
+    frame: Frame | UnsetType = UNSET
+    navigability: dict[str, Navigability] | UnsetType = UNSET
+    provenance: dict[str, Any] | UnsetType = UNSET
+
+
+RECORDS: tuple[type[Struct], type[Struct]] = (Published, Plan)
+"""The keys of a published file and of one of ours; ``houseexpo.plan.schema`` makes the JSON Schema from them."""
 
 
 class _Head(Struct):
@@ -40,9 +131,12 @@ class _Head(Struct):
 
 
 _HEAD = msgspec.json.Decoder(_Head)
-_PUBLISHED = msgspec.json.Decoder(keys.Published)
-_PLAN = msgspec.json.Decoder(keys.Plan)
+_PUBLISHED = msgspec.json.Decoder(Published)
+_PLAN = msgspec.json.Decoder(Plan)
 _ENCODER = msgspec.json.Encoder()
+
+_KEY_IN_MESSAGE = re.compile(r"^(?P<problem>.*?)(?: - at `\$\.?(?P<key>.*?)`)?$", re.DOTALL)
+_ID = re.compile(r'"id"\s*:\s*"([^"\\]{1,200})"')
 
 
 def decode_as(kind: type[_Plan], data: bytes | str) -> _Plan:
@@ -57,10 +151,10 @@ def decode_as(kind: type[_Plan], data: bytes | str) -> _Plan:
     try:
         raw = data.encode() if isinstance(data, str) else data
         extended = b'"format"' in raw and _is_extended(raw)
-        record: keys.Published = (_PLAN if extended else _PUBLISHED).decode(raw)
+        record: Published = (_PLAN if extended else _PUBLISHED).decode(raw)
         return _plan(kind, record)
     except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-        raise explained(error, data) from None
+        raise _explained(error, data) from None
 
 
 def encode(plan: PlanData) -> bytes:
@@ -74,18 +168,18 @@ def encode(plan: PlanData) -> bytes:
         "id": plan.id,
         "room_category": {label: list(boxes) for label, boxes in plan.room_category.items()},
         "room_num": plan.room_num,
-        "bbox": keys.Bounds(max=(x2, y2), min=(x1, y1)),
+        "bbox": Bounds(max=(x2, y2), min=(x1, y1)),
     }
     if not _has_more(plan):
-        return _ENCODER.encode(keys.Published(**published))
+        return _ENCODER.encode(Published(**published))
     return _ENCODER.encode(
-        keys.Plan(
+        Plan(
             **published,
             format=FORMAT,
             holes=[hole.tolist() for hole in plan.holes],
             rooms=[_room_record(room) for room in plan.rooms],
             doors=[_door_record(door) for door in plan.doors],
-            quality=UNSET if plan.quality is None else keys.Quality(plan.quality.score, dict(plan.quality.grounds)),
+            quality=UNSET if plan.quality is None else Quality(plan.quality.score, dict(plan.quality.grounds)),
             objects=[_object_record(thing) for thing in plan.objects] if plan.objects else UNSET,
             frame=UNSET if plan.frame is None else _frame_record(plan.frame),
             navigability=_navigability_records(plan) if plan.navigability else UNSET,
@@ -108,10 +202,10 @@ def _is_extended(raw: bytes) -> bool:
     return head.format is not None
 
 
-def _plan(kind: type[_Plan], record: keys.Published) -> _Plan:
+def _plan(kind: type[_Plan], record: Published) -> _Plan:
     extension: dict[str, Any] = {}
     try:
-        if isinstance(record, keys.Plan):
+        if isinstance(record, Plan):
             extension = _extension(record)
     except PlanError as error:
         raise error.within(plan=record.id) from None
@@ -123,7 +217,7 @@ def _plan(kind: type[_Plan], record: keys.Published) -> _Plan:
     return plan
 
 
-def _extension(record: keys.Plan) -> dict[str, Any]:
+def _extension(record: Plan) -> dict[str, Any]:
     quality, frame, reach, provenance = record.quality, record.frame, record.navigability, record.provenance
     return {
         "holes": tuple(map(_ring, record.holes)),
@@ -151,38 +245,38 @@ def _named(key: str, make: Callable[[_Record], _Part], record: _Record) -> _Part
         raise error.within(key) from None
 
 
-def _ring(points: keys.Points) -> Ring:
+def _ring(points: Points) -> parts.Ring:
     # fromiter is three times as fast as array() on a list of pairs; an empty list gives (0, 2), which PlanData refuses
     return np.fromiter(chain.from_iterable(points), np.float64, 2 * len(points)).reshape(-1, 2)
 
 
-def _room(record: keys.Room) -> Room:
+def _room(record: Room) -> parts.Room:
     holes = tuple(map(_ring, record.holes))
-    return Room(record.id, record.label, _ring(record.polygon), holes, tuple(record.source_labels))
+    return parts.Room(record.id, record.label, _ring(record.polygon), holes, tuple(record.source_labels))
 
 
-def _door(record: keys.Door) -> Door:
-    return Door(record.id, record.kind, record.segment, record.width, _ring(record.polygon), record.rooms)
+def _door(record: Door) -> parts.Door:
+    return parts.Door(record.id, record.kind, record.segment, record.width, _ring(record.polygon), record.rooms)
 
 
-def _quality(record: keys.Quality) -> Quality:
-    return Quality(record.score, record.grounds)
+def _quality(record: Quality) -> parts.Quality:
+    return parts.Quality(record.score, record.grounds)
 
 
-def _object(record: keys.Object) -> PlanObject:
-    return PlanObject(record.id, record.label, record.room, _ring(record.polygon), record.height)
+def _object(record: Object) -> parts.PlanObject:
+    return parts.PlanObject(record.id, record.label, record.room, _ring(record.polygon), record.height)
 
 
-def _frame(record: keys.Frame) -> Frame:
-    return Frame(record.matrix, record.up, record.floor, record.level)
+def _frame(record: Frame) -> parts.Frame:
+    return parts.Frame(record.matrix, record.up, record.floor, record.level)
 
 
-def _navigability(record: keys.Navigability) -> Navigability:
-    return Navigability(record.components, record.largest_share, record.narrowest)
+def _navigability(record: Navigability) -> parts.Navigability:
+    return parts.Navigability(record.components, record.largest_share, record.narrowest)
 
 
-def _room_record(room: Room) -> keys.Room:
-    return keys.Room(
+def _room_record(room: parts.Room) -> Room:
+    return Room(
         id=room.id,
         label=room.label,
         source_labels=list(room.source_labels),
@@ -192,8 +286,8 @@ def _room_record(room: Room) -> keys.Room:
     )
 
 
-def _door_record(door: Door) -> keys.Door:
-    return keys.Door(
+def _door_record(door: parts.Door) -> Door:
+    return Door(
         id=door.id,
         kind=door.kind,
         segment=door.segment,
@@ -203,18 +297,36 @@ def _door_record(door: Door) -> keys.Door:
     )
 
 
-def _object_record(thing: PlanObject) -> keys.Object:
-    return keys.Object(
-        id=thing.id, label=thing.label, room=thing.room, polygon=thing.ring.tolist(), height=thing.height
-    )
+def _object_record(thing: parts.PlanObject) -> Object:
+    return Object(id=thing.id, label=thing.label, room=thing.room, polygon=thing.ring.tolist(), height=thing.height)
 
 
-def _frame_record(frame: Frame) -> keys.Frame:
-    return keys.Frame(matrix=frame.matrix, up=frame.up, floor=frame.floor, level=frame.level)
+def _frame_record(frame: parts.Frame) -> Frame:
+    return Frame(matrix=frame.matrix, up=frame.up, floor=frame.floor, level=frame.level)
 
 
-def _navigability_records(plan: PlanData) -> dict[str, keys.Navigability]:
+def _navigability_records(plan: PlanData) -> dict[str, Navigability]:
     return {
-        radius: keys.Navigability(n.components, n.largest_share, n.narrowest)
+        radius: Navigability(n.components, n.largest_share, n.narrowest)
         for radius, n in sorted(plan.navigability.items())
     }
+
+
+def _explained(error: Exception, data: bytes | str) -> PlanError:
+    """Return the error as a PlanError with the key, and with the plan's id if it can be read."""
+    text = data if isinstance(data, str) else data.decode(errors="replace")
+    name = _ID.search(text)
+    plan = name.group(1) if name else ""
+    if isinstance(error, msgspec.ValidationError):
+        match = _KEY_IN_MESSAGE.match(str(error))
+        problem, key = (match["problem"], match["key"] or "") if match else (str(error), "")
+        missing = re.search(r"missing required field `(\w+)`", problem)
+        if missing:
+            key = f"{key}.{missing[1]}".lstrip(".")
+            problem = "expected this key, found none; the file is not a whole plan"
+        return PlanError(problem[:1].lower() + problem[1:], key, plan)
+    if isinstance(error, RecursionError):
+        return PlanError("expected a plan, found lists nested too deeply", "", plan)
+    return PlanError(
+        f"expected one JSON object in UTF-8, found {len(text)} characters that are none: {error}", "", plan
+    )

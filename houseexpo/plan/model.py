@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -14,15 +14,14 @@ import numpy as np
 
 from houseexpo.errors import PlanError
 from houseexpo.plan import checks
-from houseexpo.plan.parts import Box, Door, Frame, PlanObject, Reach, Ring, Room
-from houseexpo.plan.quality import Quality
+from houseexpo.plan.parts import Box, Door, Frame, PlanObject, Quality, Reach, Ring, Room, Value
 from houseexpo.plan.repair import Repair, even_odd, repair_of
-from houseexpo.plan.value import Value
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
 _T = TypeVar("_T")
+_Plan = TypeVar("_Plan", bound="PlanData")
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,3 +148,30 @@ class PlanData(Value):
             parts += [f"{number} {name}{'s' if number > 1 else ''}"] if number else []
         parts += [f"quality {self.quality.score:.2f}"] if self.quality is not None else []
         return f"{type(self).__name__}({self.id!r}, {', '.join(parts)})"
+
+
+def move(plan: _Plan, dx: float, dy: float) -> _Plan:
+    """Return the plan shifted by (dx, dy) metres; its frame still maps to the same place in the source."""
+    by = np.array([dx, dy])
+    boxes = {
+        label: tuple((x1 + dx, y1 + dy, x2 + dx, y2 + dy) for x1, y1, x2, y2 in found)
+        for label, found in plan.room_category.items()
+    }
+    return replace(
+        plan,
+        verts=plan.verts + by,
+        room_category=boxes,
+        holes=tuple(hole + by for hole in plan.holes),
+        rooms=tuple(replace(r, ring=r.ring + by, holes=tuple(h + by for h in r.holes)) for r in plan.rooms),
+        doors=tuple(
+            replace(d, ring=d.ring + by, segment=tuple((x + dx, y + dy) for x, y in d.segment))  # type: ignore[arg-type]
+            for d in plan.doors
+        ),
+        objects=tuple(replace(thing, ring=thing.ring + by) for thing in plan.objects),
+        frame=None if plan.frame is None else _move_frame(plan.frame, dx, dy),
+    )
+
+
+def _move_frame(frame: Frame, dx: float, dy: float) -> Frame:
+    (a, b, tx), (c, d, ty) = frame.matrix
+    return replace(frame, matrix=((a, b, tx - a * dx - b * dy), (c, d, ty - c * dx - d * dy)))

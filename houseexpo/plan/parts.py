@@ -1,10 +1,10 @@
-"""The parts of a floor plan: frozen values, checked on construction."""
+"""The parts of a floor plan: frozen values, checked on construction and compared by value."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args
 
@@ -14,7 +14,6 @@ import numpy.typing as npt
 from houseexpo.errors import PlanError
 from houseexpo.plan import checks
 from houseexpo.plan.categories import LABELS, UNLABELLED
-from houseexpo.plan.value import Value
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -29,6 +28,37 @@ DOOR_KINDS: tuple[DoorKind, ...] = get_args(DoorKind)
 
 RADII_M: Final = (0.10, 0.15, 0.20, 0.25, 0.30, 0.35)
 """Radii of robots, metres, for which a plan's file records the navigability."""
+
+
+SURE: Final = 0.8
+"""A plan with a lower score is doubtful."""
+
+
+def signed_area(ring: npt.NDArray[np.float64]) -> float:
+    """Return the area in m2 of a ring (n, 2) by the shoelace formula, negative if it runs clockwise."""
+    x, y = (ring - ring[0]).T
+    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+
+
+class Value:
+    """Base of a frozen dataclass made with ``eq=False``."""
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return _same(self._values(), other._values())
+
+    def __hash__(self) -> int:
+        return hash((type(self), getattr(self, "id", None)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), self._values()
+
+    def _values(self) -> tuple[Any, ...]:
+        return tuple(getattr(self, f.name) for f in fields(self))  # type: ignore[arg-type]  # subclasses are dataclasses
+
+    def _set(self, name: str, value: object) -> None:
+        object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True)
@@ -233,3 +263,44 @@ class PlanObject(Value):
 
     def __repr__(self) -> str:
         return f"PlanObject({self.id}, {self.label!r}, {self.height:.2f} m high, room {self.room})"
+
+
+@dataclass(frozen=True, eq=False)
+class Quality(Value):
+    """The confidence in a plan: a ``score`` from 0 to 1, and the ``grounds`` that it is based on.
+
+    A ground is a named number, such as the share of doors that are cuts. Grounds are sorted by name, so that equal
+    grounds are written as equal bytes.
+
+    Examples
+    --------
+    >>> Quality(0.93, {"cut_share": 0.0, "guessed_wall_share": 0.1}).is_doubtful
+    False
+    """
+
+    score: float
+    grounds: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        score = checks.number(self.score, "score")
+        if not 0 <= score <= 1:
+            raise PlanError(f"expected 0 to 1, found {score}", "score")
+        self._set("score", score)
+        for name in self.grounds:
+            checks.text(name, "grounds")
+        grounds = {name: checks.number(self.grounds[name], f"grounds.{name}") for name in sorted(self.grounds)}
+        self._set("grounds", grounds)
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether the score is below ``SURE``."""
+        return self.score < SURE
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Return whether two values are equal, comparing arrays, also inside tuples, by value."""
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return np.array_equal(one, other)
+    if isinstance(one, tuple) and isinstance(other, tuple):
+        return len(one) == len(other) and all(map(_same, one, other))
+    return bool(one == other)

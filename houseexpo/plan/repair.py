@@ -22,12 +22,10 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import PlanError
-from houseexpo.plan.area import signed_area
+from houseexpo.plan.parts import Ring, signed_area
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
-
-Ring = npt.NDArray[np.float64]
 
 _TOUCHES = ("Ring Self-intersection", "Interior is disconnected")
 

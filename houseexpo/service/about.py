@@ -19,7 +19,7 @@ from starlette.routing import BaseRoute, Route
 
 from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.plan.categories import LABELS, colour
-from houseexpo.plan.quality import SURE
+from houseexpo.plan.parts import SURE
 from houseexpo.service.collection import Collection, Opened
 from houseexpo.service.service import Service
 

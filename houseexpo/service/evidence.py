@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Door, Quality
 from houseexpo.plan.explanations import DOORS, GROUNDS, NOTES
-from houseexpo.plan.quality import SURE
+from houseexpo.plan.parts import SURE
 
 
 class Reason(NamedTuple):

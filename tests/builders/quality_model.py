@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize
 
-from houseexpo.plan.quality import SURE
+from houseexpo.plan.parts import SURE
 from pipeline.quality import GROUNDS
 
 Floats = npt.NDArray[np.float64]

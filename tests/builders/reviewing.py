@@ -9,7 +9,7 @@ from pathlib import Path
 from houseexpo import FloorPlan, save_plan
 from houseexpo.dataset.index import index_table
 from houseexpo.plan import Frame
-from houseexpo.plan.quality import Quality
+from houseexpo.plan.parts import Quality
 
 ROOT = Path(__file__).resolve().parents[2]
 FRAME = Frame(((1.0, 0.0, 10.0), (0.0, 1.0, -2.0)), "z", 0.0, 0)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Final, Literal
 
 from houseexpo.dataset import Dataset
-from houseexpo.plan.quality import SURE
+from houseexpo.plan.parts import SURE
 from houseexpo.service.review.decisions import Judged
 
 Move = Literal["here", "next", "previous", "open"]
