@@ -30,6 +30,9 @@ def stats(
     list_bad: Annotated[
         bool, typer.Option("--list-bad", help="List plans that a robot cannot cross, invalid rings and repeats.")
     ] = False,
+    audit: Annotated[
+        bool, typer.Option("--audit", help="List plans that break a rule of real homes, with the reasons.")
+    ] = False,
     radius: Annotated[
         float | None,
         typer.Option(
@@ -50,15 +53,16 @@ def stats(
 ) -> None:
     """Show statistics of a data set: rooms, labels, areas, doors, navigability, repeated plans, splits.
 
-    Measurements are cached, so that a second run is fast. Plans that cannot be read are listed and left out.
+    Plans with rooms are checked against rules of real homes and shown beside nine public data sets. Measurements are
+    cached, so that a second run is fast. Plans that cannot be read are listed and left out.
     """
     from houseexpo.commands.printing import console, print_json, print_named
     from houseexpo.outputs import Output
     from stats.gather import measured
     from stats.listed import judge, read_list
+    from stats.page import check_names, write_report
     from stats.report import Report
     from stats.table import tables
-    from stats.write import check_names, write_report
 
     files = out or []
     check_names(files)
@@ -72,6 +76,9 @@ def stats(
         _say_broken(one)
         if list_bad:
             _list_bad(one, radius or _RADIUS_M, workers, json=json)
+            return
+        if audit:
+            _list_audited(one, json=json)
             return
         other = None if compare is None else opened.enter_context(measured(compare, geometry=geometry, workers=workers))
         verdict = None if listed is None or unusable is None else judge(one.records, listed, unusable.name)
@@ -97,6 +104,21 @@ def _list_bad(one: Measured, radius_m: float, workers: int | None, *, json: bool
         return
     for plan in found:
         sys.stdout.write(f"{plan.id}\t{'; '.join(plan.reasons(radius_m))}\n")
+
+
+def _list_audited(one: Measured, *, json: bool) -> None:
+    """Print the plans that break a rule of real homes, as lines that start with the id or as JSON."""
+    from houseexpo.commands.printing import print_json
+
+    audits = [(found.id, found.audit) for found in one.records if found.audit is not None]
+    if not audits:
+        raise ConfigError("--audit: expected plans with rooms, found none; --geometry finds them in the outlines")
+    found = {name: reasons for name, audit in audits if (reasons := list(audit.reasons()))}
+    if json:
+        print_json({"audited": len(audits), "break_a_rule": found, "broken": [str(each) for each in one.broken]})
+        return
+    for name, reasons in found.items():
+        sys.stdout.write(f"{name}\t{'; '.join(reasons)}\n")
 
 
 def _say_broken(one: Measured) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from stats.catalogue import MEASURES
+from stats.record import MEASURES
 from stats.summary import PlanSummary
 from stats.tally import Tally
 
@@ -67,11 +67,11 @@ def report(distances: list[Distance]) -> dict[str, Any]:
 
 def _numbers(one: PlanSummary, other: PlanSummary) -> Iterator[Distance]:
     for measure in MEASURES:
-        here, there = one.tallies[measure.name], other.tallies[measure.name]
+        here, there = one.tallies[measure.key], other.tallies[measure.key]
         if here.count and there.count:
             value, (mean, std), (mean_, _) = wasserstein(here, there), here.moments(), there.moments()
             relative = value / std if std else None
-            yield Distance(measure.name, measure.title, WASSERSTEIN, value, measure.unit, mean, mean_, relative)
+            yield Distance(measure.key, measure.title, WASSERSTEIN, value, measure.unit, mean, mean_, relative)
 
 
 def _words(one: PlanSummary, other: PlanSummary) -> Iterator[Distance]:

@@ -13,7 +13,7 @@ from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.dataset.readable import Broken, readable
 from houseexpo.errors import ConfigError, DatasetError, PlanError
 from houseexpo.workers import cores
-from stats.record import VERSION, Record, record, record_with_rooms
+from stats.record import VERSION, Record, record_with_audit, record_with_rooms
 from stats.summary import PlanSummary
 
 
@@ -87,7 +87,7 @@ def measured(path: Path, *, geometry: bool = False, workers: int | None = None) 
 
 
 def records(data_set: Dataset, *, geometry: bool = False, workers: int | None = None) -> list[Record]:
-    """Measure every plan and return the records in the data set's order.
+    """Measure and audit every plan, and return the records in the data set's order.
 
     Records are cached by the plan's content. A second run therefore measures only new plans, and an interrupted run
     continues where it stopped. A progress bar shows the remaining plans.
@@ -102,7 +102,7 @@ def records(data_set: Dataset, *, geometry: bool = False, workers: int | None = 
     workers
         Number of processes; by default one for each core.
     """
-    name, measure = (f"statistics with rooms {VERSION}", record_with_rooms) if geometry else (_PLAIN, record)
+    name, measure = (f"statistics with rooms {VERSION}", record_with_rooms) if geometry else (_PLAIN, record_with_audit)
     found = data_set.derived(name, measure, workers or cores())
     return [msgspec.convert(values, Record) for values in found]
 

@@ -1,17 +1,23 @@
-"""A report as one self-contained HTML page: plots as vectors, numbers as tables, light and dark."""
+"""Write a report as one self-contained HTML page (plots as vectors, numbers as tables, light and dark) or as JSON."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, Final
 
+from houseexpo.analysis.measures import Measure
+from houseexpo.dataset import Dataset
+from houseexpo.errors import ConfigError
+from houseexpo.files import as_json, write_whole
 from houseexpo.floorplan import FloorPlan
 from stats import figures
-from stats.catalogue import BY_NAME, Measure
+from stats.audit import CONNECTIONS, RULES, AuditSummary, Connection
 from stats.listed import RADIUS
-from stats.reach_picture import reach_svg
-from stats.report import Report, leaks
+from stats.public import CITED, PUBLIC, SHARES, SIZES
+from stats.record import BY_KEY
+from stats.report import Report, audited_rows, leaks
 from stats.table import mean, number
 
 _CARD = (4.3, 2.7)
@@ -47,6 +53,15 @@ def page(report: Report, plans: dict[str, FloorPlan] | None = None) -> str:
         labels=_labels(report),
         groups=[(title, plots) for title, names in _GROUPS if (plots := list(_plots(report, names)))],
         reach=list(_reach(report)),
+        audit=report.one.whole.audit,
+        rules=RULES,
+        audited=audited_rows(report),
+        public=PUBLIC,
+        cited=CITED,
+        sizes=list(_sizes(report.one.whole.audit)),
+        connections=[
+            (kind, names, rows) for kind in CONNECTIONS for names, rows in [_connections(report, kind)] if rows
+        ],
         leaks=leaks(report.one),
         distances=report.distances,
         verdict=report.verdict,
@@ -64,7 +79,7 @@ _GROUPS = (
 
 
 def _histogram(report: Report, name: str, size: tuple[float, float] = _CARD) -> Plot:
-    measure, tally = BY_NAME[name], report.one.whole.tallies[name]
+    measure, tally = BY_KEY[name], report.one.whole.tallies[name]
     other = None if report.other is None else report.other.whole.tallies[name]
     found = tally.report()
     keys = {"mean": "mean", "median": "median", "5%": "p05", "95%": "p95", "min": "min", "max": "max"}
@@ -102,11 +117,61 @@ def _reach(report: Report) -> Iterator[Plot]:
         yield Plot(measure.title, about, figures.histogram(measure, here, there, size=_CARD), rows)
 
 
+def _sizes(found: AuditSummary) -> Iterator[tuple[str, int, list[str], list[str]]]:
+    """Yield, for each type of room, how many there are, its areas and median width, and those of public data sets."""
+    for kind, tally in sorted(found.areas.items(), key=lambda each: -each[1].count):
+        ends = "/".join(f" {tally.quantile(share):.1f} " for share in (0.05, 0.5, 0.95)).strip()
+        here = [ends, f"{found.widths[kind].quantile(0.5):.1f}"]
+        known = (sizes.get(kind) for sizes in SIZES.values())
+        there = ["" if each is None else " / ".join(f"{value:.1f}" for value in each[:3]) for each in known]
+        yield kind, tally.count, here, there
+
+
+def _connections(report: Report, kind: Connection) -> tuple[list[str], list[tuple[str, list[str]]]]:
+    """Return the names of the data sets, and for each pair of types the share of each data set."""
+    audited = [each for each in (report.one, report.other) if each is not None and each.whole.audit.plans]
+    pairs = {pair: shares for pair, shares in SHARES.items() if pair[0] == kind}
+    public = [each.name for each in PUBLIC if any(each.name in shares for shares in pairs.values())]
+    rows = []
+    for (_, one, other), shares in pairs.items():
+        here = [each.whole.audit.share(kind, one, other) for each in audited]
+        if any(share is not None for share in here):
+            values = [*here, *(shares.get(name) for name in public)]
+            rows.append((f"{one} to {other}", ["" if value is None else f"{value:.2f}" for value in values]))
+    return [*(each.name for each in audited), *public], rows
+
+
 def _drawn(report: Report, plans: dict[str, FloorPlan]) -> list[tuple[str, list[tuple[str, str]]]]:
     if report.verdict is None:
         return []
     titles = ("Only the measure calls these bad", "Only the list calls these bad")
     groups: list[Any] = []
     for title, ids in zip(titles, report.verdict.drawn(), strict=True):
-        groups.append((title, [(name, reach_svg(plans[name], float(RADIUS))) for name in ids if name in plans]))
+        groups.append((title, [(name, figures.reach_svg(plans[name], float(RADIUS))) for name in ids if name in plans]))
     return [group for group in groups if group[1]]
+
+
+def check_names(files: Iterable[Path]) -> None:
+    """Raise ConfigError if a report cannot be written under a file name."""
+    for path in files:
+        if path.suffix not in _WRITERS:
+            raise ConfigError(f"--out: expected a file that ends in {' or '.join(_WRITERS)}, found {path.name!r}")
+
+
+def write_report(report: Report, data_set: Dataset, path: Path) -> None:
+    """Write the page or the numbers, depending on the file's extension."""
+    _WRITERS[path.suffix](report, data_set, path)
+
+
+def write_page(report: Report, data_set: Dataset, path: Path) -> None:
+    """Write the HTML page; plans on which a list and the measurement disagree are read from ``data_set`` and drawn."""
+    ids = [] if report.verdict is None else [name for group in report.verdict.drawn() for name in group]
+    write_whole(path, page(report, {name: data_set[name] for name in ids}).encode())
+
+
+def write_json(report: Report, data_set: Dataset, path: Path) -> None:  # noqa: ARG001 - called as write_page is
+    """Write the numbers, including histograms."""
+    write_whole(path, as_json(report.values()))
+
+
+_WRITERS: Final[dict[str, Callable[[Report, Dataset, Path], None]]] = {".html": write_page, ".json": write_json}

@@ -10,6 +10,7 @@ from houseexpo.dataset.readable import Broken
 from stats import compare
 from stats.gather import Gathered
 from stats.listed import Verdict
+from stats.public import PublicSet, as_row
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,12 @@ class Report:
         if self.verdict is not None:
             found["list"] = self.verdict.report()
         return found
+
+
+def audited_rows(report: Report) -> list[PublicSet]:
+    """Return the audited data sets of a report as rows beside the public ones."""
+    sets = (report.one, report.other)
+    return [as_row(each.name, each.whole.audit) for each in sets if each is not None and each.whole.audit.plans]
 
 
 def leaks(gathered: Gathered) -> dict[str, dict[str, int]]:

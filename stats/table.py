@@ -8,11 +8,13 @@ from rich import box
 from rich.table import Table
 
 from houseexpo.words import counted
-from stats.catalogue import MEASURES
+from stats.audit import RULES, AuditSummary
 from stats.compare import DIFFERENCE, Distance
 from stats.gather import Gathered
 from stats.listed import Verdict
-from stats.report import Report, leaks
+from stats.public import CITED, PUBLIC
+from stats.record import MEASURES
+from stats.report import Report, audited_rows, leaks
 from stats.summary import PlanSummary
 
 _BAR = 24
@@ -26,6 +28,9 @@ def tables(report: Report) -> Iterator[Table]:
         yield bars_table("Doors", report.one.whole.door_kinds)
     yield reach_table(report.one.whole)
     yield rings_table(report.one.whole)
+    if report.one.whole.audit.plans:
+        yield rules_table(report.one.whole.audit)
+        yield public_table(report)
     if report.one.splits:
         yield splits_table(report.one)
     if report.other is not None:
@@ -52,7 +57,7 @@ def numbers_table(gathered: Gathered) -> Table:
     columns = ("total", "mean", "median", "5%", "95%", "min", "max")
     table = _table(f"{gathered.name}: {counted(gathered.whole.plans, 'plan')}", "", *columns)
     for measure in MEASURES:
-        found = gathered.whole.tallies[measure.name].report()
+        found = gathered.whole.tallies[measure.key].report()
         if found["count"]:
             keys = ("mean", "median", "p05", "p95", "min", "max")
             name = f"{measure.title}, {measure.unit}" if measure.unit else measure.title
@@ -90,6 +95,26 @@ def rings_table(summary: PlanSummary) -> Table:
     )
     table.add_row("exact repeats", f"{found['repeats']:,} (largest group {found['largest_group']:,})")
     table.add_row("repeats, turned or mirrored ones too", f"{found['repeats_turned_or_mirrored']:,}")
+    return table
+
+
+def rules_table(found: AuditSummary) -> Table:
+    """Show how many plans break each rule of real homes."""
+    table = _table(f"Rules of real homes, {counted(found.plans, 'plan')} with rooms", "", "plans", "share")
+    for rule, title in RULES.items():
+        table.add_row(title, f"{found.broken[rule]:,}", f"{found.broken[rule] / found.plans:.2%}")
+    table.add_row("Any of these", f"{found.any:,}", f"{found.any_share:.2%}")
+    return table
+
+
+def public_table(report: Report) -> Table:
+    """Show the data set beside the public ones."""
+    columns = ("plans", "rooms", "< area", "< width", "> aspect", "break a rule")
+    table = _table("Beside public data sets (rooms below or above a limit: mean share in a plan)", "", *columns)
+    for row in (*audited_rows(report), *PUBLIC):
+        shares = ("-" if share is None else f"{share:.1%}" for share in (row.area, row.width, row.aspect, row.any))
+        table.add_row(row.name, f"{row.plans:,}", f"{row.rooms:.1f}", *shares)
+    table.caption = f"Source of the public figures: {CITED}"
     return table
 
 

@@ -15,9 +15,8 @@ from houseexpo.dataset import open_dataset
 from houseexpo.floorplan import FloorPlan
 from stats.gather import Gathered, add_up, gather, records
 from stats.listed import judge
-from stats.page import page
+from stats.page import page, write_json
 from stats.report import Report, leaks
-from stats.write import write_json
 
 
 def run(*arguments: object) -> None:
@@ -62,7 +61,7 @@ def test_the_report_of_the_whole_is_the_sum_of_its_parts(folder: Path) -> None:
 
 def test_records_are_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first = records(open_dataset(folder), workers=1)
-    monkeypatch.setattr("stats.gather.record", None)
+    monkeypatch.setattr("stats.gather.record_with_audit", None)
     assert records(open_dataset(folder), workers=1) == first
 
 
@@ -80,7 +79,7 @@ def test_the_page_stands_alone(folder: Path) -> None:
     assert "#010101" not in html, "every colour of a plot is the page's"
     assert "prefers-color-scheme: dark" in html
     assert "width=device-width" in html
-    for words in ("Rooms in a house", "Wasserstein-1", "total variation", "bad.txt", "Only the list calls these bad"):
+    for words in ("Label boxes", "Wasserstein-1", "total variation", "bad.txt", "Only the list calls these bad"):
         assert words in html
 
 

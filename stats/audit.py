@@ -1,0 +1,377 @@
+"""Rules that a plan of a real home keeps, and which rooms adjoin which: an audit that treats every data set alike.
+
+The rules and their thresholds are those of floorplan_eval (github.com/birsakm/floorplan_eval, docs/metrics.md, 2026),
+which holds nine public data sets to them (``stats.public``). They are loose: a person and a bed must fit. Real homes
+break some of them too, so a share is to be compared with those of the public sets, not with zero.
+
+R1  *Overlap*: the areas of all rooms add up to at most 2% more than the area that they cover together.
+R2  *Holes*: at most 2% of the footprint is enclosed, belongs to no room, and is wider than a wall (0.6 m).
+R3  *Pieces*: the rooms form one piece. Two rooms adjoin if each comes within 0.3 m of a common wall on at least 0.5 m.
+R4  *Area*: a room has the least area of its type (``LIMITS``).
+R5  *Width*: a room has the least clear width of its type: the diameter of the largest circle inside.
+R6  *Aspect*: the sides of the smallest rotated rectangle round a room have at most the ratio of its type.
+
+Rooms are polygons. A published plan has none; ``houseexpo.inference.with_rooms`` finds them.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+
+import numpy as np
+from msgspec import Struct
+
+from houseexpo.plan import Room
+from houseexpo.plan.model import PlanData
+from stats.tally import Tally
+
+if TYPE_CHECKING:
+    from shapely import MultiPolygon, Polygon
+
+Rule = Literal["overlap", "holes", "pieces", "area", "width", "aspect"]
+Connection = Literal["wall", "door"]
+
+RULES: Final[Mapping[Rule, str]] = {
+    "overlap": "Rooms overlap",
+    "holes": "Enclosed holes",
+    "pieces": "Several pieces",
+    "area": "A room below its least area",
+    "width": "A room below its least width",
+    "aspect": "A room above its largest aspect",
+}
+"""The rules, with the heading under which the plans that break them are counted."""
+
+CONNECTIONS: Final[tuple[Connection, ...]] = ("door", "wall")
+
+MAX_OVERLAP: Final = 0.02
+"""R1: share of the area that the rooms cover together."""
+MAX_HOLES: Final = 0.02
+"""R2: share of the footprint."""
+WALL_M: Final = 0.6
+"""R2, R3: the thickest wall, metres; data sets drawn from images leave as much between rooms."""
+SHARED_WALL_M: Final = 0.5
+"""R3: the least length of wall that two adjoining rooms share, metres."""
+
+
+class Limits(NamedTuple):
+    """Least area (m2), least clear width (m) and largest aspect (None: any) of a type of room."""
+
+    area_m2: float
+    width_m: float
+    aspect: float | None
+
+
+LIMITS: Final[Mapping[str, Limits]] = {
+    "living room": Limits(8.0, 2.4, 4.0),
+    "kitchen": Limits(3.0, 1.5, 4.0),
+    "bedroom": Limits(5.0, 2.0, 3.0),
+    "bathroom": Limits(1.5, 1.0, 3.5),
+    "balcony": Limits(1.0, 0.8, 10.0),
+    "entrance": Limits(1.0, 0.9, 5.0),
+    "dining room": Limits(4.0, 2.0, 3.5),
+    "study": Limits(4.0, 1.8, 3.0),
+    "storage": Limits(0.5, 0.6, 6.0),
+    "corridor": Limits(1.0, 0.8, None),
+    "garage": Limits(10.0, 2.4, 4.0),
+    "closet": Limits(0.5, 0.6, 6.0),
+    "other": Limits(0.5, 0.6, None),
+}
+"""The types of rooms and their limits (fpeval/rules.py). No label of ours is a laundry or an outdoor area."""
+
+TYPES: Final[Mapping[str, str]] = {
+    "Bedroom": "bedroom",
+    "Child_Room": "bedroom",
+    "Guest_Room": "bedroom",
+    "Bathroom": "bathroom",
+    "Toilet": "bathroom",
+    "Kitchen": "kitchen",
+    "Dining_Room": "dining room",
+    "Living_Room": "living room",
+    "Room": "other",
+    "Office": "study",
+    "Gym": "other",
+    "Hallway": "corridor",
+    "Hall": "corridor",
+    "Lobby": "corridor",
+    "Entryway": "entrance",
+    "Garage": "garage",
+    "Storage": "storage",
+    "Wardrobe": "closet",
+    "Boiler_room": "other",
+    "Balcony": "balcony",
+    "Terrace": "balcony",
+    "Loggia": "balcony",
+    "Aeration": "other",
+    "Passenger_elevator": "other",
+    "Freight_elevator": "other",
+    "Unlabelled": "other",
+}
+"""The type of each label of HouseExpo. Terraces and loggias count as balconies, as they do in the public data sets."""
+
+_HALLWAY: Final = {"entrance": "hallway", "corridor": "hallway"}
+"""Types that data sets do not tell apart, and what both are in tables of connections and sizes."""
+
+_SHARE: Final = 1e-4
+"""The precision of stored shares."""
+
+
+class AuditedRoom(Struct, array_like=True, frozen=True):
+    """A room of an audited plan: its id and type, its area (m2), its clear width (m) and its aspect."""
+
+    id: int
+    type: str
+    area_m2: float
+    width_m: float
+    aspect: float
+
+    def broken(self) -> Iterator[Rule]:
+        """Yield the rules that the room breaks (R4 to R6)."""
+        limits = LIMITS[self.type]
+        if self.area_m2 < limits.area_m2:
+            yield "area"
+        if self.width_m < limits.width_m:
+            yield "width"
+        if limits.aspect is not None and self.aspect > limits.aspect:
+            yield "aspect"
+
+    def reasons(self) -> Iterator[str]:
+        """Yield a description of each rule that the room breaks."""
+        limits, name = LIMITS[self.type], f"room {self.id} ({self.type})"
+        texts = {
+            "area": f"{self.area_m2:.2f} m2, at least {limits.area_m2:g}",
+            "width": f"{self.width_m:.2f} m wide, at least {limits.width_m:g}",
+            "aspect": f"aspect {self.aspect:.1f}, at most {limits.aspect or 0:g}",
+        }
+        yield from (f"{name}: {texts[rule]}" for rule in self.broken())
+
+
+class Audit(Struct, array_like=True, frozen=True):
+    """What an audit found in a plan; thresholds are applied afterwards.
+
+    ``overlap`` and ``holes`` are shares (R1, R2), ``pieces`` the number of pieces (R3). ``wall`` and ``door`` are pairs
+    of places in ``rooms`` that share a wall, or a door.
+    """
+
+    rooms: list[AuditedRoom]
+    overlap: float
+    holes: float
+    pieces: int
+    wall: list[tuple[int, int]]
+    door: list[tuple[int, int]]
+
+    def broken(self) -> set[Rule]:
+        """Return the rules that the plan breaks, those of its rooms included."""
+        found: set[Rule] = {rule for room in self.rooms for rule in room.broken()}
+        if self.overlap > MAX_OVERLAP:
+            found.add("overlap")
+        if self.holes > MAX_HOLES:
+            found.add("holes")
+        if self.pieces > 1:
+            found.add("pieces")
+        return found
+
+    def reasons(self) -> Iterator[str]:
+        """Yield a description of each rule that the plan or a room breaks."""
+        broken = self.broken()
+        if "overlap" in broken:
+            yield f"rooms overlap by {self.overlap:.1%}, at most {MAX_OVERLAP:.0%}"
+        if "holes" in broken:
+            yield f"enclosed holes cover {self.holes:.1%}, at most {MAX_HOLES:.0%}"
+        if "pieces" in broken:
+            yield f"the rooms form {self.pieces} pieces"
+        for room in self.rooms:
+            yield from room.reasons()
+
+
+def audit(plan: PlanData) -> Audit | None:
+    """Audit a plan; return None if it has no rooms."""
+    import shapely
+
+    rooms = [room for room in plan.rooms if room.area > 0]
+    if not rooms:
+        return None
+    shapes = [room.polygon for room in rooms]
+    covered = shapely.union_all(shapes)
+    wall = _adjoining(shapes)
+    places = {room.id: place for place, room in enumerate(rooms)}
+    doors = [[places[side] for side in door.rooms if side in places] for door in plan.doors]
+    return Audit(
+        [_audited(room, shape) for room, shape in zip(rooms, shapes, strict=True)],
+        round(float(shapely.area(shapes).sum() / covered.area) - 1.0, 6),
+        round(_hole_share(covered), 6),
+        _pieces(len(rooms), wall),
+        wall,
+        [(pair[0], pair[1]) for pair in doors if len(pair) == 2],
+    )
+
+
+def clear_width(shape: Polygon) -> float:
+    """Return the diameter of the largest circle inside a polygon, metres, at most 0.01 m too small.
+
+    The circle is found by the method of the pole of inaccessibility (V. Agafonkin, "polylabel", 2016; GEOS).
+    """
+    import shapely
+
+    return 2.0 * float(shapely.maximum_inscribed_circle(shape, tolerance=_CIRCLE_M).length)
+
+
+_CIRCLE_M: Final = 0.005
+"""The error of an inscribed circle's radius, metres; a tenth of it takes six times as long."""
+
+
+def aspect(shape: Polygon) -> float:
+    """Return the ratio of the longer to the shorter side of the smallest rotated rectangle round a polygon."""
+    import shapely
+
+    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shape))
+    short, long = sorted(np.hypot(*(corners[1:3] - corners[:2]).T).tolist())
+    return float(long / short)
+
+
+def _audited(room: Room, shape: Polygon) -> AuditedRoom:
+    kind = TYPES.get(room.label, "other")
+    return AuditedRoom(room.id, kind, round(shape.area, 3), round(clear_width(shape), 3), round(aspect(shape), 3))
+
+
+def _hole_share(covered: Polygon | MultiPolygon) -> float:
+    """Return the share of the footprint that is enclosed and wider than a wall (R2)."""
+    import shapely
+
+    grown = shapely.buffer(covered, WALL_M / 2, join_style="mitre")
+    if not any(part.interiors for part in shapely.get_parts(grown)):
+        return 0.0
+    closed = shapely.buffer(grown, -WALL_M / 2, join_style="mitre")
+    footprint = shapely.union_all([shapely.Polygon(part.exterior) for part in shapely.get_parts(closed)])
+    return max(0.0, 1.0 - float(closed.area / footprint.area))
+
+
+def _adjoining(shapes: list[Polygon]) -> list[tuple[int, int]]:
+    """Return the pairs of rooms that share a wall (R3).
+
+    Rooms that are grown by half a wall overlap, along a wall that they share, in a strip of a wall's width.
+    """
+    import shapely
+
+    grown = shapely.buffer(shapes, WALL_M / 2)
+    one, other = shapely.STRtree(grown).query(grown, predicate="intersects")
+    one, other = one[one < other], other[one < other]
+    shared = shapely.area(shapely.intersection(grown[one], grown[other])) / WALL_M
+    return sorted(zip(one[shared >= SHARED_WALL_M].tolist(), other[shared >= SHARED_WALL_M].tolist(), strict=True))
+
+
+def _pieces(count: int, pairs: list[tuple[int, int]]) -> int:
+    import networkx as nx
+
+    graph = nx.Graph(pairs)
+    graph.add_nodes_from(range(count))
+    return int(nx.number_connected_components(graph))
+
+
+class AuditSummary:
+    """Audits of many plans; two summaries can be merged in any order.
+
+    ``broken`` counts the plans that break each rule, and ``rooms`` the rooms of each type. ``broken_rooms`` counts the
+    rooms of a type that break a rule. ``connected`` counts, by connection, type and type of the neighbour, the rooms
+    that have such a neighbour.
+    """
+
+    def __init__(self) -> None:
+        self.plans = 0
+        self.any = 0
+        self.broken: Counter[str] = Counter()
+        self.rooms: Counter[str] = Counter()
+        self.broken_rooms: Counter[tuple[str, str]] = Counter()
+        self.shares = {name: Tally(_SHARE, 0.05) for name in ("overlap", "holes", "area", "width", "aspect")}
+        self.pieces = Tally()
+        self.areas: defaultdict[str, Tally] = defaultdict(lambda: Tally(0.01, 1.0))
+        self.widths: defaultdict[str, Tally] = defaultdict(lambda: Tally(0.01, 0.1))
+        self.halls: Counter[str] = Counter()
+        self.connected: Counter[tuple[str, str, str]] = Counter()
+
+    def take(self, found: Audit) -> None:
+        """Add the audit of one plan."""
+        broken = found.broken()
+        self.plans += 1
+        self.any += bool(broken)
+        self.broken.update(broken)
+        of_rooms = [(room, set(room.broken())) for room in found.rooms]
+        self.rooms.update(room.type for room in found.rooms)
+        self.broken_rooms.update((room.type, rule) for room, rules in of_rooms for rule in rules)
+        self.shares["overlap"].add(found.overlap)
+        self.shares["holes"].add(found.holes)
+        for rule in ("area", "width", "aspect"):
+            self.shares[rule].add(sum(rule in rules for _, rules in of_rooms) / len(of_rooms))
+        self.pieces.add(found.pieces)
+        for room in found.rooms:
+            kind = _HALLWAY.get(room.type, room.type)
+            self.areas[kind].add(room.area_m2)
+            self.widths[kind].add(room.width_m)
+        self._connect(found)
+
+    def _connect(self, found: Audit) -> None:
+        kinds = [_HALLWAY.get(room.type, room.type) for room in found.rooms]
+        self.halls.update(kinds)
+        for connection in CONNECTIONS:
+            pairs: list[tuple[int, int]] = getattr(found, connection)
+            near: defaultdict[int, set[str]] = defaultdict(set)
+            for one, other in pairs:
+                near[one].add(kinds[other])
+                near[other].add(kinds[one])
+            self.connected.update(
+                (connection, kinds[room], kind) for room, all_near in near.items() for kind in all_near
+            )
+
+    def merge(self, other: AuditSummary) -> None:
+        """Add the plans of another summary."""
+        self.plans += other.plans
+        self.any += other.any
+        for name in ("broken", "rooms", "broken_rooms", "halls", "connected"):
+            getattr(self, name).update(getattr(other, name))
+        for name in ("shares", "areas", "widths"):
+            for key, tally in getattr(other, name).items():
+                getattr(self, name)[key].merge(tally)
+        self.pieces.merge(other.pieces)
+
+    def share(self, connection: Connection, one: str, other: str) -> float | None:
+        """Return the share of rooms of type ``one`` with a neighbour of type ``other``, None if there is no such room.
+
+        An entrance and a corridor are both a "hallway" here.
+        """
+        return self.connected[connection, one, other] / self.halls[one] if self.halls[one] else None
+
+    @property
+    def mean_rooms(self) -> float:
+        """The mean number of rooms in a plan."""
+        return self.rooms.total() / self.plans if self.plans else 0.0
+
+    @property
+    def any_share(self) -> float:
+        """The share of plans that break a rule."""
+        return self.any / self.plans if self.plans else 0.0
+
+    def report(self) -> dict[str, Any]:
+        """Return plain values."""
+        return {
+            "plans": self.plans,
+            "break_a_rule": self.any,
+            "break_a_rule_share": round(self.any_share, 6),
+            "rules": {rule: self.broken[rule] for rule in RULES},
+            "mean_shares": {name: round(tally.moments()[0], 6) for name, tally in self.shares.items() if tally.count},
+            "pieces": self.pieces.report(),
+            "rooms": {
+                kind: {"count": count, **{rule: self.broken_rooms[kind, rule] for rule in ("area", "width", "aspect")}}
+                for kind, count in sorted(self.rooms.items())
+            },
+            "areas_m2": {kind: tally.report() for kind, tally in sorted(self.areas.items())},
+            "widths_m": {kind: tally.report() for kind, tally in sorted(self.widths.items())},
+            "connections": {
+                connection: {
+                    f"{one} - {other}": round(count / self.halls[one], 4)
+                    for (kind, one, other), count in sorted(self.connected.items())
+                    if kind == connection
+                }
+                for connection in CONNECTIONS
+            },
+        }

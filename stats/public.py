@@ -1,0 +1,110 @@
+"""Figures of nine public data sets under the rules of ``stats.audit``, for comparison.
+
+All are from results/summary.md and results/datasets/area_percentiles.csv of floorplan_eval
+(github.com/birsakm/floorplan_eval, commit 1855c76, read in 2026), which converts each data set and measures it. The
+data sets themselves are not part of houseexpo.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final, NamedTuple
+
+from stats.audit import AuditSummary, Connection
+
+CITED: Final = "floorplan_eval (github.com/birsakm/floorplan_eval, results/summary.md, commit 1855c76)"
+
+
+class PublicSet(NamedTuple):
+    """A data set: what one plan of it is, how many there are, and their shares.
+
+    ``area``, ``width`` and ``aspect`` are means over the plans of the share of rooms that break the rule, None if the
+    data set has no known scale. ``any`` is the share of plans that break a rule.
+    """
+
+    name: str
+    one: str
+    plans: int
+    rooms: float
+    overlap: float
+    holes: float
+    pieces: float
+    area: float | None
+    width: float | None
+    aspect: float
+    any: float
+
+
+PUBLIC: Final = (
+    PublicSet("ProcTHOR-10k", "made house", 1000, 3.73, 0.000, 0.000, 1.00, 0.006, 0.023, 0.015, 0.125),
+    PublicSet("ResPlan", "flat", 16317, 8.29, 0.003, 0.001, 1.01, 0.005, 0.011, 0.002, 0.136),
+    PublicSet("LIFULL", "flat, unknown scale", 10000, 8.16, 0.004, 0.000, 1.10, None, None, 0.008, 0.139),
+    PublicSet("RPLAN", "flat", 12063, 6.79, 0.000, 0.000, 1.00, 0.004, 0.027, 0.002, 0.171),
+    PublicSet("Swiss Dwellings", "flat on one floor", 46830, 7.87, 0.000, 0.001, 1.04, 0.014, 0.028, 0.002, 0.250),
+    PublicSet("MagicPlan", "floor", 10000, 6.12, 0.000, 0.003, 1.03, 0.040, 0.063, 0.005, 0.359),
+    PublicSet("Tell2Design", "flat, from images", 2308, 6.81, 0.000, 0.000, 1.04, 0.012, 0.061, 0.004, 0.368),
+    PublicSet("CubiCasa5k", "floor", 6103, 10.06, 0.003, 0.001, 1.06, 0.046, 0.056, 0.005, 0.451),
+    PublicSet("MSD", "floor of a building", 4167, 31.73, 0.001, 0.005, 1.16, 0.015, 0.030, 0.002, 0.457),
+)
+"""The data sets, those that break fewest rules first."""
+
+SIZES: Final[Mapping[str, Mapping[str, tuple[float, float, float, float]]]] = {
+    "Swiss Dwellings": {
+        "living room": (16.2, 26.7, 42.7, 4.0),
+        "kitchen": (4.6, 8.0, 14.2, 2.3),
+        "bedroom": (9.9, 14.3, 21.8, 3.2),
+        "bathroom": (1.5, 3.8, 6.3, 1.6),
+        "balcony": (2.1, 7.3, 21.3, 1.7),
+        "hallway": (2.2, 7.5, 17.7, 1.8),
+        "storage": (0.5, 2.2, 7.3, 1.2),
+    },
+    "MagicPlan": {
+        "living room": (7.7, 20.1, 52.5, 3.8),
+        "kitchen": (3.6, 10.3, 32.7, 2.7),
+        "bedroom": (5.9, 12.2, 23.8, 3.0),
+        "bathroom": (1.3, 3.9, 10.2, 1.6),
+        "balcony": (1.4, 6.1, 32.9, 1.5),
+        "hallway": (1.4, 6.1, 34.8, 1.6),
+        "storage": (1.6, 9.7, 50.2, 2.5),
+    },
+}
+"""Room area at 5%, 50% and 95% (m2), and the median clear width (m), by data set and type."""
+
+_SETS: Final = ("CubiCasa5k", "ResPlan", "RPLAN", "Swiss Dwellings", "MagicPlan", "MSD", "LIFULL", "ProcTHOR-10k")
+_SHARES: Final[Mapping[tuple[Connection, str, str], tuple[float | None, ...]]] = {
+    ("door", "bathroom", "hallway"): (0.52, None, None, 0.89, 0.51, None, 0.21, None),
+    ("door", "bedroom", "hallway"): (0.50, None, None, 0.86, 0.60, None, 0.18, None),
+    ("door", "hallway", "bathroom"): (0.57, None, None, 0.84, 0.49, None, 0.59, None),
+    ("door", "hallway", "bedroom"): (0.45, None, None, 0.78, 0.46, None, 0.37, None),
+    ("door", "living room", "hallway"): (0.13, None, None, 0.46, 0.56, None, 0.52, None),
+    ("door", "living room", "bedroom"): (0.33, 0.98, None, 0.20, 0.22, None, 0.62, 0.35),
+    ("door", "living room", "balcony"): (0.28, 0.42, None, 0.83, 0.13, None, 0.60, None),
+    ("door", "balcony", "bedroom"): (0.15, 0.64, None, 0.40, 0.29, None, 0.65, None),
+    ("door", "closet", "bedroom"): (0.45, None, None, None, 0.40, None, 0.64, None),
+    ("door", "study", "hallway"): (0.35, None, None, 1.00, 0.39, None, None, None),
+    ("wall", "bathroom", "bedroom"): (0.41, 0.86, 0.80, 0.54, 0.50, 0.56, 0.24, 0.91),
+    ("wall", "closet", "bedroom"): (0.68, None, 0.91, None, 0.53, None, 0.73, None),
+    ("wall", "dining room", "kitchen"): (0.94, None, 0.88, 0.82, 0.61, 0.82, 0.43, None),
+    ("wall", "hallway", "bathroom"): (0.71, None, 0.39, 0.88, 0.57, 0.81, 0.78, None),
+    ("wall", "hallway", "bedroom"): (0.65, None, 0.42, 0.84, 0.51, 0.79, 0.54, None),
+    ("wall", "kitchen", "living room"): (0.68, 1.00, 0.99, 0.58, 0.51, 0.60, 0.03, 0.92),
+    ("wall", "living room", "bedroom"): (0.56, 0.99, 1.00, 0.65, 0.42, 0.73, 0.74, 0.69),
+    ("wall", "living room", "hallway"): (0.68, None, 0.00, 0.93, 0.61, 0.95, 0.62, None),
+    ("wall", "living room", "kitchen"): (0.69, 0.99, 0.95, 0.79, 0.45, 0.80, 0.23, 0.91),
+}
+
+SHARES: Final[Mapping[tuple[Connection, str, str], Mapping[str, float]]] = {
+    pair: {name: share for name, share in zip(_SETS, shares, strict=True) if share is not None}
+    for pair, shares in _SHARES.items()
+}
+"""The share of rooms of one type with a neighbour of another type, by connection, both types, and data set.
+
+RPLAN and MSD have no interior doors; Tell2Design is not among these figures.
+"""
+
+
+def as_row(name: str, found: AuditSummary) -> PublicSet:
+    """Return an audited data set as a row beside the public ones."""
+    means = {rule: tally.moments()[0] for rule, tally in found.shares.items()}
+    pieces = found.pieces.moments()[0]
+    return PublicSet(name, "", found.plans, found.mean_rooms, pieces=pieces, any=found.any_share, **means)
