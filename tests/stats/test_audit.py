@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from dataclasses import replace
@@ -139,7 +140,7 @@ def test_each_label_has_a_type_and_each_type_its_limits() -> None:
 def slow_clear_width(shape: Polygon, step: float) -> float:
     """Return twice the greatest distance from a point of a grid inside a polygon to its boundary."""
     corners = [list(ring.coords) for ring in (shape.exterior, *shape.interiors)]
-    edges = [pair for ring in corners for pair in zip(ring, ring[1:], strict=False)]
+    edges = [pair for ring in corners for pair in itertools.pairwise(ring)]
 
     def is_inside(x: float, y: float) -> bool:
         crossed = 0
