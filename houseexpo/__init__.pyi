@@ -4,7 +4,6 @@ from .analysis.similarity import find_duplicates
 from .dataset import Dataset, open_dataset
 from .dataset.building import build
 from .dataset.fetch import fetch
-from .dataset.plan_files import load_plan, save_plan
 from .drawing import contact_sheet, draw_plan, svg
 from .errors import (
     ConfigError,
@@ -17,7 +16,7 @@ from .errors import (
     WorkerError,
 )
 from .exports import export
-from .floorplan import FloorPlan, decode
+from .floorplan import FloorPlan, decode, load_plan, save_plan
 from .grids.frame import GridFrame
 from .grids.raster import door_mask, free_mask, room_mask
 from .inference import with_rooms

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.errors import PlanError
 from houseexpo.plan import json_codec
 from houseexpo.plan.model import PlanData, move
 from houseexpo.plan.parts import Navigability, Reach
@@ -44,6 +45,26 @@ def decode(data: bytes | str) -> FloorPlan:
         (docs/format.md). The error names the key, and the plan if its id can be read.
     """
     return json_codec.decode_as(FloorPlan, data)
+
+
+def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
+    """Read a plan from a JSON file.
+
+    Raises
+    ------
+    PlanError
+        The file does not contain a valid plan; the error names the file.
+    """
+    file = Path(path)
+    try:
+        return decode(file.read_bytes())
+    except PlanError as error:
+        raise PlanError(error.problem, f"{file}: {error.key}" if error.key else str(file), error.plan) from None
+
+
+def save_plan(plan: FloorPlan, path: str | os.PathLike[str]) -> None:
+    """Write a plan to a JSON file, like ``plan.save(path)``."""
+    plan.save(path)
 
 
 class MeasuredReach(Reach):

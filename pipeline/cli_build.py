@@ -132,7 +132,7 @@ def built(work: Work, others: str, check: Callable[[], None]) -> DataSet:
 
 def _say_without_effect(data_set: DataSet, overrides: Mapping[str, Override]) -> None:
     """Name the corrections by hand that matched nothing in the houses."""
-    from houseexpo.dataset.plan_files import load_plan
+    from houseexpo.floorplan import load_plan
     from pipeline.corrections import level_of, without_effect
 
     for name, override in overrides.items():

@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from houseexpo.dataset.store.catalogue import nearest
 from houseexpo.errors import ConfigError
 from houseexpo.files import make_folder
 from houseexpo.floorplan import FloorPlan
 from houseexpo.outputs import Output
 from houseexpo.plan import Quality
 from houseexpo.progress import watched
+from houseexpo.words import unknown_name
 from pipeline.algorithm import Snapshot, stages
 from pipeline.batch.job import rng_of
 from pipeline.batch.listing import list_inputs
@@ -149,7 +149,7 @@ def _place(inputs: Sequence[Input], name: str | None) -> int:
     ids = [item.id for item in inputs]
     found = [place for place, known in enumerate(ids) if concerns(name, known)]
     if not found:
-        raise ConfigError(f"--id: {nearest(name, ids)}")
+        raise ConfigError(f"--id: {unknown_name(name, ids)}")
     return max(found, key=lambda place: len(ids[place]))
 
 

@@ -17,12 +17,11 @@ import msgspec
 import pyarrow.parquet as pq
 
 from houseexpo.analysis.similarity import Duplicate
-from houseexpo.dataset.plan_files import load_plan
 from houseexpo.dataset.store.folders import refused_picture
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.errors import HouseExpoError
 from houseexpo.files import write_whole
-from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.floorplan import FloorPlan, decode, load_plan
 from houseexpo.plan import explanations
 from houseexpo.plan.parts import SURE
 from pipeline.batch.assemble import DataSet

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from houseexpo.analysis.measures import Measure
 from houseexpo.analysis.navigability import standing_pieces
+from houseexpo.drawing.draw import path_data
 from houseexpo.drawing.plots import INK, MUTED, ONE, OTHER, axes_of, svg_of
-from houseexpo.drawing.svg_paths import path_data
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import Space, rings_of
 from stats.summary import Reach

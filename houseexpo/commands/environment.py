@@ -58,7 +58,7 @@ def environment(
 def _plans(dataset: Path | None, plan: str | None, task: TaskName) -> Plans:
     """Return the named plans; if none are named, the paper's room for avoidance, or else the fetched data set."""
     from houseexpo.commands.given import data_set, is_plan_file
-    from houseexpo.dataset.plan_files import load_plan
+    from houseexpo.floorplan import load_plan
     from houseexpo.pseudoslam.tasks import ROOM
 
     if dataset is not None and is_plan_file(dataset):

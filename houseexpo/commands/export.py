@@ -90,10 +90,10 @@ def export(
 def _plans(path: Path, wanted: Sequence[str] | None) -> tuple[int, Iterator[FloorPlan]]:
     """Return the number of plans, and the plans; all ids are checked before the first plan is read."""
     from houseexpo.dataset import Dataset, open_dataset
-    from houseexpo.dataset.plan_files import load_plan
-    from houseexpo.dataset.store.catalogue import nearest
     from houseexpo.errors import UnknownPlanError
+    from houseexpo.floorplan import load_plan
     from houseexpo.progress import watched
+    from houseexpo.words import unknown_name
 
     data: Dataset | dict[str, FloorPlan]
     if is_plan_file(path):
@@ -104,7 +104,7 @@ def _plans(path: Path, wanted: Sequence[str] | None) -> tuple[int, Iterator[Floo
     known = list(data) if isinstance(data, dict) else data.ids
     unknown = sorted(set(wanted or ()) - set(known))
     if unknown:
-        raise UnknownPlanError(f"{path}: {'; '.join(nearest(name, known) for name in unknown[:5])}")
+        raise UnknownPlanError(f"{path}: {'; '.join(unknown_name(name, known) for name in unknown[:5])}")
     chosen = known if wanted is None else wanted
     return len(chosen), watched((data[name] for name in chosen), "exporting", len(chosen))
 

@@ -70,7 +70,7 @@ def plan_ids(words: Sequence[str] | None) -> list[str]:
 
 def plans(names: Sequence[str], data: Path | None) -> list[FloorPlan]:
     """Return plans from files if they exist, or else by their ids in the data set (``plan_ids``)."""
-    from houseexpo.dataset.plan_files import load_plan
+    from houseexpo.floorplan import load_plan
 
     found, opened = [], None
     for name in names:

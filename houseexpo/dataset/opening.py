@@ -19,7 +19,7 @@ from houseexpo.errors import (
     installing,
 )
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.words import counted
+from houseexpo.words import counted, unknown_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -60,9 +60,9 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
     >>> len(plans.select(rooms=(4, 9), area=(50, 200)))
     0
     """
-    from houseexpo.dataset.store import opened
+    from houseexpo.dataset.store import open_store
 
-    return Dataset(opened(path))
+    return Dataset(open_store(path))
 
 
 class Dataset(Sequence[FloorPlan]):
@@ -334,10 +334,8 @@ class Dataset(Sequence[FloorPlan]):
     def _row(self, plan_id: str) -> int:
         row = self._catalogue.row_of.get(plan_id, -1)
         if row < 0 or (len(self) < len(self._catalogue.ids) and row not in self._rows):
-            from houseexpo.dataset.store.catalogue import nearest
-
             known = self._catalogue.ids if row < 0 else self.ids
-            raise UnknownPlanError(f"{self._catalogue.shown}: {nearest(plan_id, known)}")
+            raise UnknownPlanError(f"{self._catalogue.shown}: {unknown_name(plan_id, known)}")
         return row
 
     def _plan(self, row: int) -> FloorPlan:

@@ -7,14 +7,13 @@ appears as seen from below its floor; exports to right-handed worlds undo that.)
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
 
 import numpy as np
 import numpy.typing as npt
 
 from houseexpo.drawing.scene import INK, PAPER, Area, Scene, font, scene
-from houseexpo.drawing.svg_paths import path_data
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import fill, rings_of
@@ -129,6 +128,13 @@ def svg_sheet(pictures: Sequence[str], columns: int, captions: Sequence[str] = (
     width = _GAP_PX + min(columns, len(pictures)) * wide
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{top}" viewBox="0 0 {width} {top}">'
     return "\n".join([head, f'<rect width="{width}" height="{top}" fill="{PAPER}"/>', *parts, "</svg>\n"])
+
+
+def path_data(rings: Iterable[npt.NDArray[np.float64]], number: Callable[[float], str]) -> str:
+    """Return rings (n, 2) as SVG path data: closed subpaths, with y down; ``number`` formats a coordinate."""
+    return " ".join(
+        "M" + " ".join(f"{number(x)},{number(y)}" for x, y in np.asarray(ring).tolist()) + "Z" for ring in rings
+    )
 
 
 def _frame(layout: Scene, pixels_per_metre: float) -> GridFrame:

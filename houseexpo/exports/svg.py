@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import shapely
 
+from houseexpo.drawing.draw import path_data
 from houseexpo.drawing.scene import FURNITURE
-from houseexpo.drawing.svg_paths import path_data
 from houseexpo.exports.encoding import Files, number
 from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.exports.solid import WALL_THICKNESS_M

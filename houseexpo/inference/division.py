@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.inference.necks import Neck
-from houseexpo.inference.rays import Floats
+from houseexpo.inference.necks import Floats, Neck
 from houseexpo.inference.tiling import faces_between
 
 if TYPE_CHECKING:

@@ -1,4 +1,15 @@
-"""Candidates for doors: two fronts that face each other through the thickness of a wall."""
+"""Find candidates for doors: *necks* between two *fronts* that face each other through the thickness of a wall.
+
+A front is a face of a wall, extended past the wall's end to the wall across the opening.
+
+::
+
+        room
+    =========A.......B=========      A, B, C, D  corners of two wall ends
+      wall   |  neck  |  wall        A..B, C..D  fronts
+    =========C.......D=========
+        room
+"""
 
 from __future__ import annotations
 
@@ -8,11 +19,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.inference.fronts import Fronts, find_fronts
-from houseexpo.inference.rays import Floats, Walls
-
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
+
+Floats = npt.NDArray[np.float64]
 
 JAG_M: Final = 0.012
 """Steps in a wall up to this size, metres, are straightened first; the thinnest walls (0.02 m) are preserved."""
@@ -26,6 +36,21 @@ _ASIDE: Final = 0.35  # of the width
 _WIDER_M: Final = 0.12
 _THIN_M: Final = 0.3
 _HINT_M: Final = 0.015
+
+NARROWEST_M: Final = 0.4
+WIDEST_M: Final = 2.2
+
+_CORNER: Final = np.sin(np.deg2rad(35.0))
+_STEP_M: Final = 0.025  # an edge that deviates less from an axis counts as parallel: published walls have steps of 1 cm
+_INWARD_M: Final = 0.012  # into the neck: a ray along the face itself would graze the wall on the other side
+_ONWARD_M: Final = 0.02  # past the end, beyond its steps
+_SNAP_M: Final = 0.08
+_LOOKS_M: Final = (0.15, 0.3)
+_STAND_M: Final = 0.4
+_FARTHEST_M: Final = 10.0
+
+_CHUNK: Final = 500_000  # rays times walls at once: 4 MB per array
+_NEAREST_M: Final = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +93,7 @@ def find_necks(space: Polygon | MultiPolygon) -> list[Neck]:
     import shapely
 
     shape = shapely.simplify(space, JAG_M)
-    walls = Walls(shape)
+    walls = _Walls(shape)
     fronts = find_fronts(shape, walls)
     first, second = _opposite(fronts)
     to = fronts.middle[second] - fronts.middle[first]
@@ -78,7 +103,7 @@ def find_necks(space: Polygon | MultiPolygon) -> list[Neck]:
     return sorted((n for n in found if n is not None), key=lambda n: (n.cost, *n.middle))
 
 
-def _opposite(fronts: Fronts) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+def _opposite(fronts: _Fronts) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
     """Return pairs of fronts that may be the two faces of one wall (R1)."""
     from scipy.spatial import cKDTree
 
@@ -96,7 +121,7 @@ def _opposite(fronts: Fronts) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp
     return i[facing & near], j[facing & near]
 
 
-def _neck(fronts: Fronts, i: int, j: int) -> Neck | None:
+def _neck(fronts: _Fronts, i: int, j: int) -> Neck | None:
     """Return the candidate between two fronts, or None if it violates R3 or R4."""
     line, width = fronts.line[[i, j]], fronts.width[[i, j]]
     corner = fronts.is_corner[[i, j]]
@@ -113,3 +138,138 @@ def _neck(fronts: Fronts, i: int, j: int) -> Neck | None:
         return None
     cost = across + 0.5 * depth + 0.35 * (2 - whole) + float(np.ptp(width)) - 0.3 * min(float(widens[0]), 0.5)
     return Neck(line, fronts.into[[i, j]], across, depth, float(fronts.room[[i, j]].min()), whole, cost)
+
+
+@dataclass(frozen=True, eq=False)
+class _Fronts:
+    """Lines (k, 2, 2) across openings, and the unit vectors (k, 2) from them into the neck.
+
+    ``is_corner`` (k, 2) tells for each end of a line whether a wall ends there. ``room`` (k,) is the width of the space
+    in front of the line, metres, 0.0 if there is none.
+    """
+
+    line: Floats
+    into: Floats
+    is_corner: npt.NDArray[np.bool_]
+    room: Floats
+
+    @property
+    def middle(self) -> Floats:
+        """Middles of the lines (k, 2), metres."""
+        return np.asarray(self.line.mean(axis=1))
+
+    @property
+    def width(self) -> Floats:
+        """Lengths of the lines (k,), metres."""
+        return np.asarray(np.hypot(*(self.line[:, 1] - self.line[:, 0]).T))
+
+
+def find_fronts(shape: Polygon | MultiPolygon, walls: _Walls) -> _Fronts:
+    """Return every front with the width of a door in a free space (metres), whose edges are ``walls``."""
+    corner, leading, leaving = _corners(shape)
+    start = np.concatenate([corner, corner])
+    along = np.concatenate([leading, -leaving])  # either wall at a corner may be the ending one
+    into = np.concatenate([_right_of(leading), -_right_of(-leaving)])
+    reach = _ONWARD_M + walls.distance(start + _INWARD_M * into + _ONWARD_M * along, along)
+    found = (reach >= NARROWEST_M) & (reach <= WIDEST_M)
+    line = np.stack([start[found], start[found] + reach[found, None] * along[found]], axis=1)
+    line, ends_at_corner = _snapped(line, corner)
+    into = _squared(line, into[found])
+    is_corner = np.stack([np.ones(len(line), dtype=bool), ends_at_corner], axis=1)
+    return _Fronts(line, into, is_corner, _room(line, into, walls))
+
+
+def _corners(shape: Polygon | MultiPolygon) -> tuple[Floats, Floats, Floats]:
+    """Return corners that project into the free space (k, 2), and the directions of their incoming and outgoing edges.
+
+    Rings are traversed with the free space on the left.
+    """
+    import shapely
+
+    corner, leading, leaving = [], [], []
+    for ring in shapely.get_rings(shapely.get_parts(shapely.orient_polygons(shape))):
+        points = shapely.get_coordinates(ring)[:-1]
+        direction = _directions(np.roll(points, -1, axis=0) - points)
+        corner.append(points)
+        leaving.append(direction)
+        leading.append(np.roll(direction, 1, axis=0))
+    at, before, after = np.concatenate(corner), np.concatenate(leading), np.concatenate(leaving)
+    turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    juts = turn < -_CORNER
+    return at[juts], before[juts], after[juts]
+
+
+def _directions(edge: Floats) -> Floats:
+    """Return unit directions of edges (k, 2), along an axis if within a step of it, as short edges are noisy."""
+    length = np.hypot(*edge.T)[:, None]
+    axis = np.where(np.abs(edge) > np.abs(edge[:, ::-1]), np.sign(edge), 0.0)
+    off = np.abs(edge).min(axis=1)
+    return np.where((off <= np.minimum(_STEP_M, length[:, 0] / 2))[:, None], axis, edge / length)
+
+
+def _right_of(direction: Floats) -> Floats:
+    return np.stack([direction[:, 1], -direction[:, 0]], axis=1)
+
+
+def _snapped(line: Floats, corner: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """Move far ends to a nearby corner; also return which ones were moved."""
+    from scipy.spatial import cKDTree
+
+    if not len(line):
+        return line, np.zeros(0, dtype=bool)
+    apart, nearest = cKDTree(corner).query(line[:, 1], distance_upper_bound=_SNAP_M)
+    close = np.isfinite(apart)
+    snapped = line.copy()
+    snapped[close, 1] = corner[nearest[close]]
+    return snapped, close
+
+
+def _squared(line: Floats, into: Floats) -> Floats:
+    """Return the unit normals of lines on the side of ``into``."""
+    along = line[:, 1] - line[:, 0]
+    normal = _right_of(along) / np.hypot(*along.T)[:, None]
+    side = np.where((normal * into).sum(axis=1) < 0.0, -1.0, 1.0)
+    return np.asarray(normal * side[:, None])
+
+
+def _room(line: Floats, into: Floats, walls: _Walls) -> Floats:
+    """Return the width of the space a little in front of each front, in the front's direction."""
+    along, middle = _right_of(into), line.mean(axis=1)
+    widest = np.zeros(len(line))
+    for look in _LOOKS_M:
+        at = middle - look * into
+        wide = walls.distance(at, along) + walls.distance(at, -along)
+        widest = np.maximum(widest, np.minimum(wide, _FARTHEST_M))
+    return np.where(walls.distance(middle, -into) >= _STAND_M, widest, 0.0)
+
+
+class _Walls:
+    """The edges of a shape (metres) as obstacles."""
+
+    def __init__(self, shape: Polygon | MultiPolygon) -> None:
+        import shapely
+
+        points, ring = shapely.get_coordinates(shapely.get_rings(shapely.get_parts(shape)), return_index=True)
+        same = ring[1:] == ring[:-1]
+        self._start = points[:-1][same]
+        self._edge = (points[1:] - points[:-1])[same]
+
+    def distance(self, origins: Floats, directions: Floats) -> Floats:
+        """Return the distance (k,) from each origin (k, 2) along its unit direction (k, 2) to the first wall, metres.
+
+        It is infinite if there is no wall. A ray along a wall does not hit it.
+        """
+        step = max(1, _CHUNK // max(1, len(self._start)))
+        parts = [self._nearest(origins[k : k + step], directions[k : k + step]) for k in range(0, len(origins), step)]
+        return np.concatenate(parts) if parts else np.empty(0)
+
+    def _nearest(self, origins: Floats, directions: Floats) -> Floats:
+        ray_x, ray_y = directions[:, :1], directions[:, 1:]
+        wall_x, wall_y = self._edge.T
+        to_x, to_y = self._start[:, 0] - origins[:, :1], self._start[:, 1] - origins[:, 1:]
+        turn = ray_x * wall_y - ray_y * wall_x
+        with np.errstate(divide="ignore", invalid="ignore"):  # parallel lines do not meet
+            along_ray = (to_x * wall_y - to_y * wall_x) / turn
+            along_wall = (to_x * ray_y - to_y * ray_x) / turn
+        meets = (along_wall >= 0.0) & (along_wall <= 1.0) & (along_ray > _NEAREST_M)
+        return np.asarray(np.where(meets, along_ray, np.inf).min(axis=1, initial=np.inf))

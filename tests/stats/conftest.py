@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from houseexpo.dataset.plan_files import save_plan
-from houseexpo.floorplan import FloorPlan
+from houseexpo.floorplan import FloorPlan, save_plan
 from houseexpo.plan import Door, Room
 
 

@@ -15,8 +15,7 @@ from shapely import Polygon
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
-from houseexpo.dataset.plan_files import save_plan
-from houseexpo.floorplan import FloorPlan
+from houseexpo.floorplan import FloorPlan, save_plan
 from houseexpo.plan import Door, Room
 from houseexpo.plan.categories import LABELS, UNLABELLED
 from stats.audit import LIMITS, TYPES, Audit, AuditSummary, aspect, audit, clear_width

@@ -13,10 +13,9 @@ from typer.testing import CliRunner
 from houseexpo.commands.app import make_app
 from houseexpo.commands.given import plan_ids
 from houseexpo.dataset import open_dataset
-from houseexpo.dataset.plan_files import save_plan
 from houseexpo.dataset.readable import readable
 from houseexpo.errors import DatasetError
-from houseexpo.floorplan import FloorPlan
+from houseexpo.floorplan import FloorPlan, save_plan
 from stats.bad import Bad, find_bad
 from stats.gather import records
 from tests.builders.batch import one_room, run_build

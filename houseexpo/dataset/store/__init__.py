@@ -28,7 +28,7 @@ def files_at(place: str | os.PathLike[str], what: str) -> Path:
     return Path(place)
 
 
-def opened(place: str | os.PathLike[str]) -> Catalogue:
+def open_store(place: str | os.PathLike[str]) -> Catalogue:
     """Open the data set at a path, or at the address of a service."""
     address = address_in(place)
     if address:

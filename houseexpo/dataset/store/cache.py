@@ -1,4 +1,7 @@
-"""The user's cache folder: data sets that were read before are found by path, size and time, or by their hash."""
+"""The user's cache of data sets: an index, and the plans in compressed blocks, so that a data set opens fast.
+
+A data set that was read before is found by path, size and time, or by the hash of its content.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,10 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Final
+from types import TracebackType
+from typing import Any, Final
+
+import pyarrow as pa
 
 from houseexpo.dataset.store.folders import look, plan_files, plan_folder, plan_stamp
 from houseexpo.dataset.store.records import broken
@@ -18,32 +24,107 @@ from houseexpo.files import PARTIAL, cache_folder, whole_folder, write_whole
 VERSION: Final = "2"
 """Part of every key, so that files in another layout are not read."""
 
-_LEFT_S: Final = 3600.0
+INDEX: Final = "index.arrow"
+PLANS: Final = "plans.arrow"
+
+BLOCK: Final = 32
+"""Plans per block: about 80 KB, which is decompressed in a tenth of a millisecond."""
+
+_SCHEMA: Final = pa.schema([("plan", pa.large_binary())])
+_LEFT_S: Final = 3600.0  # seconds after which an unchanged temporary folder is left over from a killed process
 
 
-def stored(path: Path, build: Callable[[Path], None], is_whole: Callable[[Path], bool]) -> Path:
-    """Return the folder with the result of ``build`` for a data set, and call ``build`` if there is none yet.
+def cached_copy(path: Path, write: Callable[[Path, Path], None]) -> Path:
+    """Return the folder with the cached copy of a data set, and call ``write`` if there is none yet.
 
     1. Path, size and time of a file (for a folder, of every plan in it) lead to the hash of its content.
-    2. The hash leads to the result, so that a copied or touched file is not built again.
-    3. ``build`` fills a temporary folder, which is renamed when it is complete.
-    4. A damaged result (``is_whole``) is built again. Remains of killed processes are deleted.
+    2. The hash leads to the copy, so that a copied or touched file is not read again.
+    3. ``write`` takes the path and fills a temporary folder, which is renamed when it is complete.
+    4. A damaged copy is made again. Remains of killed processes are deleted.
     """
     key = cache_folder("keys", VERSION) / _stamp(path)
     stores = cache_folder("stores", VERSION)
     if key.exists():  # R1
         known = stores / key.read_text(errors="replace")
-        if known.parent == stores and is_whole(known):
+        if known.parent == stores and _is_whole(path, known):
             return known
     store = stores / _content(path)
-    if not is_whole(store):  # R2, R4
+    if not _is_whole(path, store):  # R2, R4
         _sweep(stores)
         _sweep(key.parent)
         shutil.rmtree(store, ignore_errors=True)
         with whole_folder(store) as partial:  # R3
-            build(partial)
+            write(path, partial)
     write_whole(key, store.name.encode())
     return store
+
+
+def read_index(store: Path) -> Any:
+    """Return the index of a cached copy as an Arrow table."""
+    return pa.ipc.open_file(pa.memory_map(str(store / INDEX))).read_all()
+
+
+class BlockWriter:
+    """A context manager that writes plans in order."""
+
+    def __init__(self, path: Path) -> None:
+        options = pa.ipc.IpcWriteOptions(compression=pa.Codec("zstd", compression_level=1))
+        self._writer = pa.ipc.new_file(str(path), _SCHEMA, options=options)
+        self._waiting: list[bytes] = []
+
+    def __enter__(self) -> BlockWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self._flush()
+        self._writer.close()
+
+    def add(self, data: bytes) -> None:
+        """Add one plan."""
+        self._waiting.append(data)
+        if len(self._waiting) == BLOCK:
+            self._flush()
+
+    def _flush(self) -> None:
+        if self._waiting:
+            self._writer.write_batch(pa.record_batch([pa.array(self._waiting, pa.large_binary())], schema=_SCHEMA))
+            self._waiting = []
+
+
+class BlockReader:
+    """A reader of plans by number. It keeps the last block, so that reading in order decompresses each block once."""
+
+    def __init__(self, path: Path) -> None:
+        options = pa.ipc.IpcReadOptions(use_threads=False)  # reading a block is faster than using a thread
+        self._reader = pa.ipc.open_file(pa.memory_map(str(path)), options=options)
+        self._last: tuple[int, Any] = (-1, None)
+
+    def __len__(self) -> int:
+        """Return the number of plans; all blocks but the last are full."""
+        blocks = self._reader.num_record_batches
+        return BLOCK * (blocks - 1) + int(self._reader.get_batch(blocks - 1).num_rows) if blocks else 0
+
+    def __getitem__(self, number: int) -> bytes:
+        block, place = divmod(number, BLOCK)
+        at, batch = self._last
+        if at != block:
+            batch = self._reader.get_batch(block)
+            self._last = block, batch  # one assignment: threads may share a reader
+        data: bytes = batch.column(0)[place].as_py()
+        return data
+
+
+def _is_whole(source: Path, store: Path) -> bool:
+    """Return whether the files of a cached copy are readable; a truncated one lacks its table of contents."""
+    try:
+        rows = read_index(store).num_rows
+        plans = rows if source.is_dir() else len(BlockReader(store / PLANS))
+    except (pa.ArrowException, OSError):
+        return False
+    return bool(rows and rows == plans)
 
 
 def _stamp(path: Path) -> str:

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import difflib
 import hashlib
-import heapq
 import shutil
-from collections.abc import Sequence
-from functools import cached_property, partial
-from itertools import pairwise
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import pyarrow as pa
 
-from houseexpo.dataset.store.blocks import BlockReader
-from houseexpo.dataset.store.cache import stored
+from houseexpo.dataset.store.cache import PLANS, BlockReader, cached_copy, read_index
 from houseexpo.dataset.store.folders import plan_files, plan_folder
 from houseexpo.dataset.store.records import lists, plans_in
 from houseexpo.errors import DatasetError, PlanError
@@ -24,11 +19,6 @@ from houseexpo.plan import checks
 
 _LATER: Final = ("quality",)
 """Columns of numbers that a later version added to the index."""
-_LOOKED_AT: Final = 5000
-_COMPARED: Final = 20
-_LETTERS: Final = 120
-_NEAR: Final = 0.5
-_FEW: Final = 25
 
 
 class Catalogue:
@@ -102,11 +92,11 @@ class Catalogue:
 
     @cached_property
     def _blocks(self) -> Any:
-        return BlockReader((self._store or self.path) / "plans.arrow")
+        return BlockReader((self._store or self.path) / PLANS)
 
 
 def open_catalogue(path: Path) -> Catalogue:
-    """Open a data set; the first time, this reads all of its plans (``houseexpo.dataset.store.build``).
+    """Open a data set; the first time, this reads all of its plans (``houseexpo.dataset.store.write_copy``).
 
     Raises
     ------
@@ -119,9 +109,8 @@ def open_catalogue(path: Path) -> Catalogue:
         return Catalogue(path, _own_index(path), None)
     if not path.exists():
         raise DatasetError(f"{path}: expected a data set, found nothing there; check the path")
-    packed = plans_in(path)
-    store = stored(packed, partial(_build, packed), partial(_is_whole, packed))
-    return Catalogue(path, _read_index(store), store)
+    store = cached_copy(plans_in(path), _write_copy)
+    return Catalogue(path, read_index(store), store)
 
 
 def read_ids(data: bytes, what: str) -> tuple[str, ...]:
@@ -143,49 +132,10 @@ def read_ids(data: bytes, what: str) -> tuple[str, ...]:
     return ids
 
 
-def nearest(word: str, known: Sequence[str]) -> str:
-    """Return the message that a word is unknown, with the most similar known word, or else with what is known.
+def _write_copy(source: Path, target: Path) -> None:
+    from houseexpo.dataset.store.write_copy import write_copy  # it loads libraries that an existing copy does not need
 
-    A word is similar if it shares half of its letters with the unknown one, in the same order, or starts with it.
-
-    Comparing two words takes a tenth of a millisecond. If many are known, only the few that share most pairs of
-    neighbouring letters with the word are compared.
-    """
-    word = word[:_LETTERS]
-    pairs = _pairs(word)
-    likely = heapq.nsmallest(_COMPARED, known[:_LOOKED_AT], key=lambda other: len(pairs ^ _pairs(other)))
-    near = difflib.get_close_matches(word, likely, n=1, cutoff=_NEAR)
-    if not near and word:
-        near = [other for other in known[:_LOOKED_AT] if other.startswith(word)][:1]
-    if near:
-        return f"no {word!r}; the nearest is {near[0]!r}"
-    names, are_few = list(map(repr, known[:_FEW])), len(known) <= _FEW
-    listed = ", ".join(names if are_few else names[:3]) + ("" if are_few else " and others")
-    return f"no {word!r}" + (f"; there are {listed}" if known else "")
-
-
-def _pairs(word: str) -> set[tuple[str, str]]:
-    return set(pairwise(word))
-
-
-def _read_index(store: Path) -> Any:
-    return pa.ipc.open_file(pa.memory_map(str(store / "index.arrow"))).read_all()
-
-
-def _is_whole(source: Path, store: Path) -> bool:
-    """Return whether the cached files of a data set are readable; a truncated one lacks its table of contents."""
-    try:
-        rows = _read_index(store).num_rows
-        plans = rows if source.is_dir() else len(BlockReader(store / "plans.arrow"))
-    except (pa.ArrowException, OSError):
-        return False
-    return bool(rows and rows == plans)
-
-
-def _build(source: Path, target: Path) -> None:
-    from houseexpo.dataset.store.build import build  # it imports shapely, which a cached index does not need
-
-    build(source, target)
+    write_copy(source, target)
 
 
 def _with_later_columns(table: Any) -> Any:

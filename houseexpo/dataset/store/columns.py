@@ -12,10 +12,11 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.dataset.store.catalogue import Catalogue, nearest
-from houseexpo.dataset.store.derived import derived, kept
+from houseexpo.dataset.store.catalogue import Catalogue
+from houseexpo.dataset.store.derived import derived, known_values
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
+from houseexpo.words import unknown_name
 
 Rows = npt.NDArray[np.int64]
 
@@ -29,13 +30,13 @@ def column(catalogue: Catalogue, rows: Rows, name: str, *, compute: bool = True)
     With ``compute=False``, they are None instead.
     """
     if name not in catalogue.table.column_names:
-        raise ConfigError(f"column: {nearest(name, catalogue.table.column_names)}")
+        raise ConfigError(f"column: {unknown_name(name, catalogue.table.column_names)}")
     values: list[Any] = catalogue.table.column(name).take(rows).to_pylist()
     if name in _MEASURES and compute:
         _fill(catalogue, rows, values, *_MEASURES[name])
     elif name in _MEASURES:
         missing = [i for i, value in enumerate(values) if value is None]
-        for i, value in zip(missing, kept(catalogue, rows[missing].tolist(), _MEASURES[name][0]), strict=True):
+        for i, value in zip(missing, known_values(catalogue, rows[missing].tolist(), _MEASURES[name][0]), strict=True):
             values[i] = value
     return values
 
@@ -57,7 +58,7 @@ def known_label(word: str) -> str:
 
     found = canonical(word)
     if found is None:
-        raise ConfigError(f"select: labels: {nearest(word, LABELS)}")
+        raise ConfigError(f"select: labels: {unknown_name(word, LABELS)}")
     return found
 
 

@@ -13,7 +13,6 @@ from typing import Generic, TypeAlias, TypeVar, Union
 import numpy as np
 
 from houseexpo.dataset import Dataset, open_dataset
-from houseexpo.dataset.store.catalogue import nearest
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import SimulatorConfig
@@ -22,6 +21,7 @@ from houseexpo.pseudoslam.worlds.records import encode_world, raster_of
 from houseexpo.pseudoslam.worlds.store import WorldStore
 from houseexpo.pseudoslam.worlds.trajectories import make_tracks
 from houseexpo.pseudoslam.worlds.world import World, make_world
+from houseexpo.words import unknown_name
 
 Thing = TypeVar("Thing")
 Plans: TypeAlias = Union[str, "os.PathLike[str]", FloorPlan, Sequence[FloorPlan]]
@@ -132,7 +132,7 @@ class WorldCache:
         """Return the number of a plan; raise ConfigError, which names ``key``, if there is no plan with this id."""
         if not isinstance(plan_id, str) or plan_id not in self._numbers:
             known = list(reversed(self._numbers))  # in the data set's order
-            near = nearest(plan_id, known).partition("; ")[2] if isinstance(plan_id, str) else ""
+            near = unknown_name(plan_id, known).partition("; ")[2] if isinstance(plan_id, str) else ""
             said = f"{key}: none of the {len(self._numbers)} plans has the id {plan_id!r}"
             raise ConfigError(f"{said}; {near}" if near else said)
         return self._numbers[plan_id]

@@ -16,8 +16,8 @@ import pytest
 
 from houseexpo import ConfigError, DatasetError, UnknownPlanError, encode, open_dataset
 from houseexpo.dataset.index import index_table, row
-from houseexpo.dataset.store.catalogue import nearest
 from houseexpo.plan import Navigability, Quality
+from houseexpo.words import unknown_name
 from tests.builders.plan_files import KINDS, hexed, house, houses, pack
 
 
@@ -171,11 +171,11 @@ def test_the_nearest_of_thousands_is_found_by_comparing_a_few(monkeypatch):
     known = [hashlib.sha1(bytes([i, j])).hexdigest() for i in range(64) for j in range(64)]  # noqa: S324
     wrong = known[3000].replace("a", "b", 1)
     assert wrong != known[3000]
-    assert nearest(wrong, known) == f"no {wrong!r}; the nearest is {known[3000]!r}"
-    assert len(nearest("x" * 10**6, known)) < 300
+    assert unknown_name(wrong, known) == f"no {wrong!r}; the nearest is {known[3000]!r}"
+    assert len(unknown_name("x" * 10**6, known)) < 300
     assert len(compared) <= 50
-    assert nearest("foo", known) == f"no 'foo'; there are {known[0]!r}, {known[1]!r}, {known[2]!r} and others"
-    assert nearest(known[3000][:9], known) == f"no {known[3000][:9]!r}; the nearest is {known[3000]!r}"
+    assert unknown_name("foo", known) == f"no 'foo'; there are {known[0]!r}, {known[1]!r}, {known[2]!r} and others"
+    assert unknown_name(known[3000][:9], known) == f"no {known[3000][:9]!r}; the nearest is {known[3000]!r}"
 
 
 def test_sampling_repeats(plans):
@@ -219,5 +219,5 @@ def test_a_copy_is_not_read_again(tmp_path, monkeypatch):
     open_dataset(path)
     copy = tmp_path / "copy.zip"
     copy.write_bytes(path.read_bytes())
-    monkeypatch.setattr("houseexpo.dataset.store.catalogue._build", lambda *_: pytest.fail("built again"))
+    monkeypatch.setattr("houseexpo.dataset.store.catalogue._write_copy", lambda *_: pytest.fail("built again"))
     assert len(open_dataset(copy)) == 3

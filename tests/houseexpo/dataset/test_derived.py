@@ -9,7 +9,6 @@ import pytest
 
 from houseexpo import open_dataset
 from houseexpo.dataset.store import derived as module
-from houseexpo.dataset.store import values
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
 from houseexpo.workers import THREADS, single_threaded
@@ -94,8 +93,8 @@ def test_a_damaged_file_is_made_anew(folder, place):
 @pytest.mark.parametrize("commit_s", [2.0, 0.0])
 def test_a_file_that_another_process_holds_is_left_alone(folder, monkeypatch, caplog, commit_s):
     open_dataset(folder).derived("area", area)
-    monkeypatch.setattr(values, "_TIMEOUT_S", 0.1)
-    monkeypatch.setattr(values, "_COMMIT_S", commit_s)
+    monkeypatch.setattr(module, "_TIMEOUT_S", 0.1)
+    monkeypatch.setattr(module, "_COMMIT_S", commit_s)
     with closing(sqlite3.connect(file_of(folder))) as other:
         other.execute("BEGIN EXCLUSIVE")
         assert open_dataset(folder).derived("area", area) == [4.0, 9.0, 16.0]
@@ -105,8 +104,8 @@ def test_a_file_that_another_process_holds_is_left_alone(folder, monkeypatch, ca
 
 def test_a_file_that_cannot_be_written_keeps_what_it_has(folder, monkeypatch):
     open_dataset(folder).derived("area", area)
-    monkeypatch.setattr(values, "_TIMEOUT_S", 0.1)
-    monkeypatch.setattr(values, "_COMMIT_S", 0.0)
+    monkeypatch.setattr(module, "_TIMEOUT_S", 0.1)
+    monkeypatch.setattr(module, "_COMMIT_S", 0.0)
     with closing(sqlite3.connect(file_of(folder))) as other:
         other.execute("BEGIN IMMEDIATE")  # others may read, and not write
         assert open_dataset(folder).derived("length", lambda plan: plan.area**0.5) == [2.0, 3.0, 4.0]

@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from houseexpo import ConfigError, DatasetError, open_dataset
-from houseexpo.dataset.fetch import fetch, folder_of, git_blob
+from houseexpo.dataset.fetch import fetch, folder_of, git_blob, unpack
 from houseexpo.dataset.manifest import Manifest, Source, load_manifest, manifest_path
-from houseexpo.dataset.unpack import unpack
 from houseexpo.files import cache_folder
 from pipeline.config import PipelineConfig
 from pipeline.config_file import load_config

@@ -5,9 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from houseexpo.dataset.plan_files import load_plan, save_plan
 from houseexpo.errors import PlanError
-from houseexpo.floorplan import decode
+from houseexpo.floorplan import decode, load_plan, save_plan
 from houseexpo.plan import Quality
 from houseexpo.plan.json_codec import encode
 

@@ -7,9 +7,8 @@ import msgspec
 import pyarrow.parquet as pq
 import pytest
 
-from houseexpo.dataset.plan_files import load_plan
 from houseexpo.errors import ConfigError
-from houseexpo.floorplan import decode
+from houseexpo.floorplan import decode, load_plan
 from pipeline.algorithm import plan_level
 from pipeline.overrides import Override
 from tests.builders.batch import contents, lines, one_room, run_build

@@ -7,7 +7,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from houseexpo.dataset.plan_files import load_plan
+from houseexpo.floorplan import load_plan
 from pipeline.algorithm import plan_level
 from pipeline.sources.procedural import scene_id
 from tests.builders.batch import contents, run_build

@@ -1,4 +1,4 @@
-"""Read a data set once, and write an index and the plans in blocks so that it opens fast."""
+"""Read a data set once, and write its cached copy: an index, and the plans in blocks."""
 
 from __future__ import annotations
 
@@ -14,23 +14,20 @@ import pyarrow as pa
 import shapely
 
 from houseexpo.dataset.index import SCHEMA, row
-from houseexpo.dataset.store.blocks import BlockWriter
+from houseexpo.dataset.store.cache import INDEX, PLANS, BlockWriter
 from houseexpo.dataset.store.records import Record, records
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.processes import in_chunks
 from houseexpo.progress import watched
 
-INDEX: Final = "index.arrow"
-PLANS: Final = "plans.arrow"
-
 CACHED: Final = pa.schema([*SCHEMA, ("file", pa.string()), ("digest", pa.string())])
 """The columns of the index, the plan's file or place in the archive, and the SHA-1 of its bytes."""
 
-_CHUNK: Final = 256
+_CHUNK: Final = 256  # plans that are measured together
 
 
-def build(source: Path, target: Path) -> None:
+def write_copy(source: Path, target: Path) -> None:
     """Write ``index.arrow`` and, unless the source is a folder, ``plans.arrow`` into the folder ``target``.
 
     Raises
@@ -61,8 +58,8 @@ def _measured(source: Path) -> Iterator[tuple[list[Record], list[FloorPlan], lis
     waiting: tuple[list[Record], list[FloorPlan], Future[list[float]]] | None = None
     with ThreadPoolExecutor(1) as thread:
         for chunk in in_chunks(watched(records(source), f"reading {source.name}"), _CHUNK):
-            plans = [decoded(source, record) for record in chunk]
-            before, waiting = waiting, (chunk, plans, thread.submit(areas, plans))
+            plans = [_decode(source, record) for record in chunk]
+            before, waiting = waiting, (chunk, plans, thread.submit(_areas, plans))
             if before is not None:
                 yield before[0], before[1], before[2].result()
         if waiting is not None:
@@ -74,7 +71,7 @@ def _row(record: Record, plan: FloorPlan, area: float) -> dict[str, Any]:
     return {**row(plan, area), "file": record.place, "digest": digest}
 
 
-def decoded(source: Path, record: Record) -> FloorPlan:
+def _decode(source: Path, record: Record) -> FloorPlan:
     """Decode a record; add its place to any error."""
     try:
         return decode(record.data)
@@ -83,7 +80,7 @@ def decoded(source: Path, record: Record) -> FloorPlan:
         raise PlanError(error.problem, f"{place}: {error.key}" if error.key else place, error.plan) from None
 
 
-def areas(plans: Sequence[FloorPlan]) -> list[float]:
+def _areas(plans: Sequence[FloorPlan]) -> list[float]:
     """Return the areas of the free spaces, m2; plans without holes and with a valid ring are measured together."""
     rings = [plan.verts for plan in plans]
     numbers = np.repeat(np.arange(len(rings)), [len(ring) for ring in rings])
