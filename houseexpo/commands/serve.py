@@ -123,7 +123,7 @@ def _run(service: Service, listening: socket.socket) -> None:
     import uvicorn
 
     from houseexpo.service.app import make_app
-    from houseexpo.service.connections import LimitedProtocol
+    from houseexpo.service.guard import LimitedProtocol
 
     limits = service.settings.limits
     config = uvicorn.Config(

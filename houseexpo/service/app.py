@@ -1,32 +1,45 @@
-"""The application: every area's routes behind one guard."""
+"""The application: the routes of every area behind one guard."""
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
+from starlette.routing import BaseRoute, Mount
+from starlette.staticfiles import StaticFiles
 
 from houseexpo.errors import HouseExpoError
-from houseexpo.service import about, api, compare, drive, files, gallery, likeness, plan, refused, review, statistics
-from houseexpo.service.answers import refused_request
-from houseexpo.service.safety import Guard
-from houseexpo.service.service import Service
+from houseexpo.service import api, compare, drive, home, likeness, plan_page, refused, review, statistics
+from houseexpo.service.answers import error_answer
+from houseexpo.service.guard import Guard
+from houseexpo.service.service import PARTS, Service
 from houseexpo.service.work import few_threads
 
-AREAS: Final = (about, refused, statistics, compare, likeness, api, review, drive, plan, gallery)
-"""Modules with ``routes(service)``. A path of one that comes earlier goes before a pattern of a later one."""
+AREAS: Final = (refused, statistics, compare, likeness, api, review, drive, plan_page, home)
+"""Modules with ``routes(service)``. A fixed path must come before a pattern that also matches it."""
+
+
+class _Files(StaticFiles):
+    """Scripts and styles of a package; browsers ask each time whether a file has changed."""
+
+    def file_response(self, *args: Any, **kwargs: Any) -> Response:
+        """Return a file, or 304 if the browser has it."""
+        found = super().file_response(*args, **kwargs)
+        found.headers["cache-control"] = "no-cache"
+        return found
 
 
 def make_app(service: Service) -> Starlette:
     """Return the application of a service, ready for a server or a test client."""
 
     async def failed(request: Request, error: Exception) -> Response:
-        return refused_request(service, request, error)
+        return error_answer(service, request, error)
 
-    routes = files.routes(service)
+    folders = {f"/static/{part}": f"houseexpo.service.{part}" for part in PARTS} | {"/static": "houseexpo.service"}
+    routes: list[BaseRoute] = [Mount(path, _Files(packages=[(package, "static")])) for path, package in folders.items()]
     for area in AREAS:
         routes += area.routes(service)
     app = Starlette(

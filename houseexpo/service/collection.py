@@ -1,4 +1,4 @@
-"""One data set on show: opened, measured, and opened again where it was built again while it is shown."""
+"""A data set on show: it is opened and measured, and reopened when it has been rebuilt in the meantime."""
 
 from __future__ import annotations
 
@@ -18,27 +18,28 @@ from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.dataset.store.folders import plan_stamp
 from houseexpo.errors import ConfigError, HouseExpoError, UnknownPlanError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.service.measures import measured
-from houseexpo.service.query import Query
 from houseexpo.service.recent import Recent
 from houseexpo.service.records import Records, read_records
+from houseexpo.service.search import Query, View, Views, measured_table
 from houseexpo.service.tags import Tags
 from houseexpo.service.thumbnails import thumbnail
-from houseexpo.service.views import View, Views
 
 RESERVED: Final = frozenset({"api", "static", "data", "openapi.json"})
-"""Names in addresses of the service itself (``/static``, ``/api/data``), which no data set may take."""
+"""Names in the service's own addresses (``/static``, ``/api/data``), which no data set may have."""
 
 _LOG = logging.getLogger(__name__)
 _SUFFIXES: Final = (".tar.gz", ".tgz", ".zip", ".jsonl.gz", ".jsonl")
 _LOOK_S: Final = 2.0
+"""Seconds between two looks at whether a data set was rebuilt."""
 _PICTURES_BYTES: Final = 48 << 20
+"""Size of the small pictures that stay in memory."""
 _DIVIDED_VERTS: Final = 2000
+"""Rooms are not found in outlines with more vertices, which would take seconds."""
 _OPENINGS: Final = itertools.count()
 
 
 class Opened:
-    """A data set as it was when it was opened, with what is made of it once; ``number`` tells openings apart."""
+    """A data set at the time it was opened, with values that are computed once; each opening has another ``number``."""
 
     def __init__(self, data: Dataset, stamp: object = None) -> None:
         self.data, self.stamp = data, stamp
@@ -46,7 +47,7 @@ class Opened:
         self.numbers = {name: number for number, name in enumerate(data.ids)}
 
     def known(self, plan_id: str) -> str:
-        """Return an id that names a plan; UnknownPlanError else, without a search for the nearest, which takes long."""
+        """Return the id if it names a plan; raise UnknownPlanError if not, without the slow search for similar ids."""
         if plan_id not in self.numbers:
             raise UnknownPlanError(f"no plan {plan_id[:80]!r} in this data set")
         return plan_id
@@ -57,17 +58,17 @@ class Opened:
 
     @cached_property
     def views(self) -> Views:
-        """What answers queries."""
-        return Views(measured(self.data))
+        """The views that answer queries."""
+        return Views(measured_table(self.data))
 
     @cached_property
     def records(self) -> Records:
-        """What was refused, and what repeats other plans."""
+        """The inputs that gave no plan, and the plans that were dropped as duplicates."""
         return read_records(self.data.path)
 
     @cached_property
     def index(self) -> tuple[bytes, str]:
-        """The index as a Parquet file, the plans' SHA-1 in it, and its tag; equal data sets give equal bytes."""
+        """The index with the plans' SHA-1 as a Parquet file, and its tag; equal data sets give equal bytes."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -81,7 +82,7 @@ class Opened:
 
 
 class Collection:
-    """A data set with the name under which it is shown; ``/NAME/`` is its gallery."""
+    """A data set and the name under which it is shown; ``/NAME/`` is its gallery."""
 
     def __init__(self, name: str, path: Path) -> None:
         self.name, self.path = name, path
@@ -93,7 +94,7 @@ class Collection:
 
     @property
     def now(self) -> Opened:
-        """The data set as it is; a request that needs several things of it takes them from one ``now``."""
+        """The data set as it is now; a request that needs several values takes them from the same ``now``."""
         return self._now
 
     @property
@@ -102,30 +103,30 @@ class Collection:
         return self._now.data
 
     def find(self, query: Query) -> tuple[Opened, View]:
-        """Return the data set as it is, and what a query finds in it, by its present tags; ConfigError as ``Views``."""
+        """Return the data set as it is now, and the plans that a query finds; for errors see ``Views.find``."""
         now = self._now
         try:
-            now.views.tagged(self.tags.now().tags)
+            now.views.set_tags(self.tags.now().tags)
         except ConfigError:
-            if query.tags:  # else a damaged file of tags costs the tags alone
+            if query.tags:  # without tags in the query, a damaged file of tags only costs the tags
                 raise
         return now, now.views.find(query)
 
     def plan(self, plan_id: str) -> FloorPlan:
-        """Return a plan by its id, which is looked up in the index; raise UnknownPlanError if there is none."""
+        """Return a plan by its id; raise UnknownPlanError if there is none."""
         return self._now.plan(plan_id)
 
     def thumbnail(self, plan_id: str) -> bytes | None:
-        """Return a plan's small picture (SVG) where it was made before."""
+        """Return a plan's small picture (SVG) if it is in memory, otherwise None."""
         return self._pictures.get((self._now.number, plan_id))
 
     def drawn(self, plan_id: str) -> bytes:
-        """Return a plan's small picture, drawn now where it was not before."""
+        """Return a plan's small picture; draw it if it is not in memory."""
         now = self._now
         return self._pictures.made((now.number, plan_id), lambda: thumbnail(_with_rooms(now.plan(plan_id))))
 
     def look(self) -> None:
-        """Open the data set again, in a thread of its own, where it was built again; at most every two seconds."""
+        """Reopen the data set in its own thread if it has been rebuilt; look at most every two seconds."""
         if time.monotonic() - self._looked_s < _LOOK_S:
             return
         self._looked_s = time.monotonic()
@@ -138,17 +139,22 @@ class Collection:
             try:
                 fresh = Opened(open_dataset(self.path), stamp)
                 _ = fresh.views
-            except HouseExpoError as error:  # it is being built, or damaged: what was opened before stays
-                _LOG.warning("%s: was changed and cannot be opened yet: %s", self.path, error)
+            except HouseExpoError as error:  # it is being built, or damaged: the old state remains
+                _LOG.warning("%s: it has changed and cannot be opened yet: %s", self.path, error)
                 return
             self._now = fresh
-            _LOG.info("%s: was built anew; %s plans", self.path, len(fresh.data))
+            _LOG.info("%s: it was rebuilt; %s plans", self.path, len(fresh.data))
 
 
 def opened(paths: Iterable[Path]) -> dict[str, Collection]:
-    """Open data sets; each is named after its folder or file, and a number follows where that name is taken.
+    """Open data sets; each is named after its folder or file, with a number if that name is taken.
 
-    ConfigError where there is no path; DatasetError and PlanError as ``open_dataset`` says.
+    Raises
+    ------
+    ConfigError
+        There is no path.
+    DatasetError, PlanError
+        See ``houseexpo.open_dataset``.
     """
     found: dict[str, Collection] = {}
     for path in paths:
@@ -160,7 +166,7 @@ def opened(paths: Iterable[Path]) -> dict[str, Collection]:
 
 
 def _with_rooms(plan: FloorPlan) -> FloorPlan:
-    """Return a plan with the rooms that are found in it; as it is where it records them, or that would take long."""
+    """Return a plan with rooms found from its outline; it is unchanged if it has rooms or that would take too long."""
     try:
         return plan.divided if len(plan.verts) <= _DIVIDED_VERTS else plan
     except HouseExpoError:
@@ -168,11 +174,11 @@ def _with_rooms(plan: FloorPlan) -> FloorPlan:
 
 
 def _stamp(path: Path) -> object:
-    """Return what shows that a data set was built again; None while it is being built."""
+    """Return a value that changes when a data set is rebuilt, None while it is being built."""
     for file in (path / "manifest.json", path / "json", path):
         try:
             found = file.stat()
-            if file == path and path.is_dir():  # a folder of plan files: decisions are written beside them
+            if file == path and path.is_dir():  # plan files; decisions beside them do not count
                 return plan_stamp(path)
         except (OSError, HouseExpoError):
             continue
@@ -181,7 +187,7 @@ def _stamp(path: Path) -> object:
 
 
 def _name_of(path: Path) -> str:
-    """Return a name that can stand in an address: letters, digits, ``.``, ``_`` and ``-``."""
+    """Return a name for addresses, of letters, digits, ``.``, ``_`` and ``-``."""
     whole = path.resolve().name
     plain = next((whole.removesuffix(suffix) for suffix in _SUFFIXES if whole.endswith(suffix)), whole)
     return re.sub(r"[^A-Za-z0-9._-]+", "-", plain).strip("-.") or "plans"

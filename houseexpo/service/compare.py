@@ -1,4 +1,4 @@
-"""Two plans side by side: at one scale, with their measures, their labels and how much their areas differ."""
+"""Two plans side by side at the same scale, with their measures, their labels and the difference of their areas."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from houseexpo.analysis.similarity import compare, comparison_mask
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.collection import Collection, Opened
-from houseexpo.service.measures import MEASURES
+from houseexpo.service.search import MEASURES
 from houseexpo.service.service import Service
 from houseexpo.service.work import computed
 
 _PIXELS_PER_METRE = 10.0
-_PIXELS = 300.0  # along the longer side of the larger plan
+_PIXELS = 300.0
+"""Longer side of the larger plan on the grid on which both are compared."""
 
 
 def routes(service: Service) -> list[BaseRoute]:
@@ -29,7 +30,7 @@ def routes(service: Service) -> list[BaseRoute]:
         shown = service.collection(request)
         other = request.query_params.get("other") or shown.name
         if other not in service.collections:
-            raise ConfigError(f"other: no data set {other[:40]!r} here; there are: {', '.join(service.collections)}")
+            raise ConfigError(f"other: no data set {other[:40]!r}; the data sets: {', '.join(service.collections)}")
         asked = [name for name in request.query_params.get("plans", "").split(",") if name]
         if len(asked) != 2:
             raise ConfigError(f"plans: expected two ids, as in plans=ID,ID, found {len(asked)}")
@@ -70,21 +71,21 @@ def _difference(one: FloorPlan, other: FloorPlan) -> tuple[float, str]:
 
 
 def _rows(opened: list[Opened], asked: list[str]) -> Iterator[tuple[str, str, str, str]]:
-    """Yield a measure's title, both values and how the second differs from the first."""
+    """Yield each measure's title, both values, and the difference of the second from the first."""
     for measure in MEASURES:
         found = [
             now.views.table.value(now.numbers[name], measure.name) for now, name in zip(opened, asked, strict=True)
         ]
         if found == [None, None]:
             continue
-        words = [_number(value, measure.counts, measure.unit) for value in found]
+        words = [_number(value, measure.is_count, measure.unit) for value in found]
         one, two = found
-        apart = "" if one is None or two is None else _number(two - one, measure.counts, measure.unit, sign=True)
+        apart = "" if one is None or two is None else _number(two - one, measure.is_count, measure.unit, sign=True)
         yield measure.title, words[0], words[1], apart
 
 
 def _labels(plans: list[FloorPlan]) -> Iterator[tuple[str, int, int]]:
-    """Yield each label with how often it occurs in both plans."""
+    """Yield each label and the number of its occurrences in both plans."""
     counts = [Counter(_labels_of(plan)) for plan in plans]
     for label in sorted(counts[0] | counts[1]):
         yield label.replace("_", " "), counts[0][label], counts[1][label]
@@ -98,8 +99,8 @@ def _labels_of(plan: FloorPlan) -> list[str]:
 
 def _number(value: float | None, whole: bool, unit: str, *, sign: bool = False) -> str:
     if value is None:
-        return "not known"
+        return "unknown"
     if sign and value == 0:
-        return "the same"
+        return "equal"
     text = f"{value:{'+' if sign else ''},.{0 if whole else 2}f}"
     return f"{text} {unit}".rstrip()

@@ -1,11 +1,13 @@
-"""A map of a data set on which plans that are alike lie near each other.
+"""A map of a data set on which similar plans are close to each other.
 
-1. A plan is described by its measures (logarithms of sizes, so that twice as large is a step everywhere) and labels.
-2. Principal components keep what most tells plans apart.
-3. Each plan is joined to the nearest few. From the first two components on, joined plans draw each other near, and
-   others drive each other away, in steps that grow smaller. The scheme is that of UMAP (McInnes, Healy, Melville 2018).
+1. The features of a plan are its measures (logarithms of sizes, so that doubling is the same step everywhere) and its
+   labels.
+2. Principal components keep the directions in which plans differ most.
+3. Each plan is connected to its nearest neighbours. The map starts with the first two components; then connected plans
+   attract each other, and random others repel each other, in shrinking steps. The scheme is that of UMAP (McInnes,
+   Healy, Melville 2018).
 
-A data set gives the same map each time.
+The map of a data set is the same each time.
 """
 
 from __future__ import annotations
@@ -18,10 +20,9 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.service.caching import values
-from houseexpo.service.measures import Table
-from houseexpo.service.query import parsed
+from houseexpo.service.answers import values
 from houseexpo.service.recent import Recent
+from houseexpo.service.search import Table, parsed_query
 from houseexpo.service.service import Service
 from houseexpo.service.work import computed
 
@@ -33,25 +34,30 @@ _COMPONENTS: Final = 10
 _NEIGHBOURS: Final = 10
 _EPOCHS: Final = 80
 _STRANGERS: Final = 3
-_LABELS: Final = 0.8  # the weight of a label beside a deviation of a measure
+"""Random plans that repel a plan in each step."""
+_LABELS: Final = 0.8
+"""The weight of a label; a standard deviation of a measure has 1."""
 _NEAR: Final = 1e-3
+"""Keeps the repulsion of equal points finite."""
 _STEP: Final = 4.0
+"""The longest step of a coordinate."""
 _KEPT: Final = 8
+"""Maps that stay in memory."""
 
 
 def routes(service: Service) -> list[BaseRoute]:
-    """Return the routes of ``/DATA/map`` and of its places."""
+    """Return the routes of ``/DATA/map`` and of its positions."""
     maps: Recent[Floats] = Recent(_KEPT)
 
     def page(request: Request) -> Response:
-        query = str(parsed(request.query_params))
+        query = str(parsed_query(request.query_params))
         return service.page(request, "map.html", shown=service.collection(request), here="map", query=query)
 
     async def places(request: Request) -> Response:
-        query = parsed(request.query_params)
+        query = parsed_query(request.query_params)
         now, view = service.collection(request).find(query)
         table = now.views.table
-        found = await computed(request, lambda: maps.made(now.number, lambda: placed(described(table))))
+        found = await computed(request, lambda: maps.made(now.number, lambda: positions_of(features_of(table))))
         columns = {name: _plain(table.numbers(name)) for name in _COLOURED}
         answer: dict[str, Any] = {
             "ids": list(table.ids),
@@ -66,8 +72,8 @@ def routes(service: Service) -> list[BaseRoute]:
     return [Route("/{data}/map", page), Route("/api/{data}/map", places)]
 
 
-def described(table: Table) -> Floats:
-    """Return what tells plans apart (n, features): measures in deviations, and labels."""
+def features_of(table: Table) -> Floats:
+    """Return the features of plans (n, features): measures in standard deviations, and labels."""
     columns = [np.log1p(table.numbers(name)) for name in SIZES]
     columns.append(table.numbers("area") / np.maximum(table.numbers("long_side") * table.numbers("short_side"), 1e-6))
     columns.append(table.numbers("short_side") / np.maximum(table.numbers("long_side"), 1e-6))
@@ -81,8 +87,8 @@ def described(table: Table) -> Floats:
     return np.column_stack([*found, labels]) if found else labels
 
 
-def placed(features: Floats) -> Floats:
-    """Return a place (n, 2) in the unit square for each row of features (n, k)."""
+def positions_of(features: Floats) -> Floats:
+    """Return a position (n, 2) in the unit square for each row of features (n, k)."""
     from scipy.spatial import cKDTree
 
     count = len(features)
@@ -94,7 +100,7 @@ def placed(features: Floats) -> Floats:
     other = near[:, 1:].ravel()
     places = components[:, :2] / max(float(components[:, :2].std()), 1e-9) * 5.0
     rng = np.random.default_rng(0)
-    places += rng.normal(0.0, 1e-3, places.shape)  # equal plans are not one point
+    places += rng.normal(0.0, 1e-3, places.shape)  # so that equal plans are separate points
     for epoch in range(_EPOCHS):
         rate = 1.0 - epoch / _EPOCHS
         apart = places[one] - places[other]
@@ -113,7 +119,7 @@ def placed(features: Floats) -> Floats:
 
 
 def _components(features: Floats) -> Floats:
-    """Return the rows' first principal components, each with the sign that makes its largest weight positive."""
+    """Return the first principal components of the rows, with signs that make each largest weight positive."""
     centred = features - features.mean(axis=0)
     weights = np.linalg.eigh(centred.T @ centred)[1][:, ::-1][:, : max(min(_COMPONENTS, features.shape[1]), 2)]
     weights = weights * np.sign(weights[np.abs(weights).argmax(axis=0), np.arange(weights.shape[1])])

@@ -1,4 +1,4 @@
-"""Answers that are kept in memory, so that what many ask for is made once; the oldest go first."""
+"""Recently used values in memory, so that a value that many ask for is computed once."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ T = TypeVar("T")
 
 
 class Recent(Generic[T]):
-    """A least-recently-used cache, up to ``most`` in all, of what ``size_of`` counts; threads may share it."""
+    """A least-recently-used cache for threads; the sizes of its values, by ``size_of``, add up to at most ``most``."""
 
     def __init__(self, most: int, size_of: Callable[[T], int] = lambda _: 1) -> None:
         self._most, self._size_of, self._size = most, size_of, 0
@@ -19,7 +19,7 @@ class Recent(Generic[T]):
         self._lock = threading.Lock()
 
     def get(self, key: Hashable) -> T | None:
-        """Return what is kept, or None if there is nothing."""
+        """Return a value, None if it is not in the cache."""
         with self._lock:
             found = self._found.get(key)
             if found is not None:
@@ -27,12 +27,12 @@ class Recent(Generic[T]):
             return found
 
     def made(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Return what is kept, made now where it is not."""
+        """Return a value; compute it if it is not in the cache."""
         found = self.get(key)
         if found is None:
             found = make()
             with self._lock:
-                before = self._found.pop(key, None)  # another thread may have made it too
+                before = self._found.pop(key, None)  # another thread may have computed it too
                 self._size += self._size_of(found) - (0 if before is None else self._size_of(before))
                 self._found[key] = found
                 while self._size > self._most and len(self._found) > 1:

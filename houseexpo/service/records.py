@@ -1,4 +1,4 @@
-"""What a build wrote beside its plans: inputs that were refused, and plans that repeat one that was kept."""
+"""Records that a build writes beside its plans: rejected inputs, and plans dropped as duplicates."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Refused(msgspec.Struct, frozen=True):
 
 
 class Repeated(msgspec.Struct, frozen=True):
-    """A line of ``duplicates.jsonl``: a plan that was dropped since it repeats the kept one."""
+    """A line of ``duplicates.jsonl``: a plan that was dropped because it repeats the kept one."""
 
     id: str
     kept_id: str
@@ -39,7 +39,7 @@ class Repeated(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True)
 class Records:
-    """Both lists; ``broken`` says what of them could not be read, ``listed`` whether a build wrote them."""
+    """Both lists; ``broken`` are errors in reading them, ``listed`` says whether a build wrote them."""
 
     refused: tuple[Refused, ...] = ()
     repeated: tuple[Repeated, ...] = ()
@@ -48,21 +48,21 @@ class Records:
 
     @property
     def reasons(self) -> list[tuple[str, str, int]]:
-        """Stages and reasons with how often they occur, the most frequent first."""
+        """Stages and reasons with their numbers of inputs, the most frequent first."""
         counts = Counter((each.stage, each.reason) for each in self.refused)
         return [(*key, n) for key, n in sorted(counts.items(), key=lambda item: (-item[1], item[0]))]
 
     def of(self, stage: str, reason: str) -> Sequence[Refused]:
-        """Return what was refused at a stage for a reason; "" stands for any."""
+        """Return the inputs rejected at a stage for a reason; "" stands for any."""
         return [each for each in self.refused if stage in ("", each.stage) and reason in ("", each.reason)]
 
     def repeats_of(self, kept_id: str) -> Sequence[Repeated]:
-        """Return the plans that were dropped for one."""
+        """Return the plans that were dropped as duplicates of one."""
         return [each for each in self.repeated if each.kept_id == kept_id]
 
 
 def read_records(path: Path) -> Records:
-    """Read the lists of a data set's folder; what is no folder, or lacks them, has none."""
+    """Read the lists in a data set's folder; both are empty if it is not a folder or has none."""
     if not path.is_dir():
         return Records()
     refused, one = _lines(path / "rejected.jsonl", Refused)
@@ -72,7 +72,7 @@ def read_records(path: Path) -> Records:
 
 
 def picture_of(path: Path, plan_id: str) -> Path | None:
-    """Return the picture that a build kept of a plan that it dropped, or None if it kept none or that is no id."""
+    """Return the picture that a build kept of a dropped plan, None if it kept none or the id is not valid."""
     folder = path / ".build" / "pictures"
     try:
         file = folder / f"{checks.plan_id(plan_id)}.png"
@@ -82,12 +82,12 @@ def picture_of(path: Path, plan_id: str) -> Path | None:
 
 
 def picture_of_refused(path: Path, name: str) -> Path | None:
-    """Return the picture that a build kept of an input that it refused, or None if it kept none."""
+    """Return the picture that a build kept of a rejected input, None if it kept none."""
     return _own(refused_picture(path, name))
 
 
 def _own(file: Path) -> Path | None:
-    """Return a file that is there, and is reached through no link."""
+    """Return the file if it exists and no part of its path is a link."""
     linked = any(part.is_symlink() for part in (file, file.parent, file.parent.parent))
     return file if file.is_file() and not linked else None
 

@@ -1,4 +1,4 @@
-"""What gave no plan: by stage and reason; and plans that repeat another, beside the one that was kept."""
+"""The page of inputs that gave no plan, by stage and reason, and of duplicates beside the plans that were kept."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.service.caching import on_disk, values
-from houseexpo.service.query import number
+from houseexpo.service.answers import on_disk, values
 from houseexpo.service.records import picture_of, picture_of_refused
+from houseexpo.service.search import whole_number
 from houseexpo.service.service import Service
 
 _PAGE: Final = 100
@@ -19,11 +19,11 @@ _FARTHEST: Final = 10**7
 
 
 def routes(service: Service) -> list[BaseRoute]:
-    """Return the routes of ``/DATA/refused`` and of what it shows."""
+    """Return the routes of ``/DATA/refused`` and of its data."""
 
     def page(request: Request) -> Response:
         shown, given = service.collection(request), request.query_params
-        now, offset = shown.now, number(given, "offset", 0, _FARTHEST)
+        now, offset = shown.now, whole_number(given, "offset", 0, _FARTHEST)
         stage, reason = given.get("stage", ""), given.get("reason", "")
         found = now.records.of(stage, reason)
         repeated = now.records.repeated
@@ -49,13 +49,16 @@ def routes(service: Service) -> list[BaseRoute]:
 
     def refused(request: Request) -> Response:
         given = request.query_params
-        offset, records = number(given, "offset", 0, _FARTHEST), service.collection(request).now.records
+        offset, records = whole_number(given, "offset", 0, _FARTHEST), service.collection(request).now.records
         found = records.of(given.get("stage", ""), given.get("reason", ""))
         listed = {"found": len(found), "refused": found[offset : offset + _PAGE], "broken": records.broken}
         return values(request, listed)
 
     def duplicates(request: Request) -> Response:
-        records, offset = service.collection(request).now.records, number(request.query_params, "offset", 0, _FARTHEST)
+        records, offset = (
+            service.collection(request).now.records,
+            whole_number(request.query_params, "offset", 0, _FARTHEST),
+        )
         listed = {"found": len(records.repeated), "duplicates": records.repeated[offset : offset + _PAGE]}
         return values(request, listed)
 
@@ -64,7 +67,7 @@ def routes(service: Service) -> list[BaseRoute]:
         known = any(each.id == name for each in shown.now.records.repeated)
         file = picture_of(shown.path, name) if known else None
         if file is None:
-            raise HTTPException(404, "the build kept no picture of that")
+            raise HTTPException(404, "the build kept no picture of it")
         return on_disk(request, file, "image/png")
 
     def refused_picture(request: Request) -> Response:
@@ -72,7 +75,7 @@ def routes(service: Service) -> list[BaseRoute]:
         known = any(each.id == name for each in shown.now.records.refused)
         file = picture_of_refused(shown.path, name) if known else None
         if file is None:
-            raise HTTPException(404, "the build kept no picture of that")
+            raise HTTPException(404, "the build kept no picture of it")
         return on_disk(request, file, "image/png")
 
     return [

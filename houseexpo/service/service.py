@@ -1,4 +1,4 @@
-"""What every page needs: the data sets by name, the settings, the templates."""
+"""The service that every page uses: its data sets by name, its settings, its templates."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from houseexpo.service.collection import Collection
 from houseexpo.service.settings import Settings
 
 PARTS = ("review", "drive")
-"""Sub-packages with templates and files of their own: ``review/page.html``, ``/static/review/page.js``."""
+"""Subpackages with their own templates and files: ``review/page.html``, ``/static/review/page.js``."""
 
 
 def _templates() -> Environment:
@@ -35,34 +35,34 @@ def _templates() -> Environment:
 
 @dataclass(frozen=True)
 class Service:
-    """A service: ``collections`` are the data sets shown, by the name that stands in their addresses."""
+    """A service; ``collections`` are its data sets by the names in their addresses."""
 
     collections: Mapping[str, Collection]
     settings: Settings = field(default_factory=Settings)
     templates: Environment = field(default_factory=_templates, repr=False)
 
     def collection(self, request: Request) -> Collection:
-        """Return the data set that a request's path names (``{data}``); answer 404 if there is none."""
+        """Return the data set that a request's path names (``{data}``); raise HTTPException (404) if there is none."""
         name = request.path_params["data"]
         found = self.collections.get(name)
         if found is None:
             known = ", ".join(self.collections)
-            raise HTTPException(404, f"no data set {name!r} here; there are: {known}")
+            raise HTTPException(404, f"no data set {name!r}; the data sets: {known}")
         found.look()
         return found
 
     def opening(self, request: Request, name: str) -> str:
-        """Return the line of Python that opens a data set here; the token itself stays with those who have it."""
+        """Return the line of Python that opens a data set of this server; it does not contain the token."""
         address = f"{request.base_url}{name}"
         if not self.settings.token:
             return f'plans = houseexpo.open_dataset("{address}")'
-        told = "# TOKEN: the one in the address that houseexpo serve printed"
+        told = "# TOKEN is in the address that houseexpo serve printed"
         return f'plans = houseexpo.open_dataset("{address}?token=TOKEN")  {told}'
 
     def page(self, request: Request, template: str, status: int = 200, **values: Any) -> HTMLResponse:
-        """Return a page: a template that extends ``base.html``, with the values that it needs.
+        """Return a page from a template that extends ``base.html``, and its values.
 
-        ``here`` says which link of the navigation is the page's own; ``shown`` is its data set, or None if it has none.
+        ``here`` names the page's own link in the navigation; ``shown`` is its data set, None if it has none.
         """
         given = {"here": "", "shown": None, "request": request, "service": self, "settings": self.settings, **values}
         return HTMLResponse(self.templates.get_template(template).render(given), status)

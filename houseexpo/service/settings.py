@@ -1,4 +1,4 @@
-"""How the service is run, and how much it lets one client do."""
+"""Settings of the service, and the limits for its clients."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _ANY: Final = frozenset({"0.0.0.0", "::"})  # noqa: S104  # compared with, not b
 
 @dataclass(frozen=True)
 class Limits:
-    """What one server takes at most; a client is an address."""
+    """Limits of a server; a client is an address."""
 
     body_bytes: int = 1 << 20
     requests_per_s: float = 1500.0
@@ -21,25 +21,25 @@ class Limits:
     sockets: int = 64
     sockets_per_client: int = 16
     message_bytes: int = 1 << 16
-    """Of one message that comes in over a socket."""
+    """Size of an incoming message of a socket."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How the service is run.
+    """Settings of the service.
 
     Attributes
     ----------
     host, port
-        Where it listens.
+        The address on which it listens.
     names
-        More names by which clients may call it.
+        Further names of the server that clients may use.
     read_only
-        Nothing is written: neither decisions nor runs of a robot.
+        Whether it writes no files: neither decisions nor runs of a robot.
     review
-        Pages for judging plans are there.
+        Whether it has pages for judging plans.
     token
-        What clients have to show, or "" if none is asked for.
+        The token that clients must show, "" for none.
     """
 
     host: str = LOOPBACK
@@ -51,10 +51,10 @@ class Settings:
     limits: Limits = Limits()
 
     def knows(self, host: str) -> bool:
-        """Whether a Host header (without its port) names this server.
+        """Return whether a Host header (without its port) names this server.
 
-        Another name that leads here is an attack on browsers (DNS rebinding). Addresses cannot be rebound; so where
-        the server listens on all of them, any address is its name.
+        Another name that leads here is an attack on browsers (DNS rebinding). Numeric addresses cannot be rebound, so
+        that all of them are names of a server that listens on all addresses.
         """
         name = host.strip("[]").lower().rstrip(".")
         if name in {*_LOCAL, self.host.lower(), *map(str.lower, self.names)}:
@@ -63,12 +63,12 @@ class Settings:
 
 
 def is_any(host: str) -> bool:
-    """Whether what listens there listens on all addresses of the machine."""
+    """Return whether a server on this host listens on all addresses of the machine."""
     return host in _ANY
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach what listens there."""
+    """Return whether only this machine can reach a server on this host."""
     return host == "localhost" or (_is_address(host) and ipaddress.ip_address(host).is_loopback)
 
 

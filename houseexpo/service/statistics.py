@@ -1,7 +1,7 @@
-"""Statistics of what a query finds, live; beside another data set where one is named; and the report of ``stats``.
+"""Live statistics of the plans that a query finds, alone or beside another data set, and the report of ``stats``.
 
-A mean's distance is given in deviations of the other data set, that of labels as their total variation (half the sum
-of the differences of shares), as ``houseexpo stats --compare`` has them.
+As in ``houseexpo stats --compare``, the distance of two means is in standard deviations of the other data set, and that
+of labels is their total variation (half the sum of the differences of the shares).
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
 from starlette.routing import BaseRoute, Route
 
+from houseexpo.analysis.measures import Measure
 from houseexpo.errors import ConfigError
 from houseexpo.plan.categories import LABELS
-from houseexpo.service.caching import values
+from houseexpo.service.answers import values
 from houseexpo.service.collection import Opened
-from houseexpo.service.measures import MEASURES, Measure, Numbers
-from houseexpo.service.query import Query, parsed
+from houseexpo.service.search import MEASURES, Bins, Numbers, Query, bins_of, parsed_query
 from houseexpo.service.service import Service
-from houseexpo.service.views import Bins, bins_of
 from houseexpo.service.work import computed
 
 REPORTS: Final = "houseexpo.reports"
-"""Entry points of this group take a ``Dataset`` and return a page of HTML."""
+"""The group of entry points that take a ``Dataset`` and return an HTML page."""
 
 _MAX_PLANS: Final = 3000
+"""Plans of one report: more would take minutes."""
 _BESIDE: Final = ("against",)
 _REPORT_POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox"
 
@@ -37,24 +37,24 @@ def routes(service: Service) -> list[BaseRoute]:
     """Return the routes of the page, its numbers and the report."""
 
     def page(request: Request) -> Response:
-        shown, query = service.collection(request), parsed(request.query_params, _BESIDE)
+        shown, query = service.collection(request), parsed_query(request.query_params, _BESIDE)
         against = _against(service, request)
         others = [name for name in service.collections if name != shown.name]
         given: dict[str, Any] = {"query": str(query), "others": others, "against": against, "reports": bool(_reports())}
         return service.page(request, "statistics.html", shown=shown, here="statistics", **given)
 
     def numbers(request: Request) -> Response:
-        query = parsed(request.query_params, _BESIDE)
+        query = parsed_query(request.query_params, _BESIDE)
         now, _ = service.collection(request).find(query)
         against = _against(service, request)
         other = service.collections[against].now if against else None
         return values(request, statistics(now, query, other))
 
     async def report(request: Request) -> Response:
-        now, view = service.collection(request).find(parsed(request.query_params))
+        now, view = service.collection(request).find(parsed_query(request.query_params))
         made = _reports()
         if not made:
-            raise HTTPException(404, "no package makes a report; install houseexpo as a whole")
+            raise HTTPException(404, "no installed package makes reports; reinstall houseexpo")
         rows = view.rows
         if not 0 < len(rows) <= _MAX_PLANS:
             text = f"report: expected 1 to {_MAX_PLANS} plans, found {len(rows)}; narrow the filter"
@@ -71,14 +71,14 @@ def routes(service: Service) -> list[BaseRoute]:
 
 
 def statistics(now: Opened, query: Query, other: Opened | None = None) -> dict[str, Any]:
-    """Return what the plans that a query finds are like; ``other`` is a whole data set to compare them with."""
+    """Return the statistics of the plans that a query finds; ``other`` is a whole data set for comparison."""
     mask = now.views.find(query).mask
     there = None if other is None else np.ones(len(other.views.table), dtype=bool)
     measures = {}
     for measure in MEASURES:
         values = now.views.table.numbers(measure.name, query.radius)
         beside = None if other is None else other.views.table.numbers(measure.name, query.radius)
-        measures[measure.name] = _described(measure, values, mask, beside)
+        measures[measure.name] = _measure_values(measure, values, mask, beside)
     labels = _label_shares(now, mask)
     found: dict[str, Any] = {"total": len(mask), "found": int(mask.sum()), "measures": measures, "labels": labels}
     if other is not None and there is not None:
@@ -87,13 +87,13 @@ def statistics(now: Opened, query: Query, other: Opened | None = None) -> dict[s
     return found
 
 
-def _described(measure: Measure, values: Numbers, mask: Any, beside: Numbers | None) -> dict[str, Any]:
-    bins = bins_of(values if beside is None else np.concatenate([values, beside]), whole=measure.counts)
+def _measure_values(measure: Measure, values: Numbers, mask: Any, beside: Numbers | None) -> dict[str, Any]:
+    bins = bins_of(values if beside is None else np.concatenate([values, beside]), whole=measure.is_count)
     here = Bins(bins.first, bins.step, bins.number, bins.of[: len(values)])
     found = {
         "title": measure.title,
         "unit": measure.unit,
-        "whole": measure.counts,
+        "whole": measure.is_count,
         "first": bins.first,
         "step": bins.step,
         "counts": here.counts(mask),
@@ -119,7 +119,7 @@ def _summary(values: Numbers) -> dict[str, Any]:
 
 
 def _label_shares(now: Opened, mask: Any) -> dict[str, float]:
-    """Return, for each label, its share of all pairs of a plan and a label in it."""
+    """Return each label's share of all pairs of a plan and a label that occurs in it."""
     counts = (now.views.table.labels & mask).sum(axis=1)
     shares: list[float] = (counts / max(int(counts.sum()), 1)).round(5).tolist()
     return dict(zip(LABELS, shares, strict=True))

@@ -1,8 +1,8 @@
-"""Tags that people give to plans, and views that they save: one file beside the decisions of a review.
+"""Tags that people give to plans, and views that they save, in one file beside the decisions of a review.
 
-The file is ``tags.toml`` in a folder of plans, ``<name>.tags.toml`` beside an archive. People may edit it, and several
-servers may write it: each change reads the file again, under a lock that the system takes away when its owner ends.
-No link is followed, since a data set may come from anybody.
+The file is ``tags.toml`` in a folder of plans, and ``<name>.tags.toml`` beside an archive. People may edit it, and
+several servers may write it: each change reads the file again, under a lock that the system releases when its owner
+ends. Links are not followed, because a data set may come from strangers.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ from houseexpo.errors import ConfigError
 from houseexpo.files import write_whole
 
 MOST: Final = 500
-"""Tags of a data set, and views."""
+"""The largest number of tags of a data set, and of views."""
 
 LONGEST: Final = 60
-"""Letters of a name."""
+"""Letters in the longest name."""
 
 _BYTES: Final = 64 << 20
 
 
 @dataclass(frozen=True)
 class Tagged:
-    """What the file says: the ids of each tag, and the query of each saved view."""
+    """The contents of the file: the ids of each tag, and the query of each saved view."""
 
     tags: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     views: Mapping[str, str] = field(default_factory=dict)
 
 
 class Tags:
-    """The tags and saved views of one data set; ``file`` is None if it lies on another machine."""
+    """The tags and saved views of a data set; ``file`` is None if it is on another machine."""
 
     def __init__(self, dataset: str | Path) -> None:
         local = "://" not in str(dataset) and Path(dataset).exists()
@@ -50,7 +50,7 @@ class Tags:
         self._read: tuple[object, Tagged] = (None, Tagged())
 
     def now(self) -> Tagged:
-        """Return what the file says; it is read again where it has changed.
+        """Return the contents of the file, which is read again if it has changed.
 
         Raises
         ------
@@ -63,12 +63,12 @@ class Tags:
         return self._read[1]
 
     def tag(self, name: str, ids: Iterable[str], *, remove: bool = False) -> Tagged:
-        """Give a tag to plans, or take it away; a tag that no plan has is gone.
+        """Give a tag to plans, or remove it; a tag without plans is deleted.
 
         Raises
         ------
         ConfigError
-            The name cannot be one, there are too many tags, or the file cannot be written.
+            The name is not valid, there are too many tags, or the file cannot be written.
         """
         name = checked_name(name)
 
@@ -82,7 +82,7 @@ class Tags:
         return self._changed(change)
 
     def save_view(self, name: str, query: str | None) -> Tagged:
-        """Keep a query under a name, or forget it where it is None; ConfigError as ``tag`` raises it."""
+        """Save a query under a name, or delete that view if the query is None; for errors see ``tag``."""
         name = checked_name(name)
 
         def change(found: Tagged) -> Tagged:
@@ -95,11 +95,11 @@ class Tags:
 
     def _changed(self, change: Callable[[Tagged], Tagged]) -> Tagged:
         if self.file is None:
-            raise ConfigError("tags: this data set lies on another machine; tag plans where it is served from")
+            raise ConfigError("tags: this data set is on another machine; tag its plans on the server there")
         with self._thread, self._locked(self.file):
             made = change(self.now())
             if max(len(made.tags), len(made.views)) > MOST:
-                raise ConfigError(f"tags: expected at most {MOST} tags and views; take some away first")
+                raise ConfigError(f"tags: expected at most {MOST} tags and views; remove some first")
             write_whole(self.file, _text(made).encode(), durable=True)
             self._read = (self._stamp(), made)
         return made
@@ -123,7 +123,7 @@ class Tags:
         if self.file is None:
             return None
         if self.file.is_symlink():
-            raise ConfigError(f"{self.file.name}: expected a file, found a link, which is not followed; remove it")
+            raise ConfigError(f"{self.file.name}: expected a file, found a link, and links are not followed; remove it")
         try:
             found = self.file.stat()
         except OSError:
@@ -132,7 +132,7 @@ class Tags:
 
 
 def checked_name(name: str) -> str:
-    """Return the name of a tag or a view in one line; raise ConfigError if it cannot be one."""
+    """Return the name of a tag or a view as one line; raise ConfigError if it is not valid."""
     plain = " ".join(name.split())
     if not 0 < len(plain) <= LONGEST or "," in plain or not plain.isprintable():
         raise ConfigError(f"tags: expected a name of 1 to {LONGEST} letters without a comma, found {name[:80]!r}")
@@ -145,7 +145,7 @@ def _read(file: Path) -> Tagged:
             data = stream.read(_BYTES)
         table = tomllib.loads(data.decode())
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ConfigError(f"{file.name}: cannot be read ({error}); mend it or take it away") from None
+        raise ConfigError(f"{file.name}: cannot be read ({error}); mend it or remove it") from None
     tags, views = table.get("tags", {}), table.get("views", {})
     good = isinstance(tags, dict) and isinstance(views, dict) and all(isinstance(each, str) for each in views.values())
     if not good or not all(isinstance(ids, list) and all(isinstance(i, str) for i in ids) for ids in tags.values()):

@@ -1,8 +1,8 @@
-"""Small pictures of plans, quick to make: the outline, and rooms or label boxes in their colours.
+"""Small pictures of plans that are quick to draw: the outline, and rooms or label boxes in their colours.
 
-``houseexpo.drawing`` lays letters out and cuts boxes exactly; hundreds of small pictures a second do without. Walls
-are a line, and boxes of published plans are cut by the browser (``clipPath``). Coordinates are whole tenths of a pixel:
-writing numbers is most of the work.
+``houseexpo.drawing`` also places names and clips boxes exactly, which is too slow for hundreds of pictures per second.
+Here walls are lines, and the browser clips the boxes of published plans (``clipPath``). Coordinates are whole tenths of
+a pixel, because writing numbers takes most of the time.
 """
 
 from __future__ import annotations
@@ -19,19 +19,21 @@ from houseexpo.plan import Ring
 from houseexpo.plan.categories import colour
 
 SIDE: Final = 200
-"""Longer side of a picture, px; all are square."""
+"""Side of a picture, px; all are square."""
 
 _TENTHS: Final = 10 * SIDE
 _MARGIN: Final = 60.0
 _WALL: Final = "#6b7380"
 _FLOOR: Final = "#f6f4ef"
 _FURNITURE: Final = "#cfc8ba"
-_FINE: Final = 4.0  # corners that are nearer to a straight line cannot be seen
+_FINE: Final = 4.0
+"""Corners this close to a straight line are invisible, tenths of a pixel."""
 _MANY: Final = 400
+"""Rings with more vertices are simplified."""
 
 
 def thumbnail(plan: FloorPlan) -> bytes:
-    """Return a plan as a small square SVG, x right and y up; it takes its background from the page."""
+    """Return a plan as a small square SVG, x right and y up, with a transparent background."""
     x1, y1, x2, y2 = plan.bbox
     scale = (_TENTHS - 2 * _MARGIN) / max(x2 - x1, y2 - y1, 1e-6)
     left, top = (_TENTHS - (x2 - x1) * scale) / 2 - x1 * scale, (_TENTHS + (y2 - y1) * scale) / 2 + y1 * scale
@@ -65,7 +67,7 @@ def _rooms(plan: FloorPlan, path: Callable[[Iterable[Any]], str]) -> Iterable[st
 
 
 def _boxes(plan: FloorPlan, path: Callable[[float, float, float, float], str], whole: str) -> Iterable[str]:
-    """Label boxes, the large below the small, cut by the outline."""
+    """Yield the label boxes, clipped by the outline, small ones above large ones."""
     boxes = [(label, box) for label, found in plan.room_category.items() for box in found]
     boxes.sort(key=lambda item: -(item[1][2] - item[1][0]) * (item[1][3] - item[1][1]))
     yield f'<clipPath id="a"><path clip-rule="evenodd" d="{whole}"/></clipPath><g clip-path="url(#a)">'
@@ -83,6 +85,8 @@ def _fewer(ring: Ring) -> Ring:
         return ring
     import shapely
 
-    line = shapely.simplify(shapely.linearrings(ring), _FINE, preserve_topology=False)  # the other way takes 10 ms
+    line = shapely.simplify(
+        shapely.linearrings(ring), _FINE, preserve_topology=False
+    )  # preserving the topology takes 10 ms
     fewer: Ring = shapely.get_coordinates(line)[:-1]
     return fewer

@@ -1,8 +1,8 @@
-"""Computing that takes long, a few at a time, so that pages answer meanwhile.
+"""Long computations, a few at a time, so that other pages answer in the meantime.
 
 R1  Two computations run at once; others wait for their turn.
-R2  Where many wait already, another one is sent away (503).
-R3  What nobody waits for any more when its turn comes, since the browser asked for something else, is left out.
+R2  If too many are waiting, another one is refused (503).
+R3  A computation is skipped if the browser has gone when its turn comes.
 """
 
 from __future__ import annotations
@@ -24,19 +24,20 @@ MAX_WAITING: Final = 32
 
 _AT_ONCE: Final = 2
 _ANSWERING: Final = 4
+"""Threads that answer requests; more would only compete for the interpreter."""
 _LATER: Final = {"retry-after": "5"}
 
 
 async def computed(request: Request, function: Callable[..., T], *args: Any) -> T:
-    """Call a function in a thread when it is its turn; HTTPException (503) where it is not called."""
+    """Call a function in a thread when it is its turn; raise HTTPException (503) if it is not called (R2, R3)."""
     turns = _turns()
     if turns.taken >= _AT_ONCE + MAX_WAITING:  # R2
-        raise HTTPException(503, "Much is being computed just now; ask again in some seconds.", _LATER)
+        raise HTTPException(503, "The server is busy; try again in a few seconds.", _LATER)
     turns.taken += 1
     try:
         async with turns.limiter:  # R1
             if await request.is_disconnected():  # R3
-                raise HTTPException(503, "Nobody waits for this any more.")
+                raise HTTPException(503, "The client has gone.")
             return await anyio.to_thread.run_sync(partial(function, *args), limiter=CapacityLimiter(1))
     finally:
         turns.taken -= 1
@@ -44,7 +45,7 @@ async def computed(request: Request, function: Callable[..., T], *args: Any) -> 
 
 @asynccontextmanager
 async def few_threads(_: Any) -> AsyncIterator[None]:
-    """Let few threads answer while the service runs: more of them only take the interpreter from each other."""
+    """Limit the threads that answer requests while the service runs."""
     limiter = anyio.to_thread.current_default_thread_limiter()
     before, limiter.total_tokens = limiter.total_tokens, _ANSWERING
     yield
@@ -53,7 +54,7 @@ async def few_threads(_: Any) -> AsyncIterator[None]:
 
 @dataclass
 class _Turns:
-    """``taken``: how many computations run or wait."""
+    """``taken`` is the number of computations that run or wait."""
 
     limiter: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(_AT_ONCE))
     taken: int = 0

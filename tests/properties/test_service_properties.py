@@ -7,8 +7,7 @@ from urllib.parse import parse_qsl
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from houseexpo.service.measures import RADII
-from houseexpo.service.query import GROUPS, NAMES, SORTS, parsed
+from houseexpo.service.search import GROUPS, NAMES, RADII, SORTS, parsed_query
 
 ENDS = st.floats(allow_nan=False, allow_infinity=False)
 RANGES = st.tuples(ENDS, ENDS).map(sorted).map(lambda ends: f"{ends[0]!r}..{ends[1]!r}")
@@ -32,5 +31,5 @@ ASKED = st.fixed_dictionaries(
 @example({"labels": "Kitchen,kitchen", "text": "\u00df" * 200})
 @given(ASKED)
 def test_a_query_is_read_as_it_was_written(asked: dict[str, str]) -> None:
-    query = parsed(asked)
-    assert parsed(dict(parse_qsl(str(query)))) == query
+    query = parsed_query(asked)
+    assert parsed_query(dict(parse_qsl(str(query)))) == query

@@ -1,21 +1,39 @@
-"""What our library computes of a plan: rooms, reach, ways, clearance, likeness."""
+"""Analyses of one plan: its geometry for drawing, rooms, reach, ways, clearance, and similar plans.
+
+Similar plans are found in four steps:
+
+R1  The plans nearest in area, sides and rooms are the candidates.
+R2  Fingerprints (``analysis.similarity``) give a lower bound of the difference; the smallest bounds are tried first.
+R3  The difference is measured on a grid of 0.1 m, under the symmetries of the square. Plans that differ by more than
+    half are not similar.
+R4  A candidate that was deleted or damaged while it is shown is left out.
+"""
 
 from __future__ import annotations
 
+import base64
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
+import numpy as np
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.errors import ConfigError
+from houseexpo.analysis.geodesic import shortest_way
+from houseexpo.analysis.navigability import navigability, standing_pieces, straightened
+from houseexpo.analysis.similarity import compare, comparison_mask, fingerprint, lower_bound
+from houseexpo.analysis.walls import walls_around
+from houseexpo.drawing.scene import DOOR_COLOURS
+from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.service import shapes
-from houseexpo.service.caching import values
+from houseexpo.grids.raster import rings_of
+from houseexpo.plan import Room
+from houseexpo.plan.categories import colour
+from houseexpo.service.answers import values
+from houseexpo.service.collection import Opened
 from houseexpo.service.service import Service
-from houseexpo.service.similar import similar
 from houseexpo.service.work import computed
 
 _FARTHEST_M: Final = 1e6
@@ -30,23 +48,23 @@ def routes(service: Service) -> list[BaseRoute]:
         return values(request, await computed(request, lambda: measure(now.plan(name))))
 
     async def shape(request: Request) -> Response:
-        return await answered(request, shapes.drawn)
+        return await answered(request, shape_values)
 
     async def rooms(request: Request) -> Response:
-        return await answered(request, lambda plan: shapes.divided(plan.divided))
+        return await answered(request, lambda plan: rooms_and_doors(plan.divided))
 
     async def reach(request: Request) -> Response:
-        radius = round(_metres(request.query_params, "radius", 0.2, shapes.WIDEST_M), 2)
-        return await answered(request, lambda plan: shapes.reached(plan, radius))
+        radius = round(_metres(request.query_params, "radius", 0.2, WIDEST_M), 2)
+        return await answered(request, lambda plan: reach_values(plan, radius))
 
     async def way(request: Request) -> Response:
         given = request.query_params
-        radius = _metres(given, "radius", 0.2, shapes.WIDEST_M)
+        radius = _metres(given, "radius", 0.2, WIDEST_M)
         ends = _point(given, "from"), _point(given, "to")
-        return await answered(request, lambda plan: shapes.way(plan, *ends, radius))
+        return await answered(request, lambda plan: way_values(plan, *ends, radius))
 
     async def clearance(request: Request) -> Response:
-        return await answered(request, shapes.clearance)
+        return await answered(request, clearance_picture)
 
     async def alike(request: Request) -> Response:
         now = service.collection(request).now
@@ -59,7 +77,7 @@ def routes(service: Service) -> list[BaseRoute]:
 
 
 def _metres(given: Mapping[str, str], name: str, usual: float, most: float) -> float:
-    """Return a length of the address, more than 0; raise ConfigError if it is none."""
+    """Return a positive length from the address; raise ConfigError if it is not one."""
     word = given.get(name, "") or str(usual)
     try:
         found = float(word[:20])
@@ -71,12 +89,247 @@ def _metres(given: Mapping[str, str], name: str, usual: float, most: float) -> f
 
 
 def _point(given: Mapping[str, str], name: str) -> tuple[float, float]:
-    """Return a place of the address, ``x,y`` in metres."""
+    """Return a point ``x,y`` from the address, metres; raise ConfigError if it is not one."""
     words = given.get(name, "")[:60].split(",")
     try:
         x, y = map(float, words)
     except ValueError:
         x = y = math.nan
     if not (abs(x) <= _FARTHEST_M and abs(y) <= _FARTHEST_M):
-        raise ConfigError(f"{name}: expected a place such as 2.5,1.0 (metres), found {given.get(name, '')[:40]!r}")
+        raise ConfigError(f"{name}: expected a point such as 2.5,1.0 (metres), found {given.get(name, '')[:40]!r}")
     return x, y
+
+
+WIDEST_M: Final = 2.0
+"""The largest robot, its radius in metres."""
+
+_WALL_M: Final = 0.12
+"""Thickness of the walls that are drawn, metres."""
+_FIELD_PX: Final = 480
+"""Longer side of the picture of clearance."""
+_SNAP_M: Final = 1.5
+"""A click in a wall stands for a point up to this far from it."""
+_DIGITS: Final = 3
+"""Decimals of coordinates: a millimetre is invisible."""
+
+
+def shape_values(plan: FloorPlan) -> dict[str, Any]:
+    """Return everything that a plan records, and its walls, as rings in metres with labels and colours."""
+    x1, y1, x2, y2 = plan.free_space.bounds
+    return {
+        "id": plan.id,
+        "bounds": [x1, y1, x2, y2],
+        "space": _rings(plan.free_space),
+        "walls": [ring for wall in walls_around(straightened(plan.floor), _WALL_M) for ring in _rings(wall)],
+        "boxes": [
+            {"label": label, "colour": colour(label), "box": list(box)}
+            for label, found in plan.room_category.items()
+            for box in found
+        ],
+        "objects": [
+            {"label": thing.label, "height": thing.height, "rings": _points([thing.ring])} for thing in plan.objects
+        ],
+        "frame": None if plan.frame is None else {"matrix": plan.frame.matrix, "up": plan.frame.up},
+        **rooms_and_doors(plan),
+    }
+
+
+def rooms_and_doors(plan: FloorPlan) -> dict[str, Any]:
+    """Return the rooms and doors of a plan, as rings."""
+    rooms = [
+        {
+            "id": room.id,
+            "label": room.label.replace("_", " "),
+            "area": room.area,
+            "colour": colour(room.label),
+            "rings": _points([room.ring, *room.holes]),
+            "at": _middle(room.polygon),
+            **_unfurnished(room, plan),
+        }
+        for room in plan.rooms
+    ]
+    doors = [
+        {
+            "id": door.id,
+            "kind": door.kind,
+            "width": door.width,
+            "rooms": list(door.rooms),
+            "colour": DOOR_COLOURS[door.kind],
+            "segment": [list(end) for end in door.segment],
+            "rings": _points([door.ring]),
+        }
+        for door in plan.doors
+    ]
+    return {"rooms": rooms, "doors": doors}
+
+
+def reach_values(plan: FloorPlan, radius_m: float) -> dict[str, Any]:
+    """Return the pieces in which a disc's centre can stand, the largest first, and the area that the disc covers."""
+    import shapely
+
+    pieces = standing_pieces(plan.free_space, radius_m)
+    found = navigability(plan, (radius_m,))[f"{radius_m:.2f}"]
+    covered = (shapely.intersection(piece.buffer(radius_m), plan.free_space) for piece in pieces)
+    return {
+        "radius": radius_m,
+        "components": found.components,
+        "largest_share": found.largest_share,
+        "narrowest": found.narrowest,
+        "pieces": [
+            {"area": round(piece.area, 2), "stands": _rings(piece), "covers": _rings(cover)}
+            for piece, cover in zip(pieces, covered, strict=True)
+        ],
+    }
+
+
+def way_values(
+    plan: FloorPlan, start: tuple[float, float], goal: tuple[float, float], radius_m: float
+) -> dict[str, Any]:
+    """Return the shortest path of a disc between two points; a point too near to a wall moves to where it fits."""
+    import shapely
+
+    pieces = standing_pieces(plan.free_space, radius_m)
+    ends = [shapely.Point(start), shapely.Point(goal)]
+    if not pieces:
+        return {"found": False, "why": "The robot fits nowhere."}
+    homes = [int(np.argmin(shapely.distance(pieces, end))) for end in ends]
+    if any(pieces[home].distance(end) > _SNAP_M for home, end in zip(homes, ends, strict=True)):
+        return {"found": False, "why": "One of the two points is outside the plan."}
+    moved = [_nearest(pieces[home], end) for home, end in zip(homes, ends, strict=True)]
+    if homes[0] != homes[1]:
+        return {"found": False, "why": "No path: the robot is too wide for a passage on the way.", "ends": moved}
+    found = shortest_way(pieces[homes[0]], *moved)
+    if found is None:
+        return {"found": False, "why": "No path between the two points.", "ends": moved}
+    points = found.points.round(_DIGITS).tolist()
+    return {"found": True, "length": round(found.length, 2), "points": points, "ends": moved}
+
+
+def clearance_picture(plan: FloorPlan) -> dict[str, Any]:
+    """Return the distance to the nearest wall as a picture (PNG in base 64), with its bounds and its maximum.
+
+    Free cells run from transparent blue to opaque yellow; walls are transparent.
+    """
+    import cv2
+
+    x1, y1, x2, y2 = plan.free_space.bounds
+    scale = min(_FIELD_PX / max(x2 - x1, y2 - y1, 0.1), 25.0)
+    metres = plan.distance_field(scale)
+    frame = plan.grid_frame(scale)
+    most = float(metres.max())
+    share = (metres / most if most else metres)[::-1]  # a picture's first row is the highest y
+    colours = cv2.applyColorMap((share * 255).astype(np.uint8), cv2.COLORMAP_VIRIDIS)
+    alpha = np.where(share > 0, 200, 0).astype(np.uint8)
+    _, png = cv2.imencode(".png", np.dstack([colours, alpha]))
+    (left, low), (rows, cols) = frame.origin_m, frame.shape
+    bounds = [left, low, left + cols / scale, low + rows / scale]
+    return {"bounds": bounds, "most": round(most, 2), "png": base64.b64encode(png.tobytes()).decode()}
+
+
+def _nearest(piece: Any, point: Any) -> list[float]:
+    import shapely
+
+    line = shapely.shortest_line(piece, point)
+    x, y = shapely.get_coordinates(line)[0].round(_DIGITS).tolist() if line is not None else (point.x, point.y)
+    return [x, y]
+
+
+def _middle(shape: Any) -> list[float]:
+    import shapely
+
+    centre = shape.centroid
+    if not shape.contains(centre):
+        x, y = shapely.maximum_inscribed_circle(shape, tolerance=0.05).coords[0]
+        return [round(x, 2), round(y, 2)]
+    return [round(centre.x, 2), round(centre.y, 2)]
+
+
+def _unfurnished(room: Room, plan: FloorPlan) -> dict[str, Any]:
+    """Return the rings and middle of a furnished room without its furniture, on which its name may stand."""
+    import shapely
+
+    things = [thing.polygon for thing in plan.objects if thing.room == room.id]
+    if not things:
+        return {}
+    whole = shapely.union_all([room.polygon, *things])
+    return {"empty": {"rings": _rings(whole), "at": _middle(whole)}}
+
+
+def _rings(shape: Any) -> list[list[list[float]]]:
+    return _points(rings_of(shape))
+
+
+def _points(rings: Iterable[Any]) -> list[list[list[float]]]:
+    return [np.asarray(ring).round(_DIGITS).tolist() for ring in rings]
+
+
+_CANDIDATES: Final = 120
+_COMPARED: Final = 24
+"""R1, R2: how many plans are fingerprinted, and how many of them are compared."""
+_PIXELS_PER_METRE: Final = 10.0
+_MAX_DIFFERENCE: Final = 0.5
+_FINGERPRINT: Final = "fingerprint, 3"
+"""The name under which fingerprints are cached; another way of computing them needs another number."""
+
+
+def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
+    """Return the plans most similar to one: id, title, difference (0: equal; 1: nothing in common) and symmetry.
+
+    Raises
+    ------
+    UnknownPlanError
+        There is no plan with this id.
+    """
+    plan, table = now.plan(plan_id), now.views.table
+    row = now.numbers[plan_id]
+    columns = [_scaled(table.numbers(name), row) for name in ("area", "long_side", "short_side", "rooms")]
+    far = np.sum(np.nan_to_num(np.stack(columns), nan=1.0) ** 2, axis=0)
+    far[row] = np.inf
+    near = np.argsort(far, kind="stable")[:_CANDIDATES]
+    near = near[np.isfinite(far[near])]
+    if not len(near):
+        return []
+    ids = [table.ids[other] for other in near.tolist()]
+    try:
+        kept = now.data.only(ids).derived(_FINGERPRINT, _fingerprint_of)
+    except HouseExpoError:  # R4
+        ids = [name for name in ids if _read(now, name) is not None]
+        kept = now.data.only(ids).derived(_FINGERPRINT, _fingerprint_of)
+    if not ids:
+        return []
+    prints = np.array(kept, dtype=np.int32)
+    fine = comparison_mask(plan)
+    bounds = lower_bound(fingerprint(fine), prints) / np.maximum(prints[:, 0], int(fine.sum()))
+    mask = comparison_mask(plan, _PIXELS_PER_METRE)
+    found: list[tuple[float, str, str]] = []
+    for other in np.argsort(bounds, kind="stable")[:_COMPARED].tolist():
+        limit = sorted(each[0] for each in found)[most - 1] if len(found) >= most else _MAX_DIFFERENCE
+        if bounds[other] > limit:
+            break
+        there = _read(now, ids[other])  # R4, if its traits are in the cache
+        if there is None:
+            continue
+        match = compare(mask, comparison_mask(there, _PIXELS_PER_METRE), limit)
+        if match is not None:
+            found.append((match.difference, ids[other], match.symmetry))
+    return [
+        {"id": name, "title": table.title(now.numbers[name]), "difference": round(difference, 4), "symmetry": symmetry}
+        for difference, name, symmetry in sorted(found)[:most]
+    ]
+
+
+def _fingerprint_of(plan: FloorPlan) -> list[int]:
+    found: list[int] = fingerprint(comparison_mask(plan)).tolist()
+    return found
+
+
+def _read(now: Opened, plan_id: str) -> FloorPlan | None:
+    try:
+        return now.data[plan_id]
+    except HouseExpoError:
+        return None
+
+
+def _scaled(values: Any, row: int) -> Any:
+    """Return the distance of each value from one of them, as a share of that value."""
+    return (values - values[row]) / max(abs(float(values[row])), 1.0)

@@ -1,9 +1,10 @@
-"""What there is: data sets, plans by the page, counts, lists of ids."""
+"""Lists: data sets, pages of plans, counts, ids, and tables as Parquet files, of which readers fetch parts."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -17,20 +18,23 @@ from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.errors import ConfigError
 from houseexpo.exports import FORMATS
 from houseexpo.plan.categories import LABELS, colour
-from houseexpo.service.caching import hashed, values
+from houseexpo.service.answers import hashed, on_disk, ranged, values
 from houseexpo.service.collection import Collection, Opened
-from houseexpo.service.measures import MEASURES, RADII
-from houseexpo.service.query import GROUPS, NAMES, PAGING, Query, number, parsed
+from houseexpo.service.search import GROUPS, MEASURES, NAMES, PAGING, RADII, Query, parsed_query, whole_number
 from houseexpo.service.service import Service
 
+PARQUET: Final = "application/vnd.apache.parquet"
+
 MAX_LIMIT: Final = 500
-"""Plans of one page."""
+"""The largest number of plans on a page."""
 
 COLUMNS: Final = (*NAMES, *GROUPS, "labels", "tags")
-"""What a page of plans may be asked for."""
+"""The columns that a page of plans may have."""
 
-_USUAL: Final = 60
+_LIMIT: Final = 60
+"""The number of plans on a page if the address names none."""
 _FARTHEST: Final = 10**8
+"""The largest offset."""
 _SHOWN: Final = ("rooms", "area", "doors", "holes", "quality", "narrowest", "reach")
 
 
@@ -44,10 +48,10 @@ def routes(service: Service) -> list[BaseRoute]:
         return values(request, described(service.collection(request)))
 
     def plans(request: Request) -> Response:
-        query = parsed(request.query_params, PAGING)
+        query = parsed_query(request.query_params, PAGING)
         columns = _columns(request.query_params.get("columns", ""))
-        offset = number(request.query_params, "offset", 0, _FARTHEST)
-        limit = number(request.query_params, "limit", _USUAL, MAX_LIMIT, least=1)
+        offset = whole_number(request.query_params, "offset", 0, _FARTHEST)
+        limit = whole_number(request.query_params, "limit", _LIMIT, MAX_LIMIT, least=1)
         now, found = service.collection(request).find(query)
         rows = found.rows[offset : offset + limit]
         following = offset + limit if offset + limit < len(found.rows) else None
@@ -55,18 +59,32 @@ def routes(service: Service) -> list[BaseRoute]:
         return values(request, {**page, "plans": _lines(now, rows, query, columns)})
 
     def facets(request: Request) -> Response:
-        return values(request, service.collection(request).find(parsed(request.query_params))[1].facets)
+        return values(request, service.collection(request).find(parsed_query(request.query_params))[1].facets)
 
     def ids(request: Request) -> Response:
-        now, found = service.collection(request).find(parsed(request.query_params))
+        now, found = service.collection(request).find(parsed_query(request.query_params))
         return _listed(request, (now.views.table.ids[row] for row in found.rows.tolist()))
 
     def split(request: Request) -> Response:
         lists = service.collection(request).dataset.splits
         name = request.path_params["name"]
         if name not in lists:
-            raise HTTPException(404, f"no list {name[:80]!r}; there are: {', '.join(sorted(lists)) or 'none'}")
+            raise HTTPException(404, f"no list {name[:80]!r}; the lists: {', '.join(sorted(lists)) or 'none'}")
         return _listed(request, lists[name])
+
+    def index(request: Request) -> Response:
+        data, tag = service.collection(request).now.index
+        return ranged(request, data, tag, PARQUET)
+
+    def tables(request: Request) -> Response:
+        return values(request, {"tables": sorted(_files(service.collection(request).path))})
+
+    def table(request: Request) -> Response:
+        files = _files(service.collection(request).path)
+        file = files.get(request.path_params["name"])
+        if file is None:
+            raise HTTPException(404, f"no such table; the tables: {', '.join(sorted(files)) or 'none'}")
+        return on_disk(request, file, PARQUET)
 
     return [
         Route("/api/data", data_sets),
@@ -75,18 +93,21 @@ def routes(service: Service) -> list[BaseRoute]:
         Route("/api/{data}/facets", facets),
         Route("/api/{data}/ids.txt", ids),
         Route("/api/{data}/splits/{name}", split),
+        Route("/api/{data}/index.parquet", index),
+        Route("/api/{data}/tables", tables),
+        Route("/api/{data}/tables/{name}", table),
     ]
 
 
 def described(shown: Collection) -> dict[str, Any]:
-    """Return what a data set is, in plain values."""
+    """Return the description of a data set as plain values."""
     data = shown.dataset
     return {
         "name": shown.name,
         "plans": len(data),
         "splits": {name: len(ids) for name, ids in data.splits.items()},
         "measures": [
-            {"name": measure.name, "title": measure.title, "unit": measure.unit, "counts": measure.counts}
+            {"name": measure.name, "title": measure.title, "unit": measure.unit, "counts": measure.is_count}
             for measure in MEASURES
         ],
         "labels": list(LABELS),
@@ -102,7 +123,7 @@ def _listed(request: Request, ids: Iterable[str]) -> Response:
 
 
 def _columns(word: str) -> list[str]:
-    """Return the columns that an address asks for; raise ConfigError if one is not known."""
+    """Return the columns that an address asks for; raise ConfigError if one is unknown."""
     names = [name for name in word.split(",") if name]
     for name in names:
         if name not in COLUMNS:
@@ -111,7 +132,7 @@ def _columns(word: str) -> list[str]:
 
 
 def _lines(now: Opened, rows: npt.NDArray[np.int64], query: Query, columns: Sequence[str]) -> list[dict[str, Any]]:
-    """Plans of a page: id and title, what is shown of each, the measure of the order, and the columns asked for."""
+    """Return the plans of a page with the usual columns, the measure by which they are sorted, and further columns."""
     table = now.views.table
     names = dict.fromkeys([*_SHOWN, *columns, query.sort.removeprefix("-")])
     lines: list[dict[str, Any]] = [{"id": table.ids[row], "title": table.title(row)} for row in rows.tolist()]
@@ -130,3 +151,10 @@ def _lines(now: Opened, rows: npt.NDArray[np.int64], query: Query, columns: Sequ
             if not math.isnan(value):
                 line[name] = value
     return lines
+
+
+def _files(path: Path) -> dict[str, Path]:
+    """Return the Parquet files in a data set's folder, by name, without links, which may lead elsewhere."""
+    if not path.is_dir():
+        return {}
+    return {file.name: file for file in path.glob("*.parquet") if file.is_file() and not file.is_symlink()}

@@ -11,13 +11,12 @@ from starlette.routing import BaseRoute, Route
 
 from houseexpo import __version__
 from houseexpo.exports import FORMATS
+from houseexpo.service.answers import values
+from houseexpo.service.api.analysis import WIDEST_M
 from houseexpo.service.api.listing import MAX_LIMIT
 from houseexpo.service.api.tags import SavedView, Tagging
-from houseexpo.service.caching import values
-from houseexpo.service.measures import MEASURES, RADII
-from houseexpo.service.query import SORTS
+from houseexpo.service.search import MEASURES, RADII, SORTS
 from houseexpo.service.service import Service
-from houseexpo.service.shapes import WIDEST_M
 
 
 class Call(NamedTuple):

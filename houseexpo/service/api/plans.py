@@ -1,4 +1,4 @@
-"""One plan: its JSON as it is packed, its pictures, its files in other formats."""
+"""One plan: its JSON as stored, its pictures, its files in other formats."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from houseexpo.errors import ConfigError, PlanError
 from houseexpo.exports import FORMATS
 from houseexpo.files import as_zip
 from houseexpo.floorplan import FloorPlan
-from houseexpo.service.caching import hashed
-from houseexpo.service.query import parsed
+from houseexpo.service.answers import hashed
+from houseexpo.service.search import parsed_query
 from houseexpo.service.service import Service
 from houseexpo.service.work import computed
 
@@ -32,10 +32,10 @@ _TYPES: Final = {
     "graphml": "application/xml",
 }
 MOST_EXPORTED: Final = 500
-"""Plans of one download."""
+"""The largest number of plans in a download."""
 
 _ALONE: Final = "default-src 'none'; style-src 'unsafe-inline'; sandbox"
-"""What a picture may do that is opened as a page of its own."""
+"""The permissions of a picture that is opened as its own page."""
 
 
 def routes(service: Service) -> list[BaseRoute]:
@@ -63,14 +63,14 @@ def routes(service: Service) -> list[BaseRoute]:
         now = service.collection(request).now
         data = now.data.stages(now.known(request.path_params["plan"]))
         if data is None:
-            raise HTTPException(404, "the build kept no picture of its stages; houseexpo build --keep-stages does")
+            raise HTTPException(404, "the build kept no picture of its stages; use houseexpo build --keep-stages")
         return hashed(request, data, "image/png")
 
     async def export(request: Request) -> Response:
         now, form = service.collection(request).now, request.path_params["form"]
         plan = now.known(request.path_params["plan"])
         if form not in FORMATS:
-            raise HTTPException(404, f"no format {form[:40]!r}; there are: {', '.join(FORMATS)}")
+            raise HTTPException(404, f"no format {form[:40]!r}; the formats: {', '.join(FORMATS)}")
         name, data = await computed(request, lambda: exported(now.plan(plan), form))
         kind = _TYPES.get(name.rpartition(".")[2], "application/octet-stream")
         attached = {"content-disposition": f"attachment; filename*=utf-8''{quote(name, safe='')}"}
@@ -78,11 +78,11 @@ def routes(service: Service) -> list[BaseRoute]:
 
     async def exports(request: Request) -> Response:
         form, ids = request.path_params["form"], request.query_params.get("ids", "")
-        now, found = service.collection(request).find(parsed(request.query_params, ("ids",)))
+        now, found = service.collection(request).find(parsed_query(request.query_params, ("ids",)))
         names = [now.known(name) for name in ids.split(",") if name]
         names = names or [now.views.table.ids[row] for row in found.rows.tolist()]
         if form not in FORMATS:
-            raise HTTPException(404, f"no format {form[:40]!r}; there are: {', '.join(FORMATS)}")
+            raise HTTPException(404, f"no format {form[:40]!r}; the formats: {', '.join(FORMATS)}")
         if not 0 < len(names) <= MOST_EXPORTED:
             text = f"export: expected 1 to {MOST_EXPORTED} plans, found {len(names):,}; narrow the filter"
             raise ConfigError(f"{text}, or save the list of ids and run: houseexpo export --ids LIST")

@@ -1,4 +1,4 @@
-"""Tags and saved views: who has which, giving and taking them."""
+"""Tags and saved views: list and change them."""
 
 from __future__ import annotations
 
@@ -12,16 +12,15 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo.errors import ConfigError
-from houseexpo.service.answers import Json, read
-from houseexpo.service.caching import values
+from houseexpo.service.answers import Json, read, values
 from houseexpo.service.collection import Collection
-from houseexpo.service.query import PAGE, parsed
+from houseexpo.service.search import PAGE, parsed_query
 from houseexpo.service.service import Service
 from houseexpo.service.tags import Tagged
 
 
 class Tagging(Struct, frozen=True, forbid_unknown_fields=True):
-    """Give a tag to plans, or take it away: to those of ``ids``, or to those that ``query`` finds."""
+    """Give a tag to plans, or remove it: those of ``ids``, or those that ``query`` finds."""
 
     tag: Annotated[str, Meta(max_length=200)]
     ids: list[str] | None = None
@@ -30,7 +29,7 @@ class Tagging(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class SavedView(Struct, frozen=True, forbid_unknown_fields=True):
-    """Keep a view, as its address holds it, under a name; None forgets it."""
+    """Save a view under a name, as its address holds it; None deletes it."""
 
     name: Annotated[str, Meta(max_length=200)]
     query: dict[str, str] | None
@@ -57,11 +56,11 @@ def routes(service: Service) -> list[BaseRoute]:
 
         def change() -> Tagged:
             if (asked.ids is None) == (asked.query is None):
-                raise ConfigError("request: expected ids or a query, found both or neither")
+                raise ConfigError("request: expected either ids or a query, found both or neither")
             if asked.ids is not None:
                 ids = [shown.now.known(each) for each in asked.ids]
             else:
-                now, found = shown.find(parsed(asked.query or {}))
+                now, found = shown.find(parsed_query(asked.query or {}))
                 ids = [now.views.table.ids[row] for row in found.rows.tolist()]
             return shown.tags.tag(asked.tag, ids, remove=asked.remove)
 
@@ -81,5 +80,5 @@ def routes(service: Service) -> list[BaseRoute]:
 
 
 def _address(query: dict[str, str]) -> list[str]:
-    parts = [str(parsed(query)), urlencode({name: query[name][:300] for name in PAGE if query.get(name)})]
+    parts = [str(parsed_query(query)), urlencode({name: query[name][:300] for name in PAGE if query.get(name)})]
     return [part for part in parts if part]

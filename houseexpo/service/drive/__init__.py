@@ -1,4 +1,4 @@
-"""Drive a robot in any plan in the browser, or watch explorers: the map grows as PseudoSLAM makes it."""
+"""Drive a robot through any plan in the browser, or watch explorers, while PseudoSLAM builds the map."""
 
 from houseexpo.service.drive.pages import routes
 

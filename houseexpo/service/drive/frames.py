@@ -1,9 +1,9 @@
-"""What goes to the browser at each frame: what changed of the map, and where the robot is; a few hundred bytes.
+"""A frame for the browser: the changes of the map and the state of the robot, in a few hundred bytes.
 
 A frame is little endian: ``HEAD``; six float32 for each body in sight (its number, x, y, radius, and velocity across
 and down, cells a second); a uint16 for each beam (its length in 1/32 of a cell); then the cells of the changed
-rectangle, row by row, as runs: a uint16 each, the two highest bits what the cells are (0 unknown, 1 free, 2 obstacle),
-the others how many.
+rectangle, row by row, as runs: a uint16 each, the two highest bits are the state (0 unknown, 1 free, 2 obstacle), the
+others the number of cells.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ HEAD: Final = struct.Struct("<BBHIIffffffHHHHHH")
 rectangle's first row and column, rows and columns, bodies, beams."""
 KIND: Final = 1
 SAVED: Final = 2
-"""The first byte of what is saved: a zip archive follows."""
+"""The first byte of a saved run; a zip archive follows."""
 COLLIDED: Final = 1
 ENDED: Final = 2
 SUCCESS: Final = 4
@@ -36,7 +36,7 @@ _CODES[[FREE, OBSTACLE]] = 1 << 14, 2 << 14
 
 
 class Report(NamedTuple):
-    """How the robot does; ``pose_px`` as odometry has it, ``bumps`` as ``robots.Bumps`` counts them."""
+    """The state of the robot; ``pose_px`` is that of its odometry, ``bumps`` are counted by ``robots.Bumps``."""
 
     number: int
     flags: int
@@ -49,7 +49,7 @@ class Report(NamedTuple):
 
 
 class Delta(NamedTuple):
-    """A rectangle of the map, in which all lies that changed, as runs."""
+    """The rectangle of the map that contains all changes, as runs."""
 
     row: int
     col: int
@@ -59,13 +59,13 @@ class Delta(NamedTuple):
 
 
 class SentMap:
-    """The map as the browser has it: it begins unknown."""
+    """The map that the browser has; at first all of it is unknown."""
 
     def __init__(self, shape: tuple[int, ...]) -> None:
         self._sent = np.zeros(shape, np.uint8)
 
     def update(self, known: Grid) -> Delta:
-        """Return what changed since the last time; a rectangle without cells where nothing did."""
+        """Return the changes since the last call, a rectangle without cells if there are none."""
         changed = known != self._sent
         rows = np.flatnonzero(changed.any(axis=1))
         if not len(rows):

@@ -1,4 +1,4 @@
-"""What a browser may say over a socket, checked; and the configuration that it asks for."""
+"""The messages of a browser, checked, and the simulator's configuration that they ask for."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from houseexpo.pseudoslam.config.robot import LaserConfig, NoiseConfig
 YOU: Final = "you"
 FRAMES_PER_S: Final = 30
 MOST_STEPS_PER_S: Final = 120
-"""Of an explorer or a replay: four steps a frame."""
+"""Steps per second of an explorer or a replay: four per frame."""
 LONGEST_TEXT: Final = 61_000
-"""Of a message; only a replay's is long."""
+"""Characters of a message; only that of a replay is long."""
 MAX_STEPS: Final = 50_000
-"""Of an episode in the browser: half an hour without a pause."""
+"""Steps of an episode in the browser: half an hour without a pause."""
 
 _SPEEDS: Final = {"slow": (0.75, 45.0), "normal": (1.5, 90.0), "fast": (3.0, 150.0)}
-"""Metres and degrees a second."""
+"""Metres and degrees per second."""
 _NOISE: Final = {
     "none": NoiseConfig(),
     "some": NoiseConfig(laser_m=0.02, odometry_way=0.02, odometry_turn=0.02, odometry_deg_per_m=0.5),
@@ -37,7 +37,7 @@ Share = Annotated[float, Meta(ge=-1, le=1)]
 
 
 class Start(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, tag="start", tag_field="do"):
-    """Set a robot down; ``driver`` is "you" or an explorer's name."""
+    """Place a robot; ``driver`` is "you" or the name of an explorer."""
 
     plan: Annotated[str, Meta(min_length=1, max_length=300)]
     driver: Annotated[str, Meta(max_length=60)] = YOU
@@ -51,7 +51,7 @@ class Start(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
     @property
     def config(self) -> SimulatorConfig:
-        """What is simulated: a step of a person's robot takes a frame; an explorer's is the benchmark's."""
+        """The simulation: a step takes one frame for a person, and is that of the benchmark for an explorer."""
         common = SimulatorConfig(
             laser=LaserConfig(range_m=self.range_m, fov_deg=self.fov_deg),
             noise=_NOISE[self.noise],
@@ -69,20 +69,20 @@ class Start(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
 
 class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="replay", tag_field="do"):
-    """Set a robot down and do what a recording says (``recordings.Recording.as_text``)."""
+    """Place a robot and replay a recording (``recordings.Recording.as_text``)."""
 
     recording: Annotated[str, Meta(max_length=LONGEST_TEXT)]
 
 
 class Move(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="move", tag_field="do"):
-    """Move so until another message comes: shares of the full speed, ahead and to the left."""
+    """Move until the next message, at shares of the full speed, forward and to the left."""
 
     linear: Share
     angular: Share
 
 
 class Pace(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="pace", tag_field="do"):
-    """How many steps an explorer or a replay takes a second; 0: it waits."""
+    """Set the steps per second of an explorer or a replay; 0 is a pause."""
 
     steps_per_s: Annotated[float, Meta(ge=0, le=MOST_STEPS_PER_S)]
 
@@ -98,14 +98,14 @@ class Save(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="save", 
 
 
 class Finish(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="finish", tag_field="do"):
-    """End the drive, and send its figures."""
+    """End the drive and send its results."""
 
 
 Message: TypeAlias = Start | Replay | Move | Pace | Seen | Save | Finish
 
 
 def read(text: str) -> Message:
-    """Read a message; raise ConfigError if it is none."""
+    """Decode a message; raise ConfigError if it is not one."""
     if len(text) > LONGEST_TEXT:
         raise ConfigError(f"message: expected at most {LONGEST_TEXT} characters, found {len(text)}")
     try:

@@ -16,21 +16,21 @@ from houseexpo.service.service import Service
 from houseexpo.workers import cores
 
 MAX_ROBOTS: Final = 16
-"""At once, on one server: each takes some megabytes, and thirty steps a second."""
+"""The largest number of robots on a server; each needs some megabytes and thirty steps per second."""
 
 EXPLORERS: Final = {
     "random": "moves at random",
-    "forward": "straight on, turns at walls",
+    "forward": "goes straight, turns at walls",
     "wall": "follows walls",
     "frontier": "nearest frontier",
-    "information": "most to see for the way",
+    "information": "most to see per metre",
     "tour": "shortest tour of frontiers",
     "chooser": "learned choice of frontiers",
-    "chooser-1": "another training",
-    "chooser-2": "a third training",
+    "chooser-1": "trained with another seed",
+    "chooser-2": "trained with a third seed",
     "oracle": "knows the house",
 }
-"""What an explorer does, in a few words."""
+"""The explorers, described in a few words."""
 
 
 def routes(service: Service) -> list[BaseRoute]:
@@ -70,7 +70,7 @@ def routes(service: Service) -> list[BaseRoute]:
             return
         await websocket.accept()
         if len(robots) >= MAX_ROBOTS:
-            text = f"{MAX_ROBOTS} robots drive here already; wait until one of them is done"
+            text = f"{MAX_ROBOTS} robots are already driving; wait until one of them is done"
             await websocket.send_json({"error": text})
             await websocket.close(FULL, text)
             return

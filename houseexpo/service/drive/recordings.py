@@ -1,11 +1,11 @@
-"""A drive as a few hundred letters that replay it: what the robot was set down with, and each of its actions.
+"""A drive as a short text that replays it: the options of the robot, and each of its actions.
 
-The simulator is deterministic: a plan, the options, the seed and the actions give every frame again. A recording holds
-all of these but the plan, which it names. It travels in a link, so that no server has to keep it, and it works as long
-as the plan is served.
+The simulator is deterministic: a plan, the options, the seed and the actions reproduce every frame. A recording has all
+of these except the plan, which it names. It is part of a link, so that no server has to store it, and it works as
+long as the plan is served.
 
-A recording is MessagePack, compressed with zlib, in URL-safe base64 without padding. Actions are stored as runs: what a
-key that is held down does is one run, however long.
+A recording is MessagePack, compressed with zlib, in URL-safe base64 without padding. Actions are stored as runs: a key
+that is held down gives a single run.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from houseexpo.pseudoslam.simulator import ACTIONS
 from houseexpo.service.drive.messages import MAX_STEPS, YOU, Start
 
 LONGEST: Final = 60_000
-"""Characters of a recording: what one message of a socket holds."""
+"""Characters of a recording: the size of a message of a socket."""
 FULL: Final = 127
-"""The full speed, as runs store it."""
+"""The full speed in runs."""
 
 _RUN: Final = np.dtype([("one", "i1"), ("two", "i1"), ("times", "<u2")])
 _MOST_TIMES: Final = (1 << 16) - 1
@@ -36,18 +36,18 @@ _MOST_BYTES: Final = 1 << 20
 _SAME_M: Final = 0.01
 
 Action = tuple[int, int]
-"""Of a person: speed ahead and to the left, in 127ths of the full speed. Of an explorer: the action's number and 0."""
+"""For a person, the speed forward and to the left, in 127ths of the full speed; for an explorer, the action and 0."""
 
 
 class End(NamedTuple):
-    """Where a drive ended: metres of the plan, and the share of the house that was seen."""
+    """The end of a drive: the position in plan metres, and the share of the house that was seen."""
 
     x_m: float
     y_m: float
     coverage: float
 
     def is_near(self, other: End) -> bool:
-        """Whether a replay that ended there ended at the same place."""
+        """Return whether another drive ended at the same place."""
         return all(abs(one - two) <= _SAME_M for one, two in zip(self, other, strict=True))
 
 
@@ -57,15 +57,15 @@ class Recording(msgspec.Struct, frozen=True, array_like=True):
     Attributes
     ----------
     version
-        Of this form.
+        The version of this format.
     start
-        What the robot was set down with.
+        The options of the robot.
     shape
-        A hash of the plan's geometry (``shape_of``): after a new build the same id may name another shape.
+        A hash of the plan's geometry (``shape_of``): after a rebuild, the same id may name another shape.
     runs
-        Actions and how often each was repeated, as ``_RUN``.
+        The actions and their numbers of repetitions, as ``_RUN``.
     end
-        Where the drive ended; a replay is compared with it.
+        The end of the drive, with which a replay is compared.
     """
 
     version: Literal[1]
@@ -76,7 +76,7 @@ class Recording(msgspec.Struct, frozen=True, array_like=True):
 
     @property
     def steps(self) -> int:
-        """How many actions there are."""
+        """The number of actions."""
         return int(np.frombuffer(self.runs, _RUN)["times"].sum())
 
     def actions(self) -> Iterator[Action]:
@@ -86,7 +86,7 @@ class Recording(msgspec.Struct, frozen=True, array_like=True):
                 yield one, two
 
     def as_text(self) -> str:
-        """Return the recording as it stands in a link, or "" if it is too long for one."""
+        """Return the recording as text for a link, "" if it is too long for one."""
         packed = zlib.compress(msgspec.msgpack.encode(self), 9)
         text = base64.urlsafe_b64encode(packed).decode().rstrip("=")
         return text if len(text) <= LONGEST else ""
@@ -100,7 +100,7 @@ class Recorder:
         self._runs: list[list[int]] = []
 
     def add(self, action: Action) -> None:
-        """Note the action of a step."""
+        """Add the action of a step."""
         if self._runs and (self._runs[-1][0], self._runs[-1][1]) == action and self._runs[-1][2] < _MOST_TIMES:
             self._runs[-1][2] += 1
         else:
@@ -113,7 +113,7 @@ class Recorder:
 
 
 def shape_of(plan: FloorPlan) -> bytes:
-    """Return a hash of what a plan is to a robot: its outline and its holes."""
+    """Return a hash of the geometry that matters to a robot: the outline and the holes."""
     found = hashlib.sha256()
     for ring in (plan.verts, *plan.holes):
         found.update(np.ascontiguousarray(ring, "<f8").tobytes() + b"|")
@@ -121,13 +121,13 @@ def shape_of(plan: FloorPlan) -> bytes:
 
 
 def read_recording(text: str) -> Recording:
-    """Read a recording that ``as_text`` wrote; raise ConfigError if it is none."""
+    """Decode a recording from ``as_text``; raise ConfigError if it is not one."""
     try:
         packed = base64.b64decode(text + "=" * (-len(text) % 4), altchars=b"-_", validate=True)
         unpacking = zlib.decompressobj()
         data = unpacking.decompress(packed, _MOST_BYTES)
         if not unpacking.eof or unpacking.unused_data:
-            raise ConfigError("recording: it is cut off, or too long; copy the whole link")
+            raise ConfigError("recording: it is truncated or too long; copy the whole link")
         found = msgspec.msgpack.decode(data, type=Recording)
     except (ValueError, zlib.error, msgspec.DecodeError) as error:
         raise ConfigError(f"recording: it cannot be read ({error}); copy the whole link") from None
@@ -137,7 +137,7 @@ def read_recording(text: str) -> Recording:
 
 def _check_runs(found: Recording) -> None:
     if len(found.runs) % _RUN.itemsize:
-        raise ConfigError("recording: its actions are cut off; copy the whole link")
+        raise ConfigError("recording: its actions are truncated; copy the whole link")
     if found.steps > MAX_STEPS:
         raise ConfigError(f"recording: expected at most {MAX_STEPS} steps, found {found.steps}")
     runs = np.frombuffer(found.runs, _RUN)
@@ -146,4 +146,4 @@ def _check_runs(found: Recording) -> None:
     else:
         known = (runs["one"] >= -FULL) & (runs["two"] >= -FULL)
     if not known.all():
-        raise ConfigError("recording: it has actions that there are not; copy the whole link")
+        raise ConfigError("recording: it contains unknown actions; copy the whole link")

@@ -1,4 +1,4 @@
-"""A robot on show: driven from outside, by an explorer of the benchmark, or by a recording; it knows no socket."""
+"""A robot that a person, an explorer of the benchmark or a recording drives; it does not know the socket."""
 
 from __future__ import annotations
 
@@ -20,19 +20,22 @@ from houseexpo.service.drive.messages import YOU, Start
 from houseexpo.service.drive.recordings import FULL, Action, End, Recorder, Recording, shape_of
 
 BEAMS: Final = 181
+"""Beams of the laser that the browser draws."""
 _ALL_SEEN: Final = 0.99
+"""The coverage at which a drive ends: specks behind walls stay unseen."""
 _MOVED_M: Final = 1e-6
+"""A shorter way is a turn on the spot, metres."""
 
 
 class Bumps:
-    """Counts contacts: a robot that pushes against a wall bumps into it once, until it has moved on freely."""
+    """Counts contacts: a robot that keeps pushing against a wall has bumped once, until it moves freely again."""
 
     def __init__(self) -> None:
         self.count = 0
         self._touches = False
 
     def step(self, *, blocked: bool, moved_m: float) -> None:
-        """Note a step: whether something was in its way, and how far the robot went."""
+        """Add a step: whether the robot was blocked, and how far it moved."""
         if blocked:
             self.count += not self._touches
             self._touches = True
@@ -74,7 +77,7 @@ class Robot:
         self._number, self._steps, self._bumps = 0, 0, Bumps()
 
     def hello(self) -> dict[str, Any]:
-        """Return what a browser has to know before the first frame."""
+        """Return the values that the browser needs before the first frame."""
         world, config = self._env.simulator.world, self._env.config
         rows, cols = self._env.state.known.shape
         return {
@@ -96,7 +99,7 @@ class Robot:
 
     @property
     def goes_by_itself(self) -> bool:
-        """Whether an explorer or a recording moves it, rather than a person."""
+        """Whether an explorer or a recording moves it, not a person."""
         return not self._by_hand or self._replayed is not None
 
     @property
@@ -105,7 +108,7 @@ class Robot:
         return self._done or self._drive.ended
 
     def move(self, linear: float, angular: float) -> bool:
-        """Move by shares of the full speed for a frame; return whether anything was done: at rest time stands still.
+        """Move at shares of the full speed for a frame; return whether a step was taken: at rest, time stands still.
 
         Where there are people, it goes on. Shares are taken to the nearest 127th, so that a recording holds them.
         """
@@ -115,7 +118,13 @@ class Robot:
         return True
 
     def advance(self) -> bool:
-        """Take the next step of the explorer or the recording; return whether there was one. PolicyError: it failed."""
+        """Take the next step of the explorer or the recording, and return whether there was one.
+
+        Raises
+        ------
+        PolicyError
+            The explorer failed.
+        """
         if self.ended:
             return False
         action = next(self._script, None) if self._mind is None else self._decided()
@@ -149,7 +158,7 @@ class Robot:
         return float(self._env.state.episode.readings[0].path_length) / self._env.config.pixels_per_metre
 
     def frame(self) -> bytes:
-        """Return what changed since the last frame."""
+        """Return the changes since the last frame."""
         state, info = self._env.state, self._drive.info
         flags = COLLIDED * bool(info["collided"]) | ENDED * self.ended | SUCCESS * bool(info["is_success"])
         x, y, heading = state.believed_px.tolist()
@@ -161,7 +170,7 @@ class Robot:
         return frame_of(report, self._sent.update(state.known), sight(self._env.simulator, state, BEAMS))
 
     def finish(self) -> dict[str, Any]:
-        """End the drive; return its figures, and its recording as text ("" where it is too long for a link).
+        """End the drive; return its results, and its recording as text ("" if it is too long for a link).
 
         ``why`` says how it ended: "seen" (all of the house), "steps" (the most that an episode has), "done" (the
         explorer or the recording has no more to do) or "you". ``replay`` is None, or whether a recording ended where it
@@ -200,7 +209,7 @@ def explorers() -> tuple[str, ...]:
 
 
 def _explorer(name: str) -> NamedPolicy:
-    """Return an explorer by its name; files and modules, which other commands take, are none here."""
+    """Return an explorer by its name; files and modules, which other commands accept, are refused here."""
     if name not in explorers():
         raise ConfigError(f"driver: expected {YOU} or one of {', '.join(explorers())}; found {name!r}")
     return load_policy(name)

@@ -1,16 +1,16 @@
-"""A robot and its browser: what comes in moves it, what changes goes out, thirty times a second.
+"""The session of a robot and its browser: messages move the robot, and frames show it, thirty times per second.
 
-R1  A browser says which frames it has drawn. Where it is behind by a few, the robot waits: nothing piles up, and it
-    goes on where the person saw it last. A frame holds all that changed since the last one, however long that is ago.
-R2  A browser that has drawn nothing for ten seconds, takes none of what is sent, or is left alone for a quarter of an
-    hour, is gone: the socket is closed, and the robot with it.
-R3  A message that is none of ``messages`` is answered with the reason, and the socket is closed.
-R4  A step by hand takes a millisecond or two and is taken at once: handing it to a thread costs half as much again. A
-    robot is set down, explores, replays and is saved in threads, as many as there are cores.
-R5  While something takes long, the browser is told what that is: kernels that are compiled once on a machine, which may
-    take a minute, or a large house.
-R6  An explorer that thought for long catches up, for a third of a second: it takes the steps a second that were asked.
-    A person's robot does not: it would run on where nobody saw it.
+R1  A browser reports which frames it has drawn. If it is a few frames behind, the robot waits: frames do not pile up,
+    and the robot continues where the person last saw it. A frame contains all changes since the last one.
+R2  The session ends if the browser has drawn nothing for ten seconds, does not accept data, or receives no input for a
+    quarter of an hour.
+R3  An unknown message is answered with the reason, and the socket is closed.
+R4  A step by hand takes one or two milliseconds and is taken at once, because handing it to a thread adds half of that.
+    Robots are placed, explore, replay and are saved in threads, as many as there are cores.
+R5  During long work, the browser is told what it is: kernels that are compiled once per machine, which may take a
+    minute, or a large house.
+R6  An explorer that was slow catches up for a third of a second, to keep the steps per second that were asked for. A
+    person's robot does not, because it would move unseen.
 """
 
 from __future__ import annotations
@@ -33,17 +33,18 @@ from houseexpo.service.drive.recordings import read_recording
 from houseexpo.service.drive.robots import Robot
 
 WINDOW: Final = 6
-"""So many frames may be on their way: a fifth of a second."""
+"""Frames that may be in transit: a fifth of a second."""
 BEHIND: Final = 3
-"""So many frames are made up for where the machine was busy."""
+"""Frames that are made up for if the machine was busy."""
 BEHIND_BY_ITSELF: Final = 10
-"""The same of a robot that nobody drives (R6)."""
+"""The same for a robot that nobody drives (R6)."""
 GONE_S: Final = 10.0
 LEFT_ALONE_S: Final = 900.0
+"""Seconds after which a silent browser and an unattended robot end the session (R2)."""
 MAX_MESSAGES_A_S: Final = 200
 STEPS_PER_S: Final = 30.0
 LONG_S: Final = 0.7
-"""What takes longer is explained to the browser (R5)."""
+"""The browser is told about work that takes longer, seconds (R5)."""
 TOLD_S: Final = 0.5
 
 REFUSED: Final = 1008
@@ -54,7 +55,7 @@ Answer = TypeVar("Answer")
 
 
 class _EndError(Exception):
-    """The session ends; with what is said to the browser, and the socket's code."""
+    """The end of a session, with the text for the browser and the socket's code."""
 
     def __init__(self, text: str, code: int) -> None:
         super().__init__(text)
@@ -62,7 +63,7 @@ class _EndError(Exception):
 
 
 class Session:
-    """One socket; ``plan_of`` finds a plan by its id, ``threads`` is how many robots move at once."""
+    """One socket; ``plan_of`` returns a plan by its id, ``threads`` limits the robots that move at once."""
 
     def __init__(self, socket: WebSocket, plan_of: Callable[[str], FloorPlan], threads: anyio.CapacityLimiter) -> None:
         self._socket, self._plan_of, self._threads = socket, plan_of, threads
@@ -76,7 +77,7 @@ class Session:
         self._is_finished = False
 
     async def run(self) -> None:
-        """Serve the socket until either side has had enough; it is closed then."""
+        """Serve the socket until one side ends the session, and close it."""
         try:
             await self._serve()
         except _EndError as end:
@@ -95,7 +96,7 @@ class Session:
         try:
             async with anyio.create_task_group() as group:
                 group.start_soon(self._explain)
-                robot = await self._in_thread(lambda: self._set_down(first))
+                robot = await self._in_thread(lambda: self._place(first))
                 await self._tell({"hello": robot.hello()})
                 self._heard_s = self._seen_s = time.monotonic()
                 group.start_soon(self._listen, robot)
@@ -103,14 +104,14 @@ class Session:
         except BaseExceptionGroup as several:
             raise several.exceptions[0] from None
 
-    def _set_down(self, first: Start | Replay) -> Robot:
+    def _place(self, first: Start | Replay) -> Robot:
         if isinstance(first, Start):
             return Robot(self._plan_of(first.plan), first)
         recording = read_recording(first.recording)
         return Robot(self._plan_of(recording.start.plan), recording.start, recording)
 
     async def _explain(self) -> None:
-        """Say what takes so long, while something does (R5)."""
+        """Report long work to the browser (R5)."""
         functions_before = compiling_now().functions
         while True:
             await anyio.sleep(TOLD_S)
@@ -130,7 +131,7 @@ class Session:
                     self._steps_per_s, self._heard_s = message.steps_per_s, time.monotonic()
                 case Seen():
                     if message.number > self._number:
-                        raise _EndError("message: a frame that was not sent cannot be seen", REFUSED)
+                        raise _EndError("message: this frame was not sent yet", REFUSED)
                     self._seen, self._seen_s = max(self._seen, message.number), time.monotonic()
                 case Save():
                     data = await self._in_turn(robot.saved)
@@ -138,7 +139,7 @@ class Session:
                 case Finish():
                     await self._finish(robot)
                 case Start() | Replay():
-                    raise _EndError("message: a robot is set down already; open another socket for the next", REFUSED)
+                    raise _EndError("message: there is a robot already; open another socket for the next one", REFUSED)
 
     async def _show(self, robot: Robot) -> None:
         """Move the robot and send frames (R1)."""
@@ -147,10 +148,10 @@ class Session:
         while True:
             now = time.monotonic()
             if now - self._heard_s > LEFT_ALONE_S:
-                raise _EndError("Nobody drove for a quarter of an hour; set the robot down again.", ENDED)
+                raise _EndError("Nobody drove for a quarter of an hour; start the robot again.", ENDED)
             if self._number - self._seen >= WINDOW:
                 if now - self._seen_s > GONE_S:
-                    raise _EndError("The browser draws nothing any more.", ENDED)
+                    raise _EndError("The browser has stopped drawing.", ENDED)
             else:
                 share = self._steps_per_s / FRAMES_PER_S
                 owed = min(owed + share, max(share, 1.0))
@@ -182,13 +183,13 @@ class Session:
         return work
 
     async def _finish(self, robot: Robot) -> None:
-        """Send the figures, once."""
+        """Send the results, once."""
         if not self._is_finished:
             self._is_finished = True
             await self._tell({"finish": await self._in_turn(robot.finish)})
 
     async def _in_turn(self, work: Callable[[], Answer], *, quick: bool = False) -> Answer:
-        """Let the robot do something, one thing at a time; what is quick needs no other thread (R4)."""
+        """Call a method of the robot, one at a time; a quick one runs in this thread (R4)."""
         async with self._turn:
             return work() if quick else await self._in_thread(work)
 
@@ -218,7 +219,7 @@ class Session:
         await self._send(msgspec.json.encode(told).decode())
 
     async def _send(self, data: bytes | str) -> None:
-        """Send; a browser that takes nothing is gone (R2)."""
+        """Send data; end the session if the browser does not accept it (R2)."""
         async with self._sending:
             try:
                 with anyio.fail_after(GONE_S):

@@ -1,4 +1,4 @@
-"""Judge plans in the browser: the doubtful ones first; what is decided goes to ``overrides.toml`` and to a log."""
+"""Review plans in the browser, the doubtful ones first; decisions go to ``overrides.toml`` and to a log."""
 
 from houseexpo.service.review.pages import routes
 

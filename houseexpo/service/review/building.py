@@ -1,12 +1,12 @@
-"""Build a data set again with what was decided, and see what came of it: ``houseexpo build`` in a process of its own.
+"""Rebuild a data set with the decisions of a review, by ``houseexpo build`` in its own process, and show the result.
 
-R1  One build of a data set at a time. It goes on when the browser goes away, and ends with the server.
-R2  The plans decided on are kept as they were before, in memory, to be shown beside what became of them.
-R3  What is decided while it is built counts as decided after it.
-R4  A build that fails changes nothing of what was decided; its last lines say why.
-R5  Where the last build kept the plans of others (``--add``), those are built again before it, with the same decisions.
-R6  What runs is what was shown: whoever begins a build says which commands they saw. A data set that this user did not
-    build in this place is not built by what it says of itself (``houseexpo.dataset.build_record``).
+R1  A data set has one build at a time. It continues when the browser is closed, and it ends with the server.
+R2  The plans with decisions are kept in memory as they were, to be shown beside their successors.
+R3  A decision made during a build counts as made after it.
+R4  A failed build leaves the decisions unchanged; its last lines give the reason.
+R5  If the last build kept plans of earlier ones (``--add``), those are rebuilt first, with the same decisions.
+R6  Only the commands that were shown are run: whoever starts a build states which commands they saw. The record of a
+    build by another user or in another place is not run (``houseexpo.dataset.build_record``).
 """
 
 from __future__ import annotations
@@ -37,13 +37,16 @@ from houseexpo.service.review.decisions import Decisions
 
 Phase = Literal["idle", "building", "built", "failed", "stopped"]
 _LINES: Final = 60
+"""The last lines of a build that are kept."""
 _MAX_SHOWN: Final = 400
-"""Plans that are kept as they were; more are built, but not shown."""
+"""Plans that are kept for comparison (R2); more are built, but not shown."""
 _MAX_LOOKS: Final = 100
+_LOOK_S: Final = 0.1
+"""After a build, the data set is reopened within this number of looks, this many seconds apart."""
 
 
 class Outcome(msgspec.Struct, frozen=True):
-    """What became of a plan that was decided on; ``why`` says where there is none any more."""
+    """The result for a plan with decisions; ``why`` is the reason if the plan is gone."""
 
     plan: str
     became: Literal["changed", "the same", "gone", "new"]
@@ -51,7 +54,7 @@ class Outcome(msgspec.Struct, frozen=True):
 
 
 class Building:
-    """Builds one data set again; threads may share it."""
+    """Rebuilds one data set; threads may share it."""
 
     def __init__(self, collection: Collection, decisions: Decisions) -> None:
         self.root, self._collection, self._decisions = collection.path, collection, decisions
@@ -64,23 +67,23 @@ class Building:
         self._lock = Lock()
 
     def refusal(self) -> str:
-        """Return why it cannot be built again, or "" if it can."""
+        """Return why it cannot be rebuilt, "" if it can."""
         root = self.root
         if not (root / "manifest.json").is_file():
-            return f"{root.name} comes from no houseexpo build: decisions are kept, nothing is built again"
+            return f"{root.name} was not made by houseexpo build, so it cannot be rebuilt here; decisions are saved"
         record = recorded_build(root)
         if record is None:
-            return f"{root.name} does not say how it was built; run its houseexpo build once more, then it does"
+            return f"{root.name} has no record of its build; run its houseexpo build once more to create it"
         if not built_here(root, record):
             typed = "; ".join(record.typed(root.resolve()))
             return (
-                f"{root.name} was built in another place or by somebody else, so what it says of its build is not run "
-                f"from here. Look at it and, if it is what you want, run it once in a terminal: {typed}"
+                f"{root.name} was built in another place or by somebody else, so its recorded commands are not run "
+                f"from here. Check them and, if they are what you want, run them once in a terminal: {typed}"
             )
         return ""
 
     def status(self) -> dict[str, Any]:
-        """Return how it stands, as plain values."""
+        """Return the state of the build as plain values."""
         return {
             "phase": self.phase,
             "refusal": (refusal := self.refusal()),
@@ -91,29 +94,29 @@ class Building:
         }
 
     def start(self, reviewer: str, confirmed: str) -> None:
-        """Begin to build.
+        """Start a build.
 
         Parameters
         ----------
         confirmed
-            What ``status`` said under "confirm" when the commands were shown (R6).
+            The value "confirm" of ``status`` at the time the commands were shown (R6).
 
         Raises
         ------
         DecidedOtherwiseError
             Other commands were shown.
         ConfigError
-            It cannot be built again, cannot be started, or is being built (R1).
+            The data set cannot be rebuilt, the build cannot be started, or one is running (R1).
         """
         if why := self.refusal():
             raise ConfigError(why)
         record = self._record()
         if not built_here(self.root, record) or confirmed != self._shown(record)["confirm"]:
-            raise DecidedOtherwiseError("these are not the commands that were shown; look at them and confirm them")
+            raise DecidedOtherwiseError("the commands have changed since they were shown; check and confirm them again")
         with self._lock:
             if self.phase == "building":
-                raise ConfigError(f"{self.root.name} is being built already; wait until that has ended")
-            upto = self._decisions.last()  # before the build reads the file: what comes later waits for the next one
+                raise ConfigError(f"{self.root.name} is already being built; wait until that build has ended")
+            upto = self._decisions.last()  # before the build reads the file: later decisions wait for the next build
             touched, dataset = self._decisions.since_build(), self._collection.dataset
             before = {name: dataset.raw(name) for name in touched[:_MAX_SHOWN] if name in dataset}  # R2
             commands = self._commands(record)
@@ -127,20 +130,20 @@ class Building:
         Thread(target=self._follow, args=(commands[1:], touched[:_MAX_SHOWN], reviewer, upto), daemon=True).start()
 
     def stop(self) -> None:
-        """End a build as Ctrl-C does: what is done is kept."""
+        """Interrupt a build as Ctrl-C does: finished houses are kept."""
         process = self._process
         self._stopped = self._stopped or self.phase == "building"
         if process is not None and process.poll() is None:
-            with suppress(ProcessLookupError):  # it has ended meanwhile
+            with suppress(ProcessLookupError):  # it has ended in the meantime
                 os.killpg(process.pid, signal.SIGINT)
 
     def _shown(self, record: BuildRecord) -> dict[str, Any]:
-        """Return the commands as a person reads them, and what stands for them when they are confirmed."""
+        """Return the commands in readable form, and the digest by which they are confirmed."""
         typed = record.typed(self.root.resolve())
         return {"commands": typed, "confirm": hashlib.sha256("\n".join(typed).encode()).hexdigest()[:16]}
 
     def _commands(self, record: BuildRecord) -> list[list[str]]:
-        """Return the builds to run, one after another: those whose plans the last one kept, and that one (R5)."""
+        """Return the commands of the builds, in order: those whose plans the last one kept, then the last one (R5)."""
         return [[sys.executable, "-P", "-m", "houseexpo", *words] for words in record.commands(self.root.resolve())]
 
     def _record(self) -> BuildRecord:
@@ -152,7 +155,7 @@ class Building:
     def _follow(self, rest: Sequence[Sequence[str]], touched: Sequence[str], reviewer: str, upto: int) -> None:
         try:
             self._finish(rest, touched, reviewer, upto)
-        except Exception as error:  # noqa: BLE001  # a phase that stays "building" would keep every later build out
+        except Exception as error:  # noqa: BLE001  # a phase that stays "building" would block every later build
             self.stop()
             words = str(error) if isinstance(error, HouseExpoError) else f"{type(error).__name__}: {error}"
             self._lines.append(words)
@@ -160,8 +163,8 @@ class Building:
         finally:
             atexit.unregister(self.stop)
 
-    def _heard(self) -> bool:
-        """Keep what the build at work says until it ends; tell whether it ended well."""
+    def _ended_well(self) -> bool:
+        """Collect the output of the running build until it ends; return whether it succeeded."""
         process = self._process
         assert process is not None  # noqa: S101  # it was begun
         assert process.stdout is not None  # noqa: S101  # it is a pipe
@@ -171,28 +174,28 @@ class Building:
 
     def _finish(self, rest: Sequence[Sequence[str]], touched: Sequence[str], reviewer: str, upto: int) -> None:
         dataset, manifest = self._collection.dataset, _look(self.root)
-        ended_well = self._heard()
+        ended_well = self._ended_well()
         for command in rest:
             if not ended_well or self._stopped:
                 ended_well = False
                 break
             self._process = _begun(command)
-            ended_well = self._heard()
+            ended_well = self._ended_well()
         if not ended_well:
             self.phase = "stopped" if self._stopped else "failed"  # R4
             return
         found = outcomes(self.root, self.before, touched)
-        for _ in range(_MAX_LOOKS):  # the pages open what was built when they look next
+        for _ in range(_MAX_LOOKS):  # the pages reopen the data set at their next look
             self._collection.look()
             if _look(self.root) == manifest or self._collection.dataset is not dataset:
                 break
-            time.sleep(0.1)
+            time.sleep(_LOOK_S)
         self._decisions.built(reviewer, upto)
-        self.outcomes, self.phase = found, "built"  # together: a page that asks meanwhile shows it as being built
+        self.outcomes, self.phase = found, "built"  # set last, so that pages show "building" until then
 
 
 def _begun(command: Sequence[str]) -> subprocess.Popen[str]:
-    return subprocess.Popen(  # noqa: S603  # what was recorded when it was built, by this user
+    return subprocess.Popen(  # noqa: S603  # commands that this user ran and confirmed
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         errors="replace", start_new_session=True,
     )  # fmt: skip
@@ -206,14 +209,14 @@ def _look(root: Path) -> int:
 
 
 def outcomes(root: Path, before: Mapping[str, bytes], touched: Sequence[str]) -> list[Outcome]:
-    """Say what became of plans, and which are new of the same houses.
+    """Return the result for each plan with decisions.
 
     Parameters
     ----------
     before
-        JSON of the plans that there were, by id.
+        The JSON of the plans before the build, by id.
     touched
-        Ids of the plans decided on.
+        The ids of plans with decisions.
     """
     dataset = open_dataset(root)
     reasons = _reasons(root)
@@ -223,12 +226,12 @@ def outcomes(root: Path, before: Mapping[str, bytes], touched: Sequence[str]) ->
             same = before.get(name) == dataset.raw(name)
             found.append(Outcome(name, "new" if name not in before else "the same" if same else "changed"))
         else:
-            found.append(Outcome(name, "gone", reasons.get(name, "no longer among the plans")))
+            found.append(Outcome(name, "gone", reasons.get(name, "it is no longer in the data set")))
     return found
 
 
 def _reasons(root: Path) -> dict[str, str]:
-    """Return why ids are no plans, by id."""
+    """Return the reasons why ids are not plans, by id."""
     found = read_records(root)
     reasons = {each.id: f"{each.reason.replace('_', ' ')}: {each.detail}" for each in found.refused}
     return reasons | {each.id: f"a duplicate of {each.kept_id}" for each in found.repeated}

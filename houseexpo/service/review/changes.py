@@ -1,4 +1,4 @@
-"""What a decision changes in a plan's table of ``overrides.toml``, and how that is taken back."""
+"""The changes that a decision makes in a plan's table of ``overrides.toml``, and how they are undone."""
 
 from __future__ import annotations
 
@@ -10,28 +10,31 @@ from houseexpo.plan.overrides import LISTS, as_list
 from houseexpo.service.review.log import Action, Line
 
 _FARTHEST_M: Final = 1e9
+"""Coordinates beyond this are errors, metres."""
 
 
 class DecidedOtherwiseError(ConfigError):
-    """Somebody has decided on the plan meanwhile."""
+    """Somebody else has decided on the plan in the meantime."""
 
 
 def several(value: Any, key: str) -> list[Any]:
-    """Return what a key of ``LISTS`` holds as a list; an empty one where it holds nothing."""
+    """Return the value of a key of ``LISTS`` as a list, empty if there is no value."""
     return list(as_list(value, key) or [])
 
 
 def check_points(table: Mapping[str, Any], place: str) -> None:
-    """Raise ConfigError, which begins with ``place``, where a key of ``LISTS`` holds something else than its points."""
+    """Raise ConfigError, with ``place`` at the start, if the value of a key of ``LISTS`` is not points."""
     for key, depth in LISTS.items():
         value = table.get(key, [])
         if not isinstance(value, list) or not all(_is_points(item, depth) for item in several(value, key)):
             expected = "two points [[x, y], [x, y]]" if depth > 1 else "a point [x, y]"
-            raise ConfigError(f"{place}: {key}: expected {expected}, or a list of such, found {value!r}; mend it first")
+            raise ConfigError(
+                f"{place}: {key}: expected {expected}, or a list of these, found {value!r}; correct the file first"
+            )
 
 
 def _is_points(value: Any, depth: int) -> bool:
-    """Whether a value is two numbers, or two of such (depth 2)."""
+    """Return whether a value is two numbers, or two pairs of numbers (depth 2)."""
     if not isinstance(value, list) or len(value) != 2:
         return False
     if depth > 1:
@@ -40,7 +43,7 @@ def _is_points(value: Any, depth: int) -> bool:
 
 
 def changes_of(table: Mapping[str, Any], action: Action, value: Any) -> dict[str, tuple[Any, Any]]:
-    """Return what a decision changes in a plan's table: before and after by key."""
+    """Return the changes of a decision in a plan's table: the values before and after, by key."""
     wanted: dict[str, Any]
     if action == "keep":
         wanted = {"drop": None, "keep": True}
@@ -57,17 +60,24 @@ def _plain(items: list[Any]) -> Any:
     return items[0] if len(items) == 1 else items or None
 
 
-def taken_back(line: Line, key: str, now: Any, before: Any, after: Any) -> tuple[Any, Any]:
-    """Return a key's value now and after an undo; raise DecidedOtherwiseError if it is not what the line made of it."""
+def undone_value(line: Line, key: str, now: Any, before: Any, after: Any) -> tuple[Any, Any]:
+    """Return a key's value now and after an undo; raise DecidedOtherwiseError if somebody changed it since the line."""
     if now == after:
         return now, before
     if key in LISTS:
         added = [item for item in several(after, key) if item not in several(before, key)]
         return now, _plain([item for item in several(now, key) if item not in added])
-    raise DecidedOtherwiseError(f"{line.plan}: somebody changed {key!r} since {said(line)}; decide anew instead")
+    raise DecidedOtherwiseError(
+        f"{line.plan}: somebody changed {key!r} since {sentence_of(line)}; decide again instead"
+    )
 
 
-def said(line: Line) -> str:
-    """Say what somebody did."""
-    words = {"no_room": "marked no room", "door": "drew a door", "note": "wrote a note", "undo": "took something back"}
+def sentence_of(line: Line) -> str:
+    """Return a sentence about what somebody did."""
+    words = {
+        "no_room": "marked an area that is no room",
+        "door": "drew a door",
+        "note": "wrote a note",
+        "undo": "undid a decision",
+    }
     return f"{line.reviewer} {words.get(line.action, f'chose {line.action}')}"

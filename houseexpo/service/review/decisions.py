@@ -1,14 +1,15 @@
-"""Where decisions are noted: a log and ``overrides.toml``, side by side, by any number of people at once.
+"""Store decisions in a log and in ``overrides.toml`` beside it, for any number of people at once.
 
-R1  One at a time: a lock that the system takes away when its owner ends, among threads and processes alike.
-R2  The new ``overrides.toml`` is written under another name, then the line in the log, then the file gets its name. An
-    answer comes after that. Where there is no room on the disk, nothing changes.
-R3  Where the process was killed between the line and the name, the next one finds the file as it was before the line,
-    and does what the line says. A file that a person changed meanwhile is neither, and is taken as it is.
-R4  A decision on a plan on which somebody decided meanwhile, unseen, is refused, with what that was. The name does not
-    count: two people may go by one, and one person may have two pages open.
-R5  An undo takes back the reviewer's latest decision; what others decided since stays, or the undo is refused.
-R6  No link is followed: a data set may come from anybody, and its links may lead to any file of this user.
+R1  Decisions are stored one at a time, under a lock among threads and processes; the system releases it when its owner
+    ends.
+R2  The new ``overrides.toml`` is written under a temporary name, then the line is added to the log, then the file is
+    renamed; only then is the request answered. If the disk is full, nothing changes.
+R3  If the process was killed between the line and the renaming, the next one finds the file as it was before the line,
+    and completes the change. A file that a person has changed in the meantime matches neither state and is kept.
+R4  A decision is refused if somebody has decided on the plan since the reviewer loaded it; the message says what. Names
+    do not matter: two people may use the same name, and one person may have two pages open.
+R5  An undo reverts the reviewer's latest decision; later decisions of others remain, or the undo is refused.
+R6  Links are not followed: a data set may come from strangers, and its links may lead to any file of this user.
 """
 
 from __future__ import annotations
@@ -28,21 +29,21 @@ from typing import Any
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL, sync_folder
-from houseexpo.service.review.changes import DecidedOtherwiseError, changes_of, check_points, said, taken_back
+from houseexpo.service.review.changes import DecidedOtherwiseError, changes_of, check_points, sentence_of, undone_value
 from houseexpo.service.review.log import Action, Line, Log
 from houseexpo.service.review.toml_edit import edited
 
 
 @dataclass(frozen=True)
 class Judged:
-    """What stands in the log about a plan: its latest decision, and all that are not undone."""
+    """The decisions on a plan: the latest one, and the actions that are not undone."""
 
     last: Line
     actions: tuple[Action, ...]
 
 
 class Decisions:
-    """The decisions on one data set; ``file`` is its ``overrides.toml``, which need not be there yet."""
+    """The decisions on a data set; ``file`` is its ``overrides.toml``, which need not exist yet."""
 
     def __init__(self, file: Path) -> None:
         self.file = file.parent.resolve() / file.name
@@ -51,7 +52,7 @@ class Decisions:
         self._thread = RLock()
 
     def check(self) -> None:
-        """Raise ConfigError if decisions could not be written, before somebody makes one."""
+        """Raise ConfigError if decisions cannot be written, before somebody makes one."""
         self._check_links()
         needed = [self.file.parent, *(file for file in (self.log.path, self._lock) if file.exists())]
         if not all(map(_may_write, needed)):
@@ -61,7 +62,7 @@ class Decisions:
             )
 
     def judged(self) -> dict[str, Judged]:
-        """Return what is decided, by plan."""
+        """Return the decisions by plan."""
         with self._thread:
             self._catch_up()
             found: dict[str, Judged] = {}
@@ -71,57 +72,60 @@ class Decisions:
             return found
 
     def latest(self) -> dict[str, Line]:
-        """Return the last line about each plan, undos among them."""
+        """Return the last line about each plan, including undos."""
         with self._thread:
             self._catch_up()
             return {line.plan: line for line in self.log.lines}
 
     def table(self, plan: str) -> dict[str, Any]:
-        """Return what ``overrides.toml`` says of a plan; raise ConfigError if a person wrote what it cannot say."""
+        """Return a plan's table of ``overrides.toml``; raise ConfigError if a person wrote invalid values."""
         table = _tables(self._text()).get(plan, {})
         place = f"{self.file.name}: {plan}"
         if not isinstance(table, dict):
-            raise ConfigError(f"{place}: expected a table [{plan}], found {table!r}; mend it first")
+            raise ConfigError(f"{place}: expected a table [{plan}], found {table!r}; correct the file first")
         check_points(table, place)
         return table
 
     def decide(self, plan: str, action: Action, reviewer: str, value: Any = None, seen: int = 0) -> Line:
-        """Note a decision; it is on the disk when this returns.
+        """Store a decision; it is on the disk when this returns.
 
         Parameters
         ----------
         value
-            Of a door two points, of no room a point, metres in the source's plan axes; of a note or drop, the words.
+            Two points for a door and one for "no room", in metres along the source's plan axes; the text of a note or
+            drop.
         seen
-            The number of the latest line about the plan that the reviewer knows.
+            The number of the last line about the plan that the reviewer has seen.
 
         Raises
         ------
         DecidedOtherwiseError
-            R4.
+            Somebody else decided on the plan in the meantime (R4).
         ConfigError
-            ``overrides.toml`` is not readable, or cannot be changed or written.
+            ``overrides.toml`` cannot be read, changed or written.
         """
         with self._locked():
             latest = self.latest().get(plan)
             if latest is not None and latest.number > seen:  # R4
-                raise DecidedOtherwiseError(f"{plan}: {said(latest)} meanwhile; look again, and decide then")
+                raise DecidedOtherwiseError(
+                    f"{plan}: {sentence_of(latest)} in the meantime; look again before you decide"
+                )
             table = self.table(plan)
             return self._note(plan, action, reviewer, changes_of(table, action, value))
 
     def undo(self, reviewer: str) -> Line:
-        """Take back a reviewer's latest decision (R5); raise ConfigError if there is none, or others built on it."""
+        """Undo a reviewer's latest decision (R5); raise ConfigError if there is none or it was changed since."""
         with self._locked():
             own = [line for line in self.log.active if line.reviewer == reviewer]
             if not own:
-                raise ConfigError(f"nothing of {reviewer} is left to undo")
+                raise ConfigError(f"{reviewer} has no decision left to undo")
             line = own[-1]
             table = self.table(line.plan)
-            back = {key: taken_back(line, key, table.get(key), *pair) for key, pair in line.changes.items()}
+            back = {key: undone_value(line, key, table.get(key), *pair) for key, pair in line.changes.items()}
             return self._note(line.plan, "undo", reviewer, back, undoes=line.number)
 
     def built(self, reviewer: str, upto: int) -> Line:
-        """Note that the data set was built with what was decided up to a line; what came after it waits."""
+        """Record that the data set was built with the decisions up to a line; later ones wait for the next build."""
         with self._locked():
             return self._note("", "build", reviewer, {}, upto=upto)
 
@@ -132,7 +136,7 @@ class Decisions:
             return self.log.lines[-1].number if self.log.lines else 0
 
     def since_build(self) -> list[str]:
-        """Return the plans on which something was decided, or undone, that the last build was not told of."""
+        """Return the plans with decisions or undos that the last build did not include."""
         with self._thread:
             self._catch_up()
             builds = [line for line in self.log.lines if line.action == "build"]
@@ -148,7 +152,7 @@ class Decisions:
         for file in (self.file, self.log.path, self._lock):
             if file.is_symlink() or (file.exists() and not file.is_file()):
                 what = "a link" if file.is_symlink() else "a folder" if file.is_dir() else "a device or a pipe"
-                raise ConfigError(f"{file}: expected a file or nothing, found {what}, which is not followed; remove it")
+                raise ConfigError(f"{file}: expected a file or nothing, found {what}; remove it")
 
     @contextmanager
     def _locked(self) -> Iterator[None]:
@@ -175,7 +179,7 @@ class Decisions:
             os.close(descriptor)
 
     def _go_on(self) -> None:
-        """Do what the last line says, where that was kept from being done (R3)."""
+        """Complete the change of the last line if it was interrupted (R3)."""
         text = self._text()
         last = self.log.lines[-1] if self.log.lines else None
         if last is not None and last.changes and last.file[0] != last.file[1] and _hash(text) == last.file[0]:
@@ -218,7 +222,7 @@ class Decisions:
         except FileNotFoundError:
             return ""
         except (OSError, UnicodeDecodeError) as error:
-            raise ConfigError(f"{self.file.name}: cannot be read ({error}); mend it first") from None
+            raise ConfigError(f"{self.file.name}: cannot be read ({error}); correct it first") from None
 
     def _edited(self, text: str, plan: str, changes: Mapping[str, tuple[Any, Any]]) -> str:
         try:
@@ -227,7 +231,7 @@ class Decisions:
             raise ConfigError(f"{self.file.name}: {error}") from None
 
     def _prepared(self, text: str) -> Path:
-        """Bring the new content to the disk under another name."""
+        """Write the new content to the disk under a temporary name."""
         descriptor, partial = tempfile.mkstemp(dir=self.file.parent, prefix=f"{PARTIAL}{self.file.name}-")
         try:
             with os.fdopen(descriptor, "wb") as stream:
@@ -245,7 +249,7 @@ def _tables(text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"overrides: expected TOML, found {error}; mend it first") from None
+        raise ConfigError(f"overrides: expected TOML, found {error}; correct the file first") from None
 
 
 def _hash(text: str) -> str:

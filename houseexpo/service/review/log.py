@@ -1,9 +1,9 @@
-"""What was decided, a line of JSON for each decision, only ever added to.
+"""The log of decisions: one line of JSON for each, and lines are only added.
 
-R1  A line is on the disk before anybody is told that it is noted.
-R2  A line that was cut off was never answered: it is passed over, and the next one starts on a line of its own.
-R3  Nothing is taken back in the log: an undo is a line that names the line that it undoes.
-R4  A log that is one file with another, as in a copy made of hard links, becomes a file of its own first.
+R1  A line is on the disk before its request is answered.
+R2  A truncated line was never answered: it is skipped, and the next entry starts on a new line.
+R3  Lines are not removed: an undo is a line that names the line that it undoes.
+R4  A log that shares its file with a copy (hard links) is separated from it before a line is added.
 """
 
 from __future__ import annotations
@@ -27,18 +27,17 @@ class Line(msgspec.Struct, frozen=True, omit_defaults=True):
     Parameters
     ----------
     number
-        Counts from 1 on.
+        The position in the log, from 1.
     time
         UTC, ISO 8601.
     plan
-        Its id; "" for a build.
+        The plan's id; "" for a build.
     changes
-        What became of keys of the plan's table: before and after, or None if there is none.
+        The values of keys of the plan's table before and after; None for no value.
     undoes
-        Of an undo, the number of what it undoes.
+        For an undo, the number of the line that it undoes.
     upto
-        Of a build, the number of the last line that it was told of; None in logs of before this was noted, where it is
-        the line before its own.
+        For a build, the number of the last line that it included; None in older logs, which means the line before.
     file
         SHA-256 of ``overrides.toml`` before and after.
     """
@@ -56,7 +55,7 @@ class Line(msgspec.Struct, frozen=True, omit_defaults=True):
 
 @dataclass
 class Log:
-    """The file, and the lines read of it so far; whoever adds holds the lock of ``Decisions``."""
+    """The file, and its lines that were read so far; to add a line, hold the lock of ``Decisions``."""
 
     path: Path
     lines: list[Line] = field(default_factory=list)
@@ -65,7 +64,7 @@ class Log:
     _inode: int = 0
 
     def catch_up(self) -> None:
-        """Read what was added since, by whomever; all of it where the file is another one."""
+        """Read the lines that were added since, by any process, or all lines if the file was replaced."""
         try:
             with self.path.open("rb") as stream:
                 found = os.fstat(stream.fileno())
@@ -88,12 +87,12 @@ class Log:
                 self.undone.add(line.undoes)
 
     def add(self, line: Line) -> None:
-        """Put a line on the disk (R1, R2).
+        """Write a line to the disk (R1, R2).
 
         Raises
         ------
         OSError
-            It cannot be written; nothing is left of it then.
+            The line cannot be written; the log is unchanged.
         """
         is_new = not self.path.exists()
         if not is_new and self.path.stat().st_nlink > 1:  # R4
@@ -104,7 +103,7 @@ class Log:
             torn = size > 0 and os.pread(descriptor, 1, size - 1) != b"\n"
             data = b"\n" * torn + msgspec.json.encode(line) + b"\n"
             try:
-                while data:  # a full disk takes a part, and refuses the rest
+                while data:  # a full disk accepts a part and refuses the rest
                     data = data[os.write(descriptor, data) :]
                 os.fsync(descriptor)
             except OSError:

@@ -1,37 +1,276 @@
-"""The routes of review: a page, what it asks for, and what it decides."""
+"""The pages of review: the queue of plans, what a reviewer sees of each, the decisions that come in, and the build."""
 
 from __future__ import annotations
 
 import getpass
+import math
+import re
+import time
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from threading import Lock
-from typing import Any, Final, get_args
+from typing import Annotated, Any, Final, Literal, get_args
 
+import msgspec
+import shapely
+from msgspec import Meta
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from houseexpo.dataset import Dataset
 from houseexpo.dataset.store.folders import overrides_file
 from houseexpo.drawing import svg
+from houseexpo.drawing.scene import scene
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.grids.frame import GridFrame, plan_from_source, source_from_plan
+from houseexpo.plan.explanations import GROUNDS
+from houseexpo.plan.overrides import MIN_DOOR_M
+from houseexpo.plan.parts import SURE
 from houseexpo.service.answers import Json, read
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.building import Building
-from houseexpo.service.review.changes import DecidedOtherwiseError
-from houseexpo.service.review.decisions import Decisions
-from houseexpo.service.review.page_values import SIZE_PX, history, marks, plan_values, summary
-from houseexpo.service.review.queue import Move, Queue
-from houseexpo.service.review.request_bodies import Begin, Decision, Undo, plain, value_of
+from houseexpo.service.review.changes import DecidedOtherwiseError, several
+from houseexpo.service.review.decisions import Decisions, Judged
+from houseexpo.service.review.log import Line
 from houseexpo.service.service import Service
 from houseexpo.service.settings import is_loopback
+
+Move = Literal["here", "next", "previous", "open"]
+LOOKED_AT_S: Final = 90.0
+"""For this time, a plan that one reviewer was sent to is not offered to others."""
+
+
+class Queue:
+    """The plans of a data set, the least certain first; plans without a quality come last, by id."""
+
+    def __init__(self, dataset: Dataset) -> None:
+        qualities = [math.inf if value is None else value for value in dataset.column("quality")]
+        self.dataset = dataset
+        self.order = [name for _, name in sorted(zip(qualities, dataset.ids, strict=True))]
+        self.places = {name: place for place, name in enumerate(self.order)}
+        self.doubtful = sum(quality < SURE for quality in qualities)
+        self._looked_at: dict[str, tuple[str, float]] = {}
+
+    def move(self, start: str | None, how: Move, reviewer: str, judged: Mapping[str, Judged]) -> str | None:
+        """Return the "next" or "previous" plan, the next "open" (undecided) one, or the plan "here".
+
+        If ``start`` is not in the data set, the queue starts at the first plan. The result is None if no plan is left.
+        """
+        size = len(self.order)
+        if not size:
+            return None
+        if start is None or start not in self.places:
+            return self.order[0] if how != "open" else self._open(-1, reviewer, judged)
+        place = self.places[start]
+        if how == "open":
+            return self._open(place, reviewer, judged)
+        step = {"here": 0, "next": 1, "previous": -1}[how]
+        return self.order[min(max(place + step, 0), size - 1)]
+
+    def _open(self, place: int, reviewer: str, judged: Mapping[str, Judged]) -> str | None:
+        now, others = time.monotonic(), None
+        for step in range(1, len(self.order) + 1):
+            name = self.order[(place + step) % len(self.order)]
+            if name in judged:
+                continue
+            who, when = self._looked_at.get(name, ("", -math.inf))
+            if who in {"", reviewer} or now - when > LOOKED_AT_S:
+                self._looked_at[name] = reviewer, now
+                return name
+            others = others or name
+        return others
+
+    def progress(self, judged: Mapping[str, Judged]) -> dict[str, int]:
+        """Return the number of plans and of judged ones, in all and among the doubtful ones."""
+        doubtful = self.order[: self.doubtful]
+        return {
+            "plans": len(self.order),
+            "judged": sum(name in self.places for name in judged),
+            "doubtful": self.doubtful,
+            "doubtful_judged": sum(name in judged for name in doubtful),
+        }
+
+
+_BESIDE_M: Final = 2.0
+"""Points further than this from the plan are refused, metres."""
+SNAP_M: Final = 0.25
+"""A door drawn up to a hand's breadth from a wall is moved into the wall, metres."""
+WALL_M: Final = 0.5
+"""The thickest wall in which a door is drawn, metres."""
+INTO_WALL_M: Final = 0.03
+"""How far into the wall a door is moved, metres: further than the error of the drawing."""
+_DIGITS: Final = 3
+"""Decimals of stored points: millimetres."""
+_CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f]+")
+
+Name = Annotated[str, Meta(min_length=1, max_length=60)]
+Id = Annotated[str, Meta(min_length=1, max_length=300)]
+Point = tuple[float, float]
+
+
+class Decision(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A decision; ``points`` are in plan metres, ``seen`` is the number of the last log line that the reviewer saw."""
+
+    plan: Id
+    action: Literal["keep", "drop", "door", "no_room", "note"]
+    reviewer: Name
+    seen: int = 0
+    points: Annotated[list[Point], Meta(max_length=2)] = []
+    text: Annotated[str, Meta(max_length=500)] = ""
+
+
+class Begin(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A request to rebuild; ``confirm`` is the digest of the commands that were shown (``Building.status``)."""
+
+    reviewer: Name
+    confirm: Annotated[str, Meta(max_length=64)]
+
+
+class Undo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A request to undo the reviewer's latest decision."""
+
+    reviewer: Name
+
+
+def plain(text: str) -> str:
+    """Return a text as one line without control characters."""
+    return _CONTROLS.sub(" ", text).strip()
+
+
+def value_of(asked: Decision, plan: FloorPlan) -> Any:
+    """Return the value of a decision, as ``Decisions.decide`` takes it.
+
+    Raises
+    ------
+    ConfigError
+        The number of points is wrong, a point is outside the plan, the jambs are too close, the door is not in a wall,
+        or the plan has no frame.
+    """
+    if asked.action in {"keep", "drop", "note"}:
+        return plain(asked.text)
+    wanted = 2 if asked.action == "door" else 1
+    if len(asked.points) != wanted:
+        raise ConfigError(f"{asked.action}: expected {wanted} points, found {len(asked.points)}")
+    _check_inside(asked.points, plan)
+    if asked.action == "door" and math.dist(*asked.points) < MIN_DOOR_M:
+        found = f"{math.dist(*asked.points):.2f} m"
+        raise ConfigError(f"door: expected jambs {MIN_DOOR_M} m apart or more, found {found}; set them again")
+    if plan.frame is None:
+        raise ConfigError(
+            f"{plan.id}: its position in the source is not recorded, so that only keep and drop are possible"
+        )
+    drawn = snapped(asked.points, plan) if asked.action == "door" else asked.points
+    points = [_rounded(point) for point in source_from_plan(plan.frame, drawn).tolist()]
+    return points if asked.action == "door" else points[0]
+
+
+def snapped(jambs: Sequence[Point], plan: FloorPlan) -> list[Point]:
+    """Return a door's jambs in plan metres, moved into the nearest wall if that is within ``SNAP_M``.
+
+    A door that is already in a wall, or on an existing door, is not moved.
+
+    Raises
+    ------
+    ConfigError
+        No wall of a room is near enough.
+    """
+    line = shapely.LineString(jambs)
+    middle, space = line.centroid, plan.free_space
+    if any(door.polygon.distance(middle) <= SNAP_M for door in plan.doors):
+        return list(jambs)
+    edge = space.boundary
+    far = float(edge.distance(middle))
+    if far > (SNAP_M if space.contains(middle) else WALL_M):
+        raise ConfigError(
+            f"door: expected a place in a wall, found one {far:.2f} m from the nearest wall; draw it on the wall"
+        )
+    if not space.contains(middle):
+        return list(jambs)
+    near = shapely.shortest_line(middle, edge).coords[-1]
+    dx, dy = near[0] - middle.x, near[1] - middle.y
+    scale = (far + INTO_WALL_M) / far if far > 0 else 0.0
+    return [(x + scale * dx, y + scale * dy) for x, y in jambs]
+
+
+def _check_inside(points: Sequence[Point], plan: FloorPlan) -> None:
+    x1, y1, x2, y2 = plan.bbox
+    for x, y in points:
+        if not (x1 - _BESIDE_M <= x <= x2 + _BESIDE_M and y1 - _BESIDE_M <= y <= y2 + _BESIDE_M):
+            raise ConfigError(f"point: expected metres inside the plan, found ({x:g}, {y:g})")
+
+
+def _rounded(point: Sequence[float]) -> list[float]:
+    return [round(value, _DIGITS) + 0.0 for value in point]  # + 0.0: no -0.0
+
+
+SIZE_PX: Final = 900
+"""Size of the picture of a plan."""
+_LEAST_GROUND: Final = 0.005
+"""Smaller grounds are not shown: they round to 0.00."""
+
+
+def plan_values(plan: FloorPlan) -> dict[str, Any]:
+    """Return a plan's measures, its grounds (the strongest first), and the position of its picture in metres."""
+    quality = plan.quality
+    grounds = sorted((quality.grounds if quality else {}).items(), key=lambda pair: -pair[1])
+    layout = scene(plan, None, SIZE_PX)
+    frame = GridFrame.around(layout.bounds, layout.pixels_per_metre, margin_px=0, y_up=True)
+    return {
+        "plan": plan.id,
+        "quality": quality.score if quality else None,
+        "doubtful": bool(quality and quality.is_doubtful),
+        "grounds": [
+            [GROUNDS.get(name, name.replace("_", " ")), value] for name, value in grounds if value > _LEAST_GROUND
+        ],
+        "area": round(plan.area, 1),
+        "rooms": plan.room_num,
+        "doors": len(plan.doors),
+        "drawable": plan.frame is not None,
+        "picture": {"origin": frame.origin_m, "ppm": frame.pixels_per_metre, "size": frame.shape[::-1]},
+    }
+
+
+def marks(plan: FloorPlan, table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the doors and the "no room" points of a plan's table (``Decisions.table``), in plan metres."""
+    if plan.frame is None:
+        return {"doors": [], "no_rooms": []}
+    doors = [plan_from_source(plan.frame, door).tolist() for door in several(table.get("door"), "door")]
+    points = [plan_from_source(plan.frame, point).tolist() for point in several(table.get("no_room"), "no_room")]
+    return {"doors": doors, "no_rooms": points}
+
+
+def history(latest: Line | None, judged: Judged | None) -> dict[str, Any]:
+    """Return the decisions on a plan, with reviewer and time, and the number of the latest log line about it."""
+    last = judged.last if judged else None
+    said = {"by": last.reviewer, "time": last.time, "actions": list(judged.actions)} if last and judged else None
+    return {"judged": said, "seen": latest.number if latest else 0}
+
+
+def summary(ids: Iterable[str], judged: Mapping[str, Judged]) -> dict[str, Any]:
+    """Return the result of a review: the plans by kind of decision, the reviewers, and the time from first to last."""
+    there = {name: judged[name] for name in ids if name in judged}
+    actions: dict[str, list[str]] = {}
+    for name, found in there.items():
+        for action in dict.fromkeys(found.actions):
+            actions.setdefault(action, []).append(name)
+    times = sorted(found.last.time for found in there.values())
+    return {
+        "actions": actions,
+        "reviewers": dict(Counter(found.last.reviewer for found in there.values()).most_common()),
+        "from": times[0] if times else None,
+        "to": times[-1] if times else None,
+    }
+
 
 _MOVES: Final = get_args(Move)
 
 
 class Review:
-    """The review of one data set: the plans in order, the decisions, the build."""
+    """The review of one data set: its queue, its decisions, its build."""
 
     def __init__(self, collection: Collection) -> None:
         self._collection = collection
@@ -41,14 +280,14 @@ class Review:
 
     @property
     def queue(self) -> Queue:
-        """The plans in order, anew where the data set was built again."""
+        """The queue, which starts again when the data set has been rebuilt."""
         dataset = self._collection.dataset
         if self._queue.dataset is not dataset:
             self._queue = Queue(dataset)
         return self._queue
 
     def state(self, name: str | None) -> dict[str, Any]:
-        """Return what is shown of a plan, None: that none is left; and how far all is judged."""
+        """Return what the page shows of a plan, or of the end if it is None, and the progress of the review."""
         judged = self.decisions.judged()
         queue = self.queue
         common = {"progress": queue.progress(judged), "build": self.building.status()}
@@ -66,7 +305,7 @@ class Review:
 
 
 def routes(service: Service) -> list[BaseRoute]:
-    """Return the routes of ``/DATA/review``; a word of what to do where the service is not asked to review."""
+    """Return the routes of ``/DATA/review``; without --review, they answer how to start it."""
     if not service.settings.review:
         return [Route("/{data}/review", _not_asked)]
     reviews: dict[str, Review] = {}
@@ -74,7 +313,7 @@ def routes(service: Service) -> list[BaseRoute]:
 
     def review(request: Request) -> Review:
         collection = service.collection(request)
-        with opening:  # one each: a second one would not know of the first one's build
+        with opening:  # only one: a second review would not know about a build that the first one started
             if collection.name not in reviews:
                 reviews[collection.name] = Review(collection)
             return reviews[collection.name]
@@ -82,7 +321,7 @@ def routes(service: Service) -> list[BaseRoute]:
     def page(request: Request) -> Response:
         shown = service.collection(request)
         file = review(request).decisions.file
-        reviewer = _user() if is_loopback(service.settings.host) else ""  # others' browsers are not this machine's user
+        reviewer = _user() if is_loopback(service.settings.host) else ""  # a browser elsewhere belongs to somebody else
         return service.page(request, "review/review.html", here="review", shown=shown, reviewer=reviewer, file=file)
 
     def state(request: Request) -> Response:
@@ -98,13 +337,13 @@ def routes(service: Service) -> list[BaseRoute]:
         if request.query_params.get("when") != "before":
             return _drawn(found.queue.dataset[name])
         if name not in found.building.before:
-            raise HTTPException(404, f"{name}: there was no such plan before the last build")
+            raise HTTPException(404, f"{name}: this plan did not exist before the last build")
         return _drawn(decode(found.building.before[name]))
 
     def decided(found: Review, body: bytes) -> dict[str, Any]:
         asked = read(body, Decision)
         if found.building.phase == "building" and asked.action in {"door", "no_room"}:
-            raise HTTPException(409, "the data set is being built; draw when that has ended")
+            raise HTTPException(409, "the data set is being rebuilt; draw when the build has ended")
         plan = found.queue.dataset[asked.plan]
         value, reviewer = value_of(asked, plan), _reviewer(asked.reviewer)
         line = found.decisions.decide(asked.plan, asked.action, reviewer, value, asked.seen)
@@ -120,7 +359,7 @@ def routes(service: Service) -> list[BaseRoute]:
         found.building.start(_reviewer(asked.reviewer), asked.confirm)
         return found.building.status()
 
-    def stopped(found: Review, body: bytes) -> dict[str, Any]:  # noqa: ARG001  # each is called alike
+    def stopped(found: Review, body: bytes) -> dict[str, Any]:  # noqa: ARG001  # all are called in the same way
         found.building.stop()
         return found.building.status()
 
@@ -151,7 +390,7 @@ def routes(service: Service) -> list[BaseRoute]:
 
 
 def _not_asked(_: Request) -> Response:
-    raise HTTPException(404, "plans are judged here where the service was started with --review")
+    raise HTTPException(404, "review is off; start the service with --review")
 
 
 def _drawn(plan: FloorPlan) -> Response:
@@ -161,12 +400,12 @@ def _drawn(plan: FloorPlan) -> Response:
 def _reviewer(name: str) -> str:
     found = plain(name)
     if not found:
-        raise ConfigError("reviewer: expected a name, found none; write yours")
+        raise ConfigError("reviewer: expected a name, found none; enter yours")
     return found
 
 
 def _user() -> str:
     try:
         return getpass.getuser()
-    except (OSError, KeyError):  # a system without such a user
+    except (OSError, KeyError):  # the system has no such user
         return ""

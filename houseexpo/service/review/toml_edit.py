@@ -1,11 +1,11 @@
-"""Change keys of one table in a TOML file that a person wrote: all else stays as it is, comments and order too.
+"""Change keys of one table in a TOML file that a person wrote; everything else, with comments and order, is kept.
 
-R1  A key that is there is changed where it stands; a comment behind it stays behind it.
-R2  A list that grows keeps the comments within it. Where a value with comments within changes otherwise, they move to
+R1  An existing key is changed in its place; a comment after it stays.
+R2  A list that grows keeps the comments inside it. If a value with comments inside changes in another way, they move to
     lines above it.
-R3  A new key follows the last one of its table; a new table stands at the end.
-R4  A key that goes leaves its comment. A table goes with its last key, unless a comment is in it.
-R5  What was written is read again: where it does not say what was meant, nothing is returned.
+R3  A new key follows the last key of its table; a new table is added at the end.
+R4  A removed key leaves its comment. A table is removed with its last key, unless it contains a comment.
+R5  The result is read again; if it does not have the intended values, an error is raised.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from houseexpo.errors import ConfigError
 _TOKENS: Final = re.compile(
     r'"""(?:[^\\]|\\.)*?"""(?!")|\'\'\'.*?\'\'\'(?!\')|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*|=', re.DOTALL
 )
-"""Strings, comments and equals signs: what else a statement holds cannot hide one of these."""
+"""Strings, comments and equals signs; nothing else in a statement can hide one of these."""
 _LINE: Final = re.compile(r"[^\n]*\n|[^\n]+")
-"""A line as TOML has it; ``str.splitlines`` ends lines at other signs too, which may stand in a comment."""
+"""A line in TOML; ``str.splitlines`` also splits at other characters, which may be in a comment."""
 _BARE: Final = re.compile(r"[A-Za-z0-9_-]+")
 _END: Final = re.compile(r"[ \t]*(?:#[^\n]*)?\s*\Z")
 
 
 class _Statement(NamedTuple):
-    """A piece of the file; ``path`` is its full key, of a header too; () for blank lines and comments."""
+    """A part of the file; ``path`` is its full key or the table of a header, () for blank lines and comments."""
 
     text: str
     path: tuple[str, ...] = ()
@@ -48,12 +48,12 @@ def edited(text: str, table: str, changes: Mapping[str, Any]) -> str:
     Parameters
     ----------
     changes
-        New values by key: booleans, numbers, texts and lists of such; None takes a key out.
+        New values by key: booleans, numbers, texts and lists of these; None removes a key.
 
     Raises
     ------
     ConfigError
-        The text is no TOML, or it is written in a way that this cannot change (R5).
+        The text is not TOML, or it is written in a way that cannot be changed here (R5).
     """
     wanted = _read(text)
     if not isinstance(wanted.get(table, {}), dict):
@@ -66,7 +66,7 @@ def edited(text: str, table: str, changes: Mapping[str, Any]) -> str:
             _set(statements, table, key, value, newline)
         elif key in wanted.get(table, {}):
             del wanted[table][key]
-            _take_out(statements, table, key, newline)
+            _remove(statements, table, key, newline)
     found = "".join(statement.text for statement in statements)
     if _filled(_read(found)) != _filled(wanted):
         raise ConfigError(f"table [{table}] is written in a way that cannot be changed here; write it as [{table}]")
@@ -85,14 +85,14 @@ def _filled(tables: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _statements(text: str) -> Iterator[_Statement]:
-    """Part a whole TOML file: a statement ends with the first line with which it can be read by itself."""
+    """Split a TOML file into statements; a statement ends with the first line with which it can be parsed."""
     waiting = ""
     header: tuple[str, ...] = ()
     for line in _LINE.findall(text):
         waiting += line
         try:
             found = tomllib.loads(waiting)
-        except tomllib.TOMLDecodeError:  # a list or a text that goes on
+        except tomllib.TOMLDecodeError:  # a list or a text that continues
             continue
         statement = _Statement(waiting)
         if waiting.lstrip().startswith("["):
@@ -112,7 +112,7 @@ def _statements(text: str) -> Iterator[_Statement]:
 
 
 def _path(tables: Any) -> tuple[str, ...]:
-    """Return the names that lead to the innermost of tables of one entry each."""
+    """Return the names that lead to the innermost of nested tables with one entry each."""
     path = []
     while tables and isinstance(tables, dict | list):
         if isinstance(tables, list):
@@ -125,7 +125,7 @@ def _path(tables: Any) -> tuple[str, ...]:
 
 
 def _parts(text: str) -> tuple[str, str, str]:
-    """Return of ``key = value  # why`` the key with its sign, the value, and what follows it with the space between."""
+    """Split ``key = value  # why`` into the key with its equals sign, the value, and the rest with its spaces."""
     tokens = [token for token in _TOKENS.finditer(text) if token[0][0] in "=#"]
     start = next(token.end() for token in tokens if token[0] == "=")
     last = tokens[-1]
@@ -142,7 +142,7 @@ def _set(statements: list[_Statement], table: str, key: str, value: Any, newline
     places = {statement.path: i for i, statement in enumerate(statements) if statement.is_value}
     if (here := places.get((table, key))) is not None:  # R1
         statements[here] = _changed(statements[here], value, newline)
-    elif (whole := places.get((table,))) is not None:  # the table stands in one line
+    elif (whole := places.get((table,))) is not None:  # an inline table
         statements[whole] = _changed(statements[whole], {**statements[whole].value, key: value}, newline)
     elif (last := _last_of(statements, table)) is not None:  # R3
         dotted = "" if _has_header(statements, table) else f"{_key(table)}."
@@ -157,7 +157,7 @@ def _set(statements: list[_Statement], table: str, key: str, value: Any, newline
         statements.append(_Statement(f"{_key(key)} = {_text(value)}{newline}", (table, key), value=value))
 
 
-def _take_out(statements: list[_Statement], table: str, key: str, newline: str) -> None:
+def _remove(statements: list[_Statement], table: str, key: str, newline: str) -> None:
     for i, statement in enumerate(statements):
         if statement.is_value and statement.path == (table,):
             rest = {name: value for name, value in statement.value.items() if name != key}
@@ -182,7 +182,7 @@ def _has_header(statements: Sequence[_Statement], table: str) -> bool:
 
 
 def _last_of(statements: Sequence[_Statement], table: str) -> int | None:
-    """Return where the table's last key stands, or its header, or None if there is no such table."""
+    """Return the place of the table's last key or else of its header, None if there is no such table."""
     own = [i for i, found in enumerate(statements) if found.path[:1] == (table,) and len(found.path) <= 2]
     return max(own, default=None)
 

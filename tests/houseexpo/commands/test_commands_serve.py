@@ -15,7 +15,7 @@ from houseexpo.commands import serve as command
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.service.collection import Collection
 from houseexpo.service.collection import opened as collections
-from houseexpo.service.connections import LimitedProtocol
+from houseexpo.service.guard import LimitedProtocol
 from houseexpo.service.service import Service
 from tests.builders.services import built, published, some_plans
 

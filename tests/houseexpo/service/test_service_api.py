@@ -48,15 +48,15 @@ def test_plans_come_by_the_page(client: TestClient) -> None:
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        ("plans?split=tset", "no 'tset' in this data set; there are: train"),
-        ("plans?source=ifc", "there are: made"),
+        ("plans?split=tset", "no 'tset' in this data set; it has: train"),
+        ("plans?source=ifc", "it has: made"),
         ("ids.txt?limit=2", "found 'limit'"),
         ("facets?offset=2", "found 'offset'"),
         ("plans?against=published", "found 'against'"),
         ("plans?rooms=1_0", "rooms: expected a number"),
         ("plans?rooms=%EF%BC%92", "rooms: expected a number"),
         ("plans?area=inf", "area: expected a number"),
-        ("plans/a1/way?from=1,1&to=1e308,1", "to: expected a place"),
+        ("plans/a1/way?from=1,1&to=1e308,1", "to: expected a point"),
     ],
 )
 def test_what_means_nothing_here_is_not_passed_over(client: TestClient, asked: str, words: str) -> None:
@@ -127,7 +127,7 @@ def test_what_was_refused_is_listed(client: TestClient) -> None:
 @pytest.mark.parametrize(
     ("path", "status", "said"),
     [
-        ("/api/nowhere", 404, "no data set 'nowhere' here"),
+        ("/api/nowhere", 404, "no data set 'nowhere'; the data sets: "),
         ("/api/homes/plans/nobody", 404, "no plan 'nobody' in this data set"),
         ("/api/homes/plans/%00", 404, "no "),
         ("/api/homes/plans?limit=100000", 400, "limit: expected a whole number, 1 to 500"),
@@ -138,8 +138,8 @@ def test_what_was_refused_is_listed(client: TestClient) -> None:
         ("/api/homes/plans?labels=%3Cscript%3E", 400, "labels"),
         ("/api/homes/plans/a1/reach?radius=-1", 400, "radius: expected metres"),
         ("/api/homes/plans/a1/reach?radius=1e9", 400, "radius: expected metres"),
-        ("/api/homes/plans/a1/way?from=1,2", 400, "to: expected a place"),
-        ("/api/homes/plans/a1/way?from=1,2,3&to=nan,nan", 400, "from: expected a place"),
+        ("/api/homes/plans/a1/way?from=1,2", 400, "to: expected a point"),
+        ("/api/homes/plans/a1/way?from=1,2,3&to=nan,nan", 400, "from: expected a point"),
         ("/api/homes/statistics?against=nowhere", 400, "against: expected one of"),
         ("/nothing/at/all", 404, "Not Found"),
     ],

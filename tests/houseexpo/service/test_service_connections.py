@@ -17,7 +17,7 @@ pytest.importorskip("uvicorn")
 import uvicorn
 from websockets.sync.client import connect
 
-from houseexpo.service import connections
+from houseexpo.service import guard
 
 IDLE_TIMEOUT_S = 0.3
 HEAD = b"GET / HTTP/1.1\r\nHost: localhost\r\n"
@@ -42,10 +42,8 @@ async def app(scope: dict[str, Any], receive: Any, send: Any) -> None:
 
 @pytest.fixture
 def port(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
-    monkeypatch.setattr(connections, "IDLE_TIMEOUT_S", IDLE_TIMEOUT_S)
-    config = uvicorn.Config(
-        app, http=connections.LimitedProtocol, log_level="error", lifespan="off", ws="websockets-sansio"
-    )
+    monkeypatch.setattr(guard, "IDLE_TIMEOUT_S", IDLE_TIMEOUT_S)
+    config = uvicorn.Config(app, http=guard.LimitedProtocol, log_level="error", lifespan="off", ws="websockets-sansio")
     server = uvicorn.Server(config)
     with socket.create_server(("127.0.0.1", 0)) as listening:
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]}, daemon=True)
@@ -89,8 +87,8 @@ def test_a_socket_stays_open(port: int) -> None:
 
 
 def test_an_address_has_so_many_connections(port: int, monkeypatch: pytest.MonkeyPatch) -> None:  # R2
-    monkeypatch.setattr(connections, "IDLE_TIMEOUT_S", 60.0)
-    monkeypatch.setattr(connections, "MAX_PER_ADDRESS", 3)
+    monkeypatch.setattr(guard, "IDLE_TIMEOUT_S", 60.0)
+    monkeypatch.setattr(guard, "MAX_PER_ADDRESS", 3)
     with ExitStack() as held:
         for _ in range(3):
             assert answers(held.enter_context(asking(port)))

@@ -15,7 +15,7 @@ from houseexpo import open_dataset
 from houseexpo.errors import UnknownPlanError
 from houseexpo.plan import Quality
 from houseexpo.service.app import make_app
-from houseexpo.service.evidence import evidence_of
+from houseexpo.service.plan_page import evidence_of
 from houseexpo.service.service import Service
 from pipeline.png import as_png
 from tests.builders.services import BASE, built, running, service_of, two_rooms
@@ -40,7 +40,7 @@ def test_evidence_is_said_in_words() -> None:
     cut = replace(plan.doors[0], kind="cut")
     quality = Quality(0.74, {"cut_share": 0.5, "guesses": 0.75, "left_out": 0.0, "new_ground": 0.1})
     found = evidence_of(replace(plan, doors=(cut,), provenance=told, quality=quality))
-    assert found.quality == "Quality 0.74, doubtful: below 0.8. 1 grounds say nothing against it."
+    assert found.quality == "Quality 0.74, doubtful: below 0.8. 1 ground does not speak against it."
     assert found.grounds == [
         ("levels, units, scale or axis guessed", 0.75),
         ("doors that are cuts, not evidence", 0.5),

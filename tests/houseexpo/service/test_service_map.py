@@ -9,7 +9,7 @@ pytest.importorskip("starlette")
 
 from starlette.testclient import TestClient
 
-from houseexpo.service.likeness import placed
+from houseexpo.service.likeness import positions_of
 
 
 def clusters(count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -20,7 +20,7 @@ def clusters(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 def test_like_plans_lie_near_each_other() -> None:
     features, kind = clusters(240)
-    places = placed(features)
+    places = positions_of(features)
     apart = np.linalg.norm(places[:, None] - places[None], axis=2)
     np.fill_diagonal(apart, np.inf)
     assert (kind[apart.argmin(axis=1)] == kind).mean() > 0.97
@@ -29,12 +29,12 @@ def test_like_plans_lie_near_each_other() -> None:
 
 def test_a_data_set_gives_the_same_map_each_time() -> None:
     features, _ = clusters(100)
-    assert placed(features).tobytes() == placed(features).tobytes()
+    assert positions_of(features).tobytes() == positions_of(features).tobytes()
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 5])
 def test_few_or_equal_plans_have_places(count: int) -> None:
-    places = placed(np.ones((count, 4)))
+    places = positions_of(np.ones((count, 4)))
     assert places.shape == (count, 2)
     assert np.isfinite(places).all()
 

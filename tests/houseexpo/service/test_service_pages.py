@@ -141,7 +141,7 @@ def test_a_picture_of_what_was_refused_is_shown_where_the_build_kept_one(client:
 def test_an_error_is_a_page_for_people(client: TestClient) -> None:
     found = client.get("/homes/plan/nobody", headers={"accept": "text/html"})
     assert found.status_code == 404
-    assert "Not here" in found.text
+    assert "Not found" in found.text
     assert "no plan &#39;nobody&#39;" in found.text
     assert "Traceback" not in found.text
 

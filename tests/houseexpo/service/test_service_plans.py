@@ -85,7 +85,7 @@ def test_a_way_leads_through_the_door_where_the_robot_fits(client: TestClient) -
     ask = "/api/homes/plans/a1/way?from=1.1,1.5&to=6.2,1.5&radius="
     straight = client.get(f"{ask}0.2").json()
     assert (straight["found"], straight["length"]) == (True, pytest.approx(5.1))
-    assert client.get(f"{ask}0.45").json()["why"].startswith("No way")
+    assert client.get(f"{ask}0.45").json()["why"].startswith("No path")
     assert client.get(f"{ask}1.9").json()["why"] == "The robot fits nowhere."
     assert "outside" in client.get("/api/homes/plans/a1/way?from=1,1&to=50,50").json()["why"]
 

@@ -93,7 +93,7 @@ def test_a_token_is_sent(folder: Path) -> None:
     word = "secret"
     with running(service_of(folder, token=word)) as address:
         assert len(open_dataset(f"{address}/homes?token={word}")) == 4
-        with pytest.raises(DatasetError, match="asks for a token"):
+        with pytest.raises(DatasetError, match="requires a token"):
             open_dataset(f"{address}/homes")
 
 
@@ -112,7 +112,7 @@ def test_an_address_without_a_data_set_is_refused(address: str) -> None:
 
 
 def test_a_name_that_is_not_there_is_said(address: str) -> None:
-    with pytest.raises(DatasetError, match="no data set 'house' here; there are: homes, published"):
+    with pytest.raises(DatasetError, match="no data set 'house'; the data sets: homes, published"):
         open_dataset(f"{address}/house")
 
 

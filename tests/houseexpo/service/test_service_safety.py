@@ -15,7 +15,7 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from houseexpo.service.app import make_app
-from houseexpo.service.safety import HEADERS, Guard, Rate, cookie_name
+from houseexpo.service.guard import HEADERS, Guard, Rate, cookie_name
 from houseexpo.service.settings import Limits, Settings, is_loopback
 from tests.builders.services import BASE, service_of
 

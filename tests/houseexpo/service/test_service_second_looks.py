@@ -11,7 +11,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import PlanObject, Room
 from houseexpo.service.app import make_app
-from houseexpo.service.plan import _told
+from houseexpo.service.plan_page import _provenance
 from tests.builders.services import BASE, box, built, service_of
 
 
@@ -53,7 +53,7 @@ def test_furniture_at_a_wall_leaves_the_wall_whole(tmp_path: Path, monkeypatch: 
 def test_provenance_is_told_in_words() -> None:
     told = {"heights": {"ground": 0.01, "door": 0.2}, "notes": {}, "cuts_at": [1, 2], "file": "a.glb"}
     plan = FloorPlan("hut", box(0.1, 0.1, 4.1, 3.1), 1, {}, provenance=told)
-    assert dict(_told(plan)) == {"heights": "ground: 0.01, door: 0.2", "cuts at": "1, 2", "file": "a.glb"}
+    assert dict(_provenance(plan)) == {"heights": "ground: 0.01, door: 0.2", "cuts at": "1, 2", "file": "a.glb"}
 
 
 @pytest.mark.parametrize("path", ["/homes/plan/a1", "/api"])

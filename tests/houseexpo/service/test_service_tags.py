@@ -44,7 +44,7 @@ def test_a_tag_is_given_found_and_taken_away(client: TestClient, folder: Path) -
 def test_an_unknown_tag_is_said(client: TestClient) -> None:
     answer = client.get("/api/homes/plans?tags=nihgt")
     assert answer.status_code == 400
-    assert "tags: no 'nihgt' in this data set; there are: none" in answer.json()["error"]
+    assert "tags: no 'nihgt' in this data set; its tags: none" in answer.json()["error"]
 
 
 def test_a_view_is_saved_under_a_name(client: TestClient) -> None:

@@ -127,7 +127,7 @@ def _decide_after_ben(address: str) -> None:
         asked = {"plan": "doubtful", "action": "drop", "reviewer": "ben"}
         assert page.request.post("/houses/review/decide", data=asked).ok
         page.keyboard.press("k")
-        says(page, "ben chose drop meanwhile")
+        says(page, "ben chose drop in the meantime")
         assert page.inner_text("#judged") == "ben: dropped"  # what there is now to look at
 
 

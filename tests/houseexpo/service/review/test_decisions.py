@@ -77,7 +77,7 @@ def test_undo_takes_back_ones_own_latest_and_is_a_line_of_its_own(file: Path) ->
     assert "# seen" in file.read_text()
     assert [line.undoes for line in lines(file)] == [0, 0, 0, 2, 1, 3]
     assert decisions.judged() == {}
-    with pytest.raises(ConfigError, match="nothing of ann is left"):
+    with pytest.raises(ConfigError, match="ann has no decision left"):
         decisions.undo("ann")
 
 
@@ -85,7 +85,7 @@ def test_undo_takes_back_ones_own_latest_and_is_a_line_of_its_own(file: Path) ->
 def test_what_was_decided_unseen_is_not_overruled_under_whatever_name(file: Path, name: str) -> None:
     decisions = Decisions(file)
     decisions.decide("villa", "keep", "ann")
-    with pytest.raises(DecidedOtherwiseError, match="ann chose keep meanwhile"):
+    with pytest.raises(DecidedOtherwiseError, match="ann chose keep in the meantime"):
         decisions.decide("villa", "drop", name)
     assert tables(file) == {"villa": {"keep": True}}
 
@@ -169,7 +169,7 @@ def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
 
 def test_a_file_that_is_no_toml_is_said_and_left_alone(file: Path) -> None:
     file.write_text("[villa\n")
-    with pytest.raises(ConfigError, match="mend it first"):
+    with pytest.raises(ConfigError, match="correct the file first"):
         Decisions(file).decide("villa", "keep", "ann")
     assert file.read_text() == "[villa\n"
 

@@ -130,7 +130,7 @@ def test_two_people_do_not_overrule_each_other_unseen(client: TestClient) -> Non
     seen = state(client, plan="doubtful")["seen"]
     decide(client, "doubtful", "keep")
     for name in ("ben", "ann"):  # two people may go by one name
-        assert "meanwhile" in decide(client, "doubtful", "drop", 409, reviewer=name, seen=seen)["error"]
+        assert "in the meantime" in decide(client, "doubtful", "drop", 409, reviewer=name, seen=seen)["error"]
     decide(client, "doubtful", "drop", reviewer="ben")
 
 
@@ -225,7 +225,7 @@ def test_requests_at_once_find_one_review(client: TestClient, monkeypatch: pytes
 
 
 def test_what_was_not_built_cannot_be_built_again(client: TestClient) -> None:
-    assert "comes from no houseexpo build" in state(client)["build"]["refusal"]
+    assert "was not made by houseexpo build" in state(client)["build"]["refusal"]
     assert client.post("/houses/review/build", json={"reviewer": "ann"}).status_code == 400
 
 

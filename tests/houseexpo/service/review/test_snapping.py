@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.service.review.request_bodies import INTO_WALL_M, snapped
+from houseexpo.service.review.pages import INTO_WALL_M, snapped
 from tests.builders.services import two_rooms
 
 PLAN = two_rooms("a")  # the wall between the rooms stands from x = 4.1 to 4.2, its door from y = 1.1 to 1.9

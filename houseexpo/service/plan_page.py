@@ -1,10 +1,13 @@
-"""A plan's page: what is known of it; drawing and measuring on it is the page's part, computing that of ``/api``."""
+"""The page of a plan: its measures, neighbours and provenance, and the evidence for its quality and its doors.
+
+The page itself draws and measures the plan; ``/api`` computes what takes longer.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import quote
 
 import msgspec
@@ -15,13 +18,14 @@ from starlette.routing import BaseRoute, Route
 from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.exports import FORMATS
 from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Door, Quality
 from houseexpo.plan.categories import colour
+from houseexpo.plan.explanations import DOORS, GROUNDS, NOTES
+from houseexpo.plan.parts import SURE
 from houseexpo.service.collection import Opened
-from houseexpo.service.evidence import evidence_of
-from houseexpo.service.measures import MEASURES, RADII
-from houseexpo.service.query import parsed
+from houseexpo.service.search import MEASURES, RADII, Rows, parsed_query
 from houseexpo.service.service import Service
-from houseexpo.service.views import Rows
+from houseexpo.words import counted
 
 
 def routes(service: Service) -> list[BaseRoute]:
@@ -29,7 +33,7 @@ def routes(service: Service) -> list[BaseRoute]:
 
     def plan(request: Request) -> Response:
         shown = service.collection(request)
-        query, name = parsed(request.query_params), request.path_params["plan"]
+        query, name = parsed_query(request.query_params), request.path_params["plan"]
         now, view = shown.find(query)
         found = now.plan(name)
         before, place, after, number = _neighbours(now, name, view.rows, request.url.query)
@@ -51,7 +55,7 @@ def routes(service: Service) -> list[BaseRoute]:
             measures=list(_measures(now, name)),
             evidence=evidence_of(found),
             has_stages=now.data.stages(name) is not None,
-            provenance=list(_told(found)),
+            provenance=list(_provenance(found)),
             splits=[each for each, ids in now.data.splits.items() if name in ids],
             repeats=now.records.repeats_of(name),
             formats=FORMATS,
@@ -62,7 +66,7 @@ def routes(service: Service) -> list[BaseRoute]:
 
 
 def _legend(plan: FloorPlan) -> list[tuple[str, str]]:
-    """Return what stands in the drawing, with its colour: labels of rooms, the most frequent first, and doors."""
+    """Return the labels in the drawing, the most frequent first, and the kinds of doors, with their colours."""
     rooms = Counter(room.label for room in plan.rooms) if plan.rooms else Counter(plan.room_category)
     labels = [(label.replace("_", " "), colour(label)) for label, _ in rooms.most_common()]
     kinds = dict.fromkeys(door.kind for door in plan.doors)
@@ -70,7 +74,7 @@ def _legend(plan: FloorPlan) -> list[tuple[str, str]]:
 
 
 def _neighbours(now: Opened, name: str, rows: Rows, query: str) -> tuple[str | None, int, str | None, int]:
-    """Return the plan before, the place (from 1, or 0 if the view lacks the plan), the plan after, and how many."""
+    """Return the plan before, the position (from 1; 0 if the view lacks the plan), the plan after, and the number."""
     at = (rows == now.numbers[name]).nonzero()[0]
     if not len(at):
         return None, 0, None, len(rows)
@@ -86,7 +90,7 @@ def _neighbours(now: Opened, name: str, rows: Rows, query: str) -> tuple[str | N
 def _measures(now: Opened, name: str) -> Iterator[tuple[str, str]]:
     table, row = now.views.table, now.numbers[name]
     for measure in MEASURES:
-        if measure.name in {"narrowest", "reach"}:
+        if measure.is_of_robot:
             continue
         value = table.value(row, measure.name)
         if value is not None:
@@ -98,7 +102,7 @@ def _measures(now: Opened, name: str) -> Iterator[tuple[str, str]]:
             yield f"Reached, radius {radius} m", f"{reach:.1%}{width}"
 
 
-def _told(plan: FloorPlan) -> Iterator[tuple[str, str]]:
+def _provenance(plan: FloorPlan) -> Iterator[tuple[str, str]]:
     for key, value in (plan.provenance or {}).items():
         if words := _plain(value):
             yield key.replace("_", " "), words
@@ -107,7 +111,7 @@ def _told(plan: FloorPlan) -> Iterator[tuple[str, str]]:
 
 
 def _plain(value: Any) -> str:
-    """Return a value of JSON as a person reads it, or "" if it says nothing."""
+    """Return a JSON value as readable text, "" if it is empty."""
     if isinstance(value, Mapping):
         return ", ".join(f"{str(name).replace('_', ' ')}: {_plain(each)}" for name, each in value.items())
     if isinstance(value, list | tuple):
@@ -123,3 +127,70 @@ def _python(opening: str, name: str) -> str:
         "plan.area, plan.rooms, plan.doors\n"
         "plan.grid(25), plan.graph()"
     )
+
+
+class Reason(NamedTuple):
+    """A door: its number, its kind, the rooms on its sides, and the reason for it."""
+
+    number: int
+    kind: str
+    between: str
+    why: str
+
+
+class Evidence(NamedTuple):
+    """The evidence in a plan's file, in words; ``grounds`` are those against the plan, the strongest first."""
+
+    quality: str
+    grounds: list[tuple[str, float]]
+    notes: list[str]
+    doors: list[Reason]
+
+    def __bool__(self) -> bool:
+        """Whether there is any evidence."""
+        return any(self)
+
+
+def evidence_of(plan: FloorPlan) -> Evidence:
+    """Return the evidence in a plan's file; a provenance in an unknown form is ignored."""
+    origin = plan.provenance or {}
+    grounds = {} if plan.quality is None else plan.quality.grounds
+    against = sorted(((GROUNDS.get(name, _spaced(name)), value) for name, value in grounds.items() if value > 0))
+    return Evidence(
+        "" if plan.quality is None else _quality_text(plan.quality),
+        sorted(against, key=lambda pair: -pair[1]),
+        list(_notes(origin.get("notes"))),
+        [_reason(plan, door, _cuts(origin.get("cuts"))) for door in plan.doors],
+    )
+
+
+def _quality_text(quality: Quality) -> str:
+    how = f"doubtful: below {SURE:g}" if quality.is_doubtful else f"sure: {SURE:g} or more"
+    others = sum(value <= 0 for value in quality.grounds.values())
+    neutral = f" {counted(others, 'ground')} {'does' if others == 1 else 'do'} not speak against it." if others else ""
+    return f"Quality {quality.score:.2f}, {how}.{neutral}"
+
+
+def _notes(notes: Any) -> Iterator[str]:
+    if isinstance(notes, Mapping):
+        for name, value in notes.items():
+            key = f"{name}:{value}" if isinstance(value, str) else str(name)
+            times = f" ({value})" if isinstance(value, int) else ""
+            yield NOTES.get(key, _spaced(key)) + times
+
+
+def _cuts(cuts: Any) -> dict[Any, str]:
+    """Return the reason for the place of each cut, by the door's number."""
+    found = [cut for cut in cuts if isinstance(cut, Mapping)] if isinstance(cuts, list | tuple) else []
+    return {cut.get("door"): str(cut["why"]) for cut in found if cut.get("why")}
+
+
+def _reason(plan: FloorPlan, door: Door, cuts: Mapping[Any, str]) -> Reason:
+    labels = {room.id: room.label for room in plan.rooms}
+    sides = [_spaced(labels.get(room, "room")) if room is not None else "outside" for room in door.rooms]
+    place = cuts.get(door.id, "") if door.kind == "cut" else ""
+    return Reason(door.id, door.kind, " and ".join(sides), DOORS[door.kind] + (f"; cut here: {place}" if place else ""))
+
+
+def _spaced(name: str) -> str:
+    return name.replace("_", " ")

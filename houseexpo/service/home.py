@@ -1,7 +1,7 @@
-"""The home page of a data set: what it is, how large, under which licence, and how to open it.
+"""The home page of a data set (what it is, its size, its licence, how to open it), and its gallery.
 
-What a data set says of itself comes from strangers: it is shown as plain text, at most so many letters, and read from
-regular files in the folder itself. A file that is damaged says nothing.
+The description of a data set may come from strangers. It is shown as plain text of limited length, and it is read only
+from regular files in the data set's folder. A damaged file is ignored.
 """
 
 from __future__ import annotations
@@ -24,13 +24,16 @@ from houseexpo.service.collection import Collection, Opened
 from houseexpo.service.service import Service
 
 _BYTES: Final = 4 << 20
+"""The largest file that is read."""
 _LETTERS: Final = 600
+"""The longest text that is shown."""
 _PICTURES: Final = 12
 _FEW: Final = 6
+"""The number of sources listed, and of pictures on the page of all data sets."""
 
 
 def routes(service: Service) -> list[BaseRoute]:
-    """Return the routes of ``/DATA/about``, and of ``/``: the data sets, or the gallery of the only one."""
+    """Return the routes of ``/DATA/`` (the gallery), ``/DATA/about``, and ``/`` (all data sets, or the only one)."""
 
     def about(request: Request) -> Response:
         shown = service.collection(request)
@@ -52,21 +55,24 @@ def routes(service: Service) -> list[BaseRoute]:
         listed = [(shown, facts_of(shown, _FEW)) for shown in service.collections.values()]
         return service.page(request, "start.html", listed=listed)
 
-    return [Route("/", start), Route("/{data}/about", about)]
+    def gallery(request: Request) -> Response:
+        return service.page(request, "gallery.html", shown=service.collection(request), here="gallery")
+
+    return [Route("/", start), Route("/{data}/about", about), Route("/{data}/", gallery)]
 
 
 def facts_of(shown: Collection, pictures: int) -> dict[str, Any]:
-    """Return what is known of a data set, in words and numbers, and some of its plans."""
+    """Return the description and the figures of a data set, and ``pictures`` of its plans, spread over the whole."""
     now = shown.now
-    table, said = now.views.table, _said(shown.path)
+    table, described = now.views.table, _described(shown.path)
     figures = [("plans", f"{len(table):,}"), *_totals(now)]
     figures += [(words, f"{count:,}") for words, count in _recorded(now) if count]
     return {
-        "name": said.get("name", "") or shown.name,
-        "what": said.get("description", "") or _sentence(now, said),
-        "licence": said.get("license", ""),
-        "version": said.get("version", ""),
-        "sources": said.get("sources", ""),
+        "name": described.get("name", "") or shown.name,
+        "what": described.get("description", "") or _sentence(now, described),
+        "licence": described.get("license", ""),
+        "version": described.get("version", ""),
+        "sources": described.get("sources", ""),
         "figures": figures,
         "plans": [(table.ids[row], table.title(row)) for row in _spread(len(table), pictures)],
     }
@@ -74,11 +80,13 @@ def facts_of(shown: Collection, pictures: int) -> dict[str, Any]:
 
 def _totals(now: Opened) -> list[tuple[str, str]]:
     table, found = now.views.table, []
-    for name, words, unit in (("rooms", "rooms in all", ""), ("area", "free area in all", " m²")):
+    for name, words, unit in (("rooms", "rooms in total", ""), ("area", "free area in total", " m²")):
         known = table.numbers(name)[~np.isnan(table.numbers(name))]
         if len(known):
             found.append((words, f"{known.sum():,.0f}{unit}"))
-            found.append((f"{'rooms' if name == 'rooms' else 'area'} a plan, median", f"{np.median(known):,.0f}{unit}"))
+            found.append(
+                (f"{'rooms' if name == 'rooms' else 'area'} per plan, median", f"{np.median(known):,.0f}{unit}")
+            )
     return found
 
 
@@ -93,23 +101,23 @@ def _recorded(now: Opened) -> list[tuple[str, int]]:
     ]
 
 
-def _sentence(now: Opened, said: Mapping[str, str]) -> str:
+def _sentence(now: Opened, described: Mapping[str, str]) -> str:
     names, codes = now.views.table.groups["source"]
     counts = Counter(codes[codes >= 0].tolist())
     kinds = ", ".join(f"{names[code]} ({count:,})" for code, count in counts.most_common(_FEW))
-    maker = f", made by {said['generator']}" if said.get("generator") else ""
+    maker = f", made by {described['generator']}" if described.get("generator") else ""
     count = len(now.views.table)
     return f"{count:,} floor plan{'' if count == 1 else 's'}{maker}{f', from {kinds}' if kinds else ''}."
 
 
-def _said(path: Path) -> dict[str, str]:
-    """Return what a data set's own files say of it: those of a release first, then the build's manifest."""
+def _described(path: Path) -> dict[str, str]:
+    """Return what a data set's files say about it; those of a release take precedence over the build's manifest."""
     if not path.is_dir():
         return {}
     manifest, croissant = _json(path / "manifest.json"), _json(path / "croissant.json")
     generator, sources = manifest.get("generator"), manifest.get("sources")
     made = [_text(generator.get(key)) for key in ("name", "version")] if isinstance(generator, dict) else []
-    # a path is somebody's; a source that is made has none
+    # a path would show where somebody keeps files; made houses have none
     named = [_text(each) for each in sources if "/" not in str(each)] if isinstance(sources, list) else []
     found = {
         "generator": " ".join(made),
@@ -135,12 +143,12 @@ def _text(value: Any) -> str:
 
 
 def _spread(count: int, most: int) -> Sequence[int]:
-    """Return rows all over a data set."""
+    """Return up to ``most`` rows, evenly spread over a data set."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int)).tolist() if count else []
 
 
 def _labels(now: Opened) -> list[tuple[str, str, int]]:
-    """Return the labels that occur, with their colour and how many plans have them, the most frequent first."""
+    """Return the labels that occur, with colour and number of plans, the most frequent first."""
     counts = now.views.table.labels.sum(axis=1).tolist()
     found = [(label, colour(label), count) for label, count in zip(LABELS, counts, strict=True) if count]
     return sorted(found, key=lambda each: -each[2])
@@ -151,8 +159,8 @@ def _python(opening: str) -> str:
         "import houseexpo\n\n"
         f"{opening}\n"
         "some = plans.select(rooms=(3, 6), labels=['Kitchen'])\n"
-        "some.plot(12)                  # pictures, by matplotlib\n"
-        "plans.to_pandas()              # one row a plan\n"
+        "some.plot(12)                  # pictures, drawn by matplotlib\n"
+        "plans.to_pandas()              # one row per plan\n"
         "plan = some[0]\n"
         "plan.grid(25), plan.graph()    # an occupancy grid, the graph of rooms and doors\n"
     )

@@ -1,20 +1,28 @@
-"""What stands between any request and the pages: pure ASGI, so that sockets are guarded as requests are.
+"""The guard between requests and pages. It is pure ASGI, so that it guards sockets as well as requests.
 
-R1  The Host header names this server (``Settings.knows``): other names that lead here come from an attack.
-R2  Where a token is set, every request shows it: as a cookie, as ``Authorization: Bearer``, or once as ``?token=``,
-    which sets the cookie. It is compared in constant time. The cookie's name holds the port: browsers share cookies
-    between servers of one host.
-R3  What writes and what opens a socket comes from the service's own pages or from a program: its ``Origin`` is this
-    server, where it has one, and ``Sec-Fetch-Site`` says same-origin or none.
-R4  Nothing is written where the service is read-only.
-R5  One client has a share of requests a second and of open sockets; the server has a number of sockets.
-R6  Every answer, also word of an error, tells browsers to load from here only, and to show it in no other site's
-    frame.
-R7  What says that it is larger than a request may be is refused unread.
+R1  The Host header must name this server (``Settings.knows``). Another name that leads here is an attack.
+R2  If a token is set, every request must show it: as a cookie, as ``Authorization: Bearer``, or once as ``?token=``,
+    which sets the cookie. It is compared in constant time. The cookie's name contains the port, because browsers share
+    cookies between the servers of a host.
+R3  Requests that write, and sockets, must come from the service's own pages or from a program: an ``Origin`` must be
+    this server, and ``Sec-Fetch-Site`` must be same-origin or none.
+R4  A read-only service refuses every request that writes.
+R5  A client has a limited number of requests per second and of open sockets; the server has a limited number of
+    sockets.
+R6  Every answer, including errors, tells browsers to load content only from this server, and not to show the page in a
+    frame of another site.
+R7  A request that announces a larger body than is allowed is refused before it is read.
+R8  A connection is closed if no request began since the last look and none is being answered; a look takes place every
+    ``IDLE_TIMEOUT_S``. An incomplete head is not a request. Neither is a request whose body is incomplete at the second
+    look: bodies are small here, and one that never arrives would occupy a worker. (uvicorn limits only the time after
+    an answer.)
+R9  An address has a limited number of connections. With R8, no client without the token can use up all file
+    descriptors.
 """
 
 from __future__ import annotations
 
+import asyncio
 import secrets
 import time
 from collections import Counter, OrderedDict
@@ -27,12 +35,15 @@ import msgspec
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from houseexpo.service.settings import Limits, Settings
 
 _READS: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 _CLIENTS: Final = 4096
+"""Clients whose rate is remembered."""
 _DIGITS: Final = 18
+"""Digits of a length that are read; more would only cost time."""
 _OF_COOKIE: Final = f"Path=/; Max-Age={30 * 24 * 3600}; HttpOnly; SameSite=Strict"
 
 HEADERS: Final = {
@@ -50,7 +61,7 @@ HEADERS: Final = {
 
 
 class Refusal(NamedTuple):
-    """What is answered to a request that is not let through."""
+    """The answer to a request that is refused."""
 
     status: int
     text: str
@@ -58,7 +69,7 @@ class Refusal(NamedTuple):
 
 
 class Guard:
-    """Lets a request or a socket through, or answers it; stands outside of all else, errors pass it too."""
+    """Passes a request or a socket on, or refuses it. It is the outermost layer, so that errors pass through it too."""
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app, self._settings = app, settings
@@ -66,7 +77,7 @@ class Guard:
         self._sockets: Counter[str] = Counter()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Take one request, one socket, or the server's start and end."""
+        """Handle one request, one socket, or the start and end of the server."""
         if scope["type"] not in {"http", "websocket"}:
             await self._app(scope, receive, send)
             return
@@ -89,13 +100,13 @@ class Guard:
             return None
         if scope["type"] == "http" and (there := _with_token(scope, self._settings)) is not None:
             return Refusal(303, "", there)
-        text = "This server asks for a token. Open the address that houseexpo serve printed; it holds the token."
+        text = "This server requires a token. Open the address that houseexpo serve printed; it contains the token."
         return Refusal(401, text, {"www-authenticate": "Bearer"})
 
     def _forbidden(self, scope: Scope, headers: Headers) -> Refusal | None:
         writes = scope["type"] == "http" and scope["method"] not in _READS
         if (writes or scope["type"] == "websocket") and not _own(headers):  # R3
-            return Refusal(403, "Only the pages of this server may do that; the request came from another site.")
+            return Refusal(403, "Only the pages of this server may do this; the request came from another site.")
         if writes and self._settings.read_only:  # R4
             return Refusal(403, "This service is read-only. Nothing was changed.")
         return None
@@ -103,7 +114,7 @@ class Guard:
     def _too_much(self, scope: Scope, headers: Headers, client: str) -> Refusal | None:
         most, length = self._settings.limits.body_bytes, headers.get("content-length", "")
         if length.isdecimal() and int(length[:_DIGITS]) > most:  # R7
-            return Refusal(413, f"A request holds at most {most:,} bytes.", {"connection": "close"})
+            return Refusal(413, f"A request may have at most {most:,} bytes.", {"connection": "close"})
         if not self._rate.allows(client):  # R5
             return Refusal(429, "Too many requests from this address; wait a second.", {"retry-after": "1"})
         if scope["type"] == "websocket" and self._full(client):
@@ -125,14 +136,14 @@ class Guard:
 
 
 class Rate:
-    """A bucket of requests for each client: it fills with time and each request takes one."""
+    """A token bucket for each client: it fills with time, and each request takes one."""
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
         self._buckets: OrderedDict[str, tuple[float, float]] = OrderedDict()  # (requests left, when)
 
     def allows(self, client: str, now_s: float | None = None) -> bool:
-        """Take one request of a client out of its bucket, or False if it is empty."""
+        """Take one request from a client's bucket; return whether there was one."""
         now = time.monotonic() if now_s is None else now_s
         left, before = self._buckets.pop(client, (float(self._limits.burst), now))
         left = min(left + (now - before) * self._limits.requests_per_s, self._limits.burst)
@@ -151,7 +162,7 @@ def _without_port(host: str) -> str:
 
 
 def cookie_name(settings: Settings) -> str:
-    """Return the name of the cookie that holds a server's token."""
+    """Return the name of the cookie with a server's token."""
     return f"houseexpo-token-{settings.port}"
 
 
@@ -164,13 +175,15 @@ def _shows(scope: Scope, headers: Headers, settings: Settings) -> bool:
 
 
 def _with_token(scope: Scope, settings: Settings) -> dict[str, str] | None:
-    """Return where a client goes that has the token in its address: the same without it, which keeps it in a cookie."""
+    """Return headers that redirect an address with the token to the same address without it, and set the cookie."""
     query = _query(scope)
     given = [value for name, value in query if name == "token"]
     if not any(secrets.compare_digest(each.encode(), settings.token.encode()) for each in given):
         return None
     rest = urlencode([(name, value) for name, value in query if name != "token"])
-    path = "/" + scope["raw_path"].decode("latin-1").split("?")[0].lstrip("/")  # "//elsewhere" would leave this server
+    path = "/" + scope["raw_path"].decode("latin-1").split("?")[0].lstrip(
+        "/"
+    )  # "//elsewhere" would lead to another server
     cookie = f"{cookie_name(settings)}={settings.token}; {_OF_COOKIE}"
     return {"location": path + (f"?{rest}" if rest else ""), "set-cookie": cookie, "cache-control": "no-store"}
 
@@ -205,7 +218,7 @@ def _with_headers(send: Send) -> Send:
 
 
 async def _answer(refusal: Refusal, scope: Scope, receive: Receive, send: Send) -> None:
-    """Answer what is not let through; a socket is closed before it is opened, which its client sees as status 403."""
+    """Refuse a request; a socket is closed before it opens, which its client sees as status 403."""
     if scope["type"] == "websocket":
         await receive()
         await send({"type": "websocket.close", "code": 1008, "reason": refusal.text[:100]})
@@ -216,3 +229,43 @@ async def _answer(refusal: Refusal, scope: Scope, receive: Receive, send: Send) 
     raw = [(name.encode("latin-1"), value.encode("latin-1")) for name, value in found.items()]
     await send({"type": "http.response.start", "status": refusal.status, "headers": raw})
     await send({"type": "http.response.body", "body": body})
+
+
+IDLE_TIMEOUT_S: Final = 10.0
+"""Seconds between two looks at a connection (R8)."""
+MAX_PER_ADDRESS: Final = 128
+"""Connections of one address (R9)."""
+
+
+class LimitedProtocol(H11Protocol):
+    """HTTP/1.1 of uvicorn that closes idle connections (R8) and limits their number (R9)."""
+
+    _look: asyncio.TimerHandle
+    _before: object = None  # the latest request at the last look
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn has it
+        """Start looking; abort a connection beyond the limit."""
+        super().connection_made(transport)
+        self._look = self.loop.call_later(IDLE_TIMEOUT_S, self._looked)
+        address = _address(self)
+        if sum(_address(other) == address for other in self.connections) > MAX_PER_ADDRESS:  # R9
+            transport.abort()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Stop looking."""
+        self._look.cancel()
+        super().connection_lost(exc)
+
+    def _looked(self) -> None:
+        if self.transport.get_protocol() is not self:  # it became a socket, which has its own limits
+            return
+        cycle = self.cycle
+        if cycle is self._before and (cycle is None or cycle.response_complete or cycle.more_body):  # R8
+            self.transport.close()
+            return
+        self._before = self.cycle
+        self._look = self.loop.call_later(IDLE_TIMEOUT_S, self._looked)
+
+
+def _address(connection: Any) -> str | None:
+    return connection.client[0] if connection.client else None
