@@ -86,7 +86,7 @@ class Rollout:
     """What happened in ``num_steps`` steps of all environments: arrays (num_steps, num_envs, ...)."""
 
     def __init__(self, args: Args, shape: tuple[int, ...]) -> None:
-        size = args.num_steps, args.num_envs
+        self.gamma, size = args.gamma, (args.num_steps, args.num_envs)
         self.observations = torch.zeros((*size, *shape), dtype=torch.uint8, device=args.device)
         self.actions = torch.zeros(size, dtype=torch.long, device=args.device)
         self.log_probs, self.rewards, self.values, self.ends = torch.zeros((4, *size), device=args.device)
@@ -125,7 +125,10 @@ def train(args: Args) -> History:
 
 
 def collect(envs: Any, agent: Agent, rollout: Rollout, observation: Any, history: History) -> Any:
-    """Fill a rollout; return the observation behind it."""
+    """Fill a rollout and return the observation after it.
+
+    An episode that reached its time limit could have gone on: the value of its last observation stands for the rest.
+    """
     for t in range(len(rollout.rewards)):
         rollout.observations[t] = torch.as_tensor(observation)
         with torch.no_grad():
@@ -134,6 +137,11 @@ def collect(envs: Any, agent: Agent, rollout: Rollout, observation: Any, history
         rollout.log_probs[t] = policy.log_prob(rollout.actions[t])
         observation, rewards, terminated, truncated, infos = envs.step(rollout.actions[t].cpu().numpy())
         rollout.rewards[t] = torch.as_tensor(rewards)
+        limited = truncated & ~terminated
+        if limited.any():
+            last = torch.as_tensor(np.stack(infos["final_obs"][limited].tolist()), device=rollout.rewards.device)
+            with torch.no_grad():
+                rollout.rewards[t, torch.as_tensor(limited)] += rollout.gamma * agent(last)[1]
         rollout.ends[t] = torch.as_tensor(terminated | truncated)
         if "episode" in infos:
             history.returns += infos["episode"]["r"][infos["_episode"]].tolist()

@@ -80,8 +80,8 @@ def _policy(
     from houseexpo.commands.given import data_set
     from houseexpo.commands.printing import console
     from houseexpo.configuration import read_config
+    from houseexpo.pseudoslam.learning import need_learn
     from houseexpo.pseudoslam.learning.config import TrainConfig
-    from houseexpo.pseudoslam.learning.needs import need_learn
     from houseexpo.pseudoslam.learning.places import check_options, places_of
 
     need_learn("houseexpo train")

@@ -23,9 +23,17 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
-from houseexpo.pseudoslam.config.dynamics import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
+from houseexpo.pseudoslam.config.obstacles import (
+    Circle,
+    Ellipse,
+    Obstacle,
+    ObstaclesConfig,
+    PeopleConfig,
+    Polygon,
+    RandomObstacles,
+    Rectangle,
+    Trajectory,
+)
 from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.cache import world_for

@@ -13,11 +13,10 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import FURTHEST_M, SimulatorConfig
 from houseexpo.pseudoslam.kernels.episode import StepParams
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import look_round, prepare_kernel, step_one
-from houseexpo.pseudoslam.step_params import scratch_of, step_params_of
+from houseexpo.pseudoslam.step_kernels import look_round, prepare_kernel, scratch_of, step_one, step_params_of
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.reset import initial_state
 from houseexpo.pseudoslam.worlds.world import World

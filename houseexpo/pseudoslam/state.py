@@ -1,23 +1,72 @@
-"""The state of an episode, which a step changes."""
+"""The state of an episode, which a step changes, and pools of the arrays of many episodes.
+
+Some arrays of ``kernels.episode.Episode`` are its own fields, others are in tuples of arrays that are its fields. There
+is no deeper nesting. In a pool, each array has an additional first axis.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.config.shapes import Obstacle
+from houseexpo.pseudoslam.config.obstacles import Obstacle
+from houseexpo.pseudoslam.kernels.collision import Bodies, Tracks
 from houseexpo.pseudoslam.kernels.episode import COUNTS, POSE, READINGS, Episode
-from houseexpo.pseudoslam.kernels.motion.bodies import Bodies, Tracks
-from houseexpo.pseudoslam.kernels.planning.distance_field import Field
-from houseexpo.pseudoslam.kernels.planning.flow import Flow
+from houseexpo.pseudoslam.kernels.planning.fields import Field, Flow
 from houseexpo.pseudoslam.kernels.planning.plan import new_graph, no_plans
 from houseexpo.pseudoslam.kernels.types import Floats, Grid
-from houseexpo.pseudoslam.pools import flatten, pool_of_one, unflatten
-from houseexpo.pseudoslam.renamed import renamed
+
+Array = npt.NDArray[Any]
+
+RASTERS, MAP, SHOWN = 3, Episode._fields.index("known"), Episode._fields.index("shown")
+"""The number of arrays that have the size of the house, which are flat in a pool; and the map's and view's numbers."""
+
+
+def flatten(episode: Episode) -> list[Array]:
+    """Return the arrays of an episode as a flat list."""
+    found: list[Array] = []
+    for part in episode:
+        if isinstance(part, np.ndarray):
+            found.append(part)
+        else:
+            found.extend(part)
+    return found
+
+
+def unflatten(episode: Episode, arrays: Iterable[Array]) -> Episode:
+    """Return an episode with the same structure but other arrays."""
+    rest = iter(arrays)
+    parts: Iterable[Any] = (
+        next(rest) if isinstance(part, np.ndarray) else type(part)(*islice(rest, len(part))) for part in episode
+    )
+    return Episode(*parts)
+
+
+def pool_of_one(episode: Episode) -> Episode:
+    """Return a pool with one episode, as views of its arrays."""
+    return _each(episode, lambda raster: raster.reshape(1, -1), lambda array: array[None])
+
+
+def one_of(pool: Episode, i: int, shape: tuple[int, int]) -> Episode:
+    """Return episode ``i`` of a pool as views of the pool's arrays; ``shape`` is that of the house's rasters."""
+    cells = shape[0] * shape[1]
+    return _each(pool, lambda raster: raster[i, :cells].reshape(shape), lambda array: array[i])
+
+
+def _each(episode: Episode, of_raster: Callable[[Array], Array], of_other: Callable[[Array], Array]) -> Episode:
+    """Return an episode with the functions applied to each array."""
+    parts: tuple[Any, ...] = episode
+    rasters: Iterable[Any] = map(of_raster, parts[:RASTERS])
+    others = (
+        of_other(part) if isinstance(part, np.ndarray) else type(part)(*map(of_other, part)) for part in parts[RASTERS:]
+    )
+    return Episode(*rasters, *others)
 
 
 @dataclass(eq=False)
@@ -95,10 +144,6 @@ class State:
     def blocked(self) -> bool:
         """Whether something was in the way of the last step."""
         return bool(self.counts.blocked)
-
-    solid = renamed("solid", "occupied")
-    countable_cells = renamed("countable_cells", "observable_cells")
-    best_way_m = renamed("best_way_m", "shortest_path_m")
 
     def __getstate__(self) -> dict[str, object]:
         """Pickle and copy without ``pool``, which is views: the copy makes its own."""

@@ -1,20 +1,98 @@
-"""Choose and call the kernel for the steps of an episode."""
+"""The kernel of a step: its parameters from a configuration, which kernel it is, compiling it in time, and calling it.
+
+When the first environment is made, another process compiles the kernel (``compile_to_disk``) while this one compiles
+those of an episode's start: numba compiles one function at a time and caches it on disk for other processes. With two
+processes, the first step is ready in three quarters of the time. If a second process is not possible, each kernel is
+compiled when it is first called.
+"""
 
 from __future__ import annotations
 
+import atexit
+import math
+import multiprocessing
+import os
+import subprocess
+import sys
 from collections.abc import Callable
-from typing import Any
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 
-from houseexpo.pseudoslam.ahead import compile_ahead, wait_for
+import houseexpo
+from houseexpo.kernel_cache import is_missing
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels import step_pool
+from houseexpo.pseudoslam.kernels import step
+from houseexpo.pseudoslam.kernels.collision import no_tracks
+from houseexpo.pseudoslam.kernels.compiling import compiled_elsewhere, say_once
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
-from houseexpo.pseudoslam.kernels.types import Scratch
-from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.kernels.planning.fields import no_field, no_flow
+from houseexpo.pseudoslam.kernels.planning.plan import PlanRules, no_rules
+from houseexpo.pseudoslam.kernels.types import Errors, Robot, Scratch, Sensor, known_ways_of
+from houseexpo.pseudoslam.state import State, new_episode
+from houseexpo.pseudoslam.worlds.moving import new_bodies, walk_of
+from houseexpo.pseudoslam.worlds.world import scan_buffers
+from houseexpo.workers import cores
 
-_ONE_STEP = np.full(1, step_pool.STEP, np.uint8)
+BETWEEN_M, BETWEEN_DEG = 0.3, 10.0
+"""The largest distance between two scans during a step (section III-B: a map is built at each sub-pose)."""
+
+
+def step_params_of(config: SimulatorConfig, clearance_m: float = 0.0, plan: PlanRules | None = None) -> StepParams:
+    """Return the parameters that are the same in all steps of all environments.
+
+    ``clearance_m`` is the distance up to which the robot's clearance is measured; 0 turns this off. ``plan`` is for
+    planners' actions.
+    """
+    ppm, laser, noise = float(config.pixels_per_metre), config.laser, config.noise  # an int would need other kernels
+    half = math.radians(laser.fov_deg) / 2
+    angles = np.arange(-half, half, math.radians(laser.resolution_deg))
+    return StepParams(
+        Robot(config.robot.radius_m * ppm, BETWEEN_M * ppm, math.radians(BETWEEN_DEG)),
+        Sensor(laser.rule == "rays", half, laser.range_m * ppm, np.cos(angles), np.sin(angles)),
+        Errors(
+            any=noise.any,
+            odometry=max(noise.odometry_way, noise.odometry_turn, noise.odometry_deg_per_m) > 0,
+            beams=max(noise.drop_out, noise.max_range) > 0,
+            laser_px=noise.laser_m * ppm,
+            drop_out=float(noise.drop_out),
+            max_range=float(noise.max_range),
+            shift_px=noise.registration_m * ppm,
+            turn_rad=math.radians(noise.registration_deg),
+            way_share=float(noise.odometry_way),
+            turn_share=float(noise.odometry_turn),
+            turn_rad_px=math.radians(noise.odometry_deg_per_m) / ppm,
+        ),
+        walk_of(config.people, ppm),
+        float(config.step_s),
+        clearance_m * ppm,
+        config.observation.global_size_m / config.observation.global_cells * ppm,
+        plan or no_rules(),
+    )
+
+
+def scratch_of(config: SimulatorConfig) -> Scratch:
+    """Return working memory for the scans of one thread."""
+    laser, range_px = config.laser, config.laser.range_m * config.pixels_per_metre
+    runs, hit, slopes = scan_buffers(range_px)
+    if laser.rule == "rays":
+        rays = math.ceil(laser.fov_deg / laser.resolution_deg) + 1
+        hit = np.empty(max(rays, len(hit)), np.int32)
+        samples = rays * (round(range_px) + 1) if config.noise.any else 0
+        runs = np.empty((max(samples, len(runs)), 2), np.int32)
+    side = 2 * math.ceil(range_px) + 3
+    patch = np.zeros((side, side) if config.noise.any else (1, 1), np.uint8)
+    return Scratch(runs, hit, slopes, patch, known_ways_of(0))
+
+
+def with_room(scratch: Scratch, cells: int) -> Scratch:
+    """Return working memory that is also large enough for plans on grids of this many cells."""
+    return scratch if cells <= len(scratch.ways.ways) else scratch._replace(ways=known_ways_of(cells))
+
+
+_ONE_STEP = np.full(1, step.STEP, np.uint8)
 
 
 def kernel_for(episode: Episode, params: StepParams) -> Any:
@@ -42,10 +120,10 @@ def prepare_kernel(config: SimulatorConfig, params: StepParams, *, travels: bool
 def kernel_named(name: str) -> Any:
     """Return a kernel for steps or for planners' actions, by its name."""
     if name.startswith("travels"):
-        from houseexpo.pseudoslam.kernels import travel_pool  # import only what is needed
+        from houseexpo.pseudoslam.kernels import planner_action  # import only what is needed
 
-        return getattr(travel_pool, name)
-    return getattr(step_pool, name)
+        return getattr(planner_action, name)
+    return getattr(step, name)
 
 
 def _kernel(params: StepParams, *, travels: bool, moves: bool, ranges: bool) -> Any:
@@ -82,3 +160,65 @@ def arguments_of(
 def look_round(state: State, params: StepParams, scratch: Scratch) -> None:
     """Take the first scan of an episode that has just begun: a step in place, which is not counted."""
     step_one(state, 0.0, 0.0, params, scratch)
+
+
+_MOST_S: Final = 120.0  # longest wait for the other process
+_NOWHERE: Final = subprocess.DEVNULL
+_COMPILE: Final = f"import sys; from {__name__} import compile_to_disk; compile_to_disk(sys.argv[1])"
+_running: dict[Any, subprocess.Popen[bytes]] = {}
+
+
+def compile_ahead(kernel: Any) -> None:
+    """Start to compile the kernel if it is not on disk yet and there is a free core.
+
+    Workers of a pool do not, since each of them would start a process for the same kernel.
+    """
+    if not hasattr(kernel, "signatures") or kernel.signatures or kernel in _running:  # no numba, or compiled
+        return
+    if cores() > 1 and multiprocessing.parent_process() is None and sys.executable and is_missing(kernel):
+        paths = str(Path(houseexpo.__file__).parents[1]), *filter(None, sys.path)
+        command = [sys.executable, "-P", "-c", _COMPILE, kernel.__name__]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONSAFEPATH": "1"}
+        with suppress(OSError):  # no more processes are allowed: compile it here
+            _running[kernel] = subprocess.Popen(  # noqa: S603  # this interpreter, and a name of ours
+                command, env=environment, stdin=_NOWHERE, stdout=_NOWHERE, stderr=_NOWHERE
+            )
+
+
+def wait_for(kernel: Any) -> None:
+    """Wait until the other process has compiled a kernel, if it is compiling it; if it fails, it is compiled here."""
+    process = _running.pop(kernel, None) if _running else None
+    if process is None:
+        return
+    if process.poll() is None:
+        say_once()
+    try:
+        with compiled_elsewhere():
+            process.wait(_MOST_S)
+    except subprocess.TimeoutExpired:
+        _end(process)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    process.kill()
+    process.wait()
+
+
+@atexit.register
+def _end_all() -> None:
+    """End processes that nobody has waited for."""
+    while _running:
+        _end(_running.popitem()[1])
+
+
+def example() -> tuple[Any, ...]:
+    """Return example arguments of step kernels, which are compiled for types of arrays, not for their lengths."""
+    raster, config = np.zeros((1, 1), np.uint8), SimulatorConfig()
+    moving = new_bodies(0, 0), no_tracks(), no_flow(), no_field()
+    episode = new_episode((raster, raster, raster), (0, 0, 0), np.zeros(3), moving, key=0, best_px=0.0)
+    return arguments_of(State(episode, 0), 0.0, 0.0, step_params_of(config), scratch_of(config))
+
+
+def compile_to_disk(name: str) -> None:
+    """Compile a kernel, which numba keeps on disk for other processes."""
+    entry_point(kernel_named(name), *example())

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from houseexpo.pseudoslam.kernels.collision import free_way
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams, episode_of
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.motion.disc import free_way
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid
 
 

@@ -17,7 +17,7 @@ from rich.table import Table
 
 import houseexpo.pseudoslam
 from houseexpo import FloorPlan
-from houseexpo.pseudoslam.step_params import step_params_of
+from houseexpo.pseudoslam.step_kernels import step_params_of
 from tests.benchmarks.straightforward import steps as straightforward
 from tests.benchmarks.vector_runs import (
     LEAST,

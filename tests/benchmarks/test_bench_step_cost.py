@@ -16,11 +16,10 @@ from rich.table import Table
 
 from houseexpo import FloorPlan
 from houseexpo.pseudoslam import ObservationConfig, Simulator, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.kernels.mapping.crop import crop
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, merge_cells, merge_runs
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop, merge_cells, merge_runs
 from houseexpo.pseudoslam.kernels.sensing.rays import ray_merge
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.step_params import step_params_of
+from houseexpo.pseudoslam.step_kernels import step_params_of
 from houseexpo.pseudoslam.worlds.world import scan_buffers
 from tests.benchmarks.vector_runs import (
     GMAPPING_MS,
@@ -170,7 +169,7 @@ def test_cold_start(tmp_path: Path) -> None:
     code = (
         "import sys, time; start = time.perf_counter()\n"
         "import gymnasium, houseexpo.pseudoslam\n"
-        "if len(sys.argv) > 1: houseexpo.pseudoslam.ahead.cores = lambda: 1\n"
+        "if len(sys.argv) > 1: houseexpo.pseudoslam.step_kernels.cores = lambda: 1\n"
         "env = gymnasium.make('PseudoSLAM/ObstacleAvoidance-v0'); env.reset(seed=0); env.step(0)\n"
         "print(time.perf_counter() - start)"
     )

@@ -13,8 +13,7 @@ from houseexpo.pseudoslam.agents.loading import load_policy
 from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot, knowledge_of
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig
 from houseexpo.pseudoslam.envs.pictures import near_px_of, side_of
-from houseexpo.pseudoslam.kernels.mapping.coarse import draw_coarse
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, draw_coarse
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
 from tests.builders.real_slam import CELL_M
 

@@ -16,7 +16,7 @@ import numpy as np
 from houseexpo.exports import irsim as exported
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.protocol import Knowledge
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE
+from houseexpo.pseudoslam.kernels.mapping import FREE
 from houseexpo.pseudoslam.simulator import Simulator
 from tests.benchmarks.transfer import CONFIG, Exploration, Explorer, add_scan
 

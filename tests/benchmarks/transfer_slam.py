@@ -19,7 +19,7 @@ import numpy.typing as npt
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.protocol import Knowledge
 from houseexpo.pseudoslam.io.carmen import Pose, Reading, Scanner, readings
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
 from houseexpo.pseudoslam.worlds.world import World
 from tests.benchmarks.transfer import CONFIG, RANGE_M, Exploration, Explorer, add_scan

@@ -18,7 +18,7 @@ from houseexpo import FloorPlan
 from houseexpo.pseudoslam import LaserConfig, ObservationConfig, Simulator, SimulatorConfig
 from houseexpo.pseudoslam.config import ScanRule
 from houseexpo.pseudoslam.envs.batch import Batch
-from houseexpo.pseudoslam.step_params import step_params_of
+from houseexpo.pseudoslam.step_kernels import step_params_of
 from houseexpo.pseudoslam.tasks import ObstacleAvoidance
 
 N, RUNS, ROUNDS = 64, 9, 21

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import binary_fill_holes
 
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from tests.builders.real_slam import CELL_M, Run, SlamMap
 
 Mask = npt.NDArray[np.bool_]

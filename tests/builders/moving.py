@@ -10,15 +10,20 @@ import numpy as np
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
-from houseexpo.pseudoslam.config.dynamics import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.kernels.motion.bodies import MOVING, STATIC, Bodies, Disc, Tracks, gap_to, there
-from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
-from houseexpo.pseudoslam.kernels.people.advance import advance, stamp_bodies
-from houseexpo.pseudoslam.kernels.people.social_force import Walk
-from houseexpo.pseudoslam.kernels.planning.flow import Flow, no_flow
-from houseexpo.pseudoslam.worlds.flow import make_flow
-from houseexpo.pseudoslam.worlds.people import new_bodies, start_people, walk_of
-from houseexpo.pseudoslam.worlds.trajectories import make_tracks
+from houseexpo.pseudoslam.config.obstacles import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.kernels.collision import (
+    MOVING,
+    STATIC,
+    Bodies,
+    Disc,
+    Tracks,
+    disc_is_free,
+    gap_to,
+    placed_people,
+)
+from houseexpo.pseudoslam.kernels.people import Walk, advance, stamp_bodies
+from houseexpo.pseudoslam.kernels.planning.fields import Flow, no_flow
+from houseexpo.pseudoslam.worlds.moving import make_flow, make_tracks, new_bodies, start_people, walk_of
 
 NOBODY = Disc(-1e6, -1e6, 1.0)
 
@@ -102,7 +107,7 @@ def scene(
     flow = make_flow(occupied, frame, people.radius_m, plan) if people.number else no_flow()
     bodies = new_bodies(len(trajectories), people.number)
     start_people(people, occupied, bodies, tracks, flow, walk, key, robot, "box")
-    bodies = Bodies(bodies.clocks, there(bodies.people))  # a small room takes fewer than it is asked to
+    bodies = Bodies(bodies.clocks, placed_people(bodies.people))  # a small room takes fewer than it is asked to
     drawn = occupied.copy()
     stamp_bodies(drawn, bodies, tracks, walk)
     assert (drawn & MOVING).any() == (len(bodies.people) + len(trajectories) > 0)

@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Policy, P
 from houseexpo.pseudoslam.benchmark import measures
 from houseexpo.pseudoslam.benchmark.tracks import Track
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.kernels.step_pool import steps_by_sector
+from houseexpo.pseudoslam.kernels.step import steps_by_sector
 
 CORRIDOR = FloorPlan("corridor", [(0, 0), (0, 1), (13, 1), (13, 0)], 1, {})
 """13 x 1 m: a robot that sees 1 m all round and goes along it sees 0.3 m2 more with each step."""

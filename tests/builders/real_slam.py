@@ -24,7 +24,7 @@ import numpy.typing as npt
 import pytest
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.pseudoslam.agents.frontier import frontier_walk
+from houseexpo.pseudoslam.agents.explorers import frontier_walk
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig
 from houseexpo.pseudoslam.io.carmen import Drift, Pose, Reading, Scanner, readings, write_log
 from houseexpo.pseudoslam.simulator import Action, Simulator

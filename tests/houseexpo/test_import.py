@@ -38,7 +38,7 @@ DOCUMENTED = {
     "houseexpo.exports": ["export"],
     "houseexpo.torch": ["PlanDataset"],
     "houseexpo.pseudoslam": ["NoiseConfig", "PeopleConfig", "Simulator", "SimulatorConfig"],
-    "houseexpo.pseudoslam.envs.sb3": ["SB3VecEnv"],
+    "houseexpo.pseudoslam.sb3": ["SB3VecEnv"],
 }
 """What README and guides name: it stays where it is, whatever moves inside."""
 

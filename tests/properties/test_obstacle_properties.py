@@ -8,10 +8,17 @@ from hypothesis import strategies as st
 
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
-from houseexpo.pseudoslam.worlds.obstacles import place
-from houseexpo.pseudoslam.worlds.traversable import traversable_cells
+from houseexpo.pseudoslam.config.obstacles import (
+    Circle,
+    Ellipse,
+    Obstacle,
+    ObstaclesConfig,
+    Polygon,
+    RandomObstacles,
+    Rectangle,
+)
+from houseexpo.pseudoslam.worlds.place_obstacles import place
+from houseexpo.pseudoslam.worlds.world import traversable_cells
 
 PPM = 10.0
 metres = st.floats(0.001, 3.0)

@@ -15,12 +15,11 @@ import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, RobotConfig, ScanRule, SimulatorConfig
-from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
+from houseexpo.pseudoslam.kernels.collision import disc_is_free
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.worlds.traversable import traversable_cells
-from houseexpo.pseudoslam.worlds.world import scan_buffers, world_of
+from houseexpo.pseudoslam.worlds.world import scan_buffers, traversable_cells, world_of
 from tests.builders.scans import first_hit
 
 PPM = 10.0

@@ -15,7 +15,7 @@ from houseexpo.exports.encoding import image as as_file
 from houseexpo.exports.rasters import FREE, UNKNOWN, WALL, map_files
 from houseexpo.files import make_folder, write_whole
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
-from houseexpo.pseudoslam.kernels.mapping import merge as mapping
+from houseexpo.pseudoslam.kernels import mapping
 from houseexpo.pseudoslam.render.canvas import Image
 from houseexpo.pseudoslam.render.picture import Shows, picture
 from houseexpo.pseudoslam.simulator import ACTIONS, Action

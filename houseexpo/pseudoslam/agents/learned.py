@@ -1,17 +1,29 @@
-"""Policies trained by ``houseexpo train``, from files with the suffix ``.pt``."""
+"""Learned policies from files: networks trained by ``houseexpo train`` (``.pt``), choosers of frontiers (``.json``).
+
+A chooser's score is a weighted sum of the numbers of ``kernels.planning.frontier_features``; everything else is like
+the other explorers. The weights that come with the project were trained by ``houseexpo train chooser`` with three
+seeds; the policy ``chooser`` has the first of them.
+"""
 
 from __future__ import annotations
 
 import hashlib
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import msgspec
+import numpy as np
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.agents.protocol import Interface, Policy, Robot, Training
-from houseexpo.pseudoslam.learning.needs import need_learn
+from houseexpo.pseudoslam.agents.explorers import Explorer, Grid
+from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Policy, Robot, Training
+from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, LOOKED_AT, best_of, describe
+from houseexpo.pseudoslam.kernels.types import Floats, Rows
+from houseexpo.pseudoslam.learning import need_learn
 from houseexpo.pseudoslam.learning.places import simulator_of
+from houseexpo.pseudoslam.learning.weights import read_weights
+from houseexpo.pseudoslam.planning import feature_rules
 
 
 class Learned:
@@ -56,3 +68,55 @@ def _family(about: dict[str, Any]) -> str:
     place = {key: value for key, value in config["environment"].items() if key != "dataset"}  # its path may differ
     alike = msgspec.json.encode([about["task"], {**config, "environment": place}, about["lists"]], order="sorted")
     return f"PPO {config['policy']} {hashlib.sha256(alike).hexdigest()[:6]}"
+
+
+FAMILY: Final = "chooser"
+
+
+class Chooser(Explorer):
+    """An explorer that goes to the frontier with the highest score."""
+
+    def __init__(self, robot: Robot, seed: int, weights: Floats) -> None:
+        super().__init__(robot, seed)
+        self._weights = weights
+        self._outlook = feature_rules(robot.config)
+        self._outlooks, self._scores = np.zeros((LOOKED_AT, len(FEATURES))), np.zeros(LOOKED_AT)
+
+    def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
+        """Return the best of the frontiers that ``find_frontiers`` ranks first."""
+        x, y, heading = info["pose_px"].tolist()
+        n = describe(
+            known, x, y, heading, info["steps"], frontiers, len(frontiers), self._outlook,
+            self.scratch.ways, self._outlooks,
+        )  # fmt: skip
+        return int(best_of(self._outlooks, n, self._weights, self._scores))
+
+
+class TrainedChooser:
+    """A factory of choosers with the weights of a file."""
+
+    interface = Interface(tasks=("exploration",))
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+
+    def __call__(self, robot: Robot, seed: int) -> Policy:
+        """Return the explorer for an episode."""
+        return Chooser(robot, seed, self._read[0])
+
+    @property
+    def training(self) -> Training:
+        """The family of the weights, and the seed of their training."""
+        return Training(FAMILY, int(self._read[1].get("seed", 0)))
+
+    @cached_property
+    def _read(self) -> tuple[Floats, dict[str, Any]]:
+        return read_weights(self.file)
+
+
+def weights_file(seed: int) -> Path:
+    """Return the path of the project's weights that were trained with a seed."""
+    return Path(__file__).with_name(f"{FAMILY}-{seed}.json")
+
+
+chooser_0, chooser_1, chooser_2 = (TrainedChooser(weights_file(seed)) for seed in range(3))

@@ -19,18 +19,18 @@ from houseexpo.words import nearest
 
 _HERE: Final = "houseexpo.pseudoslam.agents"
 NAMES: Final = {
-    "random": f"{_HERE}.random_walk:RandomWalk",
-    "forward": f"{_HERE}.forward:Forward",
-    "wall": f"{_HERE}.wall:WallFollower",
-    "frontier": f"{_HERE}.frontier:NearestFrontier",
-    "information": f"{_HERE}.information:InformationGain",
-    "tour": f"{_HERE}.touring:Tour",
-    "chooser": f"{_HERE}.chooser:seed_0",
-    "chooser-1": f"{_HERE}.chooser:seed_1",
-    "chooser-2": f"{_HERE}.chooser:seed_2",
+    "random": f"{_HERE}.simple:RandomWalk",
+    "forward": f"{_HERE}.simple:Forward",
+    "wall": f"{_HERE}.simple:WallFollower",
+    "frontier": f"{_HERE}.explorers:NearestFrontier",
+    "information": f"{_HERE}.explorers:InformationGain",
+    "tour": f"{_HERE}.explorers:Tour",
+    "chooser": f"{_HERE}.learned:chooser_0",
+    "chooser-1": f"{_HERE}.learned:chooser_1",
+    "chooser-2": f"{_HERE}.learned:chooser_2",
     "oracle": f"{_HERE}.oracle:Oracle",
-    "greedy": f"{_HERE}.greedy:Greedy",
-    "a-star": f"{_HERE}.a_star:AStar",
+    "greedy": f"{_HERE}.simple:Greedy",
+    "a-star": f"{_HERE}.simple:AStar",
 }
 """The policies that come with the project."""
 ATTRIBUTE: Final = "policy"
@@ -154,7 +154,7 @@ def _from_training(path: Path, _attribute: str) -> PolicyFactory:
 
 
 def _from_weights(path: Path, _attribute: str) -> PolicyFactory:
-    from houseexpo.pseudoslam.agents.chooser import TrainedChooser
+    from houseexpo.pseudoslam.agents.learned import TrainedChooser
 
     return TrainedChooser(path)
 

@@ -20,17 +20,14 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.agents.forward import LEFT
-from houseexpo.pseudoslam.agents.frontier import NearestFrontier
+from houseexpo.pseudoslam.agents.explorers import NearestFrontier, Walker, ways_to
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
-from houseexpo.pseudoslam.agents.touring import reached
-from houseexpo.pseudoslam.agents.walking import Walker
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.planning.cover import count_all, greedy_cover, list_views
-from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways
-from houseexpo.pseudoslam.kernels.planning.tour import short_tour
+from houseexpo.pseudoslam.agents.simple import LEFT
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.planning.cover import count_all, greedy_cover, list_views, short_tour
+from houseexpo.pseudoslam.kernels.planning.ways import find_ways
 from houseexpo.pseudoslam.kernels.types import known_ways_of
-from houseexpo.pseudoslam.step_params import scratch_of
+from houseexpo.pseudoslam.step_kernels import scratch_of
 from houseexpo.pseudoslam.worlds.world import World
 
 _LATTICE_M: Final = 0.5
@@ -97,7 +94,7 @@ class Oracle:
         if not len(chosen):
             return False
         find_ways(self._house, x, y, self._radius_px, -1, self._ways)
-        here = reached(self._ways, self._places)
+        here = ways_to(self._ways, self._places)
         lengths = np.zeros((len(chosen) + 1, len(chosen) + 1))
         lengths[0, 1:] = lengths[1:, 0] = here[chosen]
         for i, place in enumerate(chosen.tolist(), start=1):
@@ -135,7 +132,7 @@ class Oracle:
         if place not in self._lengths:
             row, col = divmod(int(self._places[place]), self._house.shape[1])
             find_ways(self._house, col + 0.5, row + 0.5, self._radius_px, -1, self._ways)
-            self._lengths[place] = reached(self._ways, self._places)
+            self._lengths[place] = ways_to(self._ways, self._places)
         return self._lengths[place]
 
 

@@ -10,10 +10,10 @@ import gymnasium
 import numpy as np
 
 from houseexpo.errors import ConfigError, PolicyError
-from houseexpo.pseudoslam.agents.forward import LEFT
 from houseexpo.pseudoslam.agents.loading import NamedPolicy, load_policy, no_factory, raised
 from houseexpo.pseudoslam.agents.protocol import Interface, knowledge_of, robot_of
 from houseexpo.pseudoslam.agents.protocol import Policy as EpisodePolicy
+from houseexpo.pseudoslam.agents.simple import LEFT
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.state import State
 

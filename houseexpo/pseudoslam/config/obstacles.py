@@ -1,17 +1,199 @@
-"""The obstacles in the house (section III-E)."""
+"""Obstacles: their shapes, those that stand (section III-E), people, and shapes on trajectories."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, ClassVar, Literal, TypeAlias, get_args
 
 import numpy as np
+import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.checks import number
-from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle, Shape
+from houseexpo.grids.frame import FloatArray, GridFrame
+from houseexpo.pseudoslam.config.checks import above_zero, found, number, whole
+from houseexpo.pseudoslam.kernels.people import PEOPLE_MOST
+from houseexpo.pseudoslam.kernels.placement import shape_spans
+from houseexpo.pseudoslam.kernels.types import Cells
+
+Point: TypeAlias = tuple[float, float]
+
+LARGEST_M = 1000.0
+"""The largest size of a shape, metres; a larger one does not fit into any house."""
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """A rectangle around the obstacle's position: ``width_m`` along the heading, ``height_m`` across it."""
+
+    width_m: float
+    height_m: float
+    is_round: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        above_zero(self, "rectangle", "width_m", "height_m", at_most=LARGEST_M)
+
+    @property
+    def thickness_m(self) -> float:
+        """The shorter side."""
+        return min(self.width_m, self.height_m)
+
+    @property
+    def outline_m(self) -> tuple[Point, ...]:
+        """The corners."""
+        x, y = self.width_m / 2, self.height_m / 2
+        return (-x, -y), (x, -y), (x, y), (-x, y)
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """An ellipse around the obstacle's position with the axes ``width_m`` along the heading and ``height_m`` across."""
+
+    width_m: float
+    height_m: float
+    is_round: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        above_zero(self, "ellipse", "width_m", "height_m", at_most=LARGEST_M)
+
+    @property
+    def thickness_m(self) -> float:
+        """The shorter axis."""
+        return min(self.width_m, self.height_m)
+
+    @property
+    def outline_m(self) -> tuple[Point, ...]:
+        """The centre, and an end of each axis."""
+        return (0.0, 0.0), (self.width_m / 2, 0.0), (0.0, self.height_m / 2)
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A disc around the obstacle's position, with a true radius; the published simulator halves its ``radius``."""
+
+    radius_m: float
+    is_round: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        above_zero(self, "circle", "radius_m", at_most=LARGEST_M)
+
+    @property
+    def thickness_m(self) -> float:
+        """The diameter."""
+        return 2 * self.radius_m
+
+    @property
+    def outline_m(self) -> tuple[Point, ...]:
+        """The centre, and an end of each of two axes."""
+        return (0.0, 0.0), (self.radius_m, 0.0), (0.0, self.radius_m)
+
+
+@dataclass(frozen=True)
+class Polygon:
+    """A polygon with corners (x, y) relative to the obstacle's position, x along the heading; the ring is not closed.
+
+    If it crosses itself, the even-odd rule decides what is inside.
+    """
+
+    points_m: tuple[Point, ...]
+    is_round: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points_m", _points(self.points_m))
+        (x, y), *others = self.points_m
+        arms = [(px - x, py - y) for px, py in others]
+        if all(ax * by == ay * bx for (ax, ay), (bx, by) in itertools.pairwise(arms)):
+            raise ConfigError(f"polygon.points_m: expected an area, found corners on one line: {list(self.points_m)}")
+
+    @property
+    def thickness_m(self) -> float:
+        """Twice the area divided by the perimeter, which is the width of a long and thin polygon."""
+        area = length = 0.0
+        before = self.points_m[-1]
+        for point in self.points_m:
+            area += before[0] * point[1] - before[1] * point[0]
+            length += math.dist(before, point)
+            before = point
+        return abs(area) / length
+
+    @property
+    def outline_m(self) -> tuple[Point, ...]:
+        """The corners."""
+        return self.points_m
+
+
+Shape: TypeAlias = Rectangle | Ellipse | Circle | Polygon
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """A shape at a position in the plan's metres, with a heading counter-clockwise from x.
+
+    Examples
+    --------
+    >>> cupboard = Obstacle(Rectangle(1.2, 0.4), x_m=2.0, y_m=1.0, heading_deg=90.0)
+    >>> int(cupboard.mask(GridFrame((0.0, 0.0), 10.0, (20, 30))).sum())
+    48
+    """
+
+    shape: Shape
+    x_m: float
+    y_m: float
+    heading_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.shape, Shape):
+            raise ConfigError(f"obstacle.shape: expected a Rectangle, Ellipse, Circle or Polygon, found {self.shape!r}")
+        for name in ("x_m", "y_m", "heading_deg"):
+            number(getattr(self, name), f"obstacle.{name}")
+
+    def outline_px(self, frame: GridFrame) -> FloatArray:
+        """Return the shape's ``outline_m`` at its pose, in pixels (n, 2), (across, down)."""
+        cos, sin = math.cos(math.radians(self.heading_deg)), math.sin(math.radians(self.heading_deg))
+        x, y = self.x_m, self.y_m
+        points = ((x + px * cos - py * sin, y + px * sin + py * cos) for px, py in self.shape.outline_m)
+        return np.array([frame.pixel_from_point(*point) for point in points])
+
+    def spans(self, frame: GridFrame) -> tuple[Cells, int, bool]:
+        """Return the cells as spans of rows, their number, and whether all lie on the grid, like ``shape_spans``."""
+        thickness_px = self.shape.thickness_m * frame.pixels_per_metre
+        rows, cols = frame.shape
+        found: tuple[Cells, int, bool] = shape_spans(
+            self.outline_px(frame), self.shape.is_round, thickness_px, rows, cols
+        )
+        return found
+
+    def mask(self, frame: GridFrame) -> npt.NDArray[np.bool_]:
+        """Return the mask of the obstacle (rows, cols): True for cells whose centres lie in it.
+
+        For an obstacle that is thinner than a cell or contains no centre, these are the cells of its outline.
+        """
+        mask = np.zeros(frame.shape, dtype=bool)
+        spans, count, _ = self.spans(frame)
+        for row, first, last in spans[:count].tolist():
+            mask[row, first:last] = True
+        return mask
+
+
+def _points(value: object) -> tuple[Point, ...]:
+    """Return corners as pairs of floats; raise ConfigError for other values, too few corners, or a closed ring."""
+    key = "polygon.points_m"
+    try:
+        points = [(x, y) for x, y in value] if isinstance(value, Iterable) else []
+    except (TypeError, ValueError):
+        points = []
+    if len(points) < 3:
+        raise ConfigError(f"{key}: expected at least 3 corners (x, y) in metres, found {value!r}")
+    for i, (x, y) in enumerate(points):
+        if not (type(x) is type(y) is float and max(abs(x), abs(y)) <= LARGEST_M):  # the common case
+            number(x, f"{key}[{i}]", at_least=-LARGEST_M, at_most=LARGEST_M)
+            number(y, f"{key}[{i}]", at_least=-LARGEST_M, at_most=LARGEST_M)
+    if points[0] == points[-1]:
+        raise ConfigError(f"{key}: expected an unclosed ring, found the first corner repeated at the end; leave it out")
+    return tuple((float(x), float(y)) for x, y in points)
+
 
 ShapeName = Literal["rectangle", "ellipse", "circle", "polygon"]
 
@@ -108,3 +290,143 @@ def _low_and_high(ends: tuple[float, ...], key: str, **bound: float) -> None:
         number(end, key, **bound)
     if ends[0] > ends[1]:
         raise ConfigError(f"{key}: expected (low, high) with low at most high, found {ends!r}")
+
+
+Pose: TypeAlias = tuple[float, float, float]
+
+FASTEST_M_S = 20.0
+FASTEST_DEG_S = 3600.0
+"""The highest speed; a higher one is probably a mistake, and would need very many substeps."""
+
+
+@dataclass(frozen=True)
+class PeopleConfig:
+    """People who walk from room to room; none by default.
+
+    Parameters
+    ----------
+    number
+        Number of people in each house; fewer if the house is too small for them.
+    least
+        Smallest number of people; a house that is too small for them raises ConfigError.
+    radius_m
+        Radius of a person, who is a disc, metres.
+    speed_m_s, speed_sd
+        Mean and standard deviation of the desired speed of each person, drawn at the start from a normal distribution
+        that is truncated at two standard deviations.
+    relaxation_s
+        Time in which people reach their desired speed, seconds.
+    away_m
+        Smallest distance from the robot's centre at the start, metres, if there is such a place.
+    """
+
+    number: int = 0
+    radius_m: float = 0.2
+    speed_m_s: float = 1.2
+    speed_sd: float = 0.2
+    relaxation_s: float = 0.5
+    away_m: float = 1.0
+    least: int = 0
+
+    def __post_init__(self) -> None:
+        if isinstance(self.number, bool) or not isinstance(self.number, int) or not 0 <= self.number <= PEOPLE_MOST:
+            raise ConfigError(f"people.number: expected a whole number from 0 to {PEOPLE_MOST}, {found(self.number)}")
+        whole(self.least, "people.least", at_least=0, at_most=self.number)
+        above_zero(self, "people", "radius_m", at_most=10.0)
+        above_zero(self, "people", "speed_m_s")
+        number(self.relaxation_s, "people.relaxation_s", at_least=0.1)
+        for name in ("speed_sd", "away_m"):
+            number(getattr(self, name), f"people.{name}", at_least=0.0)
+        if self.speed_m_s + 2 * self.speed_sd > FASTEST_M_S:
+            raise ConfigError(
+                f"people.speed_m_s: expected at most {FASTEST_M_S:g} with two standard deviations, "
+                f"found {self.speed_m_s:g} and {self.speed_sd:g}"
+            )
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A shape that moves straight from pose to pose and rotates by the smaller angle; it rests before the first time.
+
+    Parameters
+    ----------
+    times_s
+        Times of the poses, ascending, in seconds since the start of the episode, 0 or more.
+    poses
+        (x_m, y_m, heading_deg) for each time, in the plan's frame, counter-clockwise from x.
+    loop
+        Whether it starts again at time 0 after the last pose; if the first pose differs, it jumps there. Otherwise it
+        rests at the last pose.
+
+    The shape's clock stops while the robot or a person blocks it.
+
+    Examples
+    --------
+    >>> from houseexpo.pseudoslam.config.obstacles import Circle
+    >>> Trajectory(Circle(0.2), times_s=(0, 4, 8), poses=((1, 1, 0), (3, 1, 0), (1, 1, 0)), loop=True).duration_s
+    8.0
+    """
+
+    shape: Shape
+    times_s: tuple[float, ...]
+    poses: tuple[Pose, ...]
+    loop: bool = False
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.shape, get_args(Shape)):
+            raise ConfigError(
+                f"trajectory.shape: expected a Rectangle, Ellipse, Circle or Polygon, found {self.shape!r}"
+            )
+        if not isinstance(self.loop, bool):
+            raise ConfigError(f"trajectory.loop: expected True or False, found {self.loop!r}")
+        object.__setattr__(self, "times_s", _times(self.times_s))
+        object.__setattr__(self, "poses", _poses(self.poses))
+        if len(self.times_s) != len(self.poses):
+            raise ConfigError(
+                f"trajectory: expected as many times_s as poses, found {len(self.times_s)} and {len(self.poses)}"
+            )
+        pairs = zip(itertools.pairwise(self.times_s), itertools.pairwise(self.poses), strict=True)
+        for i, ((start, end), (one, other)) in enumerate(pairs):
+            speed = math.dist(one[:2], other[:2]) / (end - start)
+            if speed > FASTEST_M_S:
+                raise ConfigError(
+                    f"trajectory.poses[{i + 1}]: from {start:g} s to {end:g} s it goes at {speed:.4g} m/s, "
+                    f"at most {FASTEST_M_S:g} can be simulated; give it more time"
+                )
+            turning = abs(math.remainder(other[2] - one[2], 360.0)) / (end - start)
+            if turning > FASTEST_DEG_S:
+                raise ConfigError(
+                    f"trajectory.poses[{i + 1}]: from {start:g} s to {end:g} s it turns at {turning:.4g} degrees/s, "
+                    f"at most {FASTEST_DEG_S:g} can be simulated; give it more time"
+                )
+
+    @property
+    def duration_s(self) -> float:
+        """The last time, seconds."""
+        return self.times_s[-1]
+
+
+def _times(value: object) -> tuple[float, ...]:
+    key = "trajectory.times_s"
+    times = tuple(value) if isinstance(value, Iterable) else ()
+    if len(times) < 2:
+        raise ConfigError(f"{key}: expected at least 2 times in seconds, found {value!r}")
+    for i, time in enumerate(times):
+        number(time, f"{key}[{i}]", at_least=0.0)
+        if i > 0 and time <= times[i - 1]:
+            raise ConfigError(f"{key}[{i}]: expected a time after {times[i - 1]:g} s, found {time:g} s")
+    return tuple(map(float, times))
+
+
+def _poses(value: object) -> tuple[Pose, ...]:
+    key = "trajectory.poses"
+    try:
+        poses = [(x, y, heading) for x, y, heading in value] if isinstance(value, Iterable) else []
+    except (TypeError, ValueError):
+        poses = []
+    if len(poses) < 2:
+        raise ConfigError(f"{key}: expected at least 2 poses (x_m, y_m, heading_deg), found {value!r}")
+    for i, pose in enumerate(poses):
+        for part in pose:
+            number(part, f"{key}[{i}]")
+    return tuple((float(x), float(y), float(heading)) for x, y, heading in poses)

@@ -1,17 +1,16 @@
-"""The configuration of a simulation (the paper's Table I), with the paper's defaults (Table II)."""
+"""The configuration of a simulation (the paper's Tables I and II), its presets, and the configuration of planners."""
 
 from __future__ import annotations
 
 import logging
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Final
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.checks import number, whole
-from houseexpo.pseudoslam.config.dynamics import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig, Trajectory
 from houseexpo.pseudoslam.config.robot import (
     MAX_SIDE_PX,
     GoalConfig,
@@ -128,3 +127,103 @@ _PARTS: dict[str, type] = {
     "obstacles": ObstaclesConfig,
     "people": PeopleConfig,
 }
+
+
+@dataclass(frozen=True)
+class Preset:
+    """The laser's range and field of view, and the size of the views of the map in metres and pixels.
+
+    Observations with several scales show the far and the whole map; ``dict`` observations also show the whole map.
+    """
+
+    range_m: float
+    fov_deg: float
+    size_m: float
+    pixels: int | None
+    far_size_m: float
+    global_size_m: float
+
+
+PRESETS: Final = {
+    "paper": Preset(5.0, 180.0, size_m=4.0, pixels=None, far_size_m=16.0, global_size_m=32.0),
+    "view-10m": Preset(5.0, 180.0, size_m=10.0, pixels=64, far_size_m=20.0, global_size_m=32.0),
+    "round-10m": Preset(10.0, 360.0, size_m=20.0, pixels=80, far_size_m=40.0, global_size_m=48.0),
+    "round-20m": Preset(20.0, 360.0, size_m=40.0, pixels=80, far_size_m=60.0, global_size_m=80.0),
+}
+"""The presets by name: the paper's; its laser with a view of everything that it can see; and lasers that see in all
+directions, as is usual today, with views of their full range."""
+
+
+def with_preset(name: str, config: SimulatorConfig) -> SimulatorConfig:
+    """Return a configuration with the laser and the view of a preset.
+
+    Raises
+    ------
+    ConfigError
+        There is no preset of that name.
+
+    Examples
+    --------
+    >>> with_preset("round-10m", SimulatorConfig()).laser.fov_deg
+    360.0
+    """
+    if name not in PRESETS:
+        raise ConfigError(f"config: expected a SimulatorConfig or one of {', '.join(PRESETS)}; found {name!r}")
+    preset = PRESETS[name]
+    laser = replace(config.laser, range_m=preset.range_m, fov_deg=preset.fov_deg)
+    view = replace(
+        config.observation,
+        size_m=preset.size_m,
+        pixels=preset.pixels,
+        far_size_m=preset.far_size_m,
+        global_size_m=preset.global_size_m,
+    )
+    return replace(config, laser=laser, observation=view)
+
+
+MAX_FRONTIERS, MAX_NODES, MAX_NEIGHBOURS = 1024, 4096, 24
+
+
+@dataclass(frozen=True)
+class PlanningConfig:
+    """Configuration of planners' actions and of ``observation="graph"``, in addition to the simulator's.
+
+    Parameters
+    ----------
+    frontiers
+        Largest number of frontiers to choose from.
+    large_m, least_m
+        Frontiers at least ``large_m`` long come first in the ranking; those shorter than ``least_m`` are left out.
+    settled_m
+        A frontier counts as seen when its middle is known and there is no unknown cell beside a free one within this
+        distance (in x and in y) of the middle.
+    reach_m
+        Distance of a waypoint of (1, 1) ahead and to the left, metres; None for half the side of the view.
+    max_steps
+        Largest number of simulator steps in one action.
+    spacing_m
+        Approximate distance between the graph's nodes.
+    nodes, neighbours
+        Largest number of nodes of a graph, and of neighbours of a node.
+    """
+
+    frontiers: int = 16
+    large_m: float = 0.4
+    least_m: float = 0.0
+    settled_m: float = 0.5
+    reach_m: float | None = None
+    max_steps: int = 60
+    spacing_m: float = 0.8
+    nodes: int = 256
+    neighbours: int = 8
+
+    def __post_init__(self) -> None:
+        whole(self.frontiers, "planning.frontiers", at_least=1, at_most=MAX_FRONTIERS)
+        whole(self.max_steps, "planning.max_steps", at_least=1)
+        whole(self.nodes, "planning.nodes", at_least=1, at_most=MAX_NODES)
+        whole(self.neighbours, "planning.neighbours", at_least=1, at_most=MAX_NEIGHBOURS)
+        number(self.spacing_m, "planning.spacing_m", above=0.0, at_most=1000.0)
+        for name in ("large_m", "least_m", "settled_m"):
+            number(getattr(self, name), f"planning.{name}", at_least=0.0, at_most=1000.0)
+        if self.reach_m is not None:
+            number(self.reach_m, "planning.reach_m", above=0.0, at_most=1000.0)

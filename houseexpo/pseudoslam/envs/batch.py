@@ -15,10 +15,8 @@ from numba.core import config as config_of_numba
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.types import Scratch
-from houseexpo.pseudoslam.pools import MAP, RASTERS, SHOWN, Array, flatten, one_of, unflatten
-from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import entry_point, kernel_for
-from houseexpo.pseudoslam.step_params import scratch_of, with_room
+from houseexpo.pseudoslam.state import MAP, RASTERS, SHOWN, Array, State, flatten, one_of, unflatten
+from houseexpo.pseudoslam.step_kernels import entry_point, kernel_for, scratch_of, with_room
 from houseexpo.workers import cores
 
 _SPARE = 1.25  # spare room for larger houses
@@ -104,7 +102,7 @@ class Batch:
         return State(one_of(self.arrays, i, (rows, cols)), *self._rest[i])
 
     def step(self, motions: npt.NDArray[np.float64], wanted: npt.NDArray[np.uint8], *, fresh: bool = False) -> None:
-        """Do what is ``wanted`` (N,) (see ``kernels.step_pool``); ``motions`` (N, 2) are in radians and pixels.
+        """Do what is ``wanted`` (N,) (see ``kernels.step``); ``motions`` (N, 2) are in radians and pixels.
 
         With ``fresh``, views are drawn into a new array, without those of environments that are left out.
         """

@@ -77,7 +77,7 @@ class Pictures:
         *,
         fresh: bool = False,
     ) -> Bytes:
-        """Draw the pictures that are ``wanted`` (N,) (see ``kernels.step_pool``) of the episodes of a pool.
+        """Draw the pictures that are ``wanted`` (N,) (see ``kernels.step``) of the episodes of a pool.
 
         Parameters
         ----------

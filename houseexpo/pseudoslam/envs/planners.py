@@ -13,7 +13,7 @@ from gymnasium import spaces
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.planning import PlanningConfig
+from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from houseexpo.pseudoslam.kernels.episode import Episode
 from houseexpo.pseudoslam.kernels.planning.plan import (
     NO_CHOICE,
@@ -26,7 +26,7 @@ from houseexpo.pseudoslam.kernels.planning.plan import (
     new_plans,
 )
 from houseexpo.pseudoslam.metrics import Metrics
-from houseexpo.pseudoslam.plan_rules import plan_rules
+from houseexpo.pseudoslam.planning import plan_rules
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.tasks import Task
 from houseexpo.pseudoslam.worlds.world import World

@@ -1,7 +1,8 @@
-"""gymnasium environments with one robot each."""
+"""gymnasium environments with one robot each, and the arguments of each task's environments."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Unpack
 
 import gymnasium
@@ -10,37 +11,43 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.planning import PlanningConfig
-from houseexpo.pseudoslam.envs.make_spec import make_env_spec
-from houseexpo.pseudoslam.envs.options import EnvOptions, check_options
-from houseexpo.pseudoslam.envs.plan_choice import TakesPlans
-from houseexpo.pseudoslam.envs.reset_arguments import options_of, pose_of
+from houseexpo.pseudoslam.config.simulator import PlanningConfig
+from houseexpo.pseudoslam.envs.reset_options import options_of, pose_of
 from houseexpo.pseudoslam.envs.spec import (
     MAPS,
     Actions,
+    AllOptions,
+    EnvOptions,
     Kind,
     Observation,
+    check_options,
     constants_of,
+    make_env_spec,
     new_constants,
 )
-from houseexpo.pseudoslam.envs.task_mixins import ExplorationMixin, NavigationMixin, ObstacleAvoidanceMixin
-from houseexpo.pseudoslam.kernels.step_pool import STEP
+from houseexpo.pseudoslam.kernels.step import STEP
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import look_round, step_one
-from houseexpo.pseudoslam.step_params import with_room
-from houseexpo.pseudoslam.tasks import Task
+from houseexpo.pseudoslam.step_kernels import look_round, step_one, with_room
+from houseexpo.pseudoslam.tasks import (
+    ROOM,
+    AvoidanceReward,
+    Exploration,
+    ExplorationReward,
+    Navigation,
+    ObstacleAvoidance,
+    Task,
+)
 from houseexpo.pseudoslam.worlds.cache import Plans
 
 if TYPE_CHECKING:
     from houseexpo.pseudoslam.render.window import Window
 
-
 _WANTED = np.full(1, STEP, np.uint8)
 
 
-class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
+class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     """A gymnasium environment: a robot with a task in a house.
 
     - *Action* and *observation*: see ``spec.EnvSpec``, for the parameters ``actions`` and ``observation``.
@@ -57,7 +64,7 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
     dataset
         The path of a data set, a data set, a plan or a list of plans; a plan is drawn at random for each episode.
     config
-        The configuration of the simulation, or the name of one of ``config.presets.PRESETS``, which sets the laser and
+        The configuration of the simulation, or the name of one of ``config.PRESETS``, which sets the laser and
         the view. By default, the values of the task.
     actions
         "discrete", "continuous", "frontier", "waypoint" or "neighbour".
@@ -81,6 +88,7 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
     def __init__(
         self,
         task: Task,
+        /,
         dataset: Plans,
         config: SimulatorConfig | str | None = None,
         *,
@@ -94,7 +102,6 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
             raise ConfigError(f"render_mode: expected one of {self.metadata['render_modes']}, found {render_mode!r}")
         check_options(type(self), more)
         self._env_spec = make_env_spec(task, dataset, config, actions, observation, planning=planning, **more)
-        self._choice = self._env_spec.choice
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
         self.actions, self.observation = actions, observation
         self.action_space, self.observation_space = self._env_spec.action_space(), self._env_spec.observation_space()
@@ -106,6 +113,15 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
         self._after: Metrics
         self._trail: list[npt.NDArray[np.float64]] = []
         self._window: Window | None = None
+
+    @property
+    def plan_ids(self) -> list[str] | None:
+        """The ids of the plans for episodes; None for all plans of the data set. Setting it is for later episodes."""
+        return self._env_spec.choice.plan_ids
+
+    @plan_ids.setter
+    def plan_ids(self, plan_ids: Iterable[str] | None) -> None:
+        self._env_spec.choice.take(plan_ids)
 
     @property
     def simulator(self) -> Simulator:
@@ -129,9 +145,9 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
         given = options_of(options)
         pose = pose_of(given.get("pose"))
         if seed is not None:
-            self._choice.start_over()
+            self._env_spec.choice.start_over()
         self._simulator = self._state = None  # if the start fails, the old episode must not continue
-        world = self._choice.draw(self.np_random, given.get("plan_id"))
+        world = self._env_spec.choice.draw(self.np_random, given.get("plan_id"))
         if self._env_spec.planner:
             self._scratch = with_room(self._scratch, world.occupied.size)
         state = self._env_spec.initial_state(world, self._params, self._scratch, self.np_random, pose_m=pose)
@@ -217,6 +233,55 @@ class PseudoSlamEnv(TakesPlans, gymnasium.Env[Observation, Any]):
         report = self._env_spec.report(self.state.pool, after, success)
         info = {key: value[0] if value.ndim > 1 else value.item() for key, value in report.items()}
         return {**info, "plan_id": self.simulator.world.plan_id}
+
+
+class ExplorationMixin:
+    """Arguments of exploration."""
+
+    def __init__(
+        self,
+        dataset: Plans | None = None,  # gymnasium.make passes on what it is given; None is refused in plain words
+        config: SimulatorConfig | str | None = None,
+        *,
+        success_coverage: float | None = 0.95,
+        reward: ExplorationReward = "area",
+        cost_per_metre: float = 0.0,
+        cost_per_turn: float = 0.0,
+        **options: Unpack[AllOptions],
+    ) -> None:
+        task = Exploration(success_coverage, reward, cost_per_metre, cost_per_turn)
+        super().__init__(task, dataset, config, **options)  # type: ignore[call-arg, misc]  # the next base's
+
+
+class ObstacleAvoidanceMixin:
+    """Arguments of obstacle avoidance."""
+
+    def __init__(
+        self,
+        dataset: Plans = ROOM,
+        config: SimulatorConfig | str | None = None,
+        *,
+        terminate_on_collision: bool = False,
+        safe_m: float = 0.5,
+        reward: AvoidanceReward = "paper",
+        **options: Unpack[AllOptions],
+    ) -> None:
+        task = ObstacleAvoidance(terminate_on_collision, safe_m, reward)
+        super().__init__(task, dataset, config, **options)  # type: ignore[call-arg, misc]  # the next base's
+
+
+class NavigationMixin:
+    """Arguments of navigation."""
+
+    def __init__(
+        self,
+        dataset: Plans | None = None,  # gymnasium.make passes on what it is given; None is refused in plain words
+        config: SimulatorConfig | str | None = None,
+        *,
+        success_reward: float = 2.5,
+        **options: Unpack[AllOptions],
+    ) -> None:
+        super().__init__(Navigation(success_reward), dataset, config, **options)  # type: ignore[call-arg, misc]  # the next base's
 
 
 class ExplorationEnv(ExplorationMixin, PseudoSlamEnv):

@@ -1,36 +1,90 @@
-"""The parts that single and vector environments share: spaces, actions, observations, and houses."""
+"""What an environment is made of, single or vector: its arguments, spaces, actions, observations, and houses."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal, TypeAlias
+from inspect import signature
+from typing import Any, Literal, TypeAlias, TypedDict, get_args
 
 import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
+from gymnasium.vector import AutoresetMode
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.envs.options import Layout
+from houseexpo.pseudoslam.config.checks import one_of, whole
+from houseexpo.pseudoslam.config.simulator import PRESETS, PlanningConfig, with_preset
 from houseexpo.pseudoslam.envs.pictures import Pictures, channels_of, side_of
-from houseexpo.pseudoslam.envs.plan_choice import PlanChoice
-from houseexpo.pseudoslam.envs.planners import PlannerSpec
-from houseexpo.pseudoslam.envs.reset_arguments import Pose
+from houseexpo.pseudoslam.envs.planners import PlannerSpec, make_planner_spec
+from houseexpo.pseudoslam.envs.reset_options import Order, PlanChoice, Pose
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
-from houseexpo.pseudoslam.kernels.motion.actions import look_up
+from houseexpo.pseudoslam.kernels.step import look_up
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.metrics import Bools, EpisodeConstants, Metrics
 from houseexpo.pseudoslam.simulator import ACTIONS, motions
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_params import scratch_of, step_params_of
+from houseexpo.pseudoslam.step_kernels import prepare_kernel, scratch_of, step_params_of
 from houseexpo.pseudoslam.tasks import Task
+from houseexpo.pseudoslam.worlds.cache import Plans, WorldCache
 from houseexpo.pseudoslam.worlds.reset import initial_state
 from houseexpo.pseudoslam.worlds.world import World
 
 Actions = Literal["discrete", "continuous", "frontier", "waypoint", "neighbour"]
 Kind = Literal["map", "dict", "graph", "scales"]
+Layout = Literal["CHW", "HWC"]
+
+
+class EnvOptions(TypedDict, total=False):
+    """Arguments of single and vector environments, and of ``gymnasium.make`` and ``make_vec``."""
+
+    layout: Layout
+    """Position of the channels of maps: "CHW", first as in torch, or "HWC", last as in pictures (for several channels,
+    as a view of the former). Wrappers for pictures, such as gymnasium's ``ResizeObservation``, expect "HWC"."""
+    plan_ids: Iterable[str] | None
+    """Ids of the plans for episodes; None for all plans of the data set."""
+    plan_order: Order
+    """"random", or "in_turn": each plan once, in the order of the list, then again from the first, as after a seed."""
+    max_episode_steps: int | None
+    """Number of steps after which an episode is truncated, instead of ``config.max_steps``. ``gymnasium.make`` does not
+    pass this argument on: it uses it for its own wrapper, which can only shorten episodes. For longer ones, set
+    ``max_steps`` in the configuration."""
+
+
+class AllOptions(EnvOptions, total=False):
+    """All arguments of the environments of a task, other than the data set, the configuration and the task's own."""
+
+    actions: Actions
+    observation: Kind
+    planning: PlanningConfig | None
+    render_mode: str | None
+    num_envs: int
+    """This argument and the following ones are only for vector environments, see ``vector.PseudoSlamVectorEnv``."""
+    autoreset_mode: AutoresetMode | str
+    copy: bool
+    threads: int | None
+
+
+class UnknownArgumentError(ConfigError, TypeError):
+    """There is no such argument; a TypeError for programs that try arguments and do without those that are refused."""
+
+
+def check_options(kind: type, given: Iterable[str]) -> None:
+    """Raise UnknownArgumentError if an environment of this class does not have one of the given arguments."""
+    known = EnvOptions.__annotations__
+    for name in given:
+        if name not in known:
+            own = (each for base in kind.__mro__ if "__init__" in vars(base) for each in signature(base).parameters)
+            takes = ", ".join(sorted({*known, *own} - {"self", "task", "args", "kwargs", "more", "options"}))
+            advice = "; the id of an environment says which task it is" if name == "task" else ""
+            raise UnknownArgumentError(
+                f"{kind.__name__}() got an unexpected keyword argument {name!r}{advice}; it takes {takes}"
+            )
+
+
 MAPS = ("map", "global_map")
 """The parts of observations that ``EnvSpec.observe`` returns as views."""
 _NO_VIEW_PX = 2  # the smallest, since it is not shown
@@ -238,3 +292,69 @@ def constants_of(state: State, world: World) -> tuple[float, ...]:
     """Return the constants of a new episode: a row of ``EpisodeConstants.rows``."""
     corner, goal = (*world.corner_m, 0.0), state.goal_m or (math.nan, math.nan)
     return *corner, *corner, max(state.observable_cells, 1), state.shortest_path_m, *goal
+
+
+MAX_ENVS = (1 << 20) - 1  # in one vector
+
+
+def make_env_spec(
+    task: Task,
+    dataset: Plans,
+    config: SimulatorConfig | str | None,
+    actions: Actions,
+    observation: Kind,
+    *,
+    planning: PlanningConfig | None = None,
+    layout: Layout = "CHW",
+    plan_ids: Iterable[str] | None = None,
+    plan_order: Order = "random",
+    max_episode_steps: int | None = None,
+) -> EnvSpec:
+    """Return the specification of an environment; raise ConfigError if an argument is invalid."""
+    for name, value, kinds in (
+        ("actions", actions, Actions),
+        ("observation", observation, Kind),
+        ("layout", layout, Layout),
+    ):
+        one_of(value, name, get_args(kinds))
+    config = _configured(task, config, observation, max_episode_steps)
+    planner = make_planner_spec(actions, observation, planning, config, task)
+    choice = PlanChoice(WorldCache(dataset, config), plan_ids, plan_order)
+    spec = EnvSpec(task, config, choice, actions, observation, layout, planner)
+    prepare_kernel(config, spec.params(), travels=planner is not None, ranges=spec.complete)
+    return spec
+
+
+def _configured(
+    task: Task, config: SimulatorConfig | str | None, observation: Kind, max_episode_steps: int | None
+) -> SimulatorConfig:
+    """Return the configuration; raise ConfigError if it is invalid or does not fit the observation."""
+    if isinstance(config, str):
+        config = with_preset(config, task.configured(None))
+    if config is not None and not isinstance(config, SimulatorConfig):
+        raise ConfigError(f"config: expected a SimulatorConfig, one of {', '.join(PRESETS)}, or None; found {config!r}")
+    config = task.configured(config)
+    if max_episode_steps is not None:
+        whole(max_episode_steps, "max_episode_steps", at_least=1)
+        config = replace(config, max_steps=max_episode_steps)
+    view = config.observation
+    if observation == "scales" and view.far_size_m <= view.size_m:
+        raise ConfigError(
+            f"observation.far_size_m: expected more than size_m, {view.size_m:g}, for several scales, "
+            f"found {view.far_size_m:g}"
+        )
+    return config
+
+
+def checked_vector(
+    num_envs: int, threads: int | None, autoreset_mode: AutoresetMode | str, render_mode: str | None
+) -> AutoresetMode:
+    """Return the autoreset mode of a vector environment; raise ConfigError if an argument is invalid."""
+    whole(num_envs, "num_envs", at_least=1, at_most=MAX_ENVS)
+    whole(1 if threads is None else threads, "threads", at_least=1)
+    if autoreset_mode not in set(AutoresetMode) | {mode.value for mode in AutoresetMode}:
+        modes = ", ".join(mode.value for mode in AutoresetMode)
+        raise ConfigError(f"autoreset_mode: expected one of {modes}; found {autoreset_mode!r}")
+    if render_mode not in {None, "rgb_array"}:
+        raise ConfigError(f"render_mode: expected 'rgb_array' or None, found {render_mode!r}")
+    return AutoresetMode(autoreset_mode)

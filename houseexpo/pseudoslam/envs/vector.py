@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, Unpack
+from collections.abc import Callable, Iterable
+from functools import lru_cache, wraps
+from threading import RLock
+from typing import Any, TypeVar, Unpack
 
 import gymnasium
 import numpy as np
@@ -11,36 +14,56 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.planning import PlanningConfig
+from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from houseexpo.pseudoslam.envs.batch import Batch
-from houseexpo.pseudoslam.envs.draws_into import DrawsInto
-from houseexpo.pseudoslam.envs.infos import infos_of, last_of
-from houseexpo.pseudoslam.envs.make_spec import checked_vector, make_env_spec
-from houseexpo.pseudoslam.envs.one_at_a_time import Locked, one_at_a_time
-from houseexpo.pseudoslam.envs.options import EnvOptions, check_options
-from houseexpo.pseudoslam.envs.plan_choice import TakesPlans
-from houseexpo.pseudoslam.envs.reset_arguments import Pose, Seeds, options_for, seeds_of
-from houseexpo.pseudoslam.envs.shared_attributes import SharedAttributes
-from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
-from houseexpo.pseudoslam.envs.spec import Actions, Kind, Observation, constants_of, new_constants
-from houseexpo.pseudoslam.envs.task_mixins import ExplorationMixin, NavigationMixin, ObstacleAvoidanceMixin
-from houseexpo.pseudoslam.kernels.step_pool import REDRAW, SKIP, STEP
+from houseexpo.pseudoslam.envs.pictures import channels_of, side_of
+from houseexpo.pseudoslam.envs.reset_options import Pose, Seeds, options_for, seeds_of
+from houseexpo.pseudoslam.envs.single import ExplorationMixin, NavigationMixin, ObstacleAvoidanceMixin, PseudoSlamEnv
+from houseexpo.pseudoslam.envs.spec import (
+    Actions,
+    EnvOptions,
+    Kind,
+    Observation,
+    check_options,
+    checked_vector,
+    constants_of,
+    make_env_spec,
+    new_constants,
+)
+from houseexpo.pseudoslam.kernels.step import REDRAW, SKIP, STEP
 from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.tasks import Task
 from houseexpo.pseudoslam.worlds.cache import Plans
 
+SETTABLE = ("task", "plan_ids")
+"""Attributes that can be set later: the task, from the next step on, and the plans, from the next episodes on."""
+
+FOR_ALL = ("reset", "step", "close", "call", "get_attr", "set_attr")
+"""Methods that exist only for all environments together."""
+
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 PICTURE_PX = (480, 360)
 """Width and height of each environment's picture, pixels."""
+Method = TypeVar("Method", bound=Callable[..., Any])
 
 
-class PseudoSlamVectorEnv(
-    SharedAttributes, DrawsInto, TakesPlans, Locked, VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
-):
+def one_at_a_time(method: Method) -> Method:
+    """Make calls of a method of ``PseudoSlamVectorEnv`` wait for those of other threads."""
+
+    @wraps(method)
+    def called(self: PseudoSlamVectorEnv, *args: Any, **kwargs: Any) -> Any:
+        with self._lock:
+            return method(self, *args, **kwargs)
+
+    return called  # type: ignore[return-value]  # it takes and returns what the method does
+
+
+class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
     """N environments like ``single.PseudoSlamEnv``, each in its own house, stepped together on all cores.
 
     The results are identical to those of N single environments: ``reset(seed=s)`` corresponds to the seeds s to s + N -
@@ -72,6 +95,7 @@ class PseudoSlamVectorEnv(
     def __init__(
         self,
         task: Task,
+        /,
         dataset: Plans,
         config: SimulatorConfig | str | None = None,
         *,
@@ -85,12 +109,11 @@ class PseudoSlamVectorEnv(
         render_mode: str | None = None,
         **more: Unpack[EnvOptions],
     ) -> None:
-        Locked.__init__(self)
-        self._mode = checked_vector(num_envs, threads, autoreset_mode, render_mode)
-        self.metadata = {**PseudoSlamEnv.metadata, "autoreset_mode": self._mode}
+        self._lock = RLock()
         check_options(type(self), more)
+        self.autoreset_mode = checked_vector(num_envs, threads, autoreset_mode, render_mode)
+        self.metadata = {**PseudoSlamEnv.metadata, "autoreset_mode": self.autoreset_mode}
         self._env_spec = make_env_spec(task, dataset, config, actions, observation, planning=planning, **more)
-        self._choice = self._env_spec.choice
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
         self.num_envs, self._copy = num_envs, copy
         self.single_action_space = self._env_spec.action_space()
@@ -108,7 +131,24 @@ class PseudoSlamVectorEnv(
         self._are_begun = False
         self._everywhere, self._all = np.ones(num_envs, bool), np.full(num_envs, STEP, np.uint8)
         self._constants = new_constants(num_envs)
+        self._own: frozenset[str] = frozenset()  # names of attributes that the caller has set
         self._after: Metrics
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickle and copy without the lock; each copy has its own."""
+        return {name: value for name, value in self.__dict__.items() if name != "_lock"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state, _lock=RLock())
+
+    @property
+    def plan_ids(self) -> list[str] | None:
+        """The ids of the plans for episodes; None for all plans of the data set. Setting it is for later episodes."""
+        return self._env_spec.choice.plan_ids
+
+    @plan_ids.setter
+    def plan_ids(self, plan_ids: Iterable[str] | None) -> None:
+        self._env_spec.choice.take(plan_ids)
 
     @one_at_a_time
     def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
@@ -116,7 +156,7 @@ class PseudoSlamVectorEnv(
         seeds = seeds_of(seed, self.num_envs)
         which, plan_ids, poses = options_for(options, self.num_envs)
         if which.all() and any(one is not None for one in seeds):
-            self._choice.start_over()
+            self._env_spec.choice.start_over()
         self._are_begun, self._begun = False, self._begun & ~which  # if a start fails, none is half started
         for i in np.flatnonzero(which).tolist():
             if seeds[i] is not None or i not in self._rngs:
@@ -130,8 +170,8 @@ class PseudoSlamVectorEnv(
     @one_at_a_time
     def step(self, actions: npt.NDArray[Any]) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
         """Take one action in each environment; actions (N,) or (N, 2)."""
-        if not self._are_begun or (self._mode == AutoresetMode.DISABLED and np.count_nonzero(self._ended)):
-            ready = self._begun & ~self._ended if self._mode == AutoresetMode.DISABLED else self._begun
+        if not self._are_begun or (self.autoreset_mode == AutoresetMode.DISABLED and np.count_nonzero(self._ended)):
+            ready = self._begun & ~self._ended if self.autoreset_mode == AutoresetMode.DISABLED else self._begun
             self._need(ready)
             self._are_begun = True
         motions, ahead = self._env_spec.motions(actions, self.num_envs)
@@ -149,7 +189,7 @@ class PseudoSlamVectorEnv(
             rewards[starting], terminated[starting], truncated[starting] = 0.0, False, False
         self._ended = terminated | truncated
         final: dict[str, Any] = {}
-        if self._mode == AutoresetMode.SAME_STEP and np.count_nonzero(self._ended):
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and np.count_nonzero(self._ended):
             final, ended = self._finals(after, success), self._ended
             for i in ended.nonzero()[0].tolist():
                 self._start_episode(i)
@@ -188,6 +228,81 @@ class PseudoSlamVectorEnv(
         masks = self._env_spec.masks(self._batch.arrays)
         return masks if i is None else masks[i]
 
+    @one_at_a_time
+    def draw_into(self, maps: npt.NDArray[np.uint8]) -> None:
+        """Draw maps into an array of the caller from now on; each reset and step overwrites it.
+
+        Parameters
+        ----------
+        maps
+            (N, channels, side, side) uint8, C-contiguous, like "map" of the observations with ``layout="CHW"``.
+
+        Raises
+        ------
+        ConfigError
+            The array has another shape, type or layout, or the environments were made without ``copy=False``.
+        """
+        config, several = self._env_spec.config, self._env_spec.kind == "scales"
+        shape = self.num_envs, channels_of(config, several=several), side_of(config), side_of(config)
+        if self._copy or self._env_spec.layout != "CHW":
+            raise ConfigError('draw_into: expected environments made with copy=False and layout="CHW"')
+        if maps.shape != shape or maps.dtype != np.uint8 or not (maps.flags.c_contiguous and maps.flags.writeable):
+            raise ConfigError(
+                f"draw_into: expected a C-contiguous uint8 array of shape {shape} that can be written to, "
+                f"found {maps.dtype} {maps.shape}"
+            )
+        if self._pictures:
+            self._pictures.shown = maps
+        else:
+            self._batch.draw_into(maps[:, 0])
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Return the result of a method for each environment; its first argument is the number, as in ``state``.
+
+        "render" gives a picture of each. For an attribute, this is ``get_attr``. Raise ConfigError for a method that is
+        only for all environments together.
+        """
+        found = getattr(self, name)
+        if not callable(found):
+            return (found,) * self.num_envs
+        if name == "render":
+            return tuple(found() or (None,) * self.num_envs)
+        if name in FOR_ALL:
+            raise ConfigError(f"{name}: the environments are one; call {name}() itself, which is for all of them")
+        return tuple(found(i, *args, **kwargs) for i in range(self.num_envs))
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """Return an attribute for each environment; all share the same one."""
+        return (getattr(self, name),) * self.num_envs
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Set an attribute that all environments share.
+
+        A ``task`` must be of the same kind and applies from the next step on; ``plan_ids`` apply from the next episodes
+        on. Other names are new attributes of the caller.
+
+        Parameters
+        ----------
+        values
+            One value for all, or a list or tuple of N equal ones; ``plan_ids`` is one list for all.
+
+        Raises
+        ------
+        ConfigError
+            The attribute is fixed when the environments are made, or the values differ.
+        """
+        value = values if name == "plan_ids" else self._one_for_all(name, values)
+        if hasattr(self, name) and name not in (*SETTABLE, *self._own):
+            raise ConfigError(
+                f"{name}: the environments are one, and made with what they are; make new ones (what can be set: "
+                f"{', '.join(SETTABLE)}, and names of your own)"
+            )
+        if name == "task":
+            self._check_task(value)
+        elif name not in SETTABLE:
+            self._own |= {name}
+        setattr(self, name, value)
+
     def _need(self, ready: Bools, i: int | None = None) -> None:
         """Raise ResetNeeded if environment ``i`` is not ready or, for None, if any is not."""
         if not np.all(ready if i is None else ready[i]):
@@ -200,7 +315,7 @@ class PseudoSlamVectorEnv(
     def _start_episode(self, i: int, plan_id: str | None = None, pose: Pose | None = None) -> None:
         """Put the start of an episode at place ``i``, before its first scan."""
         rng = self._rngs[i]
-        world = self._choice.draw(rng, plan_id)
+        world = self._env_spec.choice.draw(rng, plan_id)
         state = self._env_spec.initial_state(world, self._params, self._scratch, rng, own=False, pose_m=pose)
         self._batch.put(i, state)
         self._constants.rows[i], self._plan_ids[i] = constants_of(state, world), world.plan_id
@@ -233,12 +348,37 @@ class PseudoSlamVectorEnv(
 
     def _infos(self, after: Metrics, success: Bools, which: Bools) -> dict[str, Any]:
         report = self._env_spec.report(self._batch.arrays, after, success)
-        return infos_of({**report, "plan_id": self._plan_ids.copy()}, which)
+        return _with_masks({**report, "plan_id": self._plan_ids.copy()}, which)
 
     def _finals(self, after: Metrics, success: Bools) -> dict[str, Any]:
-        last = last_of(self._env_spec.observe(self._batch.arrays, after, self._pictures), self._ended)
+        last = _copies_of(self._env_spec.observe(self._batch.arrays, after, self._pictures), self._ended)
         masks = {"_final_obs": self._ended.copy(), "_final_info": self._ended.copy()}
         return {"final_obs": last, "final_info": self._infos(after, success, self._ended), **masks}
+
+    def _one_for_all(self, name: str, values: Any) -> Any:
+        if not isinstance(values, (list, tuple)):
+            return values
+        first = values[0] if values else None
+        if len(values) != self.num_envs or not all(_are_equal(value, first) for value in values):
+            raise ConfigError(
+                f"{name}: expected one value, or {self.num_envs} that are equal, for the environments share it; "
+                f"found {values!r}"
+            )
+        return first
+
+    def _check_task(self, task: Any) -> None:
+        if type(task) is not type(self.task):
+            raise ConfigError(f"task: expected another {type(self.task).__name__}, found {task!r}")
+        if task.rewards_add_up != self.task.rewards_add_up:
+            raise ConfigError(
+                f"task: expected one whose rewards add up over steps as those of the present one do, or do not, found "
+                f"{task!r}; make new environments"
+            )
+        if task.clearance_m != self.task.clearance_m:
+            raise ConfigError(
+                f"task: expected one that measures {self.task.clearance_m:g} m round the robot as the present one "
+                f"does, found {task.clearance_m:g} m; make new environments"
+            )
 
 
 class ExplorationVectorEnv(ExplorationMixin, PseudoSlamVectorEnv):
@@ -251,3 +391,36 @@ class ObstacleAvoidanceVectorEnv(ObstacleAvoidanceMixin, PseudoSlamVectorEnv):
 
 class NavigationVectorEnv(NavigationMixin, PseudoSlamVectorEnv):
     """``PseudoSLAM/Navigation-v0``, vectorised: see ``tasks.Navigation`` and ``PseudoSlamVectorEnv``."""
+
+
+def _are_equal(one: Any, other: Any) -> bool:
+    """Return whether two values, which may be arrays, are equal."""
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return np.array_equal(one, other)
+    return bool(one is other or one == other)
+
+
+def _with_masks(report: dict[str, npt.NDArray[Any]], which: npt.NDArray[np.bool_]) -> dict[str, Any]:
+    """Return the info for arrays of N values, with the mask ``which`` for each key."""
+    masks = np.empty((len(report), len(which)), bool)
+    masks[:] = which
+    return {**report, **dict(zip(_names(*report), masks, strict=True))}
+
+
+def _copies_of(
+    observed: npt.NDArray[Any] | dict[str, npt.NDArray[Any]], which: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.object_]:
+    """Return copies of the observations of the environments ``which``, and None for the others (N,)."""
+    last = np.full(len(which), None, object)
+    for i in np.flatnonzero(which).tolist():
+        if isinstance(observed, dict):
+            last[i] = {key: part[i].copy() for key, part in observed.items()}
+        else:
+            last[i] = observed[i].copy()
+    return last
+
+
+@lru_cache(maxsize=8)
+def _names(*keys: str) -> list[str]:
+    """Return the names of the masks of these keys."""
+    return [f"_{key}" for key in keys]

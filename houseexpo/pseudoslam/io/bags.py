@@ -25,7 +25,7 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError, MissingDependencyError, installing
 from houseexpo.files import PARTIAL, make_folder
 from houseexpo.pseudoslam.io.poses import Pose, relative
-from houseexpo.pseudoslam.kernels.sensing.ranges import cast
+from houseexpo.pseudoslam.kernels.sensing.rays import cast
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 

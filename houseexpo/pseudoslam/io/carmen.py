@@ -23,8 +23,9 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
-from houseexpo.pseudoslam.io.poses import Pose, relative, wrapped
-from houseexpo.pseudoslam.kernels.sensing.ranges import cast
+from houseexpo.pseudoslam.io.poses import Pose, relative
+from houseexpo.pseudoslam.kernels.collision import wrap_angle
+from houseexpo.pseudoslam.kernels.sensing.rays import cast
 from houseexpo.pseudoslam.worlds.world import World
 
 Floats = npt.NDArray[np.float64]
@@ -96,7 +97,7 @@ class Drift:
                 turn += errors[2] * math.radians(wrong)
                 x += ahead * math.cos(heading) - aside * math.sin(heading)
                 y += ahead * math.sin(heading) + aside * math.cos(heading)
-                heading = wrapped(heading + turn)
+                heading = wrap_angle(heading + turn)
             before = pose
             yield x, y, heading
 

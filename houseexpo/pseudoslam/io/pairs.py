@@ -21,9 +21,8 @@ from houseexpo.grids.raster import NOTHING, room_mask
 from houseexpo.plan.categories import LABELS, UNLABELLED
 from houseexpo.pseudoslam.config import NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.checks import above_zero, whole
-from houseexpo.pseudoslam.kernels.mapping.coarse import draw_coarse, draw_nearest
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.motion.bodies import STATIC
+from houseexpo.pseudoslam.kernels.collision import STATIC
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, draw_coarse, draw_nearest
 from houseexpo.pseudoslam.simulator import Action, Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.world import World

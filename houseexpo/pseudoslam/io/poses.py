@@ -18,9 +18,9 @@ def relative(origin: Pose, pose: Pose) -> Pose:
     """
     x, y, turn = (there - here for there, here in zip(pose, origin, strict=True))
     cos, sin = math.cos(origin[2]), math.sin(origin[2])
-    return x * cos + y * sin, y * cos - x * sin, wrapped(turn)
+    return x * cos + y * sin, y * cos - x * sin, wrap_angle(turn)
 
 
-def wrapped(angle: float) -> float:
+def wrap_angle(angle: float) -> float:
     """Return the same angle in [-pi, pi], radians."""
     return math.remainder(angle, 2.0 * math.pi)

@@ -6,12 +6,11 @@ from typing import NamedTuple
 
 from numba import njit
 
+from houseexpo.pseudoslam.kernels.collision import Bodies, Tracks, placed_people
 from houseexpo.pseudoslam.kernels.hashing import uniform
-from houseexpo.pseudoslam.kernels.motion.bodies import Bodies, Tracks, bodies_of, tracks_of
-from houseexpo.pseudoslam.kernels.people.social_force import Walk
-from houseexpo.pseudoslam.kernels.planning.distance_field import Field, field_of
-from houseexpo.pseudoslam.kernels.planning.flow import Flow, flow_of
-from houseexpo.pseudoslam.kernels.planning.plan import Graph, PlanRules, Plans, graph_of, plans_of
+from houseexpo.pseudoslam.kernels.people import Walk
+from houseexpo.pseudoslam.kernels.planning.fields import Field, Flow
+from houseexpo.pseudoslam.kernels.planning.plan import Graph, PlanRules, Plans
 from houseexpo.pseudoslam.kernels.types import Counts, Errors, Floats, Grid, Robot, Rows, Sensor, row_type
 
 POSE = row_type(x=float, y=float, heading=float, seen_x=float, seen_y=float, seen_heading=float)
@@ -70,15 +69,19 @@ class StepParams(NamedTuple):
 
 @njit(inline="always")
 def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
-    """Return environment ``i`` of a pool, as views of its arrays."""
+    """Return environment ``i`` of a pool, as views of its arrays; of people, only those who have a place."""
     rows, cols = sizes[i, 0], sizes[i, 1]
     cells = rows * cols
+    bodies, tracks, flow, field, plans, graph = pool.bodies, pool.tracks, pool.flow, pool.field, pool.plans, pool.graph
     return Episode(
         pool.occupied[i, :cells].reshape((rows, cols)), pool.observable[i, :cells].reshape((rows, cols)),
         pool.known[i, :cells].reshape((rows, cols)), pool.shown[i], pool.overview[i], pool.ranges[i],
-        pool.pose[i, 0], pool.counts[i, 0], pool.readings[i, 0], bodies_of(pool.bodies, i), tracks_of(pool.tracks, i),
-        flow_of(pool.flow, i), field_of(pool.field, i), plans_of(pool.plans, i),
-        graph_of(pool.graph, i),
+        pool.pose[i, 0], pool.counts[i, 0], pool.readings[i, 0],
+        Bodies(bodies.clocks[i], placed_people(bodies.people[i])),
+        Tracks(tracks.times_s[i], tracks.poses[i], tracks.corners[i], tracks.shapes[i]),
+        Flow(flow.sizes[i], flow.toward[i], flow.spots[i], flow.goals[i]), Field(field.sizes[i], field.distances[i]),
+        Plans(plans.frontiers[i], plans.given_up[i], plans.state[i]),
+        Graph(graph.nodes[i], graph.edges[i], graph.visited[i], graph.state[i]),
     )  # fmt: skip
 
 

@@ -1,6 +1,13 @@
-"""A compiled explorer of frontiers in one house, whose steps are identical to those of ``agents.exploring``.
+"""The rules of explorers of frontiers: for one action at a time, and for a whole house at once.
 
-It is for training with many explorations. R1 to R4 are the explorer's rules.
+``agents.explorers`` calls the rules for a policy's next action; ``explore`` calls them in a compiled loop, for training
+with many explorations. Both take the same steps.
+
+R1  First the robot turns until it has looked in all directions.
+R2  It chooses again when the frontier is known or given up. It then descends the distances to the frontier's goal.
+R3  If it cannot get closer, it turns to the frontier; a frontier that is still unknown after that is given up. So is
+    one on the way to which the robot is blocked repeatedly.
+R4  It is done when no frontier is left.
 """
 
 from __future__ import annotations
@@ -12,51 +19,54 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams, episode_of
-from houseexpo.pseudoslam.kernels.look import look_at_sector
-from houseexpo.pseudoslam.kernels.mapping.merge import UNKNOWN
-from houseexpo.pseudoslam.kernels.planning.descent import NO_TURN, best_turns
+from houseexpo.pseudoslam.kernels.mapping import UNKNOWN
+from houseexpo.pseudoslam.kernels.planning.frontier_features import FeatureRules, best_of, describe
 from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
-from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways
-from houseexpo.pseudoslam.kernels.planning.outlook import OutlookRules, describe
-from houseexpo.pseudoslam.kernels.planning.plan import FrontierRules
-from houseexpo.pseudoslam.kernels.planning.scoring import best_of
-from houseexpo.pseudoslam.kernels.step import stand_still, step
-from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, Rows, Scratch, row_type
-from houseexpo.pseudoslam.kernels.whole import whole
+from houseexpo.pseudoslam.kernels.planning.plan import FRONTIER, FrontierRules
+from houseexpo.pseudoslam.kernels.planning.ways import NO_TURN, best_turns, find_ways
+from houseexpo.pseudoslam.kernels.step import look_at_sector, stand_still, step
+from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, KnownWays, Rows, Scratch, row_type, whole
 
-ERRAND = row_type(looks=int, lost=int, target=int, bumps=int)
+EXPLORER = row_type(looks=int, lost=int, target=int, bumps=int, turns=int, goes=int)
 """Remaining turns of the first look around; the number of cells given up; the target cell, -1 for none; how often the
-robot was blocked on the way there."""
+robot was blocked on the way there; the turns before the next step, positive to the left, and 1 if one is planned."""
 ENDED, NOTHING = range(2)
 """Why ``explore`` returned: enough is seen or time is up; or there is no frontier."""
-_NONE, _FORWARD, _LEFT, _RIGHT = range(4)
+FORWARD, LEFT, RIGHT = range(3)
+"""The discrete actions."""
+NO_ACTION = -1
+_GIVEN_UP = 1024
+"""The number of cells that an explorer can give up."""
+
+
+class DescentRules(NamedTuple):
+    """The parameters of a robot that descends distances by discrete actions."""
+
+    step_px: float
+    turn_rad: float
+    radius_px: float
+    enough: float
+    """The argument of ``best_turns``."""
 
 
 class ExplorerRules(NamedTuple):
     """The parameters of the explorer's steps and choices, the same for all houses."""
 
-    step_px: float
-    turn_rad: float
-    enough: float
-    """The argument of ``best_turns``."""
+    descent: DescentRules
     most_bumps: int
     frontiers: FrontierRules
-    outlook: OutlookRules
+    features: FeatureRules
 
 
-class Errand(NamedTuple):
-    """The memory of an explorer, and working memory for its choices."""
+class ExplorerMemory(NamedTuple):
+    """The memory of an explorer."""
 
     state: Rows
-    """(1,) ``ERRAND``."""
+    """(1,) ``EXPLORER``."""
     given_up: Cells
     """(n,), cells that remained unknown after the robot looked at them."""
     frontiers: Rows
-    """(n,) ``FRONTIER``."""
-    outlooks: Floats
-    """(LOOKED_AT, numbers)"""
-    scores: Floats
-    """(LOOKED_AT,)"""
+    """(n,) ``FRONTIER``, working memory."""
 
 
 class Course(NamedTuple):
@@ -66,10 +76,16 @@ class Course(NamedTuple):
     gone_px: Floats
 
 
+def new_memory(looks: int, frontiers: int) -> ExplorerMemory:
+    """Return the memory of an explorer that first turns ``looks`` times, with room for a number of frontiers."""
+    state = np.array([(looks, 0, -1, 0, 0, 0)], EXPLORER)
+    return ExplorerMemory(state, np.zeros(_GIVEN_UP, np.int32), np.zeros(frontiers, FRONTIER))
+
+
 @njit(cache=True, nogil=True)
 def explore(
-    pool: Episode, sizes: Counts, errand: Errand, weights: Floats, rules: ExplorerRules, params: StepParams,
-    scratch: Scratch, enough: int, course: Course,
+    pool: Episode, sizes: Counts, memory: ExplorerMemory, features: Floats, weights: Floats, rules: ExplorerRules,
+    params: StepParams, scratch: Scratch, enough: int, course: Course,
 ) -> int:  # fmt: skip
     """Explore until enough is seen or ``course`` is full; return why it ended.
 
@@ -77,61 +93,39 @@ def explore(
     ----------
     pool, sizes
         One episode that scans sectors without noise; its view is not drawn.
+    features
+        (LOOKED_AT, numbers), working memory.
     weights
         (numbers,), the weights for the scores of frontiers.
     enough
         The number of counted cells to see.
     """
     episode = episode_of(pool, sizes, 0)
-    known, pose, counts, state, found = episode.known, episode.pose, episode.counts, errand.state[0], scratch.ways
-    cols, radius = known.shape[1], rules.frontiers.radius_px
-    turns, goes = 0, False
+    known, pose, counts, state, found = episode.known, episode.pose, episode.counts, memory.state[0], scratch.ways
+    scores = np.empty(len(features))
     while counts.covered < enough and counts.steps < len(course.covered) - 1:
-        act = _NONE
-        if state.looks > 0:  # R1
-            state.looks -= 1
-            act = _LEFT
-        else:
-            state.bumps += counts.blocked
-        for _ in range(len(errand.frontiers)):
-            if act != _NONE:
+        act = look_round(memory, counts.blocked)
+        for _ in range(len(memory.frontiers)):
+            if act != NO_ACTION:
                 break
-            if turns == 0 and _has_to_choose(known, errand, rules.most_bumps):
+            if has_to_choose(known, memory, rules.most_bumps):
                 n = find_frontiers(
-                    known, pose.seen_x, pose.seen_y, rules.frontiers, errand.given_up[: state.lost], scratch,
-                    errand.frontiers,
+                    known, pose.seen_x, pose.seen_y, rules.frontiers, memory.given_up[: state.lost], scratch,
+                    memory.frontiers,
                 )  # fmt: skip
                 if n == 0:
                     return NOTHING  # R4
                 looked = describe(
-                    known, pose.seen_x, pose.seen_y, pose.seen_heading, counts.steps, errand.frontiers, n,
-                    rules.outlook, found, errand.outlooks,
+                    known, pose.seen_x, pose.seen_y, pose.seen_heading, counts.steps, memory.frontiers, n,
+                    rules.features, found, features,
                 )  # fmt: skip
-                chosen = best_of(errand.outlooks, looked, weights, errand.scores)
-                goal = errand.frontiers[chosen].goal
-                state.target, state.bumps = errand.frontiers[chosen].middle, 0
-                here = math.floor(pose.seen_y) * cols + math.floor(pose.seen_x)
-                until = whole(here) if found.ways[here] >= 0 else whole(-1)
-                find_ways(known, goal % cols + 0.5, goal // cols + 0.5, radius, until, found)
-                turns, goes = 0, False
-            if not goes:
-                best = best_turns(
-                    known, pose.seen_x, pose.seen_y, pose.seen_heading, rules.turn_rad, rules.step_px, radius,
-                    rules.enough, found,
-                )  # fmt: skip
-                if best != NO_TURN:
-                    turns, goes = best, True
-            if not goes:
-                act = _look(known, pose.seen_x, pose.seen_y, pose.seen_heading, errand, rules.turn_rad)
-            elif turns != 0:
-                act = _LEFT if turns > 0 else _RIGHT
-                turns -= 1 if turns > 0 else -1
-            else:
-                act, goes = _FORWARD, False
-        if act == _NONE:
+                chosen = best_of(features, looked, weights, scores)
+                aim_at(known, pose.seen_x, pose.seen_y, memory, chosen, rules.frontiers.radius_px, found)
+            act = go_on(known, pose.seen_x, pose.seen_y, pose.seen_heading, memory, rules.descent, found)
+        if act == NO_ACTION:
             return NOTHING
-        turn = rules.turn_rad if act == _LEFT else -rules.turn_rad if act == _RIGHT else 0.0
-        forward = rules.step_px if act == _FORWARD else 0.0
+        turn = rules.descent.turn_rad if act == LEFT else -rules.descent.turn_rad if act == RIGHT else 0.0
+        forward = rules.descent.step_px if act == FORWARD else 0.0
         step(episode, turn, forward, params, scratch, stand_still, look_at_sector, False)
         course.covered[counts.steps] = counts.covered
         course.gone_px[counts.steps] = episode.readings.path_length
@@ -139,36 +133,88 @@ def explore(
 
 
 @njit(cache=True, nogil=True)
-def _has_to_choose(known: Grid, errand: Errand, most_bumps: int) -> bool:
+def look_round(memory: ExplorerMemory, blocked: int) -> int:
+    """Return a turn of the first look around (R1), or ``NO_ACTION`` after it; count collisions then."""
+    state = memory.state[0]
+    if state.looks > 0:
+        state.looks -= 1
+        return LEFT
+    state.bumps += blocked
+    return NO_ACTION
+
+
+@njit(cache=True, nogil=True)
+def has_to_choose(known: Grid, memory: ExplorerMemory, most_bumps: int) -> bool:
     """Return whether to choose again (R2); give up a frontier to which the robot is blocked (R3)."""
-    state = errand.state[0]
+    state = memory.state[0]
+    if state.turns != 0:
+        return False
     if state.bumps > most_bumps:
-        _give_up(errand)
+        _give_up(memory)
         state.target, state.bumps = -1, 0
     return bool(state.target < 0 or known.ravel()[state.target] != UNKNOWN)
 
 
 @njit(cache=True, nogil=True)
-def _give_up(errand: Errand) -> None:
-    """Remember a frontier's middle as one that remains unknown, if there is space."""
-    state = errand.state[0]
-    if state.lost < len(errand.given_up):
-        errand.given_up[state.lost] = state.target
-        state.lost += 1
+def aim_at(
+    known: Grid, x: float, y: float, memory: ExplorerMemory, chosen: int, radius_px: float, found: KnownWays
+) -> None:
+    """Make one of the memory's frontiers the target, and compute the distances to its goal, up to the robot."""
+    state, goal, cols = memory.state[0], memory.frontiers[chosen].goal, known.shape[1]
+    state.target, state.bumps, state.turns, state.goes = memory.frontiers[chosen].middle, 0, 0, 0
+    here = math.floor(y) * cols + math.floor(x)
+    until = whole(here) if found.ways[here] >= 0 else whole(-1)
+    find_ways(known, goal % cols + 0.5, goal // cols + 0.5, radius_px, until, found)
 
 
 @njit(cache=True, nogil=True)
-def _look(known: Grid, x: float, y: float, heading: float, errand: Errand, turn: float) -> int:
-    """Return the turn towards the frontier, or no action if the robot has looked at it (R3)."""
-    state = errand.state[0]
+def go_on(
+    known: Grid, x: float, y: float, heading: float, memory: ExplorerMemory, rules: DescentRules, found: KnownWays
+) -> int:
+    """Return the next action towards the target, or ``NO_ACTION`` if the robot has looked at it in vain (R3)."""
+    state = memory.state[0]
+    act = descend(known, x, y, heading, memory.state, rules, found)
+    if act != NO_ACTION:
+        return act
     row, col = state.target // known.shape[1], state.target % known.shape[1]
     is_unknown = known[row, col] == UNKNOWN
     off = math.atan2(y - row - 0.5, col + 0.5 - x) - heading
     off -= 2.0 * math.pi * np.rint(off / (2.0 * math.pi))
-    turns = np.rint(off / turn)
+    turns = np.rint(off / rules.turn_rad)
     if is_unknown and turns != 0.0:
-        return _LEFT if turns > 0.0 else _RIGHT
+        return LEFT if turns > 0.0 else RIGHT
     if is_unknown:
-        _give_up(errand)
+        _give_up(memory)
     state.target = -1
-    return _NONE
+    return NO_ACTION
+
+
+@njit(cache=True, nogil=True)
+def descend(
+    known: Grid, x: float, y: float, heading: float, states: Rows, rules: DescentRules, found: KnownWays
+) -> int:
+    """Return the next action down the distances ``found``, or ``NO_ACTION`` if no step reduces them.
+
+    ``states`` is (1,) ``EXPLORER``, of which ``turns`` and ``goes`` are used.
+    """
+    state = states[0]
+    if state.goes == 0:
+        turns = best_turns(known, x, y, heading, rules.turn_rad, rules.step_px, rules.radius_px, rules.enough, found)
+        if turns == NO_TURN:
+            return NO_ACTION
+        state.turns, state.goes = turns, 1
+    if state.turns != 0:
+        act = LEFT if state.turns > 0 else RIGHT
+        state.turns -= 1 if state.turns > 0 else -1
+        return act
+    state.goes = 0
+    return FORWARD
+
+
+@njit(cache=True, nogil=True)
+def _give_up(memory: ExplorerMemory) -> None:
+    """Remember a frontier's middle as one that remains unknown, if there is space."""
+    state = memory.state[0]
+    if state.lost < len(memory.given_up):
+        memory.given_up[state.lost] = state.target
+        state.lost += 1

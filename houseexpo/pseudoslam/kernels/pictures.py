@@ -8,12 +8,9 @@ from typing import NamedTuple
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.episode import Episode
-from houseexpo.pseudoslam.kernels.mapping.coarse import draw_coarse, mark
-from houseexpo.pseudoslam.kernels.mapping.crop import crop
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.step_pool import SKIP
-from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows
-from houseexpo.pseudoslam.kernels.whole import whole
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, crop, draw_coarse, mark
+from houseexpo.pseudoslam.kernels.step import SKIP
+from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows, whole
 
 NEAR, FAR, WHOLE, ROBOT, GOAL = range(5)
 """The pictures of one environment, of which the first, the first four, or all are drawn."""
@@ -41,7 +38,7 @@ def draw_pictures(
     Parameters
     ----------
     pool, sizes, wanted
-        Arguments as in ``step_pool``.
+        Arguments as in ``step``.
     goals
         (N, 2), cells across and down.
     out

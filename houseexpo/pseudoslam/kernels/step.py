@@ -1,7 +1,12 @@
-"""A step of one environment: moving obstacles move; the robot turns, moves and scans on its way; the view is drawn.
+"""Steps of some of the environments of a pool, one after the other.
 
-``step_pool`` has the kernels that take this step in one or more environments. Functions that only a step calls are
-inlined in it (``inline``). Otherwise they would be compiled separately, with all functions that they call.
+In a step, moving obstacles move; the robot turns, moves and scans on its way; and its view is drawn. Four kernels take
+the same step: scanning a sector, scanning along rays, in full (noise, ranges, overview), and with people. They need
+different code, so that each is compiled only when it is used. A single environment is a pool of one. Threads share a
+pool: each calls the kernel for its own environments, with its own working memory.
+
+Functions that only a step calls are inlined in it (``inline``). Otherwise they would be compiled separately, with all
+functions that they call.
 """
 
 from __future__ import annotations
@@ -11,29 +16,129 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.episode import BEAMS, ODOMETRY, PEOPLE, Episode, StepParams, key_of
-from houseexpo.pseudoslam.kernels.mapping.crop import crop
-from houseexpo.pseudoslam.kernels.mapping.merge import shrink
-from houseexpo.pseudoslam.kernels.motion.bodies import Disc, way_past_people
-from houseexpo.pseudoslam.kernels.motion.disc import clearance, free_way
-from houseexpo.pseudoslam.kernels.motion.heading import wrapped
-from houseexpo.pseudoslam.kernels.people.advance import advance
-from houseexpo.pseudoslam.kernels.planning.distance_field import field_at
+from houseexpo.pseudoslam.kernels.collision import Disc, clearance, free_way, way_past_people, wrap_angle
+from houseexpo.pseudoslam.kernels.episode import (
+    BEAMS,
+    ODOMETRY,
+    PEOPLE,
+    REGISTRATION,
+    Episode,
+    StepParams,
+    episode_of,
+    key_of,
+)
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop, merge_cells, merge_runs, shrink
+from houseexpo.pseudoslam.kernels.people import advance
+from houseexpo.pseudoslam.kernels.planning.fields import field_at
 from houseexpo.pseudoslam.kernels.sensing.noise import (
     HIT,
     LOST,
-    believed,
     draw_beams,
+    draw_noisy,
+    merge_patch,
+    noisy_odometry,
+    registration_error,
 )
-from houseexpo.pseudoslam.kernels.sensing.ranges import cast
-from houseexpo.pseudoslam.kernels.types import Floats, Rows, Scratch
+from houseexpo.pseudoslam.kernels.sensing.rays import cast, ray_merge, ray_scan
+from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
+from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows, Scratch, whole
 
-Move: TypeAlias = Callable[["Episode", "StepParams"], None]
+Move: TypeAlias = Callable[[Episode, StepParams], None]
 """A function that moves people and bodies on tracks."""
-Look: TypeAlias = Callable[["Episode", "StepParams", Scratch], None]
+Look: TypeAlias = Callable[[Episode, StepParams, Scratch], None]
 """A function that scans from the robot's pose and merges the scan into the map."""
+Act: TypeAlias = Callable[[Episode, Floats, StepParams, Scratch, Move, Look, bool], None]
+"""A function that takes an action in one environment: a step, or a planner's action."""
+
+SKIP, STEP, REDRAW = range(3)
+"""What is ``wanted`` of an environment: nothing, a step, or redrawing its view."""
+
+
+@njit(cache=True, nogil=True)
+def steps_by_sector(
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int,
+) -> None:  # fmt: skip
+    """Step environments that scan sectors without noise, and draw their views; the other kernels are like this one.
+
+    Parameters
+    ----------
+    pool
+        N episodes.
+    sizes
+        (N, 2), rows and columns of each one's rasters.
+    motions
+        (N, 2), turn and distance forward, radians and pixels.
+    wanted
+        (N,), ``STEP`` to take a step, ``REDRAW`` only to redraw the view, ``SKIP`` for neither.
+    scratch
+        Working memory that no other thread uses.
+    first, end
+        Environments ``first`` to ``end``, excluded.
+    """
+    act_in_each(pool, sizes, motions, wanted, params, scratch, first, end, _act, stand_still, look_at_sector, False)
+
+
+@njit(cache=True, nogil=True)
+def steps_by_rays(
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int,
+) -> None:  # fmt: skip
+    """Step environments that scan along rays without noise."""
+    act_in_each(pool, sizes, motions, wanted, params, scratch, first, end, _act, stand_still, look_along_rays, False)
+
+
+@njit(cache=True, nogil=True)
+def steps_in_full(
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int,
+) -> None:  # fmt: skip
+    """Step environments with the scans and the noise of the parameters, and draw ranges and an overview if observed."""
+    act_in_each(pool, sizes, motions, wanted, params, scratch, first, end, _act, stand_still, look, True)
+
+
+@njit(cache=True, nogil=True)
+def steps_with_people(
+    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int,
+) -> None:  # fmt: skip
+    """Do the same as ``steps_in_full`` after people and bodies on trajectories have moved."""
+    act_in_each(pool, sizes, motions, wanted, params, scratch, first, end, _act, move_people, look, True)
+
+
+@njit(inline="always")
+def act_in_each(
+    pool: Episode, sizes: Counts, actions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int, act: Act, move: Move, look: Look, full: bool,
+) -> None:  # fmt: skip
+    """Act in those environments ``first`` to ``end`` that want it, and draw their views and those to be redrawn.
+
+    Parameters
+    ----------
+    act
+        A function that takes one environment's action, ``actions[i]``.
+    move, look, full
+        Arguments of ``step``.
+    """
+    for i in range(first, end):
+        if wanted[i] == SKIP:
+            continue
+        episode = episode_of(pool, sizes, i)
+        if wanted[i] == STEP:
+            act(episode, actions[i], params, scratch, move, look, full)
+        show(episode)
+
+
+@njit(inline="always")
+def _act(
+    episode: Episode, motion: Floats, params: StepParams, scratch: Scratch, move: Move, look: Look, full: bool
+) -> None:
+    step(episode, motion[0], motion[1], params, scratch, move, look, full)
+    if full:
+        sense(episode, params, 2.0 * params.sensor.range_px if episode.counts.steps > 0 else math.inf)
 
 
 @njit(inline="always")
@@ -49,6 +154,8 @@ def step(
 ) -> None:
     """Turn, then move forward (backward if negative) until an obstacle blocks the robot; scan; update the readings.
 
+    ``sense`` must be called after the last step of an action if ranges or an overview are observed.
+
     An episode that has not begun (``counts.steps`` is -1) begins with a first scan, which is not a step.
 
     Parameters
@@ -60,7 +167,7 @@ def step(
     move, look
         Functions for moving obstacles and for scans, which are compiled into this one.
     full
-        A constant; False for a step without noise, ranges and overview.
+        A constant; False for a step without noise.
     """
     move(episode, params)
     counts, readings = episode.counts, episode.readings
@@ -69,13 +176,13 @@ def step(
     counts.blocked = 1 if way < abs(forward) else 0
     counts.collisions += counts.blocked
     readings.path_length += way
-    _read(episode, params, 2.0 * params.sensor.range_px if counts.steps > 0 else math.inf, full)
+    _read(episode, params)
 
 
 @njit(inline="always")
-def _read(episode: Episode, params: StepParams, spread_px: float, full: bool) -> None:
-    """Update the readings at the robot's pose, and redraw the overview within ``spread_px``."""
-    pose, readings, sensor = episode.pose, episode.readings, params.sensor
+def _read(episode: Episode, params: StepParams) -> None:
+    """Update the clearance and the distance to the goal at the robot's pose, as far as the task needs them."""
+    pose, readings = episode.pose, episode.readings
     if params.clearance_px > 0.0:
         readings.clearance = clearance(
             episode.occupied, pose.x, pose.y, params.robot.radius_px, params.robot.radius_px + params.clearance_px
@@ -84,14 +191,20 @@ def _read(episode: Episode, params: StepParams, spread_px: float, full: bool) ->
         way = field_at(episode.field, pose.x, pose.y)
         if way < math.inf:  # in a gap without a block to stand on, the last distance is kept
             readings.to_goal = way
-    if full and len(episode.ranges) > 0:
+
+
+@njit(inline="always")
+def sense(episode: Episode, params: StepParams, spread_px: float) -> None:
+    """Measure the ranges from the robot's pose, and redraw the overview within ``spread_px``, as far as observed."""
+    pose, readings, sensor = episode.pose, episode.readings, params.sensor
+    if len(episode.ranges) > 0:
         cast(
             episode.occupied, pose.x, pose.y, pose.heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px,
             episode.ranges,
         )  # fmt: skip
         if params.errors.any:
             _err(episode.ranges, episode.counts, params)
-    if full and len(episode.overview) > 0:
+    if len(episode.overview) > 0:
         shrink(
             episode.known, readings.start_x, readings.start_y, params.overview_px, pose.seen_x, pose.seen_y,
             spread_px, episode.overview,
@@ -125,7 +238,7 @@ def _go(
     turns = math.ceil(abs(turn) / robot.between_rad - 1e-9)
     start_x, start_y, start_heading = pose.x, pose.y, pose.heading
     seen_x, seen_y, seen_heading = pose.seen_x, pose.seen_y, pose.seen_heading  # the believed start
-    heading = wrapped(start_heading + turn)
+    heading = wrap_angle(start_heading + turn)
     sign = 1.0 if forward >= 0.0 else -1.0
     right, down = sign * math.cos(heading), -sign * math.sin(heading)
     way = distance
@@ -137,14 +250,14 @@ def _go(
     seen_turn, seen_way = turn, sign * way
     if full and errors.odometry:
         key = key_of(episode.counts.key, ODOMETRY)
-        seen_turn, seen_way = believed(errors, key, episode.counts.steps, turn, sign * way)
+        seen_turn, seen_way = noisy_odometry(errors, key, episode.counts.steps, turn, sign * way)
     for i in range(1, max(turns + goes, 1) + 1):
         turned, gone = min(i / turns, 1.0) if turns > 0 else 1.0, max(i - turns, 0) / max(goes, 1)
-        pose.heading = heading if i >= turns else wrapped(start_heading + turn * turned)
+        pose.heading = heading if i >= turns else wrap_angle(start_heading + turn * turned)
         if i > turns and goes > 0:
             pose.x, pose.y = start_x + way * gone * right, start_y + way * gone * down
         if full and errors.odometry:
-            seen = pose.seen_heading = wrapped(seen_heading + seen_turn * turned)
+            seen = pose.seen_heading = wrap_angle(seen_heading + seen_turn * turned)
             pose.seen_x = seen_x + seen_way * gone * math.cos(seen)
             pose.seen_y = seen_y - seen_way * gone * math.sin(seen)
         else:
@@ -174,3 +287,89 @@ def move_people(episode: Episode, params: StepParams) -> None:
             episode.occupied, episode.bodies, episode.tracks, episode.flow, params.walk,
             key_of(episode.counts.key, PEOPLE), robot, params.seconds,
         )  # fmt: skip
+
+
+@njit(inline="always")
+def look_at_sector(episode: Episode, params: StepParams, scratch: Scratch) -> None:
+    """Scan the sector from the robot's pose, and merge the scan into the map."""
+    pose, sensor = episode.pose, params.sensor
+    n_runs, n_hit = sector_scan(
+        episode.occupied, pose.x, pose.y, pose.heading, sensor.half_fov, sensor.range_px, scratch.runs, scratch.hit,
+        scratch.slopes,
+    )  # fmt: skip
+    new, covered = merge_runs(episode.known, episode.observable, scratch.runs, n_runs, whole(FREE))
+    _count(episode, scratch, n_hit, new, covered)
+
+
+@njit(inline="always")
+def look_along_rays(episode: Episode, params: StepParams, scratch: Scratch) -> None:
+    """Scan along the rays from the robot's pose, and merge the scan into the map."""
+    pose, sensor = episode.pose, params.sensor
+    settled = len(episode.bodies.clocks) + len(episode.bodies.people) == 0
+    new, covered, n_hit = ray_merge(
+        episode.occupied, episode.observable, episode.known, pose.x, pose.y, pose.heading, sensor.fan_cos,
+        sensor.fan_sin, sensor.range_px, scratch.hit, settled,
+    )  # fmt: skip
+    _count(episode, scratch, n_hit, new, covered)
+
+
+@njit(inline="always")
+def _count(episode: Episode, scratch: Scratch, n_hit: int, new: int, covered: int) -> None:
+    """Merge the visible obstacles after the free cells, and count new cells."""
+    new_hit, covered_hit = merge_cells(episode.known, episode.observable, scratch.hit, n_hit, whole(OBSTACLE))
+    episode.counts.known += new + new_hit
+    episode.counts.covered += covered + covered_hit
+    episode.counts.scans += 1
+
+
+@njit(inline="always")
+def look(episode: Episode, params: StepParams, scratch: Scratch) -> None:
+    """Scan according to the parameters, including noise."""
+    if params.errors.any:
+        _look_with_errors(episode, params, scratch)
+    elif params.sensor.by_rays:
+        look_along_rays(episode, params, scratch)
+    else:
+        look_at_sector(episode, params, scratch)
+
+
+@njit(inline="always")
+def _look_with_errors(episode: Episode, params: StepParams, scratch: Scratch) -> None:
+    """Merge a scan with the noise of its beams, at the believed pose and with the error of registration."""
+    pose, counts, sensor, errors = episode.pose, episode.counts, params.sensor, params.errors
+    x, y, heading, runs, hit = pose.x, pose.y, pose.heading, scratch.runs, scratch.hit
+    if sensor.by_rays:
+        n_runs, n_hit = ray_scan(
+            episode.occupied, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, runs, hit
+        )
+    else:
+        n_runs, n_hit = sector_scan(
+            episode.occupied, x, y, heading, sensor.half_fov, sensor.range_px, runs, hit, scratch.slopes
+        )
+    beams = len(sensor.fan_cos)
+    shift_px, fate = np.empty(beams), np.empty(beams, np.int32)
+    draw_beams(errors, beams, key_of(counts.key, BEAMS), counts.scans, shift_px, fate)
+    draw_noisy(
+        scratch.patch, episode.occupied.shape[1], x, y, heading, sensor, runs, n_runs, hit, n_hit, shift_px, fate
+    )
+    right, down, turn = registration_error(errors, key_of(counts.key, REGISTRATION), counts.steps)
+    new, covered = merge_patch(
+        episode.known, episode.observable, scratch.patch, x, y, pose.seen_x - x + right, pose.seen_y - y + down,
+        pose.seen_heading - heading + turn,
+    )  # fmt: skip
+    _count(episode, scratch, 0, new, covered)
+
+
+@njit(cache=True, nogil=True)
+def look_up(actions: Counts, table: Floats, motions: Floats, ahead: npt.NDArray[np.bool_]) -> int:
+    """Write the motions (N, 2) of actions (N,), which are rows of a table, and which actions are the first one.
+
+    Return the index of an action that is not in the table, -1 if all are.
+    """
+    for i in range(len(actions)):
+        action = actions[i]
+        if action < 0 or action >= len(table):
+            return i
+        motions[i, 0], motions[i, 1] = table[action, 0], table[action, 1]
+        ahead[i] = action == 0
+    return -1

@@ -1,4 +1,4 @@
-"""Types of the kernels' arguments: names of arrays, and tuples of arrays."""
+"""Types of the kernels' arguments: names of arrays, tuples of arrays, and whole numbers of 64 bits."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
 Grid: TypeAlias = npt.NDArray[np.uint8]
 """A grid (rows, cols), in C order."""
@@ -72,7 +73,7 @@ class Errors(NamedTuple):
 
 
 class KnownWays(NamedTuple):
-    """Working memory of a thread for plans (``planning.known_ways``) on grids up to a number of cells, which are flat.
+    """Working memory of a thread for plans (``planning.ways``) on grids up to a number of cells, which are flat.
 
     ``find_ways`` overwrites it in each call; nothing has to be reset between houses.
     """
@@ -108,3 +109,12 @@ def known_ways_of(cells: int) -> KnownWays:
         np.empty((3, cells), np.int32),
         np.zeros(cells, np.uint8),
     )
+
+
+@njit(inline="always")
+def whole(value: int) -> int:
+    """Return a number as a variable of 64 bits.
+
+    numba would compile a function again for a constant or a number of 32 bits, which takes seconds at the first step.
+    """
+    return np.int64(value)  # type: ignore[return-value]  # an int to all who use it

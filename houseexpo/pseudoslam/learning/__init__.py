@@ -1,5 +1,26 @@
 """Learning in PseudoSLAM: PPO on the robot's map, in runs that can be killed and resumed.
 
-``houseexpo train`` is the command; ``training.train`` does the work. Only ``model``, ``network``, ``checkpoints``,
-``evaluation``, ``policy_file`` and ``training`` import PyTorch and Stable-Baselines3 (the extra ``learn``).
+``houseexpo train`` is the command; ``training.train`` does the work. Only ``model``, ``checkpoints``, ``evaluation``,
+``policy_file`` and ``training`` import PyTorch and Stable-Baselines3 (the extra ``learn``).
 """
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from typing import Final
+
+from houseexpo.errors import MissingDependencyError, installing
+
+LIBRARIES: Final = {
+    "torch": "PyTorch",
+    "stable_baselines3": "Stable-Baselines3",
+    "sb3_contrib": "sb3-contrib",
+    "tensorboard": "TensorBoard",
+}
+
+
+def need_learn(what: str) -> None:
+    """Raise MissingDependencyError, which says what to install, if a library of the extra is missing."""
+    missing = [title for module, title in LIBRARIES.items() if find_spec(module) is None]
+    if missing:
+        raise MissingDependencyError(f"{what} needs {', '.join(missing)}, not installed here: {installing('learn')}")

@@ -1,17 +1,20 @@
 """Checkpoints, from which a run continues with results identical to those of an uninterrupted run.
 
-1. A file gets its name only when it is complete and on the disk.
-2. It contains tensors and numbers, but no code: weights, optimiser, the variance of returns, the states of random
-   generators, the number of steps.
-3. It identifies its run. A checkpoint of another run is refused; the error names the first difference.
-4. The last two checkpoints are kept. If the last one is damaged, the one before it is used, with a warning.
+R1  A file gets its name only when it is complete and on the disk.
+R2  It contains tensors and numbers, but no code: weights, optimiser, the variance of returns, the states of random
+    generators, the number of steps.
+R3  It identifies its run. A checkpoint of another run is refused; the error names the first difference.
+R4  The last two checkpoints are kept. If the last one is damaged, the one before it is used, with a warning.
 """
 
 from __future__ import annotations
 
 import io
 import logging
+import pickle
+import struct
 import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -22,8 +25,14 @@ import torch
 
 from houseexpo.errors import TrainingError
 from houseexpo.files import as_json, write_whole
-from houseexpo.pseudoslam.learning.damage import DAMAGED
 from houseexpo.pseudoslam.learning.model import Learner
+
+DAMAGED: Final = (
+    ArithmeticError, AttributeError, EOFError, LookupError, RuntimeError, TypeError, ValueError,
+    msgspec.DecodeError, pickle.UnpicklingError, struct.error, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
+"""They are of many kinds, since damage may be found by PyTorch, pickle or zipfile."""
+
 
 FORMAT: Final = 1
 KEPT: Final = 2

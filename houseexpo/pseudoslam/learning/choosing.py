@@ -15,11 +15,14 @@ R4  The costs of a finished generation are stored. A killed run is replayed from
 
 from __future__ import annotations
 
+import copy
 import hashlib
+import math
 import platform
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from threading import local
 from typing import Any, Final
@@ -30,16 +33,172 @@ import numpy as np
 import houseexpo
 from houseexpo.dataset import Dataset
 from houseexpo.dataset.splits import list_bytes
-from houseexpo.errors import ConfigError, TrainingError
+from houseexpo.errors import ConfigError, MissingDependencyError, TrainingError, installing
 from houseexpo.files import as_json, make_folder, write_whole
+from houseexpo.floorplan import FloorPlan
 from houseexpo.outputs import check_run_folder
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import above_zero, number, whole
+from houseexpo.pseudoslam.kernels.explore import Course, ExplorerMemory, ExplorerRules, explore, new_memory
+from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, LOOKED_AT
 from houseexpo.pseudoslam.kernels.types import Floats
-from houseexpo.pseudoslam.learning.commits import commit
-from houseexpo.pseudoslam.learning.explorations import Explorations
-from houseexpo.pseudoslam.learning.searching import Search
+from houseexpo.pseudoslam.learning.records import commit
 from houseexpo.pseudoslam.learning.weights import rounded, weighing, write_weights
+from houseexpo.pseudoslam.planning import (
+    MAX_BUMPS,
+    MAX_FRONTIERS,
+    descent_rules,
+    explorer_frontiers,
+    feature_rules,
+    first_looks,
+)
+from houseexpo.pseudoslam.simulator import Simulator
+from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.step_kernels import scratch_of, step_params_of, with_room
+
+SPREADS: Final = {
+    "way": 0.45, "log way": 0.48, "way beyond the nearest": 0.45, "rank": 0.2, "turn": 0.27, "large": 0.31,
+    "log length": 0.54, "log sight from the goal": 0.87, "log sight from the middle": 0.71, "sight less the best": 0.87,
+    "unknown within 1 m": 0.17, "unknown within 2.5 m": 0.16, "unknown within 5 m": 0.12, "free within 2.5 m": 0.18,
+    "walls within 2.5 m": 0.02, "others within 3 m": 0.59, "nearer to the others": 0.2, "nearer to their length": 0.21,
+    "tour beyond the shortest": 0.53, "to the rim": 0.28,
+}  # fmt: skip
+"""Standard deviations among the frontiers of one map, over 60 published plans; they scale the search of each weight.
+Features that are equal for all frontiers of a map do not affect the choice and have no weight."""
+_FIRST_STEP = 0.3
+_SEARCH = 2**31
+
+
+class Search:
+    """A search that returns the candidates of a generation and then receives their costs; ``mean`` is the result.
+
+    Parameters
+    ----------
+    start
+        The mean of the first generation (numbers,).
+    candidates
+        Number of candidates in a generation.
+    seed
+        The seed of random numbers; NumPy's global generator is not used.
+    """
+
+    def __init__(self, start: Floats, candidates: int, seed: int) -> None:
+        if find_spec("cma") is None:
+            raise MissingDependencyError(f"train chooser needs cma, not installed here: {installing('learn')}")
+        from cma import CMAEvolutionStrategy
+
+        rng = np.random.default_rng([seed, _SEARCH])
+        self._start, self._searched = start, [FEATURES.index(name) for name in SPREADS]
+        self._spreads = np.array(list(SPREADS.values()))
+        options = {"popsize": candidates, "seed": np.nan, "randn": lambda *n: rng.standard_normal(n), "verbose": -9}
+        self._strategy: Any = CMAEvolutionStrategy(np.zeros(len(SPREADS)), _FIRST_STEP, options)
+        self._asked: list[Floats] = []
+
+    def ask(self) -> list[Floats]:
+        """Return the weights of a generation's candidates."""
+        self._asked = self._strategy.ask()
+        return [self._weights(one) for one in self._asked]
+
+    def tell(self, costs: Sequence[float]) -> None:
+        """Update the search with the costs of the last candidates."""
+        self._strategy.tell(self._asked, list(costs))
+
+    @property
+    def mean(self) -> Floats:
+        """The mean of the next generation (numbers,)."""
+        return self._weights(self._strategy.mean)
+
+    def _weights(self, found: Floats) -> Floats:
+        weights = self._start.copy()
+        weights[self._searched] += found / self._spreads
+        return weights
+
+
+SEEN = 0.9
+"""Coverage up to which distances and steps are counted."""
+_FAR_M, _LONG = 150.0, 1000
+"""Metres and steps charged for a house when time is up, in proportion to the part that is not explored."""
+
+
+@dataclass
+class Walk:
+    """The state of an exploration."""
+
+    state: State
+    memory: ExplorerMemory
+    course: Course
+
+    def copy(self) -> Walk:
+        """Return an independent copy; constant parts are shared."""
+        changed = {name: getattr(self.state.episode, name).copy() for name in ("known", "pose", "counts", "readings")}
+        state = State(self.state.episode._replace(**changed), self.state.observable_cells)
+        memory, course = copy.deepcopy(self.memory), copy.deepcopy(self.course)
+        return Walk(state, memory, course)
+
+    @property
+    def steps(self) -> int:
+        """Number of steps so far."""
+        return int(self.state.counts.steps)
+
+    @property
+    def coverage(self) -> float:
+        """The explored share of the observable cells, 0 to 1."""
+        return float(self.state.counts.covered) / self.state.observable_cells
+
+
+class Explorations:
+    """Explores houses with a limited number of steps; each thread needs its own object.
+
+    Parameters
+    ----------
+    config
+        The robot, its sensor, which must scan sectors without noise, and the resolution.
+    most_steps
+        The largest number of steps.
+    """
+
+    def __init__(self, config: SimulatorConfig, most_steps: int) -> None:
+        if config.laser.rule != "sector" or config.noise.any or config.people.number or config.trajectories:
+            raise ConfigError("explorations: expected a sensor without errors that looks at sectors, and nobody else")
+        self.config, self.most_steps = config, most_steps
+        self._params, self._scratch = step_params_of(config), scratch_of(config)
+        self._features = np.zeros((LOOKED_AT, len(FEATURES)))
+        self._rules = ExplorerRules(descent_rules(config), MAX_BUMPS, explorer_frontiers(config), feature_rules(config))
+
+    def begin(self, plan: FloorPlan, rng: np.random.Generator) -> Walk:
+        """Return a new exploration."""
+        simulator = Simulator.of(plan, self.config)
+        self._scratch = with_room(self._scratch, simulator.world.occupied.size)
+        state = simulator.start(rng)
+        memory = new_memory(first_looks(self.config), MAX_FRONTIERS)
+        course = Course(np.zeros(self.most_steps + 1, np.int64), np.zeros(self.most_steps + 1))
+        course.covered[0] = state.counts.covered
+        return Walk(state, memory, course)
+
+    def go(self, walk: Walk, weights: Floats, seen: float = SEEN) -> int:
+        """Continue until this share is explored; see ``kernels.explore.explore``."""
+        enough = math.ceil(seen * walk.state.observable_cells)
+        return int(
+            explore(
+                walk.state.pool, walk.state.sizes, walk.memory, self._features, weights, self._rules, self._params,
+                self._scratch, enough, walk.course,
+            )
+        )  # fmt: skip
+
+    def way(self, plan: FloorPlan, rng: np.random.Generator, *each: Floats) -> Floats:
+        """Return the metres and the steps to 90% (n, 2), for each of n weights from the same start.
+
+        If 90% is not reached, the rest is charged for.
+        """
+        begun, found = self.begin(plan, rng), np.zeros((len(each), 2))
+        for n, weights in enumerate(each):
+            walk = begun.copy()
+            self.go(walk, weights)
+            left = max(SEEN - walk.coverage, 0.0)
+            gone_m = walk.course.gone_px[walk.steps] / self.config.pixels_per_metre
+            found[n] = gone_m + _FAR_M * left, walk.steps + _LONG * left
+        return found
+
 
 WEIGHTS: Final = "weights.json"
 INFORMATION: Final = weighing(log_sight_from_the_goal=1.0, way=-2.0, large=10.0)

@@ -1,4 +1,4 @@
-"""Make the learner from a configuration: PPO of Stable-Baselines3, or that of sb3-contrib with a memory."""
+"""The networks of policies, and the learner: PPO of Stable-Baselines3, or that of sb3-contrib with a memory."""
 
 from __future__ import annotations
 
@@ -7,21 +7,107 @@ from typing import Any, TypeAlias
 import torch
 from gymnasium import spaces
 from sb3_contrib import RecurrentPPO
+from sb3_contrib.common.recurrent.policies import (
+    RecurrentActorCriticPolicy,
+    RecurrentMultiInputActorCriticPolicy,
+)
 from stable_baselines3 import PPO
 from stable_baselines3.common.policies import ActorCriticPolicy, MultiInputActorCriticPolicy
+from stable_baselines3.common.preprocessing import is_image_space
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
+from torch import nn
 
-from houseexpo.pseudoslam.envs.sb3 import SB3VecEnv
 from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
 from houseexpo.pseudoslam.learning.config import TrainConfig
-from houseexpo.pseudoslam.learning.memory import MemoryPolicy, MultiInputMemoryPolicy
-from houseexpo.pseudoslam.learning.network import MapFeatures
+from houseexpo.pseudoslam.sb3 import SB3VecEnv
+
+States: TypeAlias = tuple[torch.Tensor, torch.Tensor]
+
+
+def through(
+    features: torch.Tensor, states: States, episode_starts: torch.Tensor, lstm: torch.nn.LSTM
+) -> tuple[torch.Tensor, States]:
+    """Return the outputs of a memory for sequences, and its states after them.
+
+    Parameters
+    ----------
+    features
+        (sequences * steps, ``lstm.input_size``).
+    states
+        The two states before the first step, each (layers, sequences, ``lstm.hidden_size``).
+    episode_starts
+        (sequences * steps,): 1 for steps at which an episode begins.
+    """
+    count = states[0].shape[1]
+    starts = episode_starts.reshape(count, -1)
+    if starts[:, 1:].any():
+        step_by_step: tuple[torch.Tensor, States] = RecurrentActorCriticPolicy._process_sequence(  # noqa: SLF001 - this replaces it
+            features, states, episode_starts, lstm
+        )
+        return step_by_step
+    kept = (1.0 - starts[:, 0]).view(1, count, 1)
+    steps = features.reshape(count, -1, lstm.input_size).swapaxes(0, 1)
+    said, behind = lstm(steps, (kept * states[0], kept * states[1]))
+    return said.transpose(0, 1).flatten(0, 1), behind
+
+
+class MemoryPolicy(RecurrentActorCriticPolicy):  # type: ignore[misc]  # it comes without types where it is not installed
+    """A policy with a memory for observations that are one picture."""
+
+    _process_sequence = staticmethod(through)
+
+
+class MultiInputMemoryPolicy(RecurrentMultiInputActorCriticPolicy):  # type: ignore[misc]  # as above
+    """A policy with a memory for observations of pictures and vectors."""
+
+    _process_sequence = staticmethod(through)
+
+
+WIDTH = 128
+"""Number of features of a map; with a view of 100 pixels, a policy with a memory takes 4 MB."""
+
+
+class MapFeatures(BaseFeaturesExtractor):  # type: ignore[misc]  # it comes without types where it is not installed
+    """Converts observations (N, ...) to features (N, ``WIDTH`` for each picture plus the lengths of all vectors).
+
+    Pictures (channels, rows, cols), with values from 0 to 1, each have their own convolutions; vectors are unchanged.
+    """
+
+    def __init__(self, space: spaces.Space[Any]) -> None:
+        parts: dict[str, Any] = dict(space.spaces) if isinstance(space, spaces.Dict) else {"map": space}
+        pictures = {name: part for name, part in parts.items() if is_image_space(part)}
+        rest = [name for name in parts if name not in pictures]
+        width = WIDTH * len(pictures) + sum(spaces.flatdim(parts[name]) for name in rest)
+        super().__init__(space, width)
+        self.eyes = nn.ModuleDict({name: _eye(part.shape) for name, part in pictures.items()})
+        self.rest = rest
+
+    def forward(self, observations: torch.Tensor | dict[str, torch.Tensor]) -> torch.Tensor:
+        """Return the features of observations."""
+        parts = observations if isinstance(observations, dict) else {"map": observations}
+        seen = [eye(parts[name]) for name, eye in self.eyes.items()]
+        return torch.cat(seen + [parts[name].flatten(1) for name in self.rest], dim=1)
+
+
+def _eye(shape: tuple[int, ...]) -> nn.Sequential:
+    """Return convolutions for pictures of this shape, with smaller strides for small pictures."""
+    channels, side = shape[0], min(shape[1:])
+    if side >= 36:
+        layers = [nn.Conv2d(channels, 32, 8, 4), nn.ReLU(), nn.Conv2d(32, 64, 4, 2), nn.ReLU(), nn.Conv2d(64, 64, 3)]
+    else:
+        layers = [nn.Conv2d(channels, 32, 3, 2, 1), nn.ReLU(), nn.Conv2d(32, 64, 3, 2, 1)]
+    body = nn.Sequential(*layers, nn.ReLU(), nn.Flatten())
+    with torch.no_grad():
+        wide = body(torch.zeros(1, *shape)).shape[1]
+    return nn.Sequential(body, nn.Linear(wide, WIDTH), nn.ReLU())
+
 
 Learner: TypeAlias = PPO | RecurrentPPO
 Policy: TypeAlias = ActorCriticPolicy | MemoryPolicy | MultiInputMemoryPolicy
 
 
-def wrapped(envs: PseudoSlamVectorEnv, config: TrainConfig) -> VecNormalize:
+def normalised(envs: PseudoSlamVectorEnv, config: TrainConfig) -> VecNormalize:
     """Return environments for the learner; returns are recorded before rewards are normalised."""
     ppo = config.ppo
     return VecNormalize(VecMonitor(SB3VecEnv(envs)), norm_obs=False, norm_reward=ppo.normalise_rewards, gamma=ppo.gamma)

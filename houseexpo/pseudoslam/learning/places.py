@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Literal
 
@@ -14,7 +14,7 @@ from houseexpo.dataset import Dataset
 from houseexpo.dataset.splits import list_bytes
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.presets import with_preset
+from houseexpo.pseudoslam.config.simulator import with_preset
 from houseexpo.pseudoslam.envs.vector import (
     ExplorationVectorEnv,
     NavigationVectorEnv,
@@ -26,7 +26,7 @@ from houseexpo.pseudoslam.tasks import ROOM, Exploration, Navigation, ObstacleAv
 from houseexpo.pseudoslam.worlds.cache import Plans
 
 TaskName = Literal["exploration", "avoidance", "navigation"]
-TASKS: Final[dict[str, tuple[type[Task], type[PseudoSlamVectorEnv]]]] = {
+TASKS: Final[dict[str, tuple[type[Task], Callable[..., PseudoSlamVectorEnv]]]] = {
     "exploration": (Exploration, ExplorationVectorEnv),
     "avoidance": (ObstacleAvoidance, ObstacleAvoidanceVectorEnv),
     "navigation": (Navigation, NavigationVectorEnv),

@@ -19,10 +19,9 @@ from stable_baselines3.common.distributions import Distribution
 from houseexpo.configuration import config_from
 from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.files import as_json, write_whole
+from houseexpo.pseudoslam.learning.checkpoints import DAMAGED
 from houseexpo.pseudoslam.learning.config import TrainConfig
-from houseexpo.pseudoslam.learning.damage import DAMAGED
-from houseexpo.pseudoslam.learning.memory import States
-from houseexpo.pseudoslam.learning.model import Policy, new_policy
+from houseexpo.pseudoslam.learning.model import Policy, States, new_policy
 from houseexpo.pseudoslam.learning.places import environments
 from houseexpo.pseudoslam.tasks import ROOM
 

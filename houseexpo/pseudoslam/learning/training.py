@@ -29,13 +29,12 @@ from houseexpo.files import as_json, make_folder, write_whole
 from houseexpo.outputs import check_run_folder
 from houseexpo.progress import watched
 from houseexpo.pseudoslam.learning import checkpoints
-from houseexpo.pseudoslam.learning.commits import commit
 from houseexpo.pseudoslam.learning.config import TrainConfig
-from houseexpo.pseudoslam.learning.curves import Curve
 from houseexpo.pseudoslam.learning.evaluation import Score, evaluate
-from houseexpo.pseudoslam.learning.model import Learner, new_learner, wrapped
+from houseexpo.pseudoslam.learning.model import Learner, new_learner, normalised
 from houseexpo.pseudoslam.learning.places import Places, environments
 from houseexpo.pseudoslam.learning.policy_file import write_policy
+from houseexpo.pseudoslam.learning.records import Curve, commit
 from houseexpo.workers import cores
 
 POLICY: Final = "policy.pt"
@@ -84,7 +83,7 @@ def train(
     envs = environments(*shared, number=config.envs, plan_ids=places.train, threads=threads)
     tests = environments(*shared, number=min(config.envs, config.evaluation.plans), threads=threads)
     try:
-        learner = new_learner(wrapped(envs, config), config)
+        learner = new_learner(normalised(envs, config), config)
         if begun:
             checkpoints.restore(learner, begun.state)
             say(f"goes on from {begun.file}")

@@ -11,7 +11,7 @@ import numpy as np
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import as_json, write_whole
-from houseexpo.pseudoslam.kernels.planning.outlook import OUTLOOKS
+from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES
 from houseexpo.pseudoslam.kernels.types import Floats
 
 FORMAT: Final = "houseexpo chooser 2"
@@ -25,7 +25,7 @@ class Weights(msgspec.Struct, frozen=True):
     about
         The command, the seed, the commit, and the results of the training.
     weights
-        The weights by the names of features, ``OUTLOOKS``; missing ones are 0.
+        The weights by the names of features, ``FEATURES``; missing ones are 0.
     """
 
     format: str
@@ -45,7 +45,7 @@ def rounded(weights: Floats) -> Floats:
 
 def write_weights(file: Path, weights: Floats, about: dict[str, Any]) -> None:
     """Write weights, to six digits."""
-    named = {name: value for name, value in zip(OUTLOOKS, rounded(weights).tolist(), strict=True) if value}
+    named = {name: value for name, value in zip(FEATURES, rounded(weights).tolist(), strict=True) if value}
     write_whole(file, as_json(Weights(FORMAT, about, named)), durable=True)
 
 
@@ -60,9 +60,9 @@ def read_weights(file: Path) -> tuple[Floats, dict[str, Any]]:
         raise ConfigError(f"{file}: expected weights, cannot be read: {error.strerror}") from None
     except msgspec.MsgspecError as error:
         raise ConfigError(f"{file}: expected weights of `houseexpo train chooser`, found none ({error})") from None
-    unknown = sorted(set(found.weights) - set(OUTLOOKS))
+    unknown = sorted(set(found.weights) - set(FEATURES))
     if unknown:
-        raise ConfigError(f"{file}: expected weights of {', '.join(OUTLOOKS)}; found one of {unknown[0]!r}")
+        raise ConfigError(f"{file}: expected weights of {', '.join(FEATURES)}; found one of {unknown[0]!r}")
     for name, value in found.weights.items():
         if not math.isfinite(value):
             raise ConfigError(f"{file}: {name}: expected a finite number, found {value}")
@@ -70,7 +70,7 @@ def read_weights(file: Path) -> tuple[Floats, dict[str, Any]]:
 
 
 def _in_order(weights: dict[str, float]) -> Floats:
-    ordered = np.zeros(len(OUTLOOKS))
+    ordered = np.zeros(len(FEATURES))
     for name, value in weights.items():
-        ordered[OUTLOOKS.index(name)] = value
+        ordered[FEATURES.index(name)] = value
     return ordered

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config.checks import one_of
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE
-from houseexpo.pseudoslam.kernels.motion.bodies import STATIC
+from houseexpo.pseudoslam.kernels.collision import STATIC
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.render.canvas import Canvas, Colour, Image, Points, scale_for, scaled
 from houseexpo.pseudoslam.render.sight import Body, beam_ends, bodies_of, moved
 from houseexpo.pseudoslam.simulator import Simulator

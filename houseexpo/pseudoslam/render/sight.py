@@ -7,8 +7,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from houseexpo.pseudoslam.kernels.motion.bodies import MOVING, pose_at, there
-from houseexpo.pseudoslam.kernels.sensing.ranges import cast
+from houseexpo.pseudoslam.kernels.collision import MOVING, placed_people, pose_at
+from houseexpo.pseudoslam.kernels.sensing.rays import cast
 from houseexpo.pseudoslam.render.canvas import Points
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
@@ -81,7 +81,7 @@ def bodies_of(simulator: Simulator, state: State, ends: Points) -> list[Body]:
     """Return people and shapes on trajectories; ``ends`` are from ``beam_ends``."""
     episode, radius = state.episode, simulator.params.walk.radius_px
     met = _met(state, ends)
-    people = there(episode.bodies.people)
+    people = placed_people(episode.bodies.people)
     places = np.stack([people["x"], people["y"]], axis=1)
     velocities = zip(people["vx"].tolist(), people["vy"].tolist(), strict=True)
     found = [

@@ -16,10 +16,8 @@ from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.worlds.flow import make_flow
-from houseexpo.pseudoslam.worlds.records import encode_world, raster_of
-from houseexpo.pseudoslam.worlds.store import WorldStore
-from houseexpo.pseudoslam.worlds.trajectories import make_tracks
+from houseexpo.pseudoslam.worlds.moving import make_flow, make_tracks
+from houseexpo.pseudoslam.worlds.store import WorldStore, encode_world, raster_of
 from houseexpo.pseudoslam.worlds.world import World, make_world
 from houseexpo.words import unknown_name
 

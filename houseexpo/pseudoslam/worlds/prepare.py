@@ -16,8 +16,7 @@ from houseexpo.processes import in_processes
 from houseexpo.progress import watched
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.worlds.cache import still_world
-from houseexpo.pseudoslam.worlds.records import encode_world
-from houseexpo.pseudoslam.worlds.store import WorldStore, store_folder
+from houseexpo.pseudoslam.worlds.store import WorldStore, encode_world, store_folder
 
 _CHUNK: Final = 16
 _BATCH: Final = 4096

@@ -9,13 +9,12 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
+from houseexpo.pseudoslam.kernels.collision import Disc, disc_is_free, placed_people
 from houseexpo.pseudoslam.kernels.episode import StepParams
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE
-from houseexpo.pseudoslam.kernels.motion.bodies import Disc, there
-from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
-from houseexpo.pseudoslam.kernels.people.advance import stamp_bodies
-from houseexpo.pseudoslam.kernels.placement.cells import count_before, nth_cell
-from houseexpo.pseudoslam.kernels.planning.distance_field import (
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
+from houseexpo.pseudoslam.kernels.people import stamp_bodies
+from houseexpo.pseudoslam.kernels.placement import count_before, nth_cell
+from houseexpo.pseudoslam.kernels.planning.fields import (
     FIELD_SIZES,
     Field,
     field_at,
@@ -25,9 +24,8 @@ from houseexpo.pseudoslam.kernels.planning.distance_field import (
 )
 from houseexpo.pseudoslam.kernels.types import Grid, Scratch
 from houseexpo.pseudoslam.state import State, new_episode
-from houseexpo.pseudoslam.worlds.obstacles import Placement, place
-from houseexpo.pseudoslam.worlds.people import new_bodies, start_people
-from houseexpo.pseudoslam.worlds.trajectories import swept_cells
+from houseexpo.pseudoslam.worlds.moving import new_bodies, start_people, swept_cells
+from houseexpo.pseudoslam.worlds.place_obstacles import Placement, place
 from houseexpo.pseudoslam.worlds.world import World, visible_cells
 
 _TRIES = 200
@@ -86,7 +84,7 @@ def initial_state(
         start_people(
             config.people, placed.occupied, bodies, world.tracks, world.flow, params.walk, key, robot, world.plan_id
         )
-        stamp_bodies(occupied, bodies._replace(people=there(bodies.people)), world.tracks, params.walk)
+        stamp_bodies(occupied, bodies._replace(people=placed_people(bodies.people)), world.tracks, params.walk)
     observable, observable_cells = _observable(world, placed, config, scratch)
     known = np.zeros(occupied.shape, np.uint8) if own or config.known_map else world.unknown
     if own and occupied is world.occupied:

@@ -3,6 +3,11 @@
 They are in the user's cache (HOUSEEXPO_CACHE sets its place), in one folder for each resolution, robot and range, so
 that data sets with common plans share worlds. Processes share the files: each memory-maps them and writes its own.
 
+A *record* is a world as bytes: compressed bits of its rasters, without moving obstacles. A *shard* is a file of many
+records, written once and then memory-mapped: a head, a table of (hash, offset, length, checksum) and the records. The
+head contains the file's length and the checksum of the table, so that truncated files are detected. The checksum of a
+record is verified when it is read.
+
 R1  A world is found only by the hash of its plan, in a folder for its version and sizes, and is therefore never wrong.
 R2  An incomplete file, or one of another layout, is removed, and a damaged record is skipped. Their worlds are made
     again.
@@ -14,19 +19,149 @@ R5  Many small files are merged.
 from __future__ import annotations
 
 import logging
+import mmap
 import os
+import struct
 import time
 import weakref
+import zlib
+from collections.abc import Mapping
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import cache_folder
+from houseexpo.files import cache_folder, write_whole
+from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.worlds.records import WORLDS, RecordError, decode_world
-from houseexpo.pseudoslam.worlds.shards import Shard, ShardError, write_shard
-from houseexpo.pseudoslam.worlds.world import World
+from houseexpo.pseudoslam.worlds.world import MAX_CELLS, World
+
+WORLDS: Final = 1
+"""The version of worlds; change it when any raster of a house or this layout changes."""
+
+_RECORD_HEAD: Final = struct.Struct("<IIddQH")
+"""Rows, columns, x and y of the grid's origin in metres, number of cells for coverage, bytes of the plan's id."""
+
+
+class RecordError(Exception):
+    """Bytes that are not a world of this version; the reader has to make the world again."""
+
+
+def encode_world(world: World) -> bytes:
+    """Return the bytes of a world: about 2 kB for a house of 120 m2 at 25 px/m, 1/30 of its bits."""
+    rows, cols = world.occupied.shape
+    name = world.plan_id.encode()
+    head = _RECORD_HEAD.pack(rows, cols, *world.frame.origin_m, world.observable_cells, len(name))
+    rasters = (world.occupied, world.traversable, world.observable)
+    bits = np.concatenate([np.packbits(raster) for raster in rasters])
+    packed: bytes = _codec().compress(bits, asbytes=True)
+    return head + name + packed
+
+
+def decode_world(data: bytes | memoryview, pixels_per_metre: float) -> World:
+    """Return an encoded world, with read-only rasters.
+
+    Raise RecordError if the bytes are not a world of this version.
+    """
+    try:
+        rows, cols, x, y, observable, length = _RECORD_HEAD.unpack_from(data)
+        cells = rows * cols
+        if not 0 < cells <= MAX_CELLS:
+            raise RecordError(f"a grid of {rows} x {cols} cells")
+        begin = _RECORD_HEAD.size + length
+        name = bytes(data[_RECORD_HEAD.size : begin]).decode()
+        each = -(-cells // 8)
+        bits = np.frombuffer(_codec().decompress(data[begin:], 3 * each), np.uint8)
+        occupied, traversable, seen = (raster_of(packed, rows, cols) for packed in bits.reshape(3, each))
+        frame = GridFrame((x, y), pixels_per_metre, (rows, cols), y_up=True)
+        world = World(name, frame, occupied, traversable, seen)
+    except (struct.error, UnicodeDecodeError, OSError, ValueError) as error:  # OSError: from the codec
+        raise RecordError(str(error)) from None
+    world.__dict__["observable_cells"] = observable  # known, so that it need not be counted
+    return world
+
+
+def raster_of(bits: npt.NDArray[np.uint8], rows: int, cols: int) -> npt.NDArray[np.uint8]:
+    """Return a read-only raster from its bits, as made by ``np.packbits``."""
+    raster = np.unpackbits(bits, count=rows * cols).reshape(rows, cols)
+    raster.flags.writeable = False
+    return raster
+
+
+@cache
+def _codec() -> Any:
+    import pyarrow as pa
+
+    return pa.Codec("zstd", compression_level=1)
+
+
+KEY_BYTES: Final = 20
+"""Length of a hash (SHA-1), bytes."""
+
+_MAGIC: Final = b"HXWORLDS"
+_LAYOUT: Final = 1
+_SHARD_HEAD: Final = struct.Struct("<8sIIQI")
+"""Magic number, layout, number of records, bytes of the file, checksum of the table."""
+_ROW: Final = np.dtype([("key", f"V{KEY_BYTES}"), ("at", "<u8"), ("length", "<u4"), ("checksum", "<u4")])
+
+
+class ShardError(Exception):
+    """A file is not a shard, has another layout, or is incomplete."""
+
+
+def write_shard(file: Path, records: Mapping[bytes, bytes]) -> None:
+    """Write records by their hash atomically; raise OSError if the disk is full."""
+    table = np.zeros(len(records), _ROW)
+    at = _SHARD_HEAD.size + table.nbytes
+    for row, (key, data) in enumerate(records.items()):
+        table[row] = np.void(key), at, len(data), zlib.crc32(data)
+        at += len(data)
+    rows = table.tobytes()
+    head = _SHARD_HEAD.pack(_MAGIC, _LAYOUT, len(records), at, zlib.crc32(rows))
+    write_whole(file, b"".join([head, rows, *records.values()]))
+
+
+class Shard:
+    """A file of records; raises ShardError if it is incomplete."""
+
+    def __init__(self, file: Path) -> None:
+        try:
+            with file.open("rb") as stream:
+                self._data = mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ)
+        except (OSError, ValueError) as error:  # ValueError: it is empty
+            raise ShardError(f"{file}: cannot be read ({error})") from None
+        if len(self._data) < _SHARD_HEAD.size:
+            raise ShardError(f"{file}: expected a head of {_SHARD_HEAD.size} bytes, found {len(self._data)}")
+        magic, layout, number, size, checksum = _SHARD_HEAD.unpack_from(self._data)
+        end = _SHARD_HEAD.size + number * _ROW.itemsize
+        if (magic, layout) != (_MAGIC, _LAYOUT):
+            raise ShardError(f"{file}: expected worlds in layout {_LAYOUT}, found {magic!r}, {layout}")
+        if size != len(self._data) or end > size or zlib.crc32(self._data[_SHARD_HEAD.size : end]) != checksum:
+            raise ShardError(f"{file}: expected {size:,} whole bytes, found {len(self._data):,}, or others")
+        table = np.frombuffer(self._data, _ROW, number, _SHARD_HEAD.size)
+        places = zip(table["at"].tolist(), table["length"].tolist(), table["checksum"].tolist(), strict=True)
+        self._places = dict(zip(map(bytes, table["key"]), places, strict=True))
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def keys(self) -> list[bytes]:
+        """Return the hashes of the records."""
+        return list(self._places)
+
+    def get(self, key: bytes) -> bytes | None:
+        """Return a record, None if it is missing or damaged."""
+        place = self._places.get(key)
+        if place is None:
+            return None
+        at, length, checksum = place
+        data = self._data[at : at + length]
+        return data if zlib.crc32(data) == checksum else None
+
 
 _SUFFIX: Final = ".worlds"
 _PENDING: Final = 1024
@@ -81,7 +216,7 @@ class WorldStore:
             return None
 
     def put(self, key: bytes, record: bytes) -> None:
-        """Add a missing world (``records.encode_world``), which is written later together with others."""
+        """Add a missing world (``encode_world``), which is written later together with others."""
         self._pending[key] = record
         if len(self._pending) >= _PENDING or time.monotonic() - self._written > _WAIT_S:
             try:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -14,14 +15,11 @@ from houseexpo.errors import ConfigError, PlanError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import free_mask
-from houseexpo.pseudoslam.kernels.motion.bodies import Tracks, no_tracks
-from houseexpo.pseudoslam.kernels.placement.cells import count_before
-from houseexpo.pseudoslam.kernels.planning.flow import Flow, no_flow
-from houseexpo.pseudoslam.kernels.sensing.pockets import mark_visible
-from houseexpo.pseudoslam.kernels.sensing.visibility import find_standing, mark_in_sight
+from houseexpo.pseudoslam.kernels.collision import Tracks, no_tracks
+from houseexpo.pseudoslam.kernels.placement import count_before
+from houseexpo.pseudoslam.kernels.planning.fields import Flow, no_flow
+from houseexpo.pseudoslam.kernels.sensing.visibility import find_standing, mark_in_sight, mark_visible
 from houseexpo.pseudoslam.kernels.types import Offsets
-from houseexpo.pseudoslam.renamed import renamed
-from houseexpo.pseudoslam.worlds.traversable import pieces_with, traversable_cells
 
 MAX_CELLS = 100_000_000
 """Largest number of cells of a grid; making a world takes about 30 bytes per cell."""
@@ -59,10 +57,6 @@ class World:
     observable: Cells
     tracks: Tracks = field(default_factory=no_tracks)
     flow: Flow = field(default_factory=no_flow)
-
-    solid = renamed("solid", "occupied")
-    stand = renamed("stand", "traversable")
-    countable = renamed("countable", "observable")
 
     @cached_property
     def observable_cells(self) -> int:
@@ -182,3 +176,73 @@ def scan_buffers(range_px: float) -> Buffers:
     """Return memory for the runs of free cells, the obstacles and the slopes of a sector scan."""
     side = 2 * math.ceil(range_px) + 5
     return np.empty((side * side // 2 + side, 2), np.int32), np.empty(side * side, np.int32), np.empty((4, side + 8))
+
+
+_FREE, _REACHED = 1, 2
+
+
+def traversable_cells(occupied: Cells, radius_px: float) -> Cells:
+    """Return 1 for cells around whose centre a disc is free, in the largest piece of such cells (4-connected).
+
+    Of pieces of equal size, the one with the first cell in row order is used.
+    """
+    import cv2
+
+    if 2 * radius_px > min(occupied.shape):
+        return np.zeros_like(occupied)
+    taken = np.zeros_like(occupied)
+    for rows, cols in _rectangles(radius_px):
+        square = np.ones((rows, cols), np.uint8)
+        nearby = cv2.dilate(occupied, square, borderType=cv2.BORDER_CONSTANT, borderValue=1)
+        np.bitwise_or(taken, nearby, out=taken)
+    return _biggest_piece(_where(taken, 0))
+
+
+def pieces_with(traversable: Cells, occupied: Cells) -> Cells:
+    """Return 1 in the pieces of free space (4-connected) where the robot can stand; it cannot see other pieces."""
+    image = _where(occupied, 0)
+    standing, start = traversable, int(traversable.argmax())
+    while standing.flat[start]:  # usually once
+        _flood(image, start)
+        standing = traversable & (image == _FREE)
+        start = int(standing.argmax())
+    return _where(image, _REACHED)
+
+
+def _rectangles(radius_px: float) -> Iterator[tuple[int, int]]:
+    """Yield rows and columns of rectangles that together form a disc (by near sides of cells), for fast dilation."""
+    offsets = np.maximum(np.arange(math.ceil(radius_px) + 1) - 0.5, 0.0)  # distance to the near side of a cell
+    wide = (np.hypot(offsets[:, None], offsets) < radius_px - 1e-9).sum(axis=1).tolist()  # including the middle one
+    for away, (here, next_row) in enumerate(zip(wide, [*wide[1:], 0], strict=True)):
+        if here > next_row:
+            yield 2 * away + 1, 2 * here - 1
+
+
+def _biggest_piece(image: Cells) -> Cells:
+    """Return 1 in the largest piece of the cells that are 1."""
+    import cv2
+
+    cells = int(np.count_nonzero(image))
+    if not cells:
+        return image
+    flooded = image.copy()
+    if 2 * _flood(flooded, int(image.argmax())) >= cells:  # usually there is only one
+        return _where(flooded, _REACHED)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(image, connectivity=4)
+    return _where(labels, 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()))
+
+
+def _flood(image: Cells, start: int) -> int:
+    """Set the piece of equal cells at a flat index to ``_REACHED``; return its number of cells."""
+    import cv2
+
+    rows, cols = image.shape
+    row, col = divmod(start, cols)
+    beside = np.zeros((rows + 2, cols + 2), np.uint8)
+    return int(cv2.floodFill(image, beside, (col, row), _REACHED, flags=4)[0])
+
+
+def _where(values: npt.NDArray[Any], value: int) -> Cells:
+    """Return 1 for cells with this value, 0 elsewhere."""
+    found: Cells = (values == value).view(np.uint8)
+    return found

@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.render.sight import Sight
 
 Grid = npt.NDArray[np.uint8]

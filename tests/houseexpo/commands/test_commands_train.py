@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from houseexpo.commands.train import train
 from houseexpo.errors import ConfigError, MissingDependencyError
-from houseexpo.pseudoslam.learning import needs
+from houseexpo.pseudoslam import learning as needs
 from tests.builders.needs import need
 from tests.builders.training import write_split_huts, write_tiny
 

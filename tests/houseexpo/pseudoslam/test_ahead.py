@@ -12,13 +12,12 @@ from typing import Any
 import pytest
 
 from houseexpo.kernel_cache import is_missing
-from houseexpo.pseudoslam import ahead
-from houseexpo.pseudoslam.compile_step import example
+from houseexpo.pseudoslam import step_kernels as ahead
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.dynamics import PeopleConfig
+from houseexpo.pseudoslam.config.obstacles import PeopleConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
-from houseexpo.pseudoslam.kernels.step_pool import steps_by_sector
-from houseexpo.pseudoslam.step_kernels import arguments_of
+from houseexpo.pseudoslam.kernels.step import steps_by_sector
+from houseexpo.pseudoslam.step_kernels import arguments_of, example
 from houseexpo.workers import cores
 from tests.builders.explorers import GIVEN
 
@@ -75,7 +74,10 @@ def test_a_kernel_that_is_not_on_disk_is_compiled_once(started: list[list[str]])
     one = Kernel(signatures=[], __name__="steps_by_sector")
     ahead.compile_ahead(one)
     ahead.compile_ahead(one)
-    assert started == [[sys.executable, "-P", "-m", "houseexpo.pseudoslam.compile_step", "steps_by_sector"]]
+    (command,) = started
+    assert command[:2] == [sys.executable, "-P"]
+    assert "compile_to_disk" in command[3]
+    assert command[4] == "steps_by_sector"
     ahead.wait_for(one)
     assert not ahead._running
 
@@ -138,7 +140,7 @@ def test_a_kernel_is_missing_where_the_index_is_damaged_or_of_other_sources(tmp_
 def test_a_fresh_process_finds_its_step_on_disk(tmp_path: Path) -> None:
     code = (
         "import gymnasium, houseexpo.pseudoslam\n"
-        "from houseexpo.pseudoslam.kernels.step_pool import steps_by_sector\n"
+        "from houseexpo.pseudoslam.kernels.step import steps_by_sector\n"
         "env = gymnasium.make('PseudoSLAM/ObstacleAvoidance-v0'); env.reset(seed=0); env.step(0)\n"
         "stats = steps_by_sector.stats\n"
         "print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))"

@@ -24,9 +24,16 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
-from houseexpo.pseudoslam.config.dynamics import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.config.shapes import Circle, Obstacle, Polygon, Rectangle
+from houseexpo.pseudoslam.config.obstacles import (
+    Circle,
+    Obstacle,
+    ObstaclesConfig,
+    PeopleConfig,
+    Polygon,
+    RandomObstacles,
+    Rectangle,
+    Trajectory,
+)
 from houseexpo.pseudoslam.simulator import Simulator
 
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})
@@ -220,9 +227,13 @@ def test_what_holds_no_plans_is_refused(dataset: object) -> None:
         (
             "Navigation",
             {"dataset": HALL, "foo": 1},
-            r"NavigationEnv: there is no argument 'foo'; it takes .*actions,",
+            r"Navigation(Vector)?Env.. got an unexpected keyword argument 'foo'; it takes .*actions,",
         ),
-        ("Navigation", {"dataset": HALL, "reward": "coverage"}, "NavigationEnv: there is no argument 'reward'"),
+        (
+            "Navigation",
+            {"dataset": HALL, "reward": "coverage"},
+            "Navigation(Vector)?Env.. got an unexpected keyword argument 'reward'",
+        ),
         ("Exploration", {"dataset": HALL, "config": {"max_steps": 5}}, "config: expected a SimulatorConfig, one of "),
     ],
 )

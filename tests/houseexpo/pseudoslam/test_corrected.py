@@ -15,8 +15,7 @@ from houseexpo.pseudoslam.config import (
     NoiseConfig,
     RobotConfig,
 )
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.config.shapes import Circle, Obstacle
+from houseexpo.pseudoslam.config.obstacles import Circle, Obstacle, ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.simulator import Simulator
 from tests.builders.simulations import PLAIN, at, corner, hall, hall_with_cell, started, wander
 

@@ -18,11 +18,9 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
-from houseexpo.pseudoslam.config.dynamics import PeopleConfig, Pose, Trajectory
-from houseexpo.pseudoslam.config.shapes import Circle, Rectangle, Shape
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.motion.bodies import MOVING
-from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
+from houseexpo.pseudoslam.config.obstacles import Circle, PeopleConfig, Pose, Rectangle, Shape, Trajectory
+from houseexpo.pseudoslam.kernels.collision import MOVING, disc_is_free
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from tests.builders.vectors import HUTS, assert_same_step, native, singles

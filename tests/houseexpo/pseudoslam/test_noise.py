@@ -10,8 +10,7 @@ import pytest
 
 from houseexpo import FloorPlan
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, RobotConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig
-from houseexpo.pseudoslam.config.shapes import Obstacle, Rectangle
+from houseexpo.pseudoslam.config.obstacles import Obstacle, ObstaclesConfig, Rectangle
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from tests.builders.simulations import PLAIN, at, corner, hall, started, wander

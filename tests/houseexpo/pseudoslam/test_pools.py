@@ -8,7 +8,7 @@ import pytest
 from houseexpo import FloorPlan
 from houseexpo.pseudoslam import Simulator, SimulatorConfig
 from houseexpo.pseudoslam.kernels.episode import Episode
-from houseexpo.pseudoslam.pools import RASTERS, flatten, one_of, pool_of_one, unflatten
+from houseexpo.pseudoslam.state import RASTERS, flatten, one_of, pool_of_one, unflatten
 
 
 @pytest.fixture

@@ -16,8 +16,8 @@ from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, RobotConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
-from houseexpo.pseudoslam.worlds.traversable import traversable_cells
+from houseexpo.pseudoslam.kernels.collision import disc_is_free
+from houseexpo.pseudoslam.worlds.world import traversable_cells
 from tests.builders.vectors import HUTS
 
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})

@@ -1,4 +1,8 @@
-"""Select few places from which everything can be seen: the views of places, and a greedy cover by them."""
+"""Few places from which everything can be seen, and a short tour of them.
+
+The views of places are listed, a greedy cover selects some of the places, and the tour visits the nearest neighbour
+first and is then improved by 2-opt until nothing shortens it.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.kernels.types import Cells, Counts, Grid, Scratch
+from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, Scratch
 
 
 @njit(cache=True, nogil=True)
@@ -101,3 +105,40 @@ def greedy_cover(starts: Counts, views: Cells, least: int, covered: Grid, chosen
         chosen[n] = best
         n += 1
     return n
+
+
+@njit(cache=True, nogil=True)
+def short_tour(lengths: Floats) -> Counts:
+    """Return the places in the order of a short path through all of them (n,), from the first to any last one.
+
+    Reversing any part of the path would not shorten it. Of equal steps, the one to the lower number is taken.
+
+    Parameters
+    ----------
+    lengths
+        (n, n), distances between places, symmetric and finite.
+    """
+    n = len(lengths)
+    order = np.arange(n)
+    for i in range(1, n - 1):
+        best = i
+        for k in range(i + 1, n):
+            if lengths[order[i - 1], order[k]] < lengths[order[i - 1], order[best]]:
+                best = k
+        nearest = order[best]
+        order[i + 1 : best + 1] = order[i:best].copy()
+        order[i] = nearest
+    improved = True
+    while improved:
+        improved = False
+        for i in range(1, n - 1):
+            for k in range(i + 1, n):
+                before = lengths[order[i - 1], order[i]]
+                after = lengths[order[i - 1], order[k]]
+                if k < n - 1:
+                    before += lengths[order[k], order[k + 1]]
+                    after += lengths[order[i], order[k + 1]]
+                if after < before - 1e-9:
+                    order[i : k + 1] = order[i : k + 1][::-1].copy()
+                    improved = True
+    return order

@@ -16,15 +16,16 @@ R5  Clusters of at least ``large`` cells come first, sorted by the distance to t
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, UNKNOWN
-from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.plan import FrontierRules
-from houseexpo.pseudoslam.kernels.planning.viewpoints import goal_in_sight, goal_near, open_unknown
-from houseexpo.pseudoslam.kernels.types import Cells, Grid, KnownWays, Rows, Scratch
-from houseexpo.pseudoslam.kernels.whole import whole
+from houseexpo.pseudoslam.kernels.planning.ways import find_ways
+from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
+from houseexpo.pseudoslam.kernels.types import NO_WAY, Cells, Floats, Grid, KnownWays, Offsets, Rows, Scratch, whole
 
 
 @njit(cache=True, nogil=True)
@@ -207,3 +208,109 @@ def _is_before(is_large: bool, way: int, middle: int, other_large: bool, other_w
     if is_large != other_large:
         return is_large
     return way < other_way or (way == other_way and middle < other_middle)
+
+
+_LINES = 32  # largest number of standing cells whose lines to a middle are checked
+
+
+@njit(cache=True, nogil=True)
+def goal_near(known: Grid, middle: int, near: Offsets, found: KnownWays) -> int:
+    """Return the nearest standing cell with a path and a clear line to a cell (R3), -1 if none of the first few has."""
+    rows, cols = known.shape
+    row, col = middle // cols, middle % cols
+    lines = 0
+    for k in range(len(near)):
+        r, c = row + np.int64(near[k, 0]), col + np.int64(near[k, 1])
+        if not (0 <= r < rows and 0 <= c < cols):
+            continue
+        way = found.ways[r * cols + c]
+        if way < 0 or way == NO_WAY:
+            continue
+        if is_clear(known, r, c, row, col):
+            return int(r * cols + c)
+        lines += 1
+        if lines >= _LINES:
+            break
+    return -1
+
+
+@njit(cache=True, nogil=True)
+def is_clear(known: Grid, row: int, col: int, to_row: int, to_col: int) -> bool:
+    """Return whether the line between the centres of two cells crosses only free cells, not counting these two.
+
+    A line through a corner is clear if one of the two squares beside it is free.
+    """
+    down, right = abs(to_row - row), abs(to_col - col)
+    step_row, step_col = (1 if to_row > row else -1), (1 if to_col > col else -1)
+    i, j = 0, 0
+    while i < down or j < right:
+        turn = (1 + 2 * j) * down - (1 + 2 * i) * right  # below 0: the next border that is crossed is between columns
+        if turn == 0:
+            beside, above = known[row, col + step_col], known[row + step_row, col]
+            if FREE not in (beside, above):
+                return False
+        if turn <= 0:
+            j, col = j + 1, col + step_col
+        if turn >= 0:
+            i, row = i + 1, row + step_row
+        if (row != to_row or col != to_col) and known[row, col] != FREE:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def open_unknown(known: Grid, found: KnownWays) -> None:
+    """Open unknown cells, so that only obstacles and the box's rim are closed."""
+    flat, closed, box = known.ravel(), found.closed, found.box
+    for row in range(box[0] + 1, box[1] - 1):
+        line = row * known.shape[1]
+        for cell in range(np.uint64(line + box[2] + 1), np.uint64(max(line + box[3] - 1, 0))):
+            closed[cell] &= flat[cell] != UNKNOWN
+
+
+@njit(cache=True, nogil=True)
+def goal_in_sight(known: Grid, middle: int, range_px: float, scratch: Scratch) -> int:
+    """Return the nearest standing cell with a path that sees a cell (R3), -1 if there is none."""
+    found, (rows, cols) = scratch.ways, known.shape
+    closed = found.closed[: rows * cols].reshape((rows, cols))
+    row, col = middle // cols, middle % cols
+    before, closed[row, col] = closed[row, col], 0
+    n_runs, _ = sector_scan(
+        closed, col + 0.5, row + 0.5, 0.0, math.pi, range_px, scratch.runs, scratch.hit, scratch.slopes
+    )
+    closed[row, col] = before
+    best, least = -1, 0
+    for k in range(n_runs):
+        for cell in range(scratch.runs[k, 0], scratch.runs[k, 1] + 1):
+            way = found.ways[cell]
+            if way >= 0 and way != NO_WAY:
+                off = (cell // cols - row) ** 2 + (cell % cols - col) ** 2
+                if best < 0 or off < least or (off == least and cell < best):
+                    best, least = cell, off
+    return best
+
+
+@njit(cache=True, nogil=True)
+def unknown_in_sight(known: Grid, x: float, y: float, range_px: float, fan_cos: Floats, fan_sin: Floats) -> float:
+    """Return the unknown area, in cells, that beams in all directions cross before they hit an obstacle of the map.
+
+    Each beam represents its share of the circle, and is sampled at the middle of each pixel of its length.
+
+    Parameters
+    ----------
+    known
+        (rows, cols), the map, at whose border beams end.
+    fan_cos, fan_sin
+        (n,), directions of evenly spaced beams, right and up.
+    """
+    rows, cols = known.shape
+    area, share = 0.0, 2.0 * math.pi / len(fan_cos)
+    for i in range(len(fan_cos)):
+        for k in range(int(range_px)):
+            away = k + 0.5
+            row, col = math.floor(y - away * fan_sin[i]), math.floor(x + away * fan_cos[i])
+            if not (0 <= row < rows and 0 <= col < cols) or known[row, col] == OBSTACLE:
+                break
+            if known[row, col] == UNKNOWN:
+                area += away * share
+    return area

@@ -18,10 +18,9 @@ import math
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.planning.frontiers import list_edges
+from houseexpo.pseudoslam.kernels.planning.frontiers import is_clear, list_edges
 from houseexpo.pseudoslam.kernels.planning.plan import Graph, GraphRules
-from houseexpo.pseudoslam.kernels.planning.travel import line_stands
-from houseexpo.pseudoslam.kernels.planning.viewpoints import is_clear
+from houseexpo.pseudoslam.kernels.planning.ways import line_stands
 from houseexpo.pseudoslam.kernels.types import NO_WAY, Cells, Grid, KnownWays
 
 _LOOKS = 48  # approximate number of frontier cells that each node checks

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from houseexpo.pseudoslam.kernels.types import Cells, Offsets, Rows, row_type
 
@@ -155,15 +154,3 @@ def no_rules() -> PlanRules:
         TravelRules(0.0, 0.0, 0.0, 0, 0, 0),
         GraphRules(1, 0.0, 0.0),
     )
-
-
-@njit(inline="always")
-def plans_of(pool: Plans, i: int) -> Plans:
-    """Return environment ``i``'s part of a pool, views."""
-    return Plans(pool.frontiers[i], pool.given_up[i], pool.state[i])
-
-
-@njit(inline="always")
-def graph_of(pool: Graph, i: int) -> Graph:
-    """Return environment ``i``'s part of a pool, views."""
-    return Graph(pool.nodes[i], pool.edges[i], pool.visited[i], pool.state[i])

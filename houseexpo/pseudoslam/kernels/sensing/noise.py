@@ -7,7 +7,7 @@ import math
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.hashing import normal, uniform
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Cells, Errors, Floats, Grid, Runs, Sensor
 
 HIT, LOST, FURTHEST = 0, 1, 2
@@ -113,7 +113,7 @@ def merge_patch(
 
 
 @njit(cache=True, nogil=True)
-def believed(errors: Errors, key: int, step: int, turn: float, way: float) -> tuple[float, float]:
+def noisy_odometry(errors: Errors, key: int, step: int, turn: float, way: float) -> tuple[float, float]:
     """Return the turn and the distance that odometry reports for a step's true ones, radians and pixels."""
     turned = errors.turn_share * abs(turn) * normal(key, 3 * step)
     turned += errors.turn_rad_px * abs(way) * normal(key, 3 * step + 1)
@@ -121,7 +121,7 @@ def believed(errors: Errors, key: int, step: int, turn: float, way: float) -> tu
 
 
 @njit(cache=True, nogil=True)
-def registration(errors: Errors, key: int, step: int) -> tuple[float, float, float]:
+def registration_error(errors: Errors, key: int, step: int) -> tuple[float, float, float]:
     """Return the registration error of a step's scans: the shift right and down in pixels, and the rotation."""
     return (
         errors.shift_px * normal(key, 3 * step),

@@ -21,8 +21,7 @@ import math
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
-from houseexpo.pseudoslam.kernels.whole import whole
+from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs, whole
 
 EDGE = 1e-9
 """Radians by which the fan is widened, so that rounding does not exclude cells on its edge."""

@@ -14,10 +14,10 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.loading import NAMES, load_policy
 from houseexpo.pseudoslam.agents.protocol import Robot, knowledge_of, robot_of
-from houseexpo.pseudoslam.agents.wall import WallFollower
+from houseexpo.pseudoslam.agents.simple import WallFollower
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, PseudoSlamEnv
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE
+from houseexpo.pseudoslam.kernels.mapping import FREE
 
 HALL = FloorPlan("hall", [(0, 0), (0, 8), (10, 8), (10, 0)], 1, {})
 ANGLE = FloorPlan("angle", [(0, 0), (0, 8), (3, 8), (3, 2), (9, 2), (9, 0)], 1, {})

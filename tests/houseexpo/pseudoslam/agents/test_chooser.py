@@ -11,7 +11,7 @@ import pytest
 
 from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.agents.chooser import weights_file
+from houseexpo.pseudoslam.agents.learned import weights_file
 from houseexpo.pseudoslam.agents.loading import load_policy
 from houseexpo.pseudoslam.benchmark.result import read_result
 from houseexpo.pseudoslam.benchmark.run import Settings, run

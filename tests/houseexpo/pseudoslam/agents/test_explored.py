@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from houseexpo.floorplan import decode
-from houseexpo.pseudoslam.agents.frontier import frontier_walk
+from houseexpo.pseudoslam.agents.explorers import frontier_walk
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.simulator import Simulator
 

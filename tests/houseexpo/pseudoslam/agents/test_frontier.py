@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.pseudoslam.agents.frontier import frontier_walk
+from houseexpo.pseudoslam.agents.explorers import frontier_walk
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.config.dynamics import Trajectory
-from houseexpo.pseudoslam.config.shapes import Circle
+from houseexpo.pseudoslam.config.obstacles import Circle, Trajectory
 from houseexpo.pseudoslam.simulator import Simulator
 
 

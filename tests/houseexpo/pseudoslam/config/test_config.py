@@ -14,7 +14,7 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
-from houseexpo.pseudoslam.config.dynamics import PeopleConfig
+from houseexpo.pseudoslam.config.obstacles import PeopleConfig
 
 
 def test_the_defaults_are_the_papers() -> None:

@@ -21,9 +21,17 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
-from houseexpo.pseudoslam.config.dynamics import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle
+from houseexpo.pseudoslam.config.obstacles import (
+    Circle,
+    Ellipse,
+    Obstacle,
+    ObstaclesConfig,
+    PeopleConfig,
+    Polygon,
+    RandomObstacles,
+    Rectangle,
+    Trajectory,
+)
 from houseexpo.pseudoslam.config.yaml_files import read
 from houseexpo.pseudoslam.simulator import Simulator
 

@@ -12,7 +12,7 @@ import shapely
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import fill
-from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Obstacle, Polygon, Rectangle, Shape
+from houseexpo.pseudoslam.config.obstacles import Circle, Ellipse, Obstacle, Polygon, Rectangle, Shape
 
 FRAME = GridFrame((-1.0, 0.5), 10.0, (40, 50), y_up=True)
 STAR = Polygon(((0.0, 1.0), (-0.25, 0.2), (-1.0, 0.0), (-0.2, -0.25), (0.1, -1.1), (0.3, -0.2), (0.9, 0.3)))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.planning import PlanningConfig
+from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from tests.builders.needs import need
 from tests.builders.vectors import HUTS, native
 

@@ -23,10 +23,10 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
-from houseexpo.pseudoslam.config.presets import PRESETS
+from houseexpo.pseudoslam.config.simulator import PRESETS
 from houseexpo.pseudoslam.envs import spec
 from houseexpo.pseudoslam.envs.pictures import Pictures
-from houseexpo.pseudoslam.kernels.mapping.coarse import draw_coarse
+from houseexpo.pseudoslam.kernels.mapping import draw_coarse
 from tests.builders.vectors import HUTS, assert_same_step, native, singles
 
 FREE, OBSTACLE = 127, 255

@@ -12,8 +12,8 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from houseexpo.pseudoslam.config import GoalConfig, StartConfig
-from houseexpo.pseudoslam.config.planning import PlanningConfig
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.config.simulator import PlanningConfig
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.planning import MapPlanner
 from houseexpo.pseudoslam.tasks import Exploration, Task
 from tests.builders.known_maps import reach_of

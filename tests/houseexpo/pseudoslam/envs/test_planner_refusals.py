@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.planning import PlanningConfig
+from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from tests.builders.planner_envs import env_of
 
 

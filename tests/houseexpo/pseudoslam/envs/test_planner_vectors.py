@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.dynamics import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.config.planning import PlanningConfig
-from houseexpo.pseudoslam.config.shapes import Circle
+from houseexpo.pseudoslam.config.obstacles import Circle, PeopleConfig, Trajectory
+from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from tests.builders.vectors import HUTS, assert_same, assert_same_step, hut, native, singles
 
 NOISE = NoiseConfig(0.02, 0.01, 0.2, 0.05, 0.05, 1.0, 0.05, 0.02)

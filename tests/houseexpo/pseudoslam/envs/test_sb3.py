@@ -18,7 +18,7 @@ from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.tasks import Exploration
 from tests.builders.vectors import HUTS, assert_same, native
 
-MODULE = "houseexpo.pseudoslam.envs.sb3"
+MODULE = "houseexpo.pseudoslam.sb3"
 HAS_SB3 = find_spec("stable_baselines3") is not None
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=36), max_steps=9)
 

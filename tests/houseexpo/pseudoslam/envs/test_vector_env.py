@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.dynamics import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.config.shapes import Circle
+from houseexpo.pseudoslam.config.obstacles import Circle, ObstaclesConfig, PeopleConfig, RandomObstacles, Trajectory
 from houseexpo.pseudoslam.tasks import ObstacleAvoidance
 from tests.builders.vectors import HUTS, assert_same, assert_same_step, native, singles
 

@@ -9,17 +9,14 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.pseudoslam.agents.chooser import Chooser
-from houseexpo.pseudoslam.agents.exploring import Explorer
-from houseexpo.pseudoslam.agents.frontier import NearestFrontier
+from houseexpo.pseudoslam.agents.explorers import Explorer, NearestFrontier
+from houseexpo.pseudoslam.agents.learned import Chooser
 from houseexpo.pseudoslam.agents.protocol import Robot, knowledge_of
 from houseexpo.pseudoslam.config import NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.kernels.explore import ENDED, NOTHING
-from houseexpo.pseudoslam.kernels.planning.outlook import OUTLOOKS
-from houseexpo.pseudoslam.kernels.planning.scoring import best_of
+from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, best_of
 from houseexpo.pseudoslam.kernels.types import Floats
-from houseexpo.pseudoslam.learning.choosing import INFORMATION, NEAREST
-from houseexpo.pseudoslam.learning.explorations import Explorations
+from houseexpo.pseudoslam.learning.choosing import INFORMATION, NEAREST, Explorations
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
 
 CONFIG = SimulatorConfig(pixels_per_metre=12.5)
@@ -28,7 +25,7 @@ POCKET = FloorPlan("pocket", [(0, 0), (0, 6), (10, 6), (10, 0), (6, 0), (6, 4.5)
 
 
 def random_weights(seed: int) -> Floats:
-    return np.random.default_rng(seed).normal(0.0, 0.5, len(OUTLOOKS))
+    return np.random.default_rng(seed).normal(0.0, 0.5, len(FEATURES))
 
 
 def course_of(explorer: Explorer, plan: FloorPlan, seed: int, most: int) -> tuple[list[int], list[float], bool]:
@@ -87,13 +84,13 @@ def test_a_copy_of_a_walk_changes_nothing() -> None:
 
 
 def test_the_best_score_wins_and_of_equal_ones_the_first() -> None:
-    outlooks, scores = np.zeros((16, len(OUTLOOKS))), np.zeros(16)
-    outlooks[:4, OUTLOOKS.index("rank")] = 0.3, 0.1, 0.1, 0.2
-    assert best_of(outlooks, 4, NEAREST, scores) == 1
+    features, scores = np.zeros((16, len(FEATURES))), np.zeros(16)
+    features[:4, FEATURES.index("rank")] = 0.3, 0.1, 0.1, 0.2
+    assert best_of(features, 4, NEAREST, scores) == 1
     assert scores[:4].tolist() == [-0.3, -0.1, -0.1, -0.2]
-    weights, outlooks = random_weights(3), np.random.default_rng(0).normal(size=outlooks.shape)
-    best = best_of(outlooks, 4, weights, scores)
-    assert scores[:4] == pytest.approx(outlooks[:4] @ weights)
+    weights, features = random_weights(3), np.random.default_rng(0).normal(size=features.shape)
+    best = best_of(features, 4, weights, scores)
+    assert scores[:4] == pytest.approx(features[:4] @ weights)
     assert best == scores[:4].argmax()
 
 

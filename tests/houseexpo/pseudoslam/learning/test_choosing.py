@@ -18,9 +18,16 @@ from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError, MissingDependencyError, TrainingError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
-from houseexpo.pseudoslam.kernels.planning.outlook import OUTLOOKS
-from houseexpo.pseudoslam.learning.choosing import INFORMATION, WEIGHTS, ChoosingConfig, _costs, train_chooser
-from houseexpo.pseudoslam.learning.searching import SPREADS, Search
+from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES
+from houseexpo.pseudoslam.learning.choosing import (
+    INFORMATION,
+    SPREADS,
+    WEIGHTS,
+    ChoosingConfig,
+    Search,
+    _costs,
+    train_chooser,
+)
 from houseexpo.pseudoslam.learning.weights import read_weights
 from tests.builders.needs import need
 
@@ -63,14 +70,14 @@ def test_the_search_finds_weights_of_which_the_best_are_known() -> None:
     noise = np.random.default_rng(1)
 
     def cost(weights: np.ndarray) -> float:
-        off = [weights[OUTLOOKS.index(name)] * SPREADS[name] - value for name, value in wanted.items()]
+        off = [weights[FEATURES.index(name)] * SPREADS[name] - value for name, value in wanted.items()]
         return float(np.square(off).sum() + noise.normal(0, 0.05))
 
-    search, before = Search(np.zeros(len(OUTLOOKS)), 12, seed=0), global_state()
+    search, before = Search(np.zeros(len(FEATURES)), 12, seed=0), global_state()
     for _ in range(60):
         search.tell([cost(weights) for weights in search.ask()])
     assert cost(search.mean) < 0.5  # 14 where it began
-    assert search.mean[OUTLOOKS.index("steps")] == 0.0
+    assert search.mean[FEATURES.index("steps")] == 0.0
     assert global_state() == before
 
 
@@ -159,7 +166,7 @@ def test_what_cannot_be_learned_is_refused(tmp_path: Path, lines: str, words: li
 
 
 def test_without_the_library_it_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("houseexpo.pseudoslam.learning.searching.find_spec", lambda _: None)
+    monkeypatch.setattr("houseexpo.pseudoslam.learning.choosing.find_spec", lambda _: None)
     plans = open_dataset(write_rooms(tmp_path))
     with pytest.raises(MissingDependencyError, match=r"needs cma, not installed here: .*learn"):
         train_chooser(plans, TRAIN, TINY, tmp_path / "run", resume=False, threads=1, say=print)

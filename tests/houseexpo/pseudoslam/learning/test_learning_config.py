@@ -12,10 +12,10 @@ import pytest
 from houseexpo.configuration import config_from, read_config
 from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError, MissingDependencyError
-from houseexpo.pseudoslam.learning import needs
+from houseexpo.pseudoslam import learning as needs
 from houseexpo.pseudoslam.learning.config import EnvironmentConfig, TrainConfig
-from houseexpo.pseudoslam.learning.curves import Curve
 from houseexpo.pseudoslam.learning.places import check_options, environments, places_of, simulator_of
+from houseexpo.pseudoslam.learning.records import Curve
 from houseexpo.pseudoslam.tasks import ROOM, ObstacleAvoidance
 from tests.builders.training import TEST, TRAIN, tiny, write_split_huts, write_tiny
 

@@ -9,7 +9,7 @@ pytest.importorskip("sb3_contrib")
 
 from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy  # noqa: E402
 
-from houseexpo.pseudoslam.learning.memory import States, through  # noqa: E402
+from houseexpo.pseudoslam.learning.model import States, through  # noqa: E402
 
 SEQUENCES, STEPS, WIDTH, HIDDEN = 5, 7, 6, 4
 

@@ -14,9 +14,7 @@ import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.pseudoslam.config import GoalConfig, NoiseConfig, ObservationConfig, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.config.dynamics import Trajectory
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig
-from houseexpo.pseudoslam.config.shapes import Circle, Obstacle, Rectangle
+from houseexpo.pseudoslam.config.obstacles import Circle, Obstacle, ObstaclesConfig, Rectangle, Trajectory
 from houseexpo.pseudoslam.render import picture as render
 from houseexpo.pseudoslam.render.canvas import scaled
 from houseexpo.pseudoslam.render.picture import beside, picture

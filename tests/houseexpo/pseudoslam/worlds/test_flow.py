@@ -9,7 +9,7 @@ import shapely
 
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.kernels.planning.flow import (
+from houseexpo.pseudoslam.kernels.planning.fields import (
     FAR,
     NOWHERE,
     STEPS,
@@ -19,11 +19,9 @@ from houseexpo.pseudoslam.kernels.planning.flow import (
     find_links,
     find_spots,
     find_toward,
-    flow_of,
 )
-from houseexpo.pseudoslam.worlds.flow import make_flow
-from houseexpo.pseudoslam.worlds.traversable import traversable_cells
-from houseexpo.pseudoslam.worlds.world import make_world
+from houseexpo.pseudoslam.worlds.moving import make_flow
+from houseexpo.pseudoslam.worlds.world import make_world, traversable_cells
 from tests.builders.moving import frame_of, plan_of, room
 
 
@@ -144,6 +142,6 @@ def test_in_a_pool_the_arrays_may_be_longer() -> None:
     pool = Flow(*(np.zeros((2, *array.shape), array.dtype) for array in big))
     for one, other in zip(pool, small, strict=True):
         one[1, : len(other)] = other
-    found = flow_of(pool, 1)
+    found = Flow(*(part[1] for part in pool))
     assert found.sizes.tolist() == small.sizes.tolist()
     assert follow(found, 1, int(small.goals[0])) == follow(small, 1, int(small.goals[0]))

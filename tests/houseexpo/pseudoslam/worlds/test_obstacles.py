@@ -14,10 +14,9 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import free_mask
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.config.shapes import Circle, Ellipse, Obstacle, Rectangle
-from houseexpo.pseudoslam.worlds.obstacles import Placement, place
-from houseexpo.pseudoslam.worlds.traversable import traversable_cells
+from houseexpo.pseudoslam.config.obstacles import Circle, Ellipse, Obstacle, ObstaclesConfig, RandomObstacles, Rectangle
+from houseexpo.pseudoslam.worlds.place_obstacles import Placement, place
+from houseexpo.pseudoslam.worlds.world import traversable_cells
 
 PPM, RADIUS_M = 20.0, 0.2
 RADIUS_PX = PPM * RADIUS_M

@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.config.shapes import Circle, Obstacle, Polygon
-from houseexpo.pseudoslam.kernels.placement.obstacles import CLOSES_OFF, FITS, OVERLAPS, set_down
-from houseexpo.pseudoslam.worlds.obstacles import _disc
-from houseexpo.pseudoslam.worlds.traversable import traversable_cells
+from houseexpo.pseudoslam.config.obstacles import Circle, Obstacle, ObstaclesConfig, Polygon, RandomObstacles
+from houseexpo.pseudoslam.kernels.placement import CLOSES_OFF, FITS, OVERLAPS, set_down
+from houseexpo.pseudoslam.worlds.place_obstacles import _disc
+from houseexpo.pseudoslam.worlds.world import traversable_cells
 
 
 def test_one_obstacle_as_its_slow_twin_would() -> None:

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.dynamics import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.config.shapes import Circle, Rectangle
-from houseexpo.pseudoslam.kernels.motion.bodies import MOVING, Disc, pose_at
+from houseexpo.pseudoslam.config.obstacles import Circle, PeopleConfig, Rectangle, Trajectory
+from houseexpo.pseudoslam.kernels.collision import MOVING, Disc, pose_at
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.worlds.trajectories import make_tracks, swept_cells
+from houseexpo.pseudoslam.worlds.moving import make_tracks, swept_cells
 from houseexpo.pseudoslam.worlds.world import scan_buffers
 from tests.builders.moving import NOBODY, frame_of, room, scene
 

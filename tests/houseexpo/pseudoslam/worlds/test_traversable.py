@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.worlds.traversable import pieces_with, traversable_cells
+from houseexpo.pseudoslam.worlds.world import pieces_with, traversable_cells
 
 
 def walls(seed: int) -> np.ndarray:

@@ -8,9 +8,8 @@ import pytest
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode
-from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free
-from houseexpo.pseudoslam.worlds.traversable import traversable_cells
-from houseexpo.pseudoslam.worlds.world import make_world
+from houseexpo.pseudoslam.kernels.collision import disc_is_free
+from houseexpo.pseudoslam.worlds.world import make_world, traversable_cells
 
 
 def square(side: float, plan_id: str = "square") -> FloorPlan:

@@ -11,11 +11,10 @@ import pytest
 from houseexpo import open_dataset
 from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.dynamics import PeopleConfig
+from houseexpo.pseudoslam.config.obstacles import PeopleConfig
 from houseexpo.pseudoslam.worlds.cache import WorldCache, world_for
 from houseexpo.pseudoslam.worlds.prepare import prepare
-from houseexpo.pseudoslam.worlds.records import RecordError, decode_world, encode_world
-from houseexpo.pseudoslam.worlds.shards import Shard
+from houseexpo.pseudoslam.worlds.store import RecordError, Shard, decode_world, encode_world
 from tests.builders.vectors import HUTS, assert_same_step, hut, native
 from tests.builders.world_stores import COARSE, assert_same_world, files
 

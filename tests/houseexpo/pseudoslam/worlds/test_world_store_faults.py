@@ -15,13 +15,10 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.worlds import cache as cache_module
 from houseexpo.pseudoslam.worlds import prepare as prepare_module
-from houseexpo.pseudoslam.worlds import shards as shards_module
 from houseexpo.pseudoslam.worlds import store as store_module
 from houseexpo.pseudoslam.worlds.cache import WorldCache, world_for
 from houseexpo.pseudoslam.worlds.prepare import prepare
-from houseexpo.pseudoslam.worlds.records import encode_world
-from houseexpo.pseudoslam.worlds.shards import Shard, ShardError, write_shard
-from houseexpo.pseudoslam.worlds.store import WorldStore, store_folder
+from houseexpo.pseudoslam.worlds.store import Shard, ShardError, WorldStore, encode_world, store_folder, write_shard
 from tests.builders.vectors import HUTS
 from tests.builders.world_stores import COARSE, assert_same_world, files
 
@@ -58,7 +55,7 @@ def test_a_full_disk_leaves_worlds_in_memory(
     plans: Path, made: list[str], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(store_module, "_PENDING", 1)
-    monkeypatch.setattr(shards_module, "write_whole", full_disk)
+    monkeypatch.setattr(store_module, "write_whole", full_disk)
     monkeypatch.setattr(cache_module, "MAX_OPEN", 1)
     kept = WorldCache(plans, COARSE)
     for i in (0, 1, 2, 0, 1, 2):
@@ -72,7 +69,7 @@ def full_disk(file: Path, data: bytes) -> None:
 
 
 def test_preparing_on_a_full_disk_says_so(plans: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shards_module, "write_whole", full_disk)
+    monkeypatch.setattr(store_module, "write_whole", full_disk)
     with pytest.raises(
         ConfigError, match=r"3 worlds, some \d+ MB at once, cannot be written \(No space left on device"
     ):
@@ -140,7 +137,7 @@ def test_a_shard_holds_what_was_written(tmp_path: Path) -> None:
 
 
 def test_how_worlds_are_made_has_not_changed(published_lines: list[bytes]) -> None:
-    """Where it has, ``records.WORLDS`` needs another number: what others have kept would be wrong."""
+    """Where it has, ``store.WORLDS`` needs another number: what others have kept would be wrong."""
     from houseexpo.floorplan import decode
 
     found = hashlib.sha256()

@@ -195,7 +195,7 @@ def test_explorers_are_those_of_the_benchmark_and_explore() -> None:
     assert not watched.advance()
 
 
-@pytest.mark.parametrize("driver", ["os:system", "policy.py", "houseexpo.pseudoslam.agents.forward:Forward", ""])
+@pytest.mark.parametrize("driver", ["os:system", "policy.py", "houseexpo.pseudoslam.agents.simple:Forward", ""])
 def test_files_and_modules_are_no_explorers(driver: str) -> None:
     with pytest.raises(ConfigError, match="driver: expected you or one of"):
         robot(driver=driver)

@@ -10,9 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
-from houseexpo.pseudoslam.kernels.planning.viewpoints import is_clear
-from houseexpo.pseudoslam.plan_rules import frontier_rules, near_offsets
-from houseexpo.pseudoslam.planning import MapPlanner
+from houseexpo.pseudoslam.kernels.planning.frontiers import is_clear
+from houseexpo.pseudoslam.planning import MapPlanner, frontier_rules, near_offsets
 from tests.builders.known_maps import (
     FREE,
     drawn,

@@ -7,11 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.motion.disc import free_way
-from houseexpo.pseudoslam.kernels.planning.descent import NO_TURN, best_turns, way_at
-from houseexpo.pseudoslam.kernels.planning.gain import unknown_in_sight
-from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways
+from houseexpo.pseudoslam.kernels.collision import free_way
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.planning.frontiers import unknown_in_sight
+from houseexpo.pseudoslam.kernels.planning.ways import NO_TURN, best_turns, find_ways, way_at
 from houseexpo.pseudoslam.kernels.types import known_ways_of
 
 ANGLES = np.arange(360) * (2 * math.pi / 360)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.planning.distance_field import FIELD_SIZES, Field, field_at, find_open, march
+from houseexpo.pseudoslam.kernels.planning.fields import FIELD_SIZES, Field, field_at, find_open, march
 
 
 def marched(is_open: np.ndarray, row: int, col: int, side: int = 1) -> np.ndarray:

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.planning.cover import greedy_cover, list_views
-from houseexpo.pseudoslam.kernels.planning.tour import short_tour
+from houseexpo.pseudoslam.kernels.planning.cover import greedy_cover, list_views, short_tour
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.step_params import scratch_of
+from houseexpo.pseudoslam.step_kernels import scratch_of
 
 CONFIG = SimulatorConfig(pixels_per_metre=10.0)
 

@@ -10,16 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.planning import PlanningConfig
+from houseexpo.pseudoslam.config.simulator import PlanningConfig
+from houseexpo.pseudoslam.kernels.collision import disc_is_free, free_way
 from houseexpo.pseudoslam.kernels.episode import POSE
-from houseexpo.pseudoslam.kernels.motion.disc import disc_is_free, free_way
-from houseexpo.pseudoslam.kernels.planning.errand import survey
-from houseexpo.pseudoslam.kernels.planning.known_ways import find_ways
+from houseexpo.pseudoslam.kernels.planner_action import survey
 from houseexpo.pseudoslam.kernels.planning.plan import ARRIVED, BLOCKED, SEEN, new_graph, new_plans
-from houseexpo.pseudoslam.kernels.planning.travel import is_settled, nearest_place, way_by_map
+from houseexpo.pseudoslam.kernels.planning.ways import find_ways, is_settled, nearest_place, way_by_map
 from houseexpo.pseudoslam.kernels.types import NO_WAY, known_ways_of
-from houseexpo.pseudoslam.plan_rules import plan_rules
-from houseexpo.pseudoslam.step_params import scratch_of, with_room
+from houseexpo.pseudoslam.planning import plan_rules
+from houseexpo.pseudoslam.step_kernels import scratch_of, with_room
 from tests.builders.known_maps import FREE, UNKNOWN, drawn, random_map, random_place
 
 SEEDS = st.integers(0, 10**6)

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from houseexpo.pseudoslam.kernels.hashing import normal, uniform
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.sensing.noise import (
     FURTHEST,
     HIT,
     LOST,
-    believed,
     draw_beams,
     draw_noisy,
     merge_patch,
-    registration,
+    noisy_odometry,
+    registration_error,
 )
 from houseexpo.pseudoslam.kernels.types import Errors, Sensor
 
@@ -124,8 +124,8 @@ def test_what_errs_not_at_all_is_exact_bit_by_bit() -> None:
     draw_beams(NONE, 9, 11, 4, shift_px, fate)
     assert not shift_px.any()
     assert (fate == HIT).all()
-    assert believed(NONE, 11, 4, 0.3, -7.1) == (0.3, -7.1)
-    assert registration(NONE, 11, 4) == (0.0, 0.0, 0.0)
+    assert noisy_odometry(NONE, 11, 4, 0.3, -7.1) == (0.3, -7.1)
+    assert registration_error(NONE, 11, 4) == (0.0, 0.0, 0.0)
 
 
 def test_beams_err_as_often_and_as_much_as_told() -> None:
@@ -140,7 +140,7 @@ def test_beams_err_as_often_and_as_much_as_told() -> None:
 
 def test_each_part_of_odometry_and_registration_errs_as_much_as_told() -> None:
     def spread(errors: Errors, turn: float, way: float) -> tuple[float, float]:
-        found = np.array([believed(errors, 8, step, turn, way) for step in range(1500)])
+        found = np.array([noisy_odometry(errors, 8, step, turn, way) for step in range(1500)])
         assert found.mean(axis=0) == pytest.approx((turn, way), abs=0.1)
         return tuple(found.std(axis=0).tolist())
 
@@ -148,6 +148,6 @@ def test_each_part_of_odometry_and_registration_errs_as_much_as_told() -> None:
     assert spread(NONE._replace(turn_share=0.2), -0.5, 7.0) == pytest.approx((0.1, 0.0), rel=0.08, abs=1e-9)
     assert spread(NONE._replace(turn_rad_px=0.01), 0.0, -7.0) == pytest.approx((0.07, 0.0), rel=0.08, abs=1e-9)
     errors = NONE._replace(shift_px=3.0, turn_rad=0.02)
-    found = np.array([registration(errors, 8, step) for step in range(1500)])
+    found = np.array([registration_error(errors, 8, step) for step in range(1500)])
     assert found.std(axis=0) == pytest.approx((3.0, 3.0, 0.02), rel=0.08)
     assert np.abs(np.corrcoef(found.T) - np.eye(3)).max() < 0.08

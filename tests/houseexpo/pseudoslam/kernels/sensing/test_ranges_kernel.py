@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.sensing.ranges import cast
+from houseexpo.pseudoslam.kernels.sensing.rays import cast
 
 UNCOMPILED = "NUMBA_DISABLE_JIT" in os.environ
 FAN = np.arange(-math.pi, math.pi, math.radians(3.0))

@@ -13,7 +13,7 @@ import pytest
 
 from houseexpo.floorplan import decode
 from houseexpo.grids.raster import free_mask
-from houseexpo.pseudoslam.kernels.mapping.merge import FREE, OBSTACLE, UNKNOWN, merge_cells, merge_runs
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, merge_cells, merge_runs
 from houseexpo.pseudoslam.kernels.sensing.rays import free_corner, ray_merge, ray_scan
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.worlds.world import scan_buffers

@@ -1,0 +1,195 @@
+"""Explorers, which look around, choose a frontier, go there by their map, and look at it.
+
+The rules of their actions are those of ``kernels.explore``; each explorer here chooses the frontier in its own way.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot, knowledge_of
+from houseexpo.pseudoslam.kernels.explore import (
+    EXPLORER,
+    NO_ACTION,
+    aim_at,
+    descend,
+    go_on,
+    has_to_choose,
+    look_round,
+    new_memory,
+)
+from houseexpo.pseudoslam.kernels.planning.cover import short_tour
+from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers, unknown_in_sight
+from houseexpo.pseudoslam.kernels.planning.plan import STRAIGHT
+from houseexpo.pseudoslam.kernels.planning.ways import find_ways
+from houseexpo.pseudoslam.kernels.types import NO_WAY, KnownWays, Rows, known_ways_of
+from houseexpo.pseudoslam.planning import MAX_BUMPS, MAX_FRONTIERS, descent_rules, explorer_frontiers, first_looks
+from houseexpo.pseudoslam.simulator import ACTIONS, Action, Simulator
+from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.step_kernels import scratch_of, with_room
+
+Grid = npt.NDArray[np.uint8]
+Floats = npt.NDArray[np.float64]
+
+_GAIN_PER_M: Final = 0.2
+"""The factor exp(-0.2) of the gain for each metre of the path, as in the paper."""
+_BEAMS: Final = 90
+_GAINS: Final = 16
+"""The number of frontiers whose gain is computed: those that ``find_frontiers`` ranks first."""
+_TOURED: Final = 12
+"""The number of frontiers in the tour: those that ``find_frontiers`` ranks first."""
+
+
+class Walker:
+    """A robot that goes to a place on a map, by the discrete actions that reduce its distance to the place."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._rules = descent_rules(robot.config)
+        self._state = np.zeros(1, EXPLORER)
+        self._ways: KnownWays = known_ways_of(0)
+
+    def aim(self, known: Grid, goal_x: float, goal_y: float) -> None:
+        """Compute the distances of all cells to a goal in pixels."""
+        if len(self._ways.ways) < known.size:
+            self._ways = known_ways_of(known.size)
+        find_ways(known, goal_x, goal_y, self._rules.radius_px, -1, self._ways)
+        self._state[0].turns = self._state[0].goes = 0
+
+    def next(self, known: Grid, pose: Floats) -> int | None:
+        """Return the next action, None if no step brings the robot closer."""
+        if len(self._ways.ways) < known.size:
+            return None  # no goal yet
+        x, y, heading = pose.tolist()
+        action = descend(known, x, y, heading, self._state, self._rules, self._ways)
+        return None if action == NO_ACTION else int(action)
+
+
+class Explorer(ABC):
+    """A policy that goes to one frontier after the other until there is none; subclasses choose the frontier."""
+
+    interface = Interface(tasks=("exploration",))
+
+    def __init__(self, robot: Robot, _: int) -> None:
+        config = robot.config
+        self.metre = config.pixels_per_metre
+        self.range_px = config.laser.range_m * self.metre
+        self.radius_px = config.robot.radius_m * self.metre
+        self.scratch = scratch_of(config)
+        self._rules, self._descent = explorer_frontiers(config), descent_rules(config)
+        self._memory = new_memory(first_looks(config), MAX_FRONTIERS)
+        self.decided = False
+
+    @abstractmethod
+    def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
+        """Return the index of the frontier to go to; ``scratch.ways`` are the distances from the robot.
+
+        Parameters
+        ----------
+        known
+            The map.
+        frontiers
+            (n,) ``FRONTIER``, at least one, in the order of ``find_frontiers``.
+        info
+            Other knowledge of the robot.
+        """
+
+    def __call__(self, _observation: Any, info: Knowledge) -> int | None:
+        """Return the action forward, left or right, or None when there is nothing left to see."""
+        known, memory = info["map"], self._memory
+        x, y, heading = info["pose_px"].tolist()
+        self.scratch = with_room(self.scratch, known.size)
+        self.decided = False
+        action = look_round(memory, int(info["collided"]))
+        for _ in range(MAX_FRONTIERS):
+            if action != NO_ACTION:
+                return int(action)
+            if has_to_choose(known, memory, MAX_BUMPS):
+                self.decided = True
+                given_up = memory.given_up[: memory.state[0].lost]
+                n = find_frontiers(known, x, y, self._rules, given_up, self.scratch, memory.frontiers)
+                if not n:
+                    return None
+                chosen = self.choose(known, memory.frontiers[:n], info)
+                aim_at(known, x, y, memory, chosen, self._rules.radius_px, self.scratch.ways)
+            action = go_on(known, x, y, heading, memory, self._descent, self.scratch.ways)
+        return None if action == NO_ACTION else int(action)
+
+
+class NearestFrontier(Explorer):
+    """Nearest frontier (Yamauchi, 1997): go to the nearest long frontier, and to the small ones at the end."""
+
+    def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
+        """Return the first frontier, since they are in this order."""
+        del known, frontiers, info
+        return 0
+
+
+def frontier_walk(simulator: Simulator, state: State) -> Iterator[Action]:
+    """Yield the actions of ``NearestFrontier`` for the current map; take each action before requesting the next one.
+
+    They end when there is nothing left to see.
+    """
+    explorer = NearestFrontier(Robot(simulator.config), 0)
+    while (action := explorer(None, knowledge_of(simulator, state))) is not None:
+        yield ACTIONS[action]
+
+
+class InformationGain(Explorer):
+    """Information gain (Gonzalez-Banos and Latombe, 2002): go where much is unknown and the path is short.
+
+    It maximises A exp(-0.2 L) with A the unknown area that is visible from the goal, and L the length of the path.
+    """
+
+    def __init__(self, robot: Robot, seed: int) -> None:
+        super().__init__(robot, seed)
+        angles = np.arange(_BEAMS) * (2 * math.pi / _BEAMS)
+        self._cos, self._sin = np.cos(angles), np.sin(angles)
+
+    def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:  # noqa: ARG002  # others use it
+        """Return the frontier with the greatest value, the first of equal ones."""
+        first = frontiers[:_GAINS]
+        gains = [
+            unknown_in_sight(known, x + 0.5, y + 0.5, self.range_px, self._cos, self._sin)
+            for y, x in zip(*np.divmod(first["goal"], known.shape[1]), strict=True)
+        ]
+        ways_m = first["way"] / (STRAIGHT * self.metre)
+        return int(np.argmax(np.array(gains) * np.exp(-_GAIN_PER_M * ways_m)))
+
+
+class Tour(Explorer):
+    """Distance utility (Kulich, Faigl and Preucil, 2011): go to the first frontier of a short tour of all of them.
+
+    Going to a near frontier may leave others behind and cost the way back, which nearest-frontier exploration ignores.
+    The tour goes to nearest neighbours and is improved by 2-opt, by paths on the robot's map.
+    """
+
+    def __init__(self, robot: Robot, seed: int) -> None:
+        super().__init__(robot, seed)
+        self._ways: KnownWays = known_ways_of(0)
+
+    def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:  # noqa: ARG002  # others use it
+        """Return the first frontier of the tour from the robot."""
+        if len(self._ways.ways) < known.size:
+            self._ways = known_ways_of(known.size)
+        first = frontiers[:_TOURED]
+        lengths = np.zeros((len(first) + 1, len(first) + 1))
+        lengths[0, 1:] = lengths[1:, 0] = first["way"]
+        goals = first["goal"].tolist()
+        for i, goal in enumerate(goals[:-1], start=1):
+            row, col = divmod(goal, known.shape[1])
+            find_ways(known, col + 0.5, row + 0.5, self.radius_px, -1, self._ways)
+            lengths[i, i + 1 :] = lengths[i + 1 :, i] = ways_to(self._ways, goals[i:])
+        return int(short_tour(lengths)[1]) - 1
+
+
+def ways_to(ways: KnownWays, cells: npt.ArrayLike) -> Floats:
+    """Return the distances to cells (flat indices), very large ones for those that cannot be reached."""
+    found: Floats = ways.ways[np.asarray(cells)].astype(np.float64)
+    found[found < 0] = NO_WAY
+    return found

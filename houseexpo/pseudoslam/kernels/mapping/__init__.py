@@ -1,1 +1,0 @@
-"""The robot's map: merging scans, and cropping the view."""

@@ -1,1 +1,0 @@
-"""Motion of a disc among obstacles, and the geometry of moving obstacles."""

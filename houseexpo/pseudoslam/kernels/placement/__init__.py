@@ -1,1 +1,0 @@
-"""Placement of obstacles: shapes as cells, obstacles, and randomly drawn cells."""

@@ -1,0 +1,76 @@
+"""What a run records: the commit of its code, and learning curves as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import subprocess
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+import houseexpo
+from houseexpo.files import write_whole
+
+
+@cache
+def commit() -> str | None:
+    """Return the commit of the code, with "+" if files differ from it; None if it is not in a repository.
+
+    The result of the first call is cached.
+    """
+    root = Path(houseexpo.__file__).parents[1]
+    if not (root / ".git").exists():
+        return None
+    said = [
+        subprocess.run(["git", "-C", str(root), *words], capture_output=True, text=True, check=False)  # noqa: S603, S607
+        for words in (["rev-parse", "HEAD"], ["status", "--porcelain", "--untracked-files=no"])
+    ]
+    if any(one.returncode for one in said):
+        return None
+    return said[0].stdout.strip() + ("+" if said[1].stdout.strip() else "")
+
+
+STEPS = "steps_done"
+
+
+class Curve:
+    """A CSV file whose first column is the number of steps; the first added row determines the other columns."""
+
+    def __init__(self, file: Path, until: int) -> None:
+        """Continue a file after a number of steps; later rows and incomplete ones are dropped."""
+        self._file = file
+        header, *rows = [*_rows(file), []][:-1] or [[]]
+        self._names = header
+        kept = [row for row in rows if len(row) == len(header) and row[0].isdigit() and int(row[0]) <= until]
+        write_whole(file, _as_csv([header, *kept]) if header and kept else b"")
+        if not kept:
+            self._names = []
+
+    def add(self, steps: int, values: Mapping[str, float]) -> None:
+        """Append a row."""
+        rows: list[list[str]] = []
+        if not self._names:
+            self._names = [STEPS, *values]
+            rows.append(self._names)
+        rows.append([str(steps), *(_written(values.get(name, math.nan)) for name in self._names[1:])])
+        with self._file.open("ab") as stream:
+            stream.write(_as_csv(rows))
+
+
+def _rows(file: Path) -> list[list[str]]:
+    if not file.is_file():
+        return []
+    whole, _, _ = file.read_bytes().rpartition(b"\n")  # text after the last newline is incomplete
+    return list(csv.reader(io.StringIO(whole.decode("utf-8", "replace"))))
+
+
+def _written(value: float) -> str:
+    return "" if math.isnan(value) else f"{value:.6g}"
+
+
+def _as_csv(rows: list[list[str]]) -> bytes:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue().encode()
