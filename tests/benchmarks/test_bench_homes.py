@@ -11,8 +11,8 @@ import time
 from rich.console import Console
 
 from pipeline.sources.homes.house import make_home
-from tests.benchmarks.home_comparison import STEP_M, compared, looked_at, made_plans, show, told_apart
-from tests.benchmarks.home_statistics import published
+from research.home_comparison import STEP_M, compared, looked_at, made_plans, show, told_apart
+from research.home_statistics import published
 from tests.builders.shared import DATA, needs_shared
 
 COUNT = int(os.environ.get("HOMES", "2000"))

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from tests.benchmarks.quality_fit import by_kind, quality_table
+from research.quality_fit import by_kind, quality_table
 from tests.builders.judged import judged
 from tests.builders.kinds.registry import KINDS
 from tests.builders.quality_model import NAMES, met_of, split

@@ -18,9 +18,9 @@ from houseexpo.pseudoslam.agents.loading import load_policy
 from houseexpo.pseudoslam.agents.protocol import knowledge_of
 from houseexpo.pseudoslam.benchmark.cases import written_ids
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
-from tests.benchmarks.transfer import CONFIG, Exploration, Explorer, explore_on_own_map
-from tests.benchmarks.transfer_irsim import explore_in_irsim
-from tests.benchmarks.transfer_slam import explore_with_slam
+from research.transfer import CONFIG, Exploration, Explorer, explore_on_own_map
+from research.transfer_irsim import explore_in_irsim
+from research.transfer_slam import explore_with_slam
 from tests.builders.needs import need
 from tests.builders.paper_policies import PAPER, SEEDS
 from tests.builders.real_slam import need_slam

@@ -1,6 +1,6 @@
 """The distributions of published plans that homes are drawn from: ``published.json``, which holds no plan.
 
-``tests/benchmarks/home_statistics.py`` writes it.
+``research/home_statistics.py`` writes it.
 """
 
 from __future__ import annotations

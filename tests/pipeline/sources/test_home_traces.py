@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from houseexpo.floorplan import FloorPlan
-from tests.benchmarks.home_traces import has_hole, longest_stair
+from research.home_traces import has_hole, longest_stair
 
 STAIR = [(0.3 * ((i + 1) // 2), 0.18 * (i // 2)) for i in range(12)]
 

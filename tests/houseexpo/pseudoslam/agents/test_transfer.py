@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from houseexpo.floorplan import FloorPlan
-from tests.benchmarks.transfer import explore_on_own_map
-from tests.benchmarks.transfer_irsim import explore_in_irsim
-from tests.benchmarks.transfer_slam import explore_with_slam
+from research.transfer import explore_on_own_map
+from research.transfer_irsim import explore_in_irsim
+from research.transfer_slam import explore_with_slam
 from tests.builders.real_slam import need_slam
 
 ANGLE = FloorPlan("angle", [(0, 0), (0, 8), (3, 8), (3, 2), (9, 2), (9, 0)], 1, {})

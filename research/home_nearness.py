@@ -1,6 +1,6 @@
 """Which made homes are nearer to a published plan than they may be; what it prints is an overrides file.
 
-    python -m tests.benchmarks.home_nearness plans/free35k plans_33717.jsonl.gz > free35k.overrides.toml
+    python -m research.home_nearness plans/free35k plans_33717.jsonl.gz > free35k.overrides.toml
 
 The measure is that of the stage dedupe. Beside its manifest the file has the next build leave these homes out, and with
 them their duplicates, which would come in their places.
@@ -19,7 +19,7 @@ from houseexpo.floorplan import FloorPlan
 NEAREST = 0.05
 HEAD = f"""\
 # Homes that lie nearer than {NEAREST:g} to a published plan, as the stage dedupe measures it, and their duplicates;
-# made by python -m tests.benchmarks.home_nearness
+# made by python -m research.home_nearness
 """
 
 

@@ -22,7 +22,7 @@ from houseexpo.pseudoslam.io.carmen import Pose, Reading, Scanner, readings
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
 from houseexpo.pseudoslam.worlds.world import World
-from tests.benchmarks.transfer import CONFIG, RANGE_M, Exploration, Explorer, add_scan
+from research.transfer import CONFIG, RANGE_M, Exploration, Explorer, add_scan
 from tests.builders.real_slam import CELL_M, DRIFT, LASER_M, SETTINGS, call, convert
 
 EVERY, MARGIN_M = 20, 5.0

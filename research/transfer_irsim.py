@@ -18,7 +18,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.protocol import Knowledge
 from houseexpo.pseudoslam.kernels.mapping import FREE
 from houseexpo.pseudoslam.simulator import Simulator
-from tests.benchmarks.transfer import CONFIG, Exploration, Explorer, add_scan
+from research.transfer import CONFIG, Exploration, Explorer, add_scan
 
 _MOTIONS = {0: (3, (1.0, 0.0)), 1: (2, (0.0, math.radians(50.0))), 2: (2, (0.0, -math.radians(50.0)))}
 """Times, and metres and radians a second, of each action."""

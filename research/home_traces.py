@@ -1,6 +1,6 @@
 """Whether published plans show stairs or courtyards: labels, holes, and walls that go in steps.
 
-python -m tests.benchmarks.home_traces plans_33717.jsonl.gz
+python -m research.home_traces plans_33717.jsonl.gz
 """
 
 from __future__ import annotations

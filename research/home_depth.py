@@ -1,6 +1,6 @@
 """How many doors lead from a room called Entryway to the farthest room, in made homes and in published plans.
 
-    python -m tests.benchmarks.home_depth plans/free35k plans_33717.jsonl.gz [HOUSES]
+    python -m research.home_depth plans/free35k plans_33717.jsonl.gz [HOUSES]
 
 Some 2% of plans have such a room, so that the 2,000 of ``home_comparison`` have 40: two draws of 40 published plans are
 0.24 deviations apart in the median. Here up to HOUSES of each are looked at, 1,000 by default.
@@ -19,9 +19,9 @@ from rich.table import Table
 from scipy.stats import wasserstein_distance
 
 from houseexpo import open_dataset
+from houseexpo.analysis.measures import BY_NAME
 from houseexpo.inference import with_rooms
-from stats import measures
-from tests.benchmarks.home_measures import as_published
+from research.home_measures import as_published
 
 HOUSES, ENTRANCE = 1000, "Entryway"
 
@@ -30,9 +30,8 @@ def depths(path: Path) -> Iterator[tuple[int, int]]:
     """Yield the depth and the rooms of each plan that has an entrance, looked at in the published form."""
     for plan in open_dataset(path).select(labels=[ENTRANCE]):
         found = with_rooms(as_published(plan))
-        depth = measures.depth(found)
-        if depth is not None:
-            yield depth, len(found.rooms)
+        for depth in BY_NAME["depth"].numbers(found):
+            yield int(depth), len(found.rooms)
 
 
 def main() -> None:

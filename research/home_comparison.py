@@ -1,6 +1,6 @@
 """How far made homes are from published plans, measure by measure, and whether a classifier tells them apart.
 
-    python -m tests.benchmarks.home_comparison plans_33717.jsonl.gz [HOUSES]
+    python -m research.home_comparison plans_33717.jsonl.gz [HOUSES]
 
 Both are looked at as ``home_measures`` says. Distances are Wasserstein-1 in standard deviations of the published plans
 (plain where they have none), total variation for labels.
@@ -30,9 +30,9 @@ from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
+from research.home_measures import Seen, as_published, features, pooled_labels, seen
+from research.home_statistics import published
 from stats.compare import total_variation
-from tests.benchmarks.home_measures import Seen, as_published, features, pooled_labels, seen
-from tests.benchmarks.home_statistics import published
 
 SEED = 2026
 ASKED = {

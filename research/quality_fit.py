@@ -2,7 +2,7 @@
 
 ::
 
-    python -m tests.benchmarks.quality_fit --members 40 --records records.jsonl --corpus checkouts
+    python -m research.quality_fit --members 40 --records records.jsonl --corpus checkouts
 
 ``--records`` keeps what was judged, and judges nothing where the file is there already. ``--corpus`` adds the houses of
 the corpus's first half: what a person called right is right, everything else is not.

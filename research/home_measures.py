@@ -17,10 +17,10 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from houseexpo.analysis.measures import BY_NAME, labels, reach
 from houseexpo.floorplan import FloorPlan
 from houseexpo.inference import with_rooms
 from houseexpo.plan.categories import UNLABELLED
-from stats import measures
 
 RADII = ("0.10", "0.20", "0.35")
 IN_STEPS = ("door_width_m", "narrowest_m")
@@ -63,43 +63,46 @@ def as_published(plan: FloorPlan) -> FloorPlan:
 def seen(plan: FloorPlan) -> Seen:
     """Measure a plan that has the published keys."""
     found = with_rooms(plan)
-    labels = measures.labels(plan)
+    per_room = _numbers(found, "doors_per_room")
     areas: defaultdict[str, list[float]] = defaultdict(list)
     degrees: defaultdict[str, list[int]] = defaultdict(list)
-    for room, degree in zip(found.rooms, measures.doors_per_room(found), strict=True):
+    for room, degree in zip(found.rooms, per_room, strict=True):
         areas[room.label].append(room.area)
-        degrees[room.label].append(degree)
-    long, short = measures.long_side_m(plan), measures.short_side_m(plan)
-    depth, doors = measures.depth(found), measures.door_widths_m(found)
+        degrees[room.label].append(int(degree))
+    [long], [short] = _numbers(plan, "long_side"), _numbers(plan, "short_side")
     numbers = {
         "area_m2": [plan.area],
         "long_side_m": [long],
         "short_side_m": [short],
         "rooms": [float(plan.room_num)],
         "extent": [plan.area / (long * short)],
-        "label_boxes": [float(measures.label_boxes(plan))],
+        "label_boxes": _numbers(plan, "label_boxes"),
         "rooms_found": [float(len(found.rooms))],
         "unlabelled": [float(sum(room.label == UNLABELLED for room in found.rooms))],
         "room_area_m2": [room.area for room in found.rooms],
         "doors": [float(len(found.doors))],
-        "door_width_m": doors,
-        "doors_per_room": [float(n) for n in measures.doors_per_room(found)],
-        "degree": [float(n) for n in measures.neighbours(found)],
-        "loops": [float(measures.loops(found) or 0)],
-        "depth": [] if depth is None else [float(depth)],
+        "door_width_m": _numbers(found, "door_width"),
+        "doors_per_room": per_room,
+        "degree": _numbers(found, "degree"),
+        "loops": _numbers(found, "loops") or [0.0],
+        "depth": _numbers(found, "depth"),
         "wall_m": _walls_m(found),
         "clear_m": _clear_m(found),
         **_reach(plan),
         **outline_numbers(plan),
     }
-    return Seen(plan.id, numbers, dict(labels), dict(areas), dict(degrees))
+    return Seen(plan.id, numbers, dict(labels(plan)), dict(areas), dict(degrees))
+
+
+def _numbers(plan: FloorPlan, measure: str) -> list[float]:
+    return [float(number) for number in BY_NAME[measure].numbers(plan)]
 
 
 def _reach(plan: FloorPlan) -> dict[str, list[float]]:
     """Pieces that robots of three radii find, and the narrowest passage of the middle one."""
-    reach = measures.reach(plan)
-    pieces = {f"pieces at {radius} m": [float(reach[radius].components)] for radius in RADII}
-    return pieces | {"narrowest_m": [reach["0.20"].narrowest] if reach["0.20"].components else []}
+    found = reach(plan)
+    pieces = {f"pieces at {radius} m": [float(found[radius].components)] for radius in RADII}
+    return pieces | {"narrowest_m": [found["0.20"].narrowest] if found["0.20"].components else []}
 
 
 def _walls_m(found: FloorPlan) -> list[float]:

@@ -1,6 +1,6 @@
 """Writes the table that homes are drawn from: distributions of published plans, never a plan.
 
-    python -m tests.benchmarks.home_statistics plans_33717.jsonl.gz [PLANS]
+    python -m research.home_statistics plans_33717.jsonl.gz [PLANS]
 
 Of every kind of house (by its number of spaces) it keeps quantiles of each number and the correlations between them;
 of every label how large its rooms are, as a share of the mean room; and the kinds of ``home_kinds``.
@@ -22,8 +22,8 @@ from scipy.stats import rankdata
 from houseexpo.errors import PlanError
 from houseexpo.floorplan import decode
 from pipeline.sources.homes.tables import COUNTED, NUMBERS, STRATA, TABLE, stratum_of
-from tests.benchmarks.home_kinds import door_kinds, house_kinds
-from tests.benchmarks.home_measures import Seen, seen
+from research.home_kinds import door_kinds, house_kinds
+from research.home_measures import Seen, seen
 
 SEED = 17
 USUAL_WALL_M = 0.1

@@ -1,6 +1,6 @@
 """A contact sheet of made homes and published plans, mixed, without labels; prints which ones were made.
 
-    python -m tests.benchmarks.home_sheet plans_33717.jsonl.gz sheet.png [SEED]
+    python -m research.home_sheet plans_33717.jsonl.gz sheet.png [SEED]
 
 Published plans are not passed on: this sheet is for one's own eyes. ``make pictures`` draws the made ones for the docs.
 """
@@ -16,7 +16,7 @@ from PIL import Image
 
 from houseexpo.drawing.draw import contact_sheet, draw_plan
 from houseexpo.floorplan import FloorPlan, decode
-from tests.benchmarks.home_comparison import made_plans
+from research.home_comparison import made_plans
 
 OF_EACH, COLUMNS, SIZE = 24, 8, 220
 
