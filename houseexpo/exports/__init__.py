@@ -21,6 +21,7 @@ from houseexpo.exports.orientation import is_mirrored, oriented, world_from_plan
 from houseexpo.exports.pol import pol
 from houseexpo.exports.published import published
 from houseexpo.exports.rasters import npz, png, ros
+from houseexpo.exports.rmf import rmf
 from houseexpo.exports.sdf import sdf
 from houseexpo.exports.svg import svg
 from houseexpo.exports.worlds_2d import irsim, stage
@@ -42,6 +43,7 @@ __all__ = [
     "png",
     "pol",
     "published",
+    "rmf",
     "ros",
     "sdf",
     "stage",

@@ -17,6 +17,7 @@ from houseexpo.exports.mesh import glb, obj
 from houseexpo.exports.pol import pol
 from houseexpo.exports.published import published
 from houseexpo.exports.rasters import npz, png, ros
+from houseexpo.exports.rmf import rmf
 from houseexpo.exports.sdf import sdf
 from houseexpo.exports.svg import svg
 from houseexpo.exports.worlds_2d import irsim, stage
@@ -62,12 +63,20 @@ FORMATS: Final = {
     "obj": Format("OBJ mesh", obj),
     "png": Format("picture of the free space", png),
     "pol": Format("polygon with holes as fractions", pol),
+    "rmf": Format("Open-RMF building for traffic_editor", rmf),
     "ros": Format("ROS map_server: pgm and yaml", ros),
     "sdf": Format("Gazebo world", sdf),
     "stage": Format("Stage world", stage),
     "svg": Format("SVG to scale", svg),
 }
-ALIASES: Final = {"gazebo": "sdf", "gltf": "glb", "houseexpo": "json", "map_server": "ros", "nav2": "ros"}
+ALIASES: Final = {
+    "gazebo": "sdf",
+    "gltf": "glb",
+    "houseexpo": "json",
+    "map_server": "ros",
+    "nav2": "ros",
+    "traffic_editor": "rmf",
+}
 
 
 def export(

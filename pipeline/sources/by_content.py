@@ -22,6 +22,7 @@ TAKES: dict[str, tuple[str, ...]] = {
     "sweethome": (),
     "roomplan": (),
     "points": ("up", "units"),
+    "vector_plans": (),
 }
 """The readers, and which of a build's options each of them takes."""
 

@@ -15,6 +15,8 @@ from typing import Any
 
 import msgspec
 
+from pipeline.sources.vector_plans import is_drawn
+
 HEAD_BYTES = 1 << 16
 LONGEST_JSON = 1 << 28
 """Bytes of one JSON document; the largest 3D-FRONT scene has a tenth of it."""
@@ -65,12 +67,14 @@ def recognise(path: Path) -> str | None:
     A damaged file is what its suffix says, where that leaves no doubt: its reader then says what is wrong.
     """
     suffix = path.suffix.lower()
-    if suffix in _SKIPPED:
-        return None
     try:
         with path.open("rb") as stream:
             head = stream.read(HEAD_BYTES)
     except OSError:
+        return None
+    if is_drawn(path, head):
+        return "vector_plans"
+    if suffix in _SKIPPED:
         return None
     found = _by_content(path, head) or _BY_SUFFIX.get(suffix)
     return "procthor" if found is None and suffix == ".json" and not _is_json(path) else found

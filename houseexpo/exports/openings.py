@@ -1,0 +1,64 @@
+"""The passages of a plan for formats in which a door stands in a wall: also those that the outline closes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Door
+
+if TYPE_CHECKING:
+    from shapely import Polygon
+
+_REACH_M = 0.6
+_TOUCH_M = 0.011  # rings are on a grid of 1 cm
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """A door of the plan; ``shape`` goes through the wall as it is drawn, ``segment`` is on the middle of it."""
+
+    door: Door
+    shape: Polygon
+    segment: tuple[tuple[float, float], tuple[float, float]]
+
+    @property
+    def has_leaf(self) -> bool:
+        """Whether there is a door in it; a passage that the connectivity stage cut has none."""
+        return self.door.kind in {"door", "entrance"}
+
+
+def passages(plan: FloorPlan, wall_thickness: float) -> list[Passage]:
+    """Return the doors of a plan whose outer walls are drawn ``wall_thickness`` metres thick."""
+    found = []
+    walls = shapely.union_all(plan.walls(wall_thickness)) if any(d.kind == "entrance" for d in plan.doors) else None
+    for door in plan.doors:
+        shape = door.polygon if walls is None or door.kind != "entrance" else _through(door, walls)
+        found.append(Passage(door, shape, _middle(door, shape) if door.kind == "entrance" else door.segment))
+    return found
+
+
+def _through(door: Door, walls: shapely.Geometry) -> Polygon:
+    """The part of an outer wall, as thick as it is drawn, that an entrance takes out."""
+    a, b = np.asarray(door.segment, np.float64)
+    along = (b - a) / max(float(np.hypot(*(b - a))), 1e-9)
+    across = np.array([-along[1], along[0]]) * _REACH_M
+    lane = shapely.Polygon([a - across, b - across, b + across, a + across])
+    parts = shapely.get_parts(shapely.intersection(walls, lane))
+    near = [p for p in parts if p.geom_type == "Polygon" and shapely.dwithin(p, door.polygon, _TOUCH_M)]
+    hull = shapely.convex_hull(shapely.union_all(near))
+    return hull if hull.geom_type == "Polygon" else door.polygon
+
+
+def _middle(door: Door, shape: Polygon) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The door's segment, moved to the middle of its shape."""
+    a, b = np.asarray(door.segment, np.float64)
+    along = (b - a) / max(float(np.hypot(*(b - a))), 1e-9)
+    across = np.array([-along[1], along[0]])
+    depths = (shapely.get_coordinates(shape) - a) @ across
+    step = across * float(depths.min() + depths.max()) / 2
+    return (float(a[0] + step[0]), float(a[1] + step[1])), (float(b[0] + step[0]), float(b[1] + step[1]))

@@ -1,0 +1,160 @@
+"""Open-RMF: a building for traffic_editor, with the plan's walls, doors, floors and names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+import shapely
+
+from houseexpo.exports.encoding import Files
+from houseexpo.exports.openings import Passage, passages
+from houseexpo.exports.orientation import Orientation, oriented
+from houseexpo.exports.polygons import trapezoids
+from houseexpo.exports.rasters import PNG_RESOLUTION_M, png
+from houseexpo.exports.solid import WALL_THICKNESS_M, solid
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.raster import free_mask, rings_of
+from houseexpo.plan.categories import UNLABELLED
+
+if TYPE_CHECKING:
+    from shapely import Polygon
+
+RMF_WALL_M: Final = 0.1
+"""rmf_building_map_tools makes every wall so thick."""
+
+_LEVEL = "L1"
+_LEAST_M2 = 1e-4
+_WALL: Final = {"alpha": [3, 1.0], "texture_name": [1, "default"]}
+
+
+def rmf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientation: Orientation = "world") -> Files:
+    """Write ``<id>.building.yaml``, and ``<id>.png``, the picture of the free space that traffic_editor shows below it.
+
+    The building has one level. Its coordinates are pixels of the picture, y down; a measurement gives the scale. Walls
+    of Open-RMF are lines that its tools make 0.1 m thick: a thicker wall is drawn by a ring of lines just inside its
+    faces, so that rooms keep their size, and a thinner one by a line with a parameter ``thickness`` in metres, which
+    Open-RMF passes over. Passages with a leaf are hinged doors, those without one have the type "opening". Each room is
+    a floor, and a vertex in it has the room's label or its source's own word as its name. Lanes are yours to draw.
+    """
+    turned = oriented(plan, orientation)
+    _, frame = free_mask(turned, 1.0 / PNG_RESOLUTION_M, y_up=True)
+    sheet = _Sheet(frame)
+    doors = passages(turned, wall_thickness)
+    walls = shapely.union_all(solid(turned, wall_thickness=wall_thickness, orientation="plan").walls)
+    gaps = shapely.union_all([each.shape for each in doors]) if doors else shapely.Polygon()
+    bodies = [part for part in shapely.get_parts(shapely.difference(walls, gaps)) if part.area > _LEAST_M2]
+    level = {
+        "drawing": {"filename": f"{plan.id}.png"},
+        "elevation": 0.0,
+        "fiducials": [],
+        "walls": [sheet.edge(a, b, parameters) for body in bodies for a, b, parameters in _lines(body)],
+        "doors": [sheet.edge(*each.segment, _leaf(each)) for each in doors],
+        "floors": [
+            {"parameters": dict(_FLOOR), "vertices": [sheet.vertex(point) for point in part.exterior.coords[:-1]]}
+            for part in [*(room.polygon for room in turned.rooms), *(each.shape for each in doors)]
+        ],
+        "measurements": [_measurement(sheet, turned)],
+        "lanes": [],
+        "layers": {},
+        "models": [],
+    }
+    for room in turned.rooms:
+        word = room.label if room.label != UNLABELLED else next(iter(room.source_labels), "")
+        at = shapely.point_on_surface(room.polygon)
+        if word:
+            sheet.name(word.replace("_", " "), (at.x, at.y))
+    level["vertices"] = sheet.vertices
+    building = {
+        "coordinate_system": "reference_image",
+        "graphs": {},
+        "levels": {_LEVEL: level},
+        "lifts": {},
+        "name": plan.id,
+    }
+    return {f"{plan.id}.building.yaml": _as_yaml(building), **png(plan, orientation=orientation)}
+
+
+_FLOOR: Final = {"texture_name": [1, "blue_linoleum"], "texture_rotation": [3, 0.0], "texture_scale": [3, 1.0]}
+
+
+def _as_yaml(building: Mapping[str, Any]) -> bytes:
+    """Return the text as traffic_editor writes it: the innermost lists and mappings on one line each, no aliases."""
+    import yaml
+
+    dumper = type("Plain", (yaml.SafeDumper,), {"ignore_aliases": lambda *_: True})
+    text = yaml.dump(building, Dumper=dumper, default_flow_style=None, width=10_000, allow_unicode=True)
+    return str(text).encode()
+
+
+class _Sheet:
+    """The level's vertices, in pixels of the picture."""
+
+    def __init__(self, frame: Any) -> None:
+        self._frame = frame
+        self._index: dict[tuple[float, float], int] = {}
+        self.vertices: list[list[Any]] = []
+
+    def vertex(self, point: Sequence[float]) -> int:
+        """Return the number of the vertex at a point in metres, which is made where there is none."""
+        key = (round(float(point[0]), 4), round(float(point[1]), 4))
+        if key not in self._index:
+            self._index[key] = len(self.vertices)
+            self._add(key, "")
+        return self._index[key]
+
+    def name(self, word: str, point: tuple[float, float]) -> None:
+        """Add a vertex with a name."""
+        self._add(point, word)
+
+    def edge(self, a: Sequence[float], b: Sequence[float], parameters: Mapping[str, Any]) -> list[Any]:
+        """Return an edge between two points."""
+        return [self.vertex(a), self.vertex(b), dict(parameters)]
+
+    def _add(self, point: Sequence[float], name: str) -> None:
+        x, y = self._frame.pixel_from_point(*point)
+        self.vertices.append([round(x, 3), round(y, 3), 0.0, name])
+
+
+def _lines(body: Polygon) -> Iterator[tuple[Sequence[float], Sequence[float], dict[str, Any]]]:
+    """Yield the lines of one wall: rings inside its faces, and strips where it is thinner than Open-RMF's walls."""
+    core = shapely.buffer(body, -RMF_WALL_M / 2, join_style="mitre", mitre_limit=2.0)
+    cores = [part for part in shapely.get_parts(core) if part.area > 0]
+    for part in cores:
+        for ring in rings_of(part):
+            yield from ((a, b, _WALL) for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True))
+    covered = shapely.buffer(shapely.union_all(cores), RMF_WALL_M / 2 + 1e-3, join_style="mitre", mitre_limit=2.0)
+    for rest in shapely.get_parts(shapely.difference(body, covered)):
+        if rest.geom_type == "Polygon" and rest.area > _LEAST_M2:
+            yield from (_strip(ring) for ring in trapezoids(rest))
+
+
+def _strip(ring: Any) -> tuple[Sequence[float], Sequence[float], dict[str, Any]]:
+    """Return the middle line of a piece, shorter by what Open-RMF puts on at its ends, with its thickness."""
+    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shapely.Polygon(ring)))[:4]
+    sides = np.hypot(*(np.roll(corners, -1, axis=0) - corners).T)
+    k = int(np.argmin(sides))
+    thick = float(sides[k])
+    a, b = (corners[k] + corners[(k + 1) % 4]) / 2, (corners[(k + 2) % 4] + corners[(k + 3) % 4]) / 2
+    step = (b - a) / max(float(np.hypot(*(b - a))), 1e-9) * min(thick, float(sides[(k + 1) % 4]) * 0.98) / 2
+    return a + step, b - step, {**_WALL, "thickness": [3, round(thick, 4)]}
+
+
+def _leaf(each: Passage) -> dict[str, Any]:
+    kind = "hinged" if each.has_leaf else "opening"
+    return {
+        "motion_axis": [1, "start"],
+        "motion_degrees": [3, 90.0],
+        "motion_direction": [2, 1],
+        "name": [1, f"door_{each.door.id}"],
+        "plugin": [1, "none"],
+        "right_left_ratio": [3, 1.0],
+        "type": [1, kind],
+    }
+
+
+def _measurement(sheet: _Sheet, plan: FloorPlan) -> list[Any]:
+    x1, y1, x2, y2 = plan.bbox
+    start, end = ((x1, y1), (x2, y1)) if x2 - x1 > y2 - y1 else ((x1, y1), (x1, y2))
+    return sheet.edge(start, end, {"distance": [3, round(max(x2 - x1, y2 - y1), 4)]})

@@ -1,0 +1,58 @@
+"""Plans that people drew or that a program wrote as lines, areas and names: one module a family of formats.
+
+Each module of the table has two functions: ``claims(path, head)``, which tells by a file's name and its first bytes
+whether it is of that family, and ``draw(path)``, which reads it as a ``Drawing``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Protocol, cast
+
+from pipeline.sources.naming import check_file, single_input
+from pipeline.sources.vector_plans.drawn import Drawing, levels_of
+from pipeline.values import Input, Level
+
+FAMILIES = ("rmf",)
+_HEAD_BYTES = 1 << 16
+
+
+class Family(Protocol):
+    """What each module of ``pipeline.sources.vector_plans`` offers as functions of these names."""
+
+    def claims(self, path: Path, head: bytes) -> bool:
+        """Whether a file is of this family, by its name and its first bytes."""
+        ...
+
+    def draw(self, path: Path) -> Drawing:
+        """Read a file; raise Rejection if it cannot be read."""
+        ...
+
+
+def is_drawn(path: Path, head: bytes) -> bool:
+    """Whether one of the families knows a file."""
+    return _family(path, head) is not None
+
+
+def find(path: str, **options: str) -> Iterator[Input]:
+    """List one file."""
+    yield single_input(path, "vector_plans", options)
+
+
+def read(item: Input) -> Iterator[Level]:
+    """Yield the levels of a file, lowest first; raise Rejection if it cannot be read or holds no plan."""
+    path = Path(item.path)
+    check_file(path)
+    with path.open("rb") as stream:
+        head = stream.read(_HEAD_BYTES)
+    family = _family(path, head)
+    if family is None:  # listed, and changed since
+        family = cast("Family", import_module(f"{__name__}.{FAMILIES[0]}"))
+    yield from levels_of(item, family.draw(path), path, dict(item.options).get("file", path.name))
+
+
+def _family(path: Path, head: bytes) -> Family | None:
+    modules = (cast("Family", import_module(f"{__name__}.{name}")) for name in FAMILIES)
+    return next((module for module in modules if module.claims(path, head)), None)

@@ -1,0 +1,255 @@
+"""A drawing of a plan, as its file has it, and the levels that it gives.
+
+The frame: metres, x right and y up in the plan. A file whose y runs down is turned up by its reader.
+
+R1  Two lines closer than NARROW_M that enclose something are the faces of one wall: what is between them is wall.
+R2  A door stands in a wall. Where its file leaves a gap in the wall, the gap is filled up to the wall's faces first, so
+    that the door has a lintel; the wall's depth is that of the wall ends beside the door.
+R3  A drawing of rooms without walls has its walls between and around the rooms (``room_walls``).
+R4  What lies far from the origin is moved near; the way back is in the level's frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import LineString, MultiPolygon, Polygon
+from shapely.affinity import translate
+from shapely.geometry.base import BaseGeometry
+
+from houseexpo.files import sha256_of
+from houseexpo.plan import Frame
+from pipeline.geometry.overlay import polygons_of
+from pipeline.geometry.regions import opened
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.drawn_storeys import Hole, Wall, floor_of, openings, standing
+from pipeline.sources.left_out import LeftOut
+from pipeline.sources.naming import level_id
+from pipeline.sources.room_names import labels_for
+from pipeline.sources.room_walls import deepened, one_each, walls_around
+from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
+
+WALL_M = 2.5
+"""Height of a wall of which the file says nothing."""
+DOOR_M = 2.1
+THIN_M = 0.1
+"""Thickness of a wall that is drawn as a line without one."""
+NARROW_M = 0.6
+DEEPEST_M = 0.7
+JAMB_M = 0.05
+NEAR_M = 500.0
+LARGEST_M = 2000.0
+NOTHING_M2 = 1e-6
+
+Point = tuple[float, float]
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Storey:
+    """What is drawn of a storey: ``height_m`` is that of its floor.
+
+    ``all_named``: the drawing names each passage, so that a gap without a name is none.
+    """
+
+    walls: tuple[Wall, ...] = ()
+    holes: tuple[Hole, ...] = ()
+    rooms: tuple[SourceRoom, ...] = ()
+    floor: Polygon | MultiPolygon | None = None
+    furniture: tuple[SourceObject, ...] = ()
+    height_m: float = 0.0
+    all_named: bool = True
+    about: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """What a file holds: storeys, lowest first, what of it was left out, and what its reader had to guess."""
+
+    source: str
+    storeys: tuple[Storey, ...]
+    left_out: LeftOut
+    guesses: tuple[str, ...] = ()
+
+
+def room(
+    word: str, polygon: Polygon | None = None, at: Point | None = None, labels: tuple[str, ...] = ()
+) -> SourceRoom:
+    """Return a room by its name (or "") and its polygon, or by a point in it."""
+    words = (word,) if word else ()
+    found = labels or labels_for(words)
+    if polygon is not None or at is None:
+        return SourceRoom(words, found, polygon)
+    return SourceRoom(words, found, box=(at[0] - 0.1, at[1] - 0.1, at[0] + 0.1, at[1] + 0.1))
+
+
+def strips(lines: Iterable[tuple[Point, Point]], thick_m: float) -> list[Polygon]:
+    """Return the walls along lines of one thickness: their corners are mitred, their ends stand out by half of it."""
+    segments = [LineString(line) for line in lines if line[0] != line[1]]
+    merged = shapely.line_merge(shapely.union_all(segments, grid_size=1e-4)) if segments else LineString()
+    body = shapely.buffer(merged, thick_m / 2, cap_style="square", join_style="mitre", mitre_limit=2.0)
+    return polygons_of(body)
+
+
+def strip(start: Sequence[float], end: Sequence[float], thick_m: float) -> Polygon | None:
+    """Return one wall that ends where its line does, or None if it has no length."""
+    line = LineString([start[:2], end[:2]])
+    return shapely.buffer(line, thick_m / 2, cap_style="flat") if line.length > 1e-4 else None
+
+
+def solid_between(shapes: Iterable[Polygon]) -> list[Polygon]:
+    """R1: walls of some faces or bodies."""
+    body = shapely.union_all(list(shapes), grid_size=1e-4)
+    whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(body)])
+    voids = polygons_of(shapely.difference(whole, body))
+    slits = [void for void in voids if opened(void, NARROW_M).is_empty]
+    return polygons_of(shapely.union_all([body, *slits], grid_size=1e-4))
+
+
+def hole_at(
+    start: Sequence[float],
+    end: Sequence[float],
+    walls: Sequence[Polygon],
+    *,
+    has_door: bool,
+    bottom_m: float = 0.0,
+    top_m: float = DOOR_M,
+    thick_m: float = THIN_M,
+) -> Hole | None:
+    """Return the hole of a door that is drawn as a line from jamb to jamb; None if it has no length.
+
+    R2: it goes as deep as the walls at its jambs, or along it where the wall has no gap; ``thick_m`` where none is.
+    """
+    a, b = np.asarray(start[:2], np.float64), np.asarray(end[:2], np.float64)
+    length = float(np.hypot(*(b - a)))
+    if not 0.01 < length < LARGEST_M:
+        return None
+    along = (b - a) / length
+    across = np.array([-along[1], along[0]])
+    near = _near(walls, LineString([a, b]))
+    low, high = _depth(near, (a, b), across, thick_m)
+    shape = Polygon([a + across * low, b + across * low, b + across * high, a + across * high])
+    return Hole(shape, bottom_m, top_m, has_door, (float(across[0]), float(across[1])))
+
+
+def _near(walls: Sequence[Polygon], line: LineString) -> BaseGeometry:
+    return shapely.union_all([wall for wall in walls if shapely.dwithin(wall, line, JAMB_M + 0.01)])
+
+
+def _depth(walls: BaseGeometry, ends: tuple[Floats, Floats], across: Floats, thick_m: float) -> tuple[float, float]:
+    """How far the wall reaches to the right (negative) and to the left of a line."""
+    a, b = ends
+    along = np.array([across[1], -across[0]])
+    middle = (a + b) / 2
+    probes = [middle, a - along * JAMB_M, b + along * JAMB_M, a + along * JAMB_M, b - along * JAMB_M]
+    found = []
+    for probe in probes:
+        ray = LineString([probe - across * DEEPEST_M, probe + across * DEEPEST_M])
+        for part in shapely.get_parts(shapely.intersection(walls, ray)):
+            ends = (shapely.get_coordinates(part) - probe) @ across
+            if len(ends) and ends.min() <= 0.02 and ends.max() >= -0.02 and ends.max() - ends.min() < DEEPEST_M:
+                found.append((float(ends.min()), float(ends.max())))
+        if found:  # nearest to what is asked for: the wall itself, then the ends beside it
+            break
+    if not found:
+        return -thick_m / 2, thick_m / 2
+    return min(low for low, _ in found), max(high for _, high in found)
+
+
+def levels_of(item: Input, drawing: Drawing, path: Path, name: str) -> Iterator[Level]:
+    """Yield the levels of a drawing; raise Rejection if none of its storeys has walls or rooms.
+
+    Raises
+    ------
+    Rejection
+        NO_LEVEL where nothing is drawn, BAD_UNITS where it is larger than any building.
+    """
+    drawn = [storey for storey in drawing.storeys if storey.walls or any(each.polygon for each in storey.rooms)]
+    if not drawn:
+        detail = f"{name}: expected walls or rooms, found none"
+        detail += f"; left out: {drawing.left_out.note}" if drawing.left_out else ""
+        raise Rejection("source", Reason.NO_LEVEL, detail, "draw the walls, or leave the file out")
+    provenance = {"source": drawing.source, "file": name, "sha256": sha256_of(path)} | drawing.left_out.provenance
+    for number, storey in enumerate(sorted(drawn, key=lambda each: each.height_m)):
+        made = _level(storey, name)
+        yield replace(
+            made,
+            id=level_id(item.id, number, len(drawn)),
+            frame=replace(made.frame, level=number),
+            guesses=drawing.guesses,
+            provenance={**provenance, **storey.about},
+        )
+
+
+def _level(storey: Storey, name: str) -> Level:
+    """Return a level, still without its own id and number."""
+    storey, shift = _moved_near(storey, name)
+    shapes = [each.polygon for each in storey.rooms if each.polygon is not None]
+    if storey.walls:
+        walls = list(storey.walls)
+        top = float(np.median([wall.top_m for wall in walls]))
+        holes = list(storey.holes)
+        walls += [Wall(hole.shape, 0.0, top) for hole in holes if hole.is_passage]  # R2
+    else:
+        top = WALL_M
+        walls = walls_around(shapes, top)  # R3
+        holes = [deep for hole in one_each(storey.holes) if (deep := deepened(hole, walls)) is not None]
+    named = [each for each in storey.rooms if each.polygon is not None or each.box is not None]
+    return Level(
+        id="",
+        walls=standing(walls, holes),
+        ceiling_m=top,
+        frame=Frame(((1.0, 0.0, shift[0]), (0.0, 1.0, shift[1])), "z", storey.height_m, 0),
+        floor=storey.floor or floor_of([*shapes, *(hole.shape for hole in holes if shapes)]),
+        furniture=storey.furniture,
+        named_openings=storey.all_named and bool(holes),
+        rooms=tuple(named),
+        room_count=len(shapes) or None,
+        openings=openings(holes),
+        n_objects=len(storey.furniture),
+    )
+
+
+def _moved_near(storey: Storey, name: str) -> tuple[Storey, Point]:
+    """R4."""
+    shapes = [wall.shape for wall in storey.walls] + [r.polygon for r in storey.rooms if r.polygon is not None]
+    x1, y1, x2, y2 = shapely.total_bounds(shapes).tolist()
+    if not np.isfinite([x1, y1, x2, y2]).all():
+        raise Rejection("source", Reason.NOT_FINITE, f"{name} has coordinates that are not finite", "correct them")
+    if max(x2 - x1, y2 - y1) > LARGEST_M:
+        detail = f"{name} is {max(x2 - x1, y2 - y1):,.0f} m long, expected {LARGEST_M:,.0f} m at most"
+        raise Rejection("source", Reason.BAD_UNITS, detail, "give its scale, or leave it out")
+    if max(abs(x1), abs(y1), abs(x2), abs(y2)) < NEAR_M:
+        return storey, (0.0, 0.0)
+    dx, dy = float(np.floor(x1)), float(np.floor(y1))
+
+    def near(shape: Any) -> Any:
+        return translate(shape, -dx, -dy)
+
+    rooms = [
+        replace(
+            each,
+            polygon=None if each.polygon is None else near(each.polygon),
+            box=None if each.box is None else (each.box[0] - dx, each.box[1] - dy, each.box[2] - dx, each.box[3] - dy),
+        )
+        for each in storey.rooms
+    ]
+    moved = replace(
+        storey,
+        walls=tuple(replace(wall, shape=near(wall.shape)) for wall in storey.walls),
+        holes=tuple(replace(hole, shape=near(hole.shape)) for hole in storey.holes),
+        rooms=tuple(rooms),
+        floor=None if storey.floor is None else near(storey.floor),
+        furniture=tuple(SourceObject(each.words, _shifted(each.mesh, dx, dy)) for each in storey.furniture),
+    )
+    return moved, (dx, dy)
+
+
+def _shifted(mesh: Mesh, dx: float, dy: float) -> Mesh:
+    return Mesh(mesh.vertices - (dx, dy, 0.0), mesh.faces)

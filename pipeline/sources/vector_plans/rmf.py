@@ -1,0 +1,291 @@
+"""Open-RMF buildings (``*.building.yaml``), as traffic_editor draws them.
+
+Format: open-rmf/rmf_traffic_editor, rmf_building_map_tools (Building, Level, Wall, Lift). Vertices are
+[x, y, z, name, parameters]; walls, doors, measurements are [start, end, parameters], a parameter [type, value].
+
+R1  A level's scale is the mean of its measurements; without one, it is that of the reference level times the ratio of
+    the distances between fiducials that both have, or simply that of the reference level. y of pictures runs down.
+R2  A wall is 0.1 m thick and 2.5 m high, as rmf_building_map_tools makes it; ``thickness`` among its parameters, which
+    our own export writes, says another one. Walls that are two faces of one are filled.
+R3  A vertex whose name is the name of a room names the room around it.
+R4  A lift is a room of the levels that it has doors on, or passes where it names none; its doors are doors.
+R5  What refers to vertices that are not there is left out, with a note.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+import yaml
+from shapely import Polygon
+
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of
+from pipeline.sources.left_out import LeftOut
+from pipeline.sources.room_names import labels_for
+from pipeline.sources.vector_plans.drawn import (
+    THIN_M,
+    WALL_M,
+    Drawing,
+    Point,
+    Storey,
+    hole_at,
+    room,
+    solid_between,
+    strips,
+)
+from pipeline.values import SourceRoom
+
+LARGEST_BYTES = 1 << 26
+DEEPEST = 500
+_ALIAS = re.compile(rb"(?:^|[\s\[,{:-])\*[A-Za-z0-9_]+\s*(?:[,\]}\n]|$)", re.MULTILINE)
+_ADVICE = "save it again with traffic_editor"
+_SHAFT_M = 0.05
+_LIFT = "Lift"
+
+
+def claims(path: Path, head: bytes) -> bool:
+    """By its name, or by the keys that a level has."""
+    if path.suffix.lower() not in {".yaml", ".yml"}:
+        return False
+    return path.name.lower().endswith((".building.yaml", ".building.yml")) or (
+        re.search(rb"^levels:", head, re.MULTILINE) is not None and re.search(rb"^ +vertices:", head, re.M) is not None
+    )
+
+
+def draw(path: Path) -> Drawing:
+    """Read a building; raise Rejection if it cannot be read, or no level of it has a wall."""
+    building = _document(path)
+    levels = building.get("levels")
+    if not isinstance(levels, Mapping) or not levels:
+        raise _broken(path, "expected levels, found none")
+    system = str(building.get("coordinate_system", "reference_image"))
+    if not any(isinstance(level, Mapping) and level.get("walls") for level in levels.values()):
+        detail = f"{path.name}: expected walls on a level, found none; it is a traffic map of lanes"
+        raise Rejection("source", Reason.NO_LEVEL, detail, "draw its walls in traffic_editor, or leave it out")
+    left_out = LeftOut()
+    usable = {str(name): level for name, level in levels.items() if isinstance(level, Mapping)}
+    reference = str(building.get("reference_level_name", next(iter(usable), "")))
+    scales = _scales(usable, reference, system, path, left_out)
+    lifts = building.get("lifts")
+    storeys = []
+    for name, level in usable.items():
+        with left_out.part():
+            sheet = _Sheet(name, level, scales[name], -1.0 if system != "cartesian_meters" else 1.0, left_out)
+            rooms, doors = _lifts(lifts, reference, scales, sheet)
+            storeys.append(sheet.storey(rooms, doors))
+    return Drawing("open-rmf", tuple(storeys), left_out)
+
+
+class _Sheet:
+    """One level: its vertices in metres, y up, and what refers to them."""
+
+    def __init__(self, name: str, level: Mapping[str, Any], scale: float, up: float, left_out: LeftOut) -> None:
+        self.where = f"level {name[:40]}"
+        self.name, self.level, self.left_out = name, level, left_out
+        self.scale, self.up = scale, up
+        self.names: list[tuple[str, Point]] = []
+        self.points: list[Point | None] = []
+        for number, vertex in enumerate(_listed(level.get("vertices"))):
+            point = _point(vertex, scale, up)
+            self.points.append(point)
+            if point is None:
+                left_out.add(f"{self.where}: vertex {number} has no place")
+            elif len(vertex) > 3 and isinstance(vertex[3], str) and vertex[3]:
+                self.names.append((vertex[3], point))
+
+    def storey(self, lifts: list[SourceRoom], lift_doors: list[tuple[Point, Point]]) -> Storey:
+        """Draw the level."""
+        by_thickness: dict[float, list[tuple[Point, Point]]] = {}
+        for a, b, parameters in self.edges("walls"):
+            by_thickness.setdefault(_parameter(parameters, "thickness", THIN_M), []).append((a, b))
+        bodies = [part for thick, lines in sorted(by_thickness.items()) for part in strips(lines, thick)]
+        walls = solid_between(bodies)
+        found = [hole_at(a, b, walls, has_door=_has_leaf(p)) for a, b, p in self.edges("doors")]
+        found += [hole_at(a, b, walls, has_door=True) for a, b in lift_doors]
+        rooms = [room(name, at=at) for name, at in self.names if labels_for((name,))]  # R3
+        return Storey(
+            walls=tuple(Wall(wall, 0.0, WALL_M) for wall in walls),
+            holes=tuple(hole for hole in found if hole is not None),
+            rooms=(*rooms, *lifts),
+            floor=self._floor(found),
+            height_m=_number(self.level.get("elevation"), 0.0),
+            all_named=False,
+            about={"level_name": self.name},
+        )
+
+    def _floor(self, holes: list[Hole | None]) -> Any:
+        shapes = []
+        for floor in _listed(self.level.get("floors")):
+            corners = floor.get("vertices") if isinstance(floor, Mapping) else None
+            ring = [self._at(index) for index in _listed(corners)]
+            shape = clean([point for point in ring if point is not None])
+            shapes += [shape] if shape is not None else []
+        return floor_of([*shapes, *(hole.shape for hole in holes if hole is not None)]) if shapes else None
+
+    def edges(self, kind: str) -> Iterator[tuple[Point, Point, Mapping[str, Any]]]:
+        """Yield the edges of a kind; R5."""
+        for number, edge in enumerate(_listed(self.level.get(kind))):
+            ends = [self._at(index) for index in edge[:2]] if isinstance(edge, list) else []
+            if len(ends) < 2 or ends[0] is None or ends[1] is None:
+                self.left_out.add(f"{self.where}: {kind}[{number}] names a vertex that is not there")
+            else:
+                yield ends[0], ends[1], edge[2] if len(edge) > 2 and isinstance(edge[2], Mapping) else {}
+
+    def _at(self, index: Any) -> Point | None:
+        known = isinstance(index, int) and 0 <= index < len(self.points)
+        return self.points[index] if known else None
+
+
+def _document(path: Path) -> Mapping[str, Any]:
+    if path.stat().st_size > LARGEST_BYTES:
+        detail = f"{path.name} has {path.stat().st_size >> 20} MB, expected {LARGEST_BYTES >> 20} MB at most"
+        raise Rejection("source", Reason.TOO_LARGE, detail, "expected one building")
+    data = path.read_bytes()
+    if _ALIAS.search(data):
+        raise _broken(path, "repeats a part by an alias (*name), which traffic_editor never writes")
+    if _depth(data) > DEEPEST:  # the parser's stack is the machine's
+        raise _broken(path, f"is nested more than {DEEPEST} deep")
+    try:
+        document = yaml.load(data, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506 - a safe one
+    except (yaml.YAMLError, UnicodeError, ValueError, RecursionError) as error:
+        raise _broken(path, f"is no YAML: {' '.join(str(error).split())[:200]}") from None
+    if not isinstance(document, Mapping):
+        raise _broken(path, "expected a mapping with levels")
+    return document
+
+
+def _depth(data: bytes) -> int:
+    """A bound of how deep a document is nested: by brackets, and by what its lines begin with."""
+    text = np.frombuffer(data, np.uint8)
+    steps = np.isin(text, list(b"[{")).astype(np.int64) - np.isin(text, list(b"]}"))
+    begins = max((len(match) for match in re.findall(rb"^[ \-?:\t]+", data, re.MULTILINE)), default=0)
+    return int(np.cumsum(steps).max(initial=0)) + begins
+
+
+def _broken(path: Path, what: str) -> Rejection:
+    return Rejection("source", Reason.UNREADABLE, f"{path.name} {what}", _ADVICE)
+
+
+def _scales(levels: Mapping[str, Any], reference: str, system: str, path: Path, left_out: LeftOut) -> dict[str, float]:
+    """R1: metres a unit of each level."""
+    if system in {"cartesian_meters"}:
+        return dict.fromkeys(levels, 1.0)
+    if system in {"web_mercator", "wgs84"}:
+        detail = f"{path.name} is drawn in {system} coordinates, which are no metres"
+        raise Rejection("source", Reason.BAD_UNITS, detail, "save it with reference_image or cartesian_meters")
+    own = {name: scale for name, level in levels.items() if (scale := _measured(level))}
+    known = own.get(reference) or next(iter(own.values()), None)
+    if known is None:
+        detail = f"{path.name}: expected a measurement, which gives the metres of a pixel, found none"
+        raise Rejection("source", Reason.BAD_UNITS, detail, "draw a measurement in traffic_editor")
+    found = {}
+    for name, level in levels.items():
+        ratio = _ratio(levels.get(reference), level) if name not in own else None
+        found[name] = own.get(name) or known * (ratio or 1.0)
+        if name not in own and ratio is None and level.get("walls"):
+            left_out.add(f"level {name[:40]} has no measurement: the scale of another level is taken")
+    return found
+
+
+def _measured(level: Mapping[str, Any]) -> float | None:
+    points = [_point(vertex, 1.0, 1.0) for vertex in _listed(level.get("vertices"))]
+    ratios = []
+    for edge in _listed(level.get("measurements")):
+        if not (isinstance(edge, list) and len(edge) > 2 and isinstance(edge[2], Mapping)):
+            continue
+        ends = [points[i] if isinstance(i, int) and 0 <= i < len(points) else None for i in edge[:2]]
+        length = math.dist(ends[0], ends[1]) if ends[0] and ends[1] else 0.0
+        metres = _parameter(edge[2], "distance", 0.0)
+        if length > 0 and metres > 0:
+            ratios.append(metres / length)
+    return float(np.mean(ratios)) if ratios else None
+
+
+def _ratio(reference: Any, level: Mapping[str, Any]) -> float | None:
+    """How much longer a unit of this level is than one of the reference's, by the fiducials of both."""
+    ours, theirs = _fiducials(level), _fiducials(reference if isinstance(reference, Mapping) else {})
+    names = sorted(set(ours) & set(theirs))
+    pairs = [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]]
+    ratios = [math.dist(theirs[a], theirs[b]) / d for a, b in pairs if (d := math.dist(ours[a], ours[b])) > 0]
+    return float(np.mean(ratios)) if ratios else None
+
+
+def _fiducials(level: Mapping[str, Any]) -> dict[str, Point]:
+    found = {}
+    for each in _listed(level.get("fiducials")):
+        point = _point(each, 1.0, 1.0)
+        if point is not None and isinstance(each[-1], str):
+            found[each[-1]] = point
+    return found
+
+
+def _lifts(
+    lifts: Any, reference: str, scales: Mapping[str, float], sheet: _Sheet
+) -> tuple[list[SourceRoom], list[tuple[Point, Point]]]:
+    """R4."""
+    rooms, doors = [], []
+    for name, lift in (lifts or {}).items() if isinstance(lifts, Mapping) else ():
+        if not isinstance(lift, Mapping):
+            continue
+        scale = scales.get(str(lift.get("reference_floor_name", reference)), sheet.scale)
+        at = _point([lift.get("x"), lift.get("y")], scale, sheet.up)
+        width, depth = _number(lift.get("width"), 0.0), _number(lift.get("depth"), 0.0)
+        if at is None or not 0 < width < 20 or not 0 < depth < 20:
+            sheet.left_out.add(f"{sheet.where}: lift {str(name)[:40]} has no place or size")
+            continue
+        served = lift.get("level_doors")
+        if isinstance(served, Mapping) and served and sheet.name not in {str(each) for each in served}:
+            continue
+        yaw = _number(lift.get("yaw"), 0.0)
+        turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
+        half = np.array([width / 2 + _SHAFT_M, depth / 2 + _SHAFT_M])
+        corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * half @ turn.T + at
+        box = shapely.bounds(Polygon(corners)).tolist()
+        rooms.append(SourceRoom((f"{_LIFT} {name}",), ("Passenger_elevator",), box=(box[0], box[1], box[2], box[3])))
+        opens = (
+            {str(each) for each in _listed((served or {}).get(sheet.name))} if isinstance(served, Mapping) else set()
+        )
+        for key, door in (lift.get("doors") or {}).items() if isinstance(lift.get("doors"), Mapping) else ():
+            if str(key) in opens and isinstance(door, Mapping):
+                middle = np.array([_number(door.get("x"), 0.0), _number(door.get("y"), 0.0)])
+                axis = _number(door.get("motion_axis_orientation"), 0.0)
+                step = np.array([math.cos(axis), math.sin(axis)]) * _number(door.get("width"), 0.0) / 2
+                a, b = (middle - step) @ turn.T + at, (middle + step) @ turn.T + at
+                doors.append(((float(a[0]), float(a[1])), (float(b[0]), float(b[1]))))
+    return rooms, doors
+
+
+def _has_leaf(parameters: Mapping[str, Any]) -> bool:
+    """Our own export writes a passage without a leaf as a door of type "opening"."""
+    kind = parameters.get("type")
+    return not (isinstance(kind, list) and len(kind) > 1 and kind[1] == "opening")
+
+
+def _point(found: Any, scale: float, up: float) -> Point | None:
+    if not isinstance(found, list) or len(found) < 2:
+        return None
+    x, y = (_number(each, math.nan) * scale for each in found[:2])
+    return (x, y * up) if math.isfinite(x) and math.isfinite(y) else None
+
+
+def _parameter(parameters: Mapping[str, Any], name: str, default: float) -> float:
+    """A parameter's value where it is a number above 0."""
+    found = parameters.get(name)
+    value = _number(found[1] if isinstance(found, list) and len(found) > 1 else found, default)
+    return value if value > 0 else default
+
+
+def _number(value: Any, default: float) -> float:
+    good = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return float(value) if good else default
+
+
+def _listed(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else []
