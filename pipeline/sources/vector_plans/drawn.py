@@ -142,9 +142,9 @@ def _near(walls: Sequence[Polygon], line: LineString) -> BaseGeometry:
     return shapely.union_all([wall for wall in walls if shapely.dwithin(wall, line, JAMB_M + 0.01)])
 
 
-def _depth(walls: BaseGeometry, ends: tuple[Floats, Floats], across: Floats, thick_m: float) -> tuple[float, float]:
+def _depth(walls: BaseGeometry, jambs: tuple[Floats, Floats], across: Floats, thick_m: float) -> tuple[float, float]:
     """How far the wall reaches to the right (negative) and to the left of a line."""
-    a, b = ends
+    a, b = jambs
     along = np.array([across[1], -across[0]])
     middle = (a + b) / 2
     probes = [middle, a - along * JAMB_M, b + along * JAMB_M, a + along * JAMB_M, b - along * JAMB_M]
