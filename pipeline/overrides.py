@@ -38,7 +38,8 @@ from houseexpo.configuration import config_from, of_file, read_toml
 from houseexpo.dataset.manifest import is_bundled
 from houseexpo.dataset.store.folders import overrides_file
 from houseexpo.errors import ConfigError
-from houseexpo.plan.overrides import LISTS, MIN_DOOR_M, NAME, as_list
+from houseexpo.plan.overrides import LISTS, NAME, as_list
+from houseexpo.tolerances import MIN_DOOR_M
 from pipeline.config import PipelineConfig
 from pipeline.config_file import checked
 

@@ -7,7 +7,7 @@ corners that see each other.
 from __future__ import annotations
 
 from heapq import heappop, heappush
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,16 +16,12 @@ from houseexpo.analysis.graph import OUTSIDE, rooms_graph
 from houseexpo.errors import PlanError
 from houseexpo.plan import Door, Room
 from houseexpo.plan.model import PlanData
+from houseexpo.tolerances import MAX_CORNERS, SLACK_M, STRAIGHTEN_LARGE_M, STRAIGHTEN_PATH_M
 
 if TYPE_CHECKING:
     import networkx as nx
     from shapely import MultiPolygon, Polygon
 
-_JAG_M: Final = 0.02  # steps in published walls do not count as corners
-_SLACK_M: Final = 0.005  # a path may run along a wall; half a centimetre, as of the grid
-
-_COARSER_M: Final = (_JAG_M, 0.05, 0.1, 0.2, 0.4)
-_CORNERS: Final = 800
 
 Points = npt.NDArray[np.float64]
 
@@ -57,12 +53,12 @@ def shortest_way(space: Polygon | MultiPolygon, start: npt.ArrayLike, goal: npt.
     import shapely
 
     ends = np.asarray([start, goal], dtype=np.float64)
-    for jag in _COARSER_M:
+    for jag in STRAIGHTEN_LARGE_M:
         shape = space.simplify(jag)
         nodes = np.concatenate([ends, *(_reflex(np.asarray(ring.coords)[:-1]) for ring in _rings(shape))])
-        if len(nodes) <= _CORNERS + 2:
+        if len(nodes) <= MAX_CORNERS + 2:
             break
-    wide = shapely.buffer(shape, jag + _SLACK_M, join_style="mitre")
+    wide = shapely.buffer(shape, jag + SLACK_M, join_style="mitre")
     shapely.prepare(wide)
     rest = np.hypot(*(nodes - nodes[1]).T)
     known, before = np.full(len(nodes), np.inf), np.full(len(nodes), -1)
@@ -95,9 +91,9 @@ def walking_distances(space: Polygon | MultiPolygon, points: npt.ArrayLike) -> P
     from scipy.sparse.csgraph import dijkstra
 
     ends = np.asarray(points, dtype=np.float64).reshape(-1, 2)
-    shape = space.simplify(_JAG_M)
+    shape = space.simplify(STRAIGHTEN_PATH_M)
     nodes = np.concatenate([ends, *(_reflex(np.asarray(ring.coords)[:-1]) for ring in _rings(shape))])
-    wide = shapely.buffer(shape, _JAG_M + _SLACK_M, join_style="mitre")
+    wide = shapely.buffer(shape, STRAIGHTEN_PATH_M + SLACK_M, join_style="mitre")
     shapely.prepare(wide)
     one, other = np.triu_indices(len(nodes), k=1)
     seen = shapely.covers(wide, shapely.linestrings(np.stack([nodes[one], nodes[other]], axis=1)))

@@ -15,9 +15,7 @@ from typing import Final
 from houseexpo.analysis.graph import OUTSIDE, rooms_graph
 from houseexpo.analysis.navigability import navigability
 from houseexpo.plan import Navigability, PlanData, Reach
-
-ROBOT_M: Final = 0.20
-"""The radius of a robot, metres, for measures that depend on one, unless another is given."""
+from houseexpo.tolerances import ROBOT_M
 
 _SUFFIXES: Final = {"m²": "_m2", "m": "_m"}
 

@@ -16,18 +16,12 @@ import numpy as np
 from houseexpo.analysis.passages import Floats, find_passages
 from houseexpo.errors import PlanError
 from houseexpo.plan import RADII_M, Navigability, PlanData, Reach
+from houseexpo.tolerances import COMMON_OPENING_M, ROUND, SPECK_M2, SPLIT_M, SPLIT_STEP_M, STRAIGHTEN_AREA_M
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
-SPECK_M2: Final = 0.1
-"""Smaller pieces, in m2, are neither counted nor measured."""
 
-_JAG_M: Final = 0.01  # steps of published rings; without them, buffering takes a twentieth of the time
-_STEP_M: Final = 0.05  # step of radii in the search for a split
-_EXACT_M: Final = 0.0025  # precision of the split's radius: half a centimetre of width
-_ROUND: Final = 0.01  # arcs of a buffer are polygons, so that a passage may appear wider by half this share
-_COMMON_M: Final = 1.2  # most spaces split at a narrower passage; wider ones of the others are found on request
 _SPECK_RADIUS_M: Final = (SPECK_M2 / np.pi) ** 0.5
 
 
@@ -74,11 +68,12 @@ def standing_pieces(space: Polygon | MultiPolygon, radius_m: float) -> list[Poly
 
 def straightened(shape: Polygon | MultiPolygon) -> Polygon | MultiPolygon:
     """Return the shape with walls straightened by at most 0.01 m; it is valid and keeps all parts and holes."""
-    quick = shape.simplify(_JAG_M, preserve_topology=False)  # seven times faster, but may lose thin parts
+    quick = shape.simplify(STRAIGHTEN_AREA_M, preserve_topology=False)  # seven times faster, but may lose thin parts
     if shape.geom_type != "Polygon" or quick.geom_type != "Polygon" or quick.is_empty:
-        return shape.simplify(_JAG_M)
-    alike = len(shape.interiors) == len(quick.interiors) and abs(shape.area - quick.area) < _JAG_M * shape.length
-    return quick if alike else shape.simplify(_JAG_M)
+        return shape.simplify(STRAIGHTEN_AREA_M)
+    lost = abs(shape.area - quick.area)
+    alike = len(shape.interiors) == len(quick.interiors) and lost < STRAIGHTEN_AREA_M * shape.length
+    return quick if alike else shape.simplify(STRAIGHTEN_AREA_M)
 
 
 def erode(shape: Polygon | MultiPolygon, radius: float, least_m2: float = SPECK_M2) -> list[Polygon]:
@@ -109,7 +104,7 @@ class _Pieces:
 
     def __init__(self, shape: Polygon | MultiPolygon) -> None:
         self._shape = shape
-        self._passages, self._widest_m = find_passages(shape, _COMMON_M), _COMMON_M
+        self._passages, self._widest_m = find_passages(shape, COMMON_OPENING_M), COMMON_OPENING_M
         self._eroded: dict[float, list[Polygon]] = {}
         self._known: list[tuple[float, float, Polygon]] = []  # (from radius, split at radius, the piece at from)
 
@@ -137,24 +132,24 @@ class _Pieces:
             return -1.0
         room = shapely.distance(self._shape.boundary, self._shape.representative_point())
         narrowest = min([self._widest_m / 2.0, *self._passages.radius[:1]])
-        return float(min(room - _SPECK_RADIUS_M, narrowest * (1.0 - _ROUND)))
+        return float(min(room - _SPECK_RADIUS_M, narrowest * (1.0 - ROUND)))
 
     def _split(self, piece: _Piece, radius: float) -> float:
         import shapely
 
         passages, low = self._through(piece, radius), radius
         while True:
-            high = low + _STEP_M
-            if high * (1.0 + _ROUND) > self._widest_m / 2.0:
+            high = low + SPLIT_STEP_M
+            if high * (1.0 + ROUND) > self._widest_m / 2.0:
                 self._passages, self._widest_m = find_passages(self._shape), np.inf
                 passages = self._through(piece, radius)
-            ahead = passages[passages > low * (1.0 - _ROUND)]
+            ahead = passages[passages > low * (1.0 - ROUND)]
             none = not ahead.size and np.isinf(self._widest_m)
-            count = self._count(piece, high) if ahead.size and ahead[0] < high * (1.0 + _ROUND) else 1
+            count = self._count(piece, high) if ahead.size and ahead[0] < high * (1.0 + ROUND) else 1
             if count > 1:
-                return self._narrowed(piece, ahead, low * (1.0 - _ROUND), high * (1.0 + _ROUND))
+                return self._narrowed(piece, ahead, low * (1.0 - ROUND), high * (1.0 + ROUND))
             if count == 0 or none:
-                disc = shapely.maximum_inscribed_circle(piece.polygon, tolerance=_EXACT_M)
+                disc = shapely.maximum_inscribed_circle(piece.polygon, tolerance=SPLIT_M)
                 return piece.radius + float(disc.length)
             low = high
 
@@ -163,16 +158,16 @@ class _Pieces:
         import shapely
 
         middles = shapely.points(self._passages.middle)
-        inside = shapely.dwithin(piece.polygon, middles, _ROUND * radius)
+        inside = shapely.dwithin(piece.polygon, middles, ROUND * radius)
         return np.asarray(self._passages.radius[inside])
 
     def _narrowed(self, piece: _Piece, passages: Floats, low: float, high: float) -> float:
         """Return the radius, between two radii, at which the piece splits because one of its passages closes."""
-        while high - low > _EXACT_M:
+        while high - low > SPLIT_M:
             between = passages[(passages > low) & (passages < high)]
             first, last = (between[0], between[-1]) if between.size else (low, high)
             middle = float(first + last) / 2.0
-            if between.size and last - first < _EXACT_M:
+            if between.size and last - first < SPLIT_M:
                 return middle
             low, high = (low, middle) if self._count(piece, middle) > 1 else (middle, high)
         return (low + high) / 2.0

@@ -11,17 +11,17 @@ r"""Find the passages of a free space, where two walls are closest to each other
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+
+from houseexpo.tolerances import SAME_M
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
 Floats = npt.NDArray[np.float64]
-
-_SAME_M: Final = 1e-6  # lengths that differ by less are equal; walls are parallel up to rounding
 
 
 class Passages(NamedTuple):
@@ -61,7 +61,7 @@ def find_passages(space: Polygon | MultiPolygon, widest_m: float = np.inf) -> Pa
     corner, leaving, back = start[juts], unit[juts], -arriving[juts]
     found = _to_corners(corner, leaving, back, widest_m), _to_walls(corner, leaving, back, edges, widest_m)
     radius, middle = (np.concatenate(both) for both in zip(*found, strict=True))
-    open_ = shapely.distance(space.boundary, shapely.points(middle)) > radius - _SAME_M  # P3
+    open_ = shapely.distance(space.boundary, shapely.points(middle)) > radius - SAME_M  # P3
     radius, middle = radius[open_], middle[open_]
     order = np.argsort(radius, kind="stable")
     return Passages(radius[order], middle[order])
@@ -83,8 +83,8 @@ def _edges(space: Polygon | MultiPolygon) -> _Edges:
 
 def _to_corners(corner: Floats, leaving: Floats, back: Floats, widest_m: float) -> tuple[Floats, Floats]:
     """Return radii and middles from corner to corner; ``leaving`` and ``back`` are the directions of its walls."""
-    ahead = leaving @ corner.T < (_dot(leaving, corner) + _SAME_M)[:, None]
-    ahead &= back @ corner.T < (_dot(back, corner) + _SAME_M)[:, None]
+    ahead = leaving @ corner.T < (_dot(leaving, corner) + SAME_M)[:, None]
+    ahead &= back @ corner.T < (_dot(back, corner) + SAME_M)[:, None]
     one, other = np.nonzero(ahead & ahead.T)  # P1 at either end
     one, other = one[one < other], other[one < other]
     across = corner[other] - corner[one]
@@ -99,10 +99,10 @@ def _to_walls(corner: Floats, leaving: Floats, back: Floats, edges: _Edges, wide
     left = np.stack([-unit[:, 1], unit[:, 0]])
     away = corner @ left - _dot(start, left.T)
     meets = (away > 0.0) & (away <= widest_m)
-    meets &= (leaving @ left > -_SAME_M) & (back @ left > -_SAME_M)  # P1
+    meets &= (leaving @ left > -SAME_M) & (back @ left > -SAME_M)  # P1
     which, wall = np.nonzero(meets)
     along = _dot(corner[which] - start[wall], unit[wall])
-    foot = (along > -_SAME_M) & (along < length[wall] + _SAME_M)  # P2
+    foot = (along > -SAME_M) & (along < length[wall] + SAME_M)  # P2
     which, wall = which[foot], wall[foot]
     radius = away[which, wall] / 2.0
     return radius, corner[which] - radius[:, None] * left.T[wall]

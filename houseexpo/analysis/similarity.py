@@ -42,6 +42,7 @@ from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import Mask, Space, edges_in_pixels, fill, rings_of
 from houseexpo.plan.model import PlanData
 from houseexpo.progress import watched
+from houseexpo.tolerances import FINER_GRID
 
 if TYPE_CHECKING:
     from houseexpo.analysis.kernels.masks import Cells, PackedMask, Profiles
@@ -64,7 +65,6 @@ SYMMETRIES: Final[Mapping[str, tuple[bool, bool, bool]]] = {
     "antitranspose": (True, True, True),
 }
 
-_EPS: Final = 1e-4  # share by which the grid is finer than requested
 _BINS: Final = 64
 _BIN_PX: Final = 8
 _BLOCK: Final = 256  # fingerprints for one task of a thread
@@ -137,7 +137,7 @@ def comparison_frame(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) -
     """Return the grid of ``comparison_mask``."""
     corners = np.concatenate(rings_of(space))
     low, high = corners.min(axis=0), corners.max(axis=0)
-    scale = pixels_per_metre * (1 + _EPS)
+    scale = pixels_per_metre * (1 + FINER_GRID)
     cols, rows = (2 * math.ceil(size * scale / 2) for size in (high - low).tolist())
     x, y = ((low + high) / 2 - np.array([cols, rows]) / (2 * scale)).tolist()
     return GridFrame((x, y), scale, (max(rows, 2), max(cols, 2)))

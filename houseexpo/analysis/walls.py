@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from houseexpo.errors import ConfigError
+from houseexpo.tolerances import MITRE, SAME_M2
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
-
-_MITRE: Final = 2.0  # right angles keep their corner, acute ones do not extend far
-_SPECK_M2: Final = 1e-6
 
 
 def walls_around(space: Polygon | MultiPolygon, thickness_m: float) -> tuple[Polygon, ...]:
@@ -32,8 +30,8 @@ def walls_around(space: Polygon | MultiPolygon, thickness_m: float) -> tuple[Pol
 
     if not (math.isfinite(thickness_m) and thickness_m > 0):
         raise ConfigError(f"walls: expected a thickness of more than 0 m, found {thickness_m!r}")
-    around = shapely.buffer(space, thickness_m, join_style="mitre", mitre_limit=_MITRE)
+    around = shapely.buffer(space, thickness_m, join_style="mitre", mitre_limit=MITRE)
     enclosed = [shapely.Polygon(ring) for part in shapely.get_parts(space) for ring in part.interiors]
     wall = shapely.difference(shapely.union_all([around, *enclosed]), space)
-    parts = [part for part in shapely.get_parts(wall) if part.geom_type == "Polygon" and part.area > _SPECK_M2]
+    parts = [part for part in shapely.get_parts(wall) if part.geom_type == "Polygon" and part.area > SAME_M2]
     return tuple(sorted(parts, key=lambda part: (-part.area, part.bounds)))

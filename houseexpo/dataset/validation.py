@@ -27,15 +27,12 @@ from houseexpo.plan.categories import LABELS
 from houseexpo.plan.parts import RADII_M, Ring, signed_area
 from houseexpo.processes import in_chunks, in_processes
 from houseexpo.progress import watched
+from houseexpo.tolerances import GRID_M, ROUNDED_M2, SAME_M, TILE_M2
 
 Broken = tuple[str, str]
 """A violation: the key, and what was expected and found."""
 
 _CORNER: Final = (0.1, 0.1)
-_CM: Final = 0.01
-_EPS: Final = 1e-6  # metres: coordinates that differ by less are equal
-_TILE_M2: Final = 0.05  # rooms and doors cover the free space up to this area
-_SPECK_M2: Final = 0.01  # the area that rounding to centimetres moves along a wall
 _PUBLISHED_ID: Final = re.compile(r"[0-9a-f]{32}")
 _RADII: Final = frozenset(f"{radius:.2f}" for radius in RADII_M)
 _CHUNK: Final = 256
@@ -56,7 +53,7 @@ def _check_grid(plan: FloorPlan) -> Iterator[Broken]:
     parts += [(f"objects[{i}].polygon", thing.ring) for i, thing in enumerate(plan.objects)]
     for key, ring in [*((key, ring) for key, ring, _ in _rings(plan)), *parts]:
         cells = ring * 100
-        off = np.abs(cells - np.round(cells)).max(axis=1) > _EPS
+        off = np.abs(cells - np.round(cells)).max(axis=1) > SAME_M
         if off.any():
             row = int(off.argmax())
             yield f"{key}[{row}]", f"expected whole centimetres, found {ring[row].tolist()}"
@@ -65,7 +62,7 @@ def _check_grid(plan: FloorPlan) -> Iterator[Broken]:
 def _check_origin(plan: FloorPlan) -> Iterator[Broken]:
     """``min(verts)`` is (0.1, 0.1)."""
     low = plan.bbox[:2]
-    if max(abs(low[0] - _CORNER[0]), abs(low[1] - _CORNER[1])) > _EPS:
+    if max(abs(low[0] - _CORNER[0]), abs(low[1] - _CORNER[1])) > SAME_M:
         yield "verts", f"expected the least x and y to be {_CORNER}, found {low}"
 
 
@@ -83,7 +80,7 @@ def _check_direction(plan: FloorPlan) -> Iterator[Broken]:
 def _check_directions(plan: FloorPlan) -> Iterator[Broken]:
     """Edges of a published ring are axis-parallel or at 45 degrees."""
     across, up = np.abs(_edges(plan.verts)).T
-    odd = (across > _EPS) & (up > _EPS) & (np.abs(across - up) > _EPS)
+    odd = (across > SAME_M) & (up > SAME_M) & (np.abs(across - up) > SAME_M)
     if odd.any():
         row = int(odd.argmax())
         yield f"verts[{row}]", f"expected edges along an axis or at 45 degrees, found ({across[row]:g}, {up[row]:g})"
@@ -92,7 +89,7 @@ def _check_directions(plan: FloorPlan) -> Iterator[Broken]:
 def _check_repeated(plan: FloorPlan) -> Iterator[Broken]:
     """No vertex is repeated by the next one."""
     for key, ring, _ in _rings(plan):
-        same = (np.abs(_edges(ring)) < _EPS).all(axis=1)
+        same = (np.abs(_edges(ring)) < SAME_M).all(axis=1)
         if same.any():
             yield f"{key}[{int(same.argmax())}]", "expected vertices that differ from the next, found the same twice"
 
@@ -102,7 +99,7 @@ def _check_collinear(plan: FloorPlan) -> Iterator[Broken]:
     for key, ring, _ in _rings(plan):
         after = _edges(ring)
         before = np.roll(after, 1, axis=0)
-        straight = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]) < _EPS
+        straight = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]) < SAME_M
         if straight.any():
             yield f"{key}[{int(straight.argmax())}]", "expected a corner, found a vertex between two others in line"
 
@@ -148,14 +145,14 @@ def _check_rooms(plan: FloorPlan) -> Iterator[Broken]:
     doors = [door.polygon for door in plan.doors if door.kind != "entrance" and door.polygon.is_valid]
     together = shapely.union_all([*shapes, *doors])
     overlap = sum(shape.area for shape in shapes) - shapely.union_all(shapes).area
-    if overlap > _SPECK_M2:
+    if overlap > ROUNDED_M2:
         yield "rooms", f"expected rooms that do not overlap, found {overlap:.3f} m2 in two of them"
     outside = shapely.union_all(shapes).difference(plan.free_space).area
-    if outside > _SPECK_M2:
+    if outside > ROUNDED_M2:
         yield "rooms", f"expected rooms inside the free space, found {outside:.3f} m2 outside"
     gap = plan.free_space.symmetric_difference(together).area
-    if gap > _TILE_M2:
-        yield "rooms", f"expected rooms and doors to tile the free space to {_TILE_M2} m2, found {gap:.3f} m2 off"
+    if gap > TILE_M2:
+        yield "rooms", f"expected rooms and doors to tile the free space to {TILE_M2} m2, found {gap:.3f} m2 off"
 
 
 def _check_doors(plan: FloorPlan) -> Iterator[Broken]:
@@ -170,9 +167,9 @@ def _check_doors(plan: FloorPlan) -> Iterator[Broken]:
             yield f"doors[{i}].polygon", f"expected a simple ring, found {shapely.is_valid_reason(door.polygon)}"
             continue
         length = dist(*door.segment)
-        if abs(length - door.width) > 2 * _CM:
+        if abs(length - door.width) > 2 * GRID_M:
             yield f"doors[{i}].width", f"expected the segment's length, {length:.2f} m, found {door.width:.2f} m"
-        if shapely.LineString(door.segment).interpolate(0.5, normalized=True).distance(door.polygon) > 2 * _CM:
+        if shapely.LineString(door.segment).interpolate(0.5, normalized=True).distance(door.polygon) > 2 * GRID_M:
             yield f"doors[{i}].segment", "expected it to run through the door's polygon, found it elsewhere"
 
 
@@ -185,7 +182,7 @@ def _check_objects(plan: FloorPlan) -> Iterator[Broken]:
             yield f"objects[{i}].polygon", f"expected a simple ring, found {shapely.is_valid_reason(thing.polygon)}"
             continue
         free = thing.polygon.intersection(plan.free_space).area
-        if free > _SPECK_M2 + _CM * thing.polygon.length:
+        if free > ROUNDED_M2 + GRID_M * thing.polygon.length:
             yield f"objects[{i}].polygon", f"expected an obstacle, found {free:.3f} m2 of free space in it"
 
 

@@ -13,14 +13,13 @@ from houseexpo.errors import PlanError
 from houseexpo.grids.raster import rings_of
 from houseexpo.plan import Ring
 from houseexpo.plan.parts import signed_area
+from houseexpo.tolerances import GRID_M, SLIVER_M2
 
 if TYPE_CHECKING:
     from shapely import Polygon
 
-SLIT_M: Final = 0.01
 _DIGITS = 2  # the format's 1 cm grid
 _AXES: Final = ((1, 0), (-1, 0), (0, 1), (0, -1))
-_SLIVER_M2 = 1e-7
 
 
 def without_holes(polygon: Polygon, avoid: Sequence[Polygon] = ()) -> Polygon:
@@ -74,7 +73,7 @@ def _slits(polygon: Polygon, hole: Polygon, avoid: Sequence[Polygon]) -> list[An
     starts = shapely.points(np.repeat(corners, 2 * len(_AXES), axis=0))
     parts, origin = shapely.get_parts(shapely.intersection(strips, polygon), return_index=True)
     # the piece of a strip that starts at its corner; beyond the first wall that it meets there is another piece
-    near = (shapely.distance(parts, starts[origin]) < SLIT_M) & (shapely.get_dimensions(parts) == 2)
+    near = (shapely.distance(parts, starts[origin]) < GRID_M) & (shapely.get_dimensions(parts) == 2)
     parts = parts[near]
     doors = shapely.union_all(avoid) if avoid else shapely.Polygon()
     # rounded to a tenth of a millimetre, so that slits of equal length keep the order of the corners
@@ -83,7 +82,7 @@ def _slits(polygon: Polygon, hole: Polygon, avoid: Sequence[Polygon]) -> list[An
 
 
 def _strip(corner: Any, axis: tuple[int, int], side: int, reach: float) -> Polygon:
-    along, across = np.array(axis), np.array(axis[::-1]) * side * SLIT_M
+    along, across = np.array(axis), np.array(axis[::-1]) * side * GRID_M
     return shapely.Polygon([corner, corner + along * reach, corner + along * reach + across, corner + across])
 
 
@@ -106,7 +105,7 @@ def trapezoids(polygon: Polygon) -> list[Ring]:
         lasting = set(pairs)
         found += [edges.between(*pair, start, left) for pair, start in since.items() if pair not in lasting]
         since = {pair: since.get(pair, left) for pair in pairs}
-    return [ring for ring in found if signed_area(ring) > _SLIVER_M2]
+    return [ring for ring in found if signed_area(ring) > SLIVER_M2]
 
 
 class _Edges:

@@ -14,6 +14,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import PlanObject
+from houseexpo.tolerances import ROBOT_M, STRAIGHTEN_AREA_M, WELD_M
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
@@ -21,13 +22,8 @@ if TYPE_CHECKING:
 WALL_HEIGHT_M: Final = 2.5
 DOOR_HEIGHT_M: Final = 2.1
 WALL_THICKNESS_M: Final = 0.1
-ROBOT_RADIUS_M: Final = 0.2
 
 _UNDER_LINTELS: Final = frozenset({"door", "cut"})  # openings are gaps of full height, entrances are closed
-_JAG_M: Final = (
-    0.01  # oblique walls of published plans are steps of 1 cm; straightened, each is one piece instead of five hundred
-)
-_GRID_M: Final = 1e-4
 
 Point = tuple[float, float]
 
@@ -86,9 +82,9 @@ def solid(
         found = f"wall_height {wall_height!r} and door_height {door_height!r}"
         raise ConfigError(f"export: expected heights 0 < door_height <= wall_height in metres, found {found}")
     turned = oriented(plan, orientation)
-    space = shapely.set_precision(turned.floor.simplify(_JAG_M), _GRID_M)
+    space = shapely.set_precision(turned.floor.simplify(STRAIGHTEN_AREA_M), WELD_M)
     things = tuple(thing for thing in turned.objects if thing.room is not None)
-    walls = shapely.set_precision(_without_hollows(space, walls_around(space, wall_thickness)), _GRID_M)
+    walls = shapely.set_precision(_without_hollows(space, walls_around(space, wall_thickness)), WELD_M)
     doors = [door.polygon for door in turned.doors if door.kind in _UNDER_LINTELS] if door_height < wall_height else []
     lintels = (_polygons(shapely.intersection(door, space)) for door in doors)
     return Solid(
@@ -103,7 +99,7 @@ def solid(
     )
 
 
-def start_and_goal(space: Polygon | MultiPolygon, radius_m: float = ROBOT_RADIUS_M) -> tuple[Point, Point]:
+def start_and_goal(space: Polygon | MultiPolygon, radius_m: float = ROBOT_M) -> tuple[Point, Point]:
     """Return the widest place of a free space, and a far place that a disc of this radius can reach from it, metres.
 
     If the space is too narrow for the disc, both are the same point inside.

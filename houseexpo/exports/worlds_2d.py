@@ -8,9 +8,10 @@ import math
 from houseexpo.exports.encoding import Files, number, numbers
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.polygons import trapezoids
-from houseexpo.exports.solid import ROBOT_RADIUS_M, WALL_HEIGHT_M, WALL_THICKNESS_M, solid, start_and_goal
+from houseexpo.exports.solid import WALL_HEIGHT_M, WALL_THICKNESS_M, solid, start_and_goal
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
+from houseexpo.tolerances import ROBOT_M
 
 _STAGE_ROBOT = """define robot position
 (
@@ -41,7 +42,7 @@ def irsim(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientat
         "  collision_mode: 'stop'",
         "robot:",
         "  - kinematics: {name: 'diff'}",
-        f"    shape: {{name: 'circle', radius: {number(ROBOT_RADIUS_M)}}}",
+        f"    shape: {{name: 'circle', radius: {number(ROBOT_M)}}}",
         f"    state: {_list(*start, 0)}",
         f"    goal: {_list(*goal, 0)}",
         "    sensors:",
@@ -83,7 +84,7 @@ def stage(
     )
     x1, y1, x2, y2 = built.bounds
     (x, y), _ = start_and_goal(built.free)
-    side = ROBOT_RADIUS_M * math.sqrt(2)  # the square that fits in the disc
+    side = ROBOT_M * math.sqrt(2)  # the square that fits in the disc
     middle = numbers((x1 + x2) / 2, (y1 + y2) / 2)
     lines = [
         f"name {_quoted(plan.id)}",

@@ -17,6 +17,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
 from houseexpo.plan import Door, Ring, Room
 from houseexpo.plan.model import PlanData
+from houseexpo.tolerances import TIE_PX
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 Space: TypeAlias = Union[PlanData, "Polygon", "MultiPolygon"]
 Mask: TypeAlias = npt.NDArray[np.bool_]
 
-_TIE = 1e-7
 
 NOTHING = -1
 """The value in ``room_mask`` and ``door_mask`` of cells without a room or door (ids start at 0)."""
@@ -171,7 +171,7 @@ def _centre_from(position: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     "At" means within a ten-millionth of a cell: walls on the 1 cm grid run through centres, and rounding must not
     decide on which side of the wall these lie.
     """
-    first: npt.NDArray[np.float64] = np.ceil(position - 0.5 - _TIE)
+    first: npt.NDArray[np.float64] = np.ceil(position - 0.5 - TIE_PX)
     return first
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,15 +19,13 @@ from houseexpo.inference.tiling import grid_rings
 from houseexpo.plan import Box, Door, Room
 from houseexpo.plan.categories import UNLABELLED, canonical
 from houseexpo.plan.model import PlanData
+from houseexpo.tolerances import BOX_COVERS, BOX_FITS, BOX_INSIDE
 
 if TYPE_CHECKING:
     from shapely import Polygon
 
 __all__ = ["with_rooms"]
 
-_FITS: Final = 0.3
-_COVERS: Final = 0.8
-_INSIDE: Final = 0.5
 
 Matrix = npt.NDArray[np.float64]
 _Plan = TypeVar("_Plan", bound=PlanData)
@@ -151,13 +149,13 @@ def _paired(fit: Matrix) -> dict[int, int]:
     from scipy.optimize import linear_sum_assignment
 
     pairs = zip(*(k.tolist() for k in linear_sum_assignment(-fit)), strict=True)
-    return {box: room for box, room in pairs if fit[box, room] > _FITS}
+    return {box: room for box, room in pairs if fit[box, room] > BOX_FITS}
 
 
 def _holder(box: int, shared: Matrix, fit: Matrix, sizes: tuple[Matrix, Matrix], taken: set[int]) -> int | None:
     """Return the room of a remaining box (R2, R3)."""
-    covered = [k for k in range(len(sizes[1])) if k not in taken and shared[box, k] > _COVERS * sizes[1][k]]
+    covered = [k for k in range(len(sizes[1])) if k not in taken and shared[box, k] > BOX_COVERS * sizes[1][k]]
     if covered:
         return max(covered, key=lambda k: float(fit[box, k]))
     room = int(shared[box].argmax())
-    return room if shared[box, room] > _INSIDE * sizes[0][box] else None
+    return room if shared[box, room] > BOX_INSIDE * sizes[0][box] else None

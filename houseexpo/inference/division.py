@@ -4,28 +4,28 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from houseexpo.inference.necks import Floats, Neck
 from houseexpo.inference.tiling import faces_between
+from houseexpo.tolerances import (
+    APART_M,
+    BESIDE_M,
+    COMMON_OPENING_M,
+    IN_LINE_M,
+    JAGS_M2,
+    OPEN_ALONE,
+    OPEN_ROW,
+    OVERLAP_M,
+    ROUNDED_M2,
+    SMALLEST_ROOM_M2,
+)
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
-
-SMALLEST_M2: Final = 0.8
-OPEN_ALONE: Final = 0.65
-OPEN_ROW: Final = 0.6
-
-_OVER_M: Final = 0.02  # lines extend into the walls, by as much as straightening may have removed
-_APART_M: Final = 0.02
-_BESIDE_M: Final = 0.03
-_COMMON_M: Final = 1.2
-_IN_LINE_M: Final = 0.3
-_SPECK_M2: Final = 0.01
-_JAGS_M2: Final = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ def _non_overlapping(candidates: list[Neck]) -> list[Neck]:
     if not candidates:
         return []
     hulls = shapely.convex_hull(shapely.multipoints([neck.fronts.reshape(4, 2) for neck in candidates]))
-    one, other = shapely.STRtree(hulls).query(hulls, predicate="dwithin", distance=_APART_M)
+    one, other = shapely.STRtree(hulls).query(hulls, predicate="dwithin", distance=APART_M)
     later = other[one < other], one[one < other]
     taken = np.ones(len(candidates), dtype=bool)
     for worse, better in sorted(zip(*(k.tolist() for k in later), strict=True)):
@@ -89,11 +89,11 @@ def _faces(space: Polygon | MultiPolygon, necks: list[Neck]) -> npt.NDArray[np.o
 
     fronts = np.array([neck.fronts for neck in necks]).reshape(-1, 2, 2)
     on = fronts[:, 1] - fronts[:, 0]
-    on *= _OVER_M / np.hypot(*on.T)[:, None]
+    on *= OVERLAP_M / np.hypot(*on.T)[:, None]
     lines = shapely.linestrings(fronts + np.stack([-on, on], axis=1))
     faces = faces_between([space.boundary, *lines])
     shapely.prepare(space)
-    inside = shapely.contains(space, shapely.point_on_surface(faces)) & (shapely.area(faces) > _SPECK_M2)
+    inside = shapely.contains(space, shapely.point_on_surface(faces)) & (shapely.area(faces) > ROUNDED_M2)
     return np.asarray(faces[inside])
 
 
@@ -123,12 +123,12 @@ def _fills(faces: npt.NDArray[np.object_], necks: list[Neck]) -> npt.NDArray[np.
 
     area = shapely.area(shapely.convex_hull(shapely.multipoints([neck.fronts.reshape(4, 2) for neck in necks])))
     found = shapely.area(faces)
-    return np.asarray((found > 0.5 * area - _JAGS_M2) & (found < 2.0 * area + _JAGS_M2))
+    return np.asarray((found > 0.5 * area - JAGS_M2) & (found < 2.0 * area + JAGS_M2))
 
 
 def _looks(neck: Neck) -> Floats:
     """Return the middle of a neck and a point in front of each of its fronts, (3, 2)."""
-    return np.vstack([neck.middle[None], neck.fronts.mean(axis=1) - _BESIDE_M * neck.into])
+    return np.vstack([neck.middle[None], neck.fronts.mean(axis=1) - BESIDE_M * neck.into])
 
 
 def _settled(faces: npt.NDArray[np.object_], links: list[_Link]) -> tuple[list[_Link], list[list[int]]]:
@@ -144,7 +144,7 @@ def _settled(faces: npt.NDArray[np.object_], links: list[_Link]) -> tuple[list[_
         drop = {k for k, (one, other) in enumerate(sides) if one == other} or _open(kept, sides)
         if not drop:
             size = [float(area[room].sum()) for room in rooms]
-            beside_small = [k for k, pair in enumerate(sides) if min(size[room] for room in pair) < SMALLEST_M2]
+            beside_small = [k for k, pair in enumerate(sides) if min(size[room] for room in pair) < SMALLEST_ROOM_M2]
             drop = set(beside_small[-1:])  # R4
         if not drop:
             return kept, rooms
@@ -171,7 +171,7 @@ def _open(links: list[_Link], sides: list[tuple[int, int]]) -> set[int]:
         share = width / min(neck.room for neck in necks)
         alone = len(necks) == 1
         most = OPEN_ALONE if alone else OPEN_ROW
-        if width > _COMMON_M and share > most and not (alone and necks[0].whole == 2):
+        if width > COMMON_OPENING_M and share > most and not (alone and necks[0].whole == 2):
             wide.update(row)
     return wide
 
@@ -186,7 +186,7 @@ def _in_rows(necks: list[Neck], sides: list[tuple[int, int]]) -> list[list[int]]
         if set(sides[i]) == set(sides[k]):
             to = necks[k].middle - necks[i].middle
             aside = abs(float(to @ necks[i].into[0]))
-            if aside <= _IN_LINE_M and float(np.hypot(*to)) <= (necks[i].room + necks[k].room) / 2:
+            if aside <= IN_LINE_M and float(np.hypot(*to)) <= (necks[i].room + necks[k].room) / 2:
                 rows.add_edge(i, k)
     return [sorted(row) for row in nx.connected_components(rows)]
 

@@ -19,38 +19,36 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.tolerances import (
+    ASIDE,
+    AXIS_STEP_M,
+    COMMON_DOOR_M,
+    CORNER,
+    DEEPEST_DOOR_M,
+    DOOR_M,
+    FACING,
+    FARTHEST_LOOK_M,
+    HINT_M,
+    INWARD_M,
+    LOOKS_M,
+    ONWARD_M,
+    SAME_M,
+    SHALLOWEST_DOOR_M,
+    SNAP_M,
+    STAND_M,
+    STRAIGHTEN_WALLS_M,
+    THICK_WALL_M,
+    THIN_WALL_M,
+    WIDER_M,
+)
+
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
 Floats = npt.NDArray[np.float64]
 
-JAG_M: Final = 0.012
-"""Steps in a wall up to this size, metres, are straightened first; the thinnest walls (0.02 m) are preserved."""
-
-DEEPEST_M: Final = 0.8
-_THICKEST_M: Final = 0.5  # most walls are thinner, and deeper passages need better evidence
-_COMMON_M: Final = 1.1  # most doors are narrower, and wider ones need better evidence
-_SHALLOWEST_M: Final = 0.005
-_FACING: Final = -0.95  # cosine: opposite within 18 degrees
-_ASIDE: Final = 0.35  # of the width
-_WIDER_M: Final = 0.12
-_THIN_M: Final = 0.3
-_HINT_M: Final = 0.015
-
-NARROWEST_M: Final = 0.4
-WIDEST_M: Final = 2.2
-
-_CORNER: Final = np.sin(np.deg2rad(35.0))
-_STEP_M: Final = 0.025  # an edge that deviates less from an axis counts as parallel: published walls have steps of 1 cm
-_INWARD_M: Final = 0.012  # into the neck: a ray along the face itself would graze the wall on the other side
-_ONWARD_M: Final = 0.02  # past the end, beyond its steps
-_SNAP_M: Final = 0.08
-_LOOKS_M: Final = (0.15, 0.3)
-_STAND_M: Final = 0.4
-_FARTHEST_M: Final = 10.0
 
 _CHUNK: Final = 500_000  # rays times walls at once: 4 MB per array
-_NEAREST_M: Final = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +90,7 @@ def find_necks(space: Polygon | MultiPolygon) -> list[Neck]:
     """
     import shapely
 
-    shape = shapely.simplify(space, JAG_M)
+    shape = shapely.simplify(space, STRAIGHTEN_WALLS_M)
     walls = _Walls(shape)
     fronts = find_fronts(shape, walls)
     first, second = _opposite(fronts)
@@ -109,14 +107,16 @@ def _opposite(fronts: _Fronts) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.int
 
     if not len(fronts.line):
         return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
-    pairs = cKDTree(fronts.middle).query_pairs(1.5 * DEEPEST_M, output_type="ndarray")
+    pairs = cKDTree(fronts.middle).query_pairs(1.5 * DEEPEST_DOOR_M, output_type="ndarray")
     i, j = pairs.T
     to = fronts.middle[j] - fronts.middle[i]
     depth = (to * fronts.into[i]).sum(axis=1)
     aside = np.abs(to[:, 0] * fronts.into[i, 1] - to[:, 1] * fronts.into[i, 0])
-    facing = (fronts.into[i] * fronts.into[j]).sum(axis=1) < _FACING
+    facing = (fronts.into[i] * fronts.into[j]).sum(axis=1) < FACING
     near = (
-        (depth > _SHALLOWEST_M) & (depth <= DEEPEST_M) & (aside < _ASIDE * np.minimum(fronts.width[i], fronts.width[j]))
+        (depth > SHALLOWEST_DOOR_M)
+        & (depth <= DEEPEST_DOOR_M)
+        & (aside < ASIDE * np.minimum(fronts.width[i], fronts.width[j]))
     )
     return i[facing & near], j[facing & near]
 
@@ -131,10 +131,10 @@ def _neck(fronts: _Fronts, i: int, j: int) -> Neck | None:
     depth = float((line[1] - line[0]).mean(axis=0) @ fronts.into[i])
     across = float(width.min())
     widens = np.sort(fronts.room[[i, j]] - width)
-    narrow = across <= _COMMON_M and whole > 0
-    if widens[0] < (_HINT_M if narrow and depth <= _THIN_M else _WIDER_M) or widens[1] < _WIDER_M:  # R3
+    narrow = across <= COMMON_DOOR_M and whole > 0
+    if widens[0] < (HINT_M if narrow and depth <= THIN_WALL_M else WIDER_M) or widens[1] < WIDER_M:  # R3
         return None
-    if not narrow and (depth > _THICKEST_M or (across > _COMMON_M and not whole)):  # R4
+    if not narrow and (depth > THICK_WALL_M or (across > COMMON_DOOR_M and not whole)):  # R4
         return None
     cost = across + 0.5 * depth + 0.35 * (2 - whole) + float(np.ptp(width)) - 0.3 * min(float(widens[0]), 0.5)
     return Neck(line, fronts.into[[i, j]], across, depth, float(fronts.room[[i, j]].min()), whole, cost)
@@ -170,8 +170,8 @@ def find_fronts(shape: Polygon | MultiPolygon, walls: _Walls) -> _Fronts:
     start = np.concatenate([corner, corner])
     along = np.concatenate([leading, -leaving])  # either wall at a corner may be the ending one
     into = np.concatenate([_right_of(leading), -_right_of(-leaving)])
-    reach = _ONWARD_M + walls.distance(start + _INWARD_M * into + _ONWARD_M * along, along)
-    found = (reach >= NARROWEST_M) & (reach <= WIDEST_M)
+    reach = ONWARD_M + walls.distance(start + INWARD_M * into + ONWARD_M * along, along)
+    found = (reach >= DOOR_M[0]) & (reach <= DOOR_M[1])
     line = np.stack([start[found], start[found] + reach[found, None] * along[found]], axis=1)
     line, ends_at_corner = _snapped(line, corner)
     into = _squared(line, into[found])
@@ -195,7 +195,7 @@ def _corners(shape: Polygon | MultiPolygon) -> tuple[Floats, Floats, Floats]:
         leading.append(np.roll(direction, 1, axis=0))
     at, before, after = np.concatenate(corner), np.concatenate(leading), np.concatenate(leaving)
     turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    juts = turn < -_CORNER
+    juts = turn < -CORNER
     return at[juts], before[juts], after[juts]
 
 
@@ -204,7 +204,7 @@ def _directions(edge: Floats) -> Floats:
     length = np.hypot(*edge.T)[:, None]
     axis = np.where(np.abs(edge) > np.abs(edge[:, ::-1]), np.sign(edge), 0.0)
     off = np.abs(edge).min(axis=1)
-    return np.where((off <= np.minimum(_STEP_M, length[:, 0] / 2))[:, None], axis, edge / length)
+    return np.where((off <= np.minimum(AXIS_STEP_M, length[:, 0] / 2))[:, None], axis, edge / length)
 
 
 def _right_of(direction: Floats) -> Floats:
@@ -217,7 +217,7 @@ def _snapped(line: Floats, corner: Floats) -> tuple[Floats, npt.NDArray[np.bool_
 
     if not len(line):
         return line, np.zeros(0, dtype=bool)
-    apart, nearest = cKDTree(corner).query(line[:, 1], distance_upper_bound=_SNAP_M)
+    apart, nearest = cKDTree(corner).query(line[:, 1], distance_upper_bound=SNAP_M)
     close = np.isfinite(apart)
     snapped = line.copy()
     snapped[close, 1] = corner[nearest[close]]
@@ -236,11 +236,11 @@ def _room(line: Floats, into: Floats, walls: _Walls) -> Floats:
     """Return the width of the space a little in front of each front, in the front's direction."""
     along, middle = _right_of(into), line.mean(axis=1)
     widest = np.zeros(len(line))
-    for look in _LOOKS_M:
+    for look in LOOKS_M:
         at = middle - look * into
         wide = walls.distance(at, along) + walls.distance(at, -along)
-        widest = np.maximum(widest, np.minimum(wide, _FARTHEST_M))
-    return np.where(walls.distance(middle, -into) >= _STAND_M, widest, 0.0)
+        widest = np.maximum(widest, np.minimum(wide, FARTHEST_LOOK_M))
+    return np.where(walls.distance(middle, -into) >= STAND_M, widest, 0.0)
 
 
 class _Walls:
@@ -271,5 +271,5 @@ class _Walls:
         with np.errstate(divide="ignore", invalid="ignore"):  # parallel lines do not meet
             along_ray = (to_x * wall_y - to_y * wall_x) / turn
             along_wall = (to_x * ray_y - to_y * ray_x) / turn
-        meets = (along_wall >= 0.0) & (along_wall <= 1.0) & (along_ray > _NEAREST_M)
+        meets = (along_wall >= 0.0) & (along_wall <= 1.0) & (along_ray > SAME_M)
         return np.asarray(np.where(meets, along_ray, np.inf).min(axis=1, initial=np.inf))

@@ -6,17 +6,17 @@ Snap rounding keeps neighbours adjacent: a boundary that is moved to the grid mo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+
+from houseexpo.tolerances import GRID_M
 
 if TYPE_CHECKING:
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
-GRID_M: Final = 0.01
-"""The grid of a plan's coordinates, metres: each is a multiple of this."""
 
 Points = npt.NDArray[np.float64]
 

@@ -7,8 +7,6 @@ from typing import Any, Final
 NAME: Final = "overrides.toml"
 LOG: Final = "overrides.log.jsonl"
 """The log of a review, beside the file with its decisions."""
-MIN_DOOR_M: Final = 0.3
-"""The smallest width of a door that is added by hand: metres between the jambs."""
 LISTS: Final = {"door": 2, "no_room": 1}
 """Keys with several values, and the list depth of one value: 2 for two points, 1 for a point [x, y]."""
 

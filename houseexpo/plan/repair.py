@@ -23,13 +23,12 @@ import numpy.typing as npt
 
 from houseexpo.errors import PlanError
 from houseexpo.plan.parts import Ring, signed_area
+from houseexpo.tolerances import SAME_M
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
 _TOUCHES = ("Ring Self-intersection", "Interior is disconnected")
-
-_EXACT_M = 1e-6  # a ring that runs back along its own slanted edge must not enclose the gap left by rounding
 
 
 @dataclass(frozen=True)
@@ -55,7 +54,7 @@ def even_odd(verts: Ring, holes: Sequence[Ring]) -> Polygon | MultiPolygon:
     if shape.is_valid:
         return shape
     rings = [verts, *holes]
-    noded = shapely.union_all([shapely.LinearRing(ring) for ring in rings], grid_size=_EXACT_M)
+    noded = shapely.union_all([shapely.LinearRing(ring) for ring in rings], grid_size=SAME_M)
     faces = shapely.get_parts(shapely.polygonize(shapely.get_parts(noded)))
     places = shapely.get_coordinates(shapely.point_on_surface(faces))
     crossings = sum((_crossings(places, ring) for ring in rings), np.zeros(len(places), dtype=np.int64))

@@ -25,7 +25,7 @@ import numpy as np
 import numpy.typing as npt
 from starlette.datastructures import ImmutableMultiDict
 
-from houseexpo.analysis.measures import BY_NAME, ROBOT_M, Measure
+from houseexpo.analysis.measures import BY_NAME, Measure
 from houseexpo.dataset import Dataset
 from houseexpo.dataset.store.columns import known_label
 from houseexpo.errors import ConfigError
@@ -33,6 +33,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import RADII_M
 from houseexpo.plan.categories import LABELS
 from houseexpo.service.recent import Recent
+from houseexpo.tolerances import ROBOT_M
 
 Numbers = npt.NDArray[np.float64]
 Bits = npt.NDArray[np.bool_]

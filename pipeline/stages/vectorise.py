@@ -16,9 +16,10 @@ import shapely
 from shapely import Polygon
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.inference.tiling import GRID_M, Points, faces_between, grid_rings
+from houseexpo.inference.tiling import Points, faces_between, grid_rings
 from houseexpo.plan import Box, Door, Frame, PlanObject, Room
 from houseexpo.plan.categories import UNLABELLED
+from houseexpo.tolerances import GRID_M
 from pipeline.geometry.fitting import opening_polygons
 from pipeline.geometry.overlay import polygons_of, united
 from pipeline.geometry.regions import OUTSIDE

@@ -28,7 +28,6 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.frame import GridFrame, plan_from_source, source_from_plan
 from houseexpo.plan.explanations import GROUNDS
-from houseexpo.plan.overrides import MIN_DOOR_M
 from houseexpo.plan.parts import SURE
 from houseexpo.service.answers import Json, read
 from houseexpo.service.collection import Collection
@@ -38,6 +37,7 @@ from houseexpo.service.review.decisions import Decisions, Judged
 from houseexpo.service.review.log import Line
 from houseexpo.service.service import Service
 from houseexpo.service.settings import is_loopback
+from houseexpo.tolerances import MIN_DOOR_M
 
 Move = Literal["here", "next", "previous", "open"]
 LOOKED_AT_S: Final = 90.0
