@@ -32,6 +32,7 @@ NOTES: Final[Mapping[str, str]] = {
     "boundary:floor_edge": "closed an open front by its floor",
     "boundary:wall_ends": "closed an open front by its walls' ends",
     "cuts": "cut a wall",
+    "doors_unknown": "the source shows no door here: where the passages are is unknown",
     "erased_parts": "erased a part standing apart",
     "filled_cells": "filled a closed cell",
     "filled_pockets": "filled a corner out of reach",

@@ -18,6 +18,9 @@ NEAR_M = 0.25
 WALLED = 0.5
 """At least this share of an open room's edge has to be wall; a slab in a garden is no room."""
 FARTHEST_M = 10.0
+SURROUNDED = 0.8
+"""A place that walls surround along this share of its hull is a room, whose one side is a front."""
+FRONT_M = 6.0
 HELD = 0.5
 """A room of which walls enclose less than this share lies open."""
 
@@ -89,6 +92,24 @@ def from_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) ->
             kept.append(candidate)
             ground, so_far = trial, area
     return kept
+
+
+def from_hull(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
+    """Bands along the fronts of a single room that is open to one side or two: where no wall stands along its hull.
+
+    There are none where walls stand along less than ``SURROUNDED`` of it (a corner piece, a stage), or where a front is
+    wider than ``FRONT_M``.
+    """
+    hull = shapely.convex_hull(tall)
+    if hull.geom_type != "Polygon" or hull.area < least_m2:
+        return []
+    bare = shapely.difference(hull.exterior, shapely.buffer(tall, NEAR_M, quad_segs=2))
+    fronts = shapely.get_parts(shapely.line_merge(bare)) if not bare.is_empty else np.zeros(0, np.object_)
+    if bare.length > (1 - SURROUNDED) * hull.length or any(front.length > FRONT_M for front in fronts):
+        return []
+    bands = shapely.buffer(fronts, NEAR_M, cap_style="square", join_style="mitre")
+    inner = shapely.buffer(hull, -BAND_M, join_style="mitre")
+    return [part for band in bands for part in polygons_of(subtract(band, united([inner, tall])))]
 
 
 def enclosed_area(walls: BaseGeometry) -> float:

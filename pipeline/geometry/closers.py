@@ -33,7 +33,7 @@ SHARES = np.array([[-0.3], [0.0], [0.3]])
 CloserKind: TypeAlias = Literal[
     "opening", "door", "lintel", "sill", "gap", "gate", "rail", "room_edge", "floor_edge", "wall_ends"
 ]
-"""``gate``: a gap that is too wide to part two rooms; it closes to the outside only."""
+"""``gate``: a wide gap; it closes to the outside, and between two rooms that are much broader."""
 GAPS: Final = frozenset({"gap", "gate"})
 
 

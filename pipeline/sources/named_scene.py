@@ -212,8 +212,16 @@ def _is_building(mesh: Mesh, chosen: Bools) -> bool:
     return any(0 < MIN_WALLS * surfaces.area[each].sum() <= surfaces.area[each & chosen].sum() for each in upright)
 
 
-def door_heights(scene: Scene) -> dict[str, float]:
-    """Return the middle height of the doors that names alone tell, in the scene's own unit, by up axis.
+@dataclass(frozen=True)
+class DoorHeight:
+    """How high the doors are that a file names, in its own unit; ``is_sure``: there are several."""
+
+    height: float
+    is_sure: bool = True
+
+
+def door_heights(scene: Scene) -> dict[str, DoorHeight]:
+    """Return the middle height of the doors that names alone tell, by up axis.
 
     Only those count that stand upright on the axis: 1.5 to 4.5 times as high as wide.
     """
@@ -226,8 +234,8 @@ def door_heights(scene: Scene) -> dict[str, float]:
     found = {}
     for axis, number in (("y", 1), ("z", 2)):
         upright = [size[number] for size in sizes if 1.5 <= size[number] / max(*np.delete(size, number), 1e-12) <= 4.5]
-        if len(upright) >= MIN_DOORS:
-            found[axis] = float(np.median(upright))
+        if upright:
+            found[axis] = DoorHeight(float(np.median(upright)), is_sure=len(upright) >= MIN_DOORS)
     return found
 
 

@@ -34,6 +34,11 @@ def is_usual(heads: Sequence[float], metres: float) -> bool:
     return not heads or any(HEADS_M[0] <= head * metres <= HEADS_M[1] for head in heads)
 
 
+def has_usual_head(heads: Sequence[float], metres: float) -> bool:
+    """Tell whether an opening ends as high as doors do in most houses (R1), in a unit of so many metres."""
+    return any(abs(math.log(head * metres / USUAL_HEAD_M)) < NEAR for head in heads)
+
+
 def model_scale(storey: float, heads: Sequence[float]) -> float | None:
     """R2: return metres in a file's unit, or None if no head fits any usual scale."""
     candidates = [(unit, 0.0) for name, unit in UNITS.items() if name != "ft"]

@@ -12,12 +12,15 @@ R3  A declared unit stands while the building is 1.9 to 60 m high: a shell has n
 R4  Doors that the file names are 1.5 to 3.2 m high in any unit that is not absurd; where no unit does that, the model
     is to a scale that makes them 2.05 m. Against a declared unit they speak only if that scale gives a usual storey:
     else they are hatches, or handles.
+    One door alone is a hatch, too, unless the storey is higher than any dwelling's without it.
 R5  What the user says is believed: the axis, the unit or metres a unit, a model's scale, or a storey's height; it must
     put the walls within 1.5 to 200 m.
 R6  Where the format lays down axis and unit, and what divides the walls leaves no storey as high as a room, the walls
     as a whole may be one: what divides them is no slab.
 R7  Where no unit fits, the scale is tried that makes a storey 2.7 m high (``TRIED``). The caller believes it only if
     there are rooms then.
+R8  So it is where a file without a unit would be a building in metres that nothing divides, if that scale, and not
+    metres, gives an opening the height of a door.
 """
 
 from __future__ import annotations
@@ -28,11 +31,13 @@ from dataclasses import dataclass, replace
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.mesh_load import Convention
+from pipeline.sources.named_scene import DoorHeight
 from pipeline.sources.scale import (
     HIGHEST_STOREY_M,
     LIKELY_M,
     UNITS,
     USUAL_STOREY_M,
+    has_usual_head,
     is_usual,
     model_scale,
     storey_scale,
@@ -80,9 +85,9 @@ class Frame3D:
 
 
 def detect(
-    mesh: Mesh, convention: Convention, wish: Wish, name: str, doors: Mapping[str, float] | None = None
+    mesh: Mesh, convention: Convention, wish: Wish, name: str, doors: Mapping[str, DoorHeight] | None = None
 ) -> Frame3D:
-    """Find the up axis and the unit; ``doors`` is the named doors' height in file units, by axis.
+    """Find the up axis and the unit; ``doors`` are the named doors' heights, by axis.
 
     Raises
     ------
@@ -99,7 +104,9 @@ def detect(
         metres = (wish.metres or convention.metres or 1.0) * wish.scale
         return Frame3D(convention.up if wish.up == "auto" else wish.up, metres, unit_name(metres))
     axis = max(shapes, key=lambda key: _upright(shapes[key], key, convention))
-    shape, door = shapes[axis], (doors or {}).get(axis)
+    shape, named = shapes[axis], (doors or {}).get(axis)
+    too_high = shape.storey * (convention.metres or 1.0) > HIGHEST_STOREY_M
+    door = named.height if named is not None and (named.is_sure or too_high) else None
     found = _given(shape, convention, wish) if wish.is_about_size else _unit(shape, convention, door)
     tried = found is None and not wish.is_about_size
     if tried:  # R7
@@ -159,7 +166,13 @@ def _upright(shape: Shape, axis: str, convention: Convention) -> float:
         return evidence
     told = model_scale(shape.storey, shape.heads) if convention.metres is None else None
     is_model = told is not None and shape.fits_width(told)
-    return evidence - (8.0 if is_model else 10.0)
+    return evidence - (8.0 if is_model or (convention.metres is None and _is_likely(shape)) else 10.0)
+
+
+def _is_likely(shape: Shape) -> bool:
+    """R8: whether an opening is as high as a door where the storey is 2.7 m high."""
+    tried = USUAL_STOREY_M / shape.storey
+    return shape.fits_width(tried) and has_usual_head(shape.heads, tried)
 
 
 def _unit(shape: Shape, convention: Convention, door: float | None) -> float | None:
@@ -183,7 +196,7 @@ def _unit(shape: Shape, convention: Convention, door: float | None) -> float | N
         nearest = min(fitting, key=lambda metres: abs(math.log(shape.storey * metres / USUAL_STOREY_M)))
         return 1.0 if 1.0 in fitting else nearest
     if convention.metres is None and shape.stands(1.0) and is_sound(1.0):
-        return 1.0
+        return None if _is_likely(shape) and not is_usual(shape.heads, 1.0) else 1.0  # R8
     scaled = USUAL_DOOR_M / door if door else storey_scale(shape.storey)
     return scaled if scaled and shape.stands(scaled) else None
 

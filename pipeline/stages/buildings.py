@@ -1,6 +1,7 @@
 """Separate buildings in one file become plans of their own: nobody cuts a way through the open air between two houses.
 
-R1  Parts of a level whose outlines stand within ``distance_m`` of each other are one building.
+R1  Parts of a level whose outlines stand within ``distance_m`` of each other are one building; but not those that each
+    have an entrance of their own, and air between them that no wall is thick enough to fill.
 R2  Buildings are numbered by place, from the least x and then the least y; the number stands in the id before the
     level's (``_B1``).
 """
@@ -16,6 +17,9 @@ import shapely
 from pipeline.config import IsolatedConfig
 from pipeline.values import Level, SourceRoom, Spaces
 
+OPEN_AIR_M = 1.0
+TOUCH_M = 0.05
+
 
 def separate(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple[Level, Spaces]]:
     """Each building as a level with its spaces; a level of one building as it is."""
@@ -23,7 +27,12 @@ def separate(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple
     near = nx.Graph()
     near.add_nodes_from(range(len(outlines)))
     pairs = shapely.STRtree(outlines).query(outlines, predicate="dwithin", distance=config.distance_m).T
-    near.add_edges_from(pairs.tolist())
+    entered = _entered(spaces)
+    near.add_edges_from(
+        (a, b)
+        for a, b in pairs.tolist()
+        if not (a in entered and b in entered and outlines[a].distance(outlines[b]) > OPEN_AIR_M)
+    )
     groups = [sorted(group) for group in nx.connected_components(near)]  # R1
     if len(groups) < 2:
         return [(level, spaces)]
@@ -42,6 +51,12 @@ def separate(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple
         count = len(rooms) if level.room_count is not None else None
         found.append((replace(level, id=building_id(level.id, number), rooms=rooms, room_count=count), part))
     return found
+
+
+def _entered(spaces: Spaces) -> set[int]:
+    """R1: which of the outlines have an entrance of their own."""
+    doors = [shapely.Point(p.bridge.centre) for p in spaces.passages if p.leads_outside]
+    return {k for k, outline in enumerate(spaces.outlines) if any(outline.distance(door) < TOUCH_M for door in doors)}
 
 
 def building_id(level_id: str, number: int) -> str:

@@ -13,6 +13,8 @@ R6  A place with some evidence of a door (``geometry.cut_places``) is cut before
     parts; a cut says what speaks for its place.
 R7  A part that no cut joins is left out, the smallest first, and a note says so: what a robot cannot reach is no reason
     to reject a house.
+R8  Where nothing in a storey shows a door, no lintel, leaf or entrance, where its passages are is unknown. They are
+    cut, and each cut and a note say that it stands for an unknown one.
 """
 
 from __future__ import annotations
@@ -44,6 +46,8 @@ AROUND = 4.0
 """So many radii of the disc beyond a cut the floor is looked at."""
 NO_EVIDENCE = "no evidence: the nearest wall"
 NO_WALL = "no evidence: the nearest way, through more than wall"
+UNKNOWN = "unknown: the source shows no door in this storey"
+DOORS = frozenset({"door", "entrance"})
 _Cut: TypeAlias = tuple[npt.NDArray[np.float64], Bridge, str]
 """The pair (2, 2) of points that a cut is made for, the cut, and what speaks for its place."""
 
@@ -65,7 +69,8 @@ def connect(
         return spaces
     spaces = _without_pockets(spaces, pieces, config.robot_radius_m, least_m2)
     points: npt.NDArray[np.float64] | None = None
-    notes = {"cuts": 0, "left_out": 0}
+    notes = {"cuts": 0, "left_out": 0, "doors_unknown": 0}
+    unknown = evidence is not None and _shows_no_door(evidence, spaces)
     for _ in range(2 * len(pieces) + 8):
         floor = floor_of(spaces)
         pieces = _standing(floor, spaces, config.robot_radius_m)
@@ -82,9 +87,16 @@ def connect(
             continue
         pair, cut, why = found
         joined = JoinedPair(pair, config.robot_radius_m)
+        why, notes["doors_unknown"] = (UNKNOWN, 1) if unknown else (why, 0)
         spaces = replace(_with_cut(spaces, cut, why), joined=(*spaces.joined, joined))
         notes["cuts"] += 1
     return replace(spaces, notes={**spaces.notes, **{name: count for name, count in notes.items() if count}})
+
+
+def _shows_no_door(evidence: Evidence, spaces: Spaces) -> bool:
+    """R8."""
+    shown = evidence.doorways or evidence.leaves or any(passage.kind in DOORS for passage in spaces.passages)
+    return not shown and evidence.lintels.is_empty
 
 
 def _standing(floor: BaseGeometry, spaces: Spaces, radius_m: float) -> list[Polygon]:

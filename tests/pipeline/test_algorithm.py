@@ -55,7 +55,7 @@ def test_the_heights_used_and_what_the_rules_did_are_recorded() -> None:
     assert provenance["source"] == "mesh"
     assert provenance["heights"]["sill"] == 0.45
     assert provenance["heights"]["breast"] == 1.1
-    assert provenance["notes"] == {"cuts": 1}
+    assert provenance["notes"] == {"cuts": 1, "doors_unknown": 1}
 
 
 def test_sills_give_the_same_plan_as_lintels() -> None:

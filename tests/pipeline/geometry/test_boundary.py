@@ -1,7 +1,7 @@
 import pytest
 import shapely
 
-from pipeline.geometry.boundary import closes_most, enclosed_area, from_floor, from_wall_ends
+from pipeline.geometry.boundary import closes_most, enclosed_area, from_floor, from_hull, from_wall_ends
 from pipeline.geometry.overlay import united
 
 FLOOR = shapely.box(0, 0, 5, 4)
@@ -48,3 +48,18 @@ def test_a_slab_in_a_garden_is_no_room() -> None:
 def test_a_floor_that_is_closed_already_gets_nothing() -> None:
     walls = united([u_shape(0.2), shapely.box(-0.2, -0.2, 5.2, 0)])
     assert from_floor(FLOOR, walls, 2.0) == []
+
+
+@pytest.mark.parametrize(("depth", "fronts"), [(6.0, 1), (2.5, 0)])
+def test_what_walls_leave_open_around_a_deep_room_is_its_front_and_around_a_stage_is_not(
+    depth: float, fronts: int
+) -> None:
+    walls = shapely.box(0, 0, depth + 0.2, 4.4).difference(shapely.box(-1, 0.2, depth, 4.2))
+    bands = from_hull(walls, 2.0)
+    assert len(bands) == fronts
+    assert all(band.distance(shapely.Point(0.0, 2.0)) < 0.2 for band in bands)
+
+
+def test_a_corner_has_no_front() -> None:
+    corner = shapely.box(0, 0, 4, 4).difference(shapely.box(0.2, 0.2, 5, 5))
+    assert from_hull(corner, 2.0) == []

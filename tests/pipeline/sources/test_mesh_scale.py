@@ -53,6 +53,27 @@ def test_door_heads_tell_the_unit_and_the_scale_where_none_is_declared(tmp_path,
     assert np.ptp(level.walls.vertices[:, 0]) == pytest.approx(8.0, rel=0.02)
 
 
+def test_without_a_unit_a_door_in_a_usual_storey_tells_a_scale_that_is_none_of_the_usual(tmp_path):
+    """Metres would make a hall of it, 40 m high, in which no opening ends as high as a door."""
+    (level,) = read(write(scaled(with_doors(), 1 / 0.0677), tmp_path / "model.ply"))
+    assert level.ceiling_m == pytest.approx(2.7, abs=0.1)
+    assert level.guesses == ("tried scale",)
+    assert np.ptp(level.walls.vertices[:, 0]) == pytest.approx(8.0, rel=0.05)
+
+
+@pytest.mark.parametrize(("high", "metres"), [(8.9, 2.7), (2.7, 2.7)])
+def test_one_named_door_tells_the_scale_where_the_storey_is_higher_than_a_dwelling(tmp_path, high, metres):
+    """In a storey of a usual height a door as high as a hatch is one."""
+    door = box((2.0, 0.0, 3.0, 0.05), 0.0, 2.05 if high > 5 else 1.2)
+    walls = [(0.0, 0.0, 0.05, 4.0), (5.95, 0.0, 6.0, 4.0), (0.05, 3.95, 5.95, 4.0), (0.05, 0.0, 5.95, 0.05)]
+    scene = trimesh.Scene()
+    scene.add_geometry(as_trimesh(y_up(scaled(joined(storey(0.0, 2.7, walls)), high / 2.7))), node_name="walls")
+    scene.add_geometry(as_trimesh(y_up(scaled(joined([door]), high / 2.7))), node_name="door")
+    scene.export(tmp_path / "room.glb")
+    (level,) = read(tmp_path / "room.glb")
+    assert level.ceiling_m == pytest.approx(metres, abs=0.2)
+
+
 def hills(size: float = 100.0, count: int = 60) -> Mesh:
     """Terrain of triangles a few metres wide round (4, 3), level under the house and hilly around it."""
     x, y = np.meshgrid(np.linspace(-size, size, count) + 4.0, np.linspace(-size, size, count) + 3.0)

@@ -44,6 +44,15 @@ def test_what_no_wall_joins_is_left_out_with_a_note() -> None:
     assert found[0].navigability["0.20"].components == 1
 
 
+@pytest.mark.parametrize(("front", "names"), [([DOOR], ["house_B1", "house_B2"]), ([], ["house"])])
+def test_a_shed_near_by_with_a_door_of_its_own_is_a_building(front: list[Hole], names: list[str]) -> None:
+    shed = shell((0.0, -4.4, 3.0, -1.9), front=front)  # 1.5 m from the house
+    house = [*shell((0.0, 0.0, 7.2, 3.0), front=[Hole(5.0, 5.9)]), *wall((4.0, 0.0, 4.2, 3.0), DOOR)]
+    found = plans([*house, *shed], "house")
+    assert [plan.id for plan in found] == names
+    assert any(door.kind == "cut" for plan in found for door in plan.doors) == (len(names) == 1)
+
+
 @pytest.mark.parametrize(("level_id", "expected"), [("a", "a_B2"), ("a_L3", "a_B2_L3"), ("a_L3_x", "a_L3_x_B2")])
 def test_the_number_of_a_building_stands_before_the_levels(level_id: str, expected: str) -> None:
     assert building_id(level_id, 2) == expected

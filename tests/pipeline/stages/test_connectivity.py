@@ -13,7 +13,7 @@ from pipeline.config import ConnectivityConfig
 from pipeline.geometry.overlay import united
 from pipeline.geometry.standing import floor_of, standing_pieces
 from pipeline.rejection import Reason, Rejection
-from pipeline.stages.connectivity import NO_EVIDENCE, connect
+from pipeline.stages.connectivity import NO_EVIDENCE, UNKNOWN, connect
 from pipeline.values import Doorway, Evidence, Spaces
 from tests.builders.houses import Hole, kinds, level, shell, snapshots, three_rooms, two_rooms, wall
 
@@ -43,6 +43,18 @@ def drawn(walls: shapely.Geometry, *rooms: shapely.Polygon) -> Spaces:
 def test_a_house_that_is_connected_stays_the_same_value() -> None:
     spaces = before(two_rooms(Hole(1, 1.9)))
     assert connected(spaces) is spaces
+
+
+def test_where_a_storey_shows_no_door_each_cut_stands_for_an_unknown_one() -> None:
+    found = connected(before(three_rooms()), evidence=seen())
+    assert [(passage.kind, passage.why) for passage in found.passages] == [("cut", UNKNOWN)] * 2
+    assert found.notes == {"cuts": 2, "doors_unknown": 1}
+
+
+def test_where_a_storey_shows_a_door_a_cut_stands_for_none() -> None:
+    found = connected(before(three_rooms([Hole(1.0, 1.9)])), evidence=seen())
+    assert [passage.why for passage in found.passages if passage.kind == "cut"] == [NO_EVIDENCE]
+    assert "doors_unknown" not in found.notes
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -48,6 +48,15 @@ def test_a_gap_of_full_height_parts_up_to_a_width(width: float, widest: float, r
     assert [c.kind for c in found.closers] == ["gap"] * (rooms - 1)
 
 
+@pytest.mark.parametrize(("breadth", "rooms"), [(6.0, 2), (3.8, 1)])
+def test_a_wide_gap_parts_two_rooms_that_are_much_broader(breadth: float, rooms: int) -> None:
+    """2.2 m wide, between two ends of a wall."""
+    between = wall((4.0, 0.0, 4.2, breadth), gap(0.8, 3.0))
+    found = layout([*shell((0.0, 0.0, 8.2, breadth)), *between])
+    assert len(found.rooms) == rooms
+    assert [closer.kind for closer in found.closers] == ["gate"] * (rooms - 1)
+
+
 @pytest.mark.parametrize(("drawn", "rooms"), [([(0, 0, 7.2, 3)], 1), ([(0, 0, 4.1, 3), (4.1, 0, 7.2, 3)], 2)])
 def test_a_gap_within_one_room_of_the_source_parts_nothing(
     drawn: list[tuple[float, float, float, float]], rooms: int
@@ -194,6 +203,16 @@ def test_a_gap_between_walls_that_stand_aside_of_each_other_is_closed(aside: flo
     found = layout([*shell((0, 0, 8, 4)), *wall(lower), *wall(upper)])
     assert len(found.rooms) == 2
     assert [closer.kind for closer in found.closers] in (["gap"], ["gate"])
+
+
+def test_a_single_room_that_walls_surround_nearly_all_round_has_a_front() -> None:
+    """A room of 6 x 4 m with a front of 3 m; the jambs have frames, so that no wall ends at the front."""
+    walls = [(-0.2, -0.2, 6.2, 0.0), (6.0, 0.0, 6.2, 4.0), (-0.2, 4.0, 6.2, 4.2)]
+    jambs = [(-0.2, 0.0, 0.0, 0.5), (-0.2, 3.5, 0.0, 4.0)]
+    frames = [(-0.3, 0.45, 0.1, 0.5), (-0.3, 3.5, 0.1, 3.55)]
+    found = layout([part for rectangle in (*walls, *jambs, *frames) for part in wall(rectangle)])
+    assert "wall_ends" in [closer.kind for closer in found.closers]
+    assert sum(areas(found)) == pytest.approx(24.5, abs=0.5)
 
 
 def test_under_the_eaves_is_no_room() -> None:
