@@ -2,8 +2,8 @@
 
 R1  Lintels and sills close doors; gaps of full height up to ``gap_m``, to the outside ``entrance_m``, are closed
     where that parts two spaces, no door or lintel runs along them, and they do not lie within one room of the source
-    (the bend of an L-shaped hall). Between two rooms a gap in one wall, as wide as an entrance, closes, too, if it takes up less than
-    ``MOUTH`` of the breadth of both: a person sees two rooms there.
+    (the bend of an L-shaped hall). Between two rooms a gap in one wall, as wide as an entrance, closes, too, if it
+    takes up less than ``MOUTH`` of the breadth of both: a person sees two rooms there.
 R2  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
 R3  An open or half-open house gets its boundary from the floor slab where the source has one, ...
 R4  ... else from the ends of its walls. Either is marked in the plan.

@@ -16,8 +16,8 @@ from rich.table import Table
 from houseexpo.errors import ConfigError
 from pipeline.executors import local
 from pipeline.executors.outcome import Limits
-from tests.corpus import page, runs
-from tests.corpus.figures import figures_of, quality_rows, verdict_rows
+from tests.corpus import page, runs, truths
+from tests.corpus.figures import Rows, figures_of, quality_rows, verdict_rows
 from tests.corpus.manifest import KINDS, MANIFEST, File, checkout, fetch, load
 
 _DRAWING = Limits(seconds=300.0, memory=4 << 30)
@@ -49,6 +49,9 @@ def main(arguments: list[str] | None = None) -> int:
         if notes[each.file.name] and before:
             console.print(f"{each.file.name} ({each.verdict or 'to be judged'}): " + "; ".join(notes[each.file.name]))
     tables = [verdict_rows(built), quality_rows(built)]
+    drawn = _truth_rows(built, folder, console)
+    if drawn[2]:
+        tables.append(drawn)
     for title, columns, rows in tables:
         printed = Table(*columns, title=title)
         for row in rows:
@@ -63,6 +66,26 @@ def main(arguments: list[str] | None = None) -> int:
     if asked.record:
         runs.record(built, figures_of(built), asked.record, asked.results)
     return 0
+
+
+def _truth_rows(built: list[runs.Built], folder: Path, console: Console) -> Rows:
+    """What plans have of the truths that persons have drawn, by half."""
+    rows = []
+    for half in (1, 2):
+        found, whole, count = truths.Found(), 0, 0
+        for each in built:
+            truth = truths.load(each.file.name) if each.file.half == half else None
+            if truth is None:
+                continue
+            models = os.pathsep.join(str(checkout(folder, each.file.repository) / model) for model in each.file.models)
+            of_it = truths.compare(truth, page.levels_of(str(each.file.place(folder)), models), each.plans)
+            found, whole, count = found + of_it, whole + of_it.is_whole, count + 1
+            if not of_it.is_whole and half == 1:
+                names = zip(truths.COLUMNS, of_it.row, strict=True)
+                console.print(f"{each.file.name}, truth: {', '.join(' '.join(pair) for pair in names)}")
+        if count:
+            rows.append([f"half {half}", str(count), str(whole), *found.row])
+    return "Truths drawn by hand", ("", "files", "all found", *truths.COLUMNS), rows
 
 
 def _files(asked: argparse.Namespace, folder: Path, console: Console) -> list[File]:

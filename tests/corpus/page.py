@@ -75,7 +75,7 @@ def draw(task: Task) -> None:
     target = Path(task.picture)
     if target.is_file():
         return
-    levels, raw = _levels(task), _raw(Path(task.path))
+    levels, raw = levels_of(task.path, task.models), _raw(Path(task.path))
     whole = raw if raw is not None else _joined(levels)
     tiles = []
     if whole is not None:
@@ -148,11 +148,11 @@ def _card(built: Built, notes: Sequence[str], out: Path) -> str:
     )
 
 
-def _levels(task: Task) -> list[Level]:
-    """All levels that can be read."""
+def levels_of(path: str, models: str) -> list[Level]:
+    """All levels of a file that can be read, as far as they can; ``models`` are folders of models, as in a build."""
     found: list[Level] = []
     try:
-        for item in find(task.path, model_path=task.models):
+        for item in find(path, model_path=models):
             found += [level for level in reader(item.reader).read(item) if isinstance(level, Level)]
     except Exception:  # noqa: BLE001 - a picture shows what there is; the build says what is wrong
         return found
@@ -309,7 +309,7 @@ class _Sheet:
                     near = np.abs(mesh.vertices[:, 2] - height) < 0.05
                     self.dots(mesh.vertices[near, :2], chosen)
                 else:
-                    self.segments(_section(mesh, height), chosen)
+                    self.segments(section(mesh, height), chosen)
 
     def write(self, at: Any, words: str) -> None:
         """Write a few words about a point."""
@@ -390,7 +390,7 @@ def _level_of(plan: Mapping[str, Any], levels: Sequence[Level]) -> Level | None:
     return next(iter(exact or own), None)
 
 
-def _section(mesh: Mesh, height: float) -> Floats:
+def section(mesh: Mesh, height: float) -> Floats:
     """Where a mesh meets a height, (n, 2, 2)."""
     if not len(mesh.faces):
         return np.empty((0, 2, 2))
