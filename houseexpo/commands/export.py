@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 # the table of formats imports shapely, which `houseexpo --help` does not need; a test compares the two lists
-_NAMES = "coco, geojson, glb, graphml, irsim, json, npz, obj, png, pol, rmf, ros, sdf, stage, svg"
+_NAMES = "coco, dxf, geojson, glb, graphml, ifc, irsim, json, mjcf, npz, obj, png, pol, rmf, ros, sdf, stage, svg, usd"
 _OWN = "the format's own"
 
 

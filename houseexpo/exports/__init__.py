@@ -13,10 +13,13 @@ b'4 1/10 1/10 21/10 1/10 21/10 21/10 1/10 21/10\n'
 """
 
 from houseexpo.exports.coco import coco
+from houseexpo.exports.dxf import dxf
 from houseexpo.exports.formats import ALIASES, FORMATS, Format, export
 from houseexpo.exports.geojson import geojson
 from houseexpo.exports.graphml import graphml
+from houseexpo.exports.ifc import ifc
 from houseexpo.exports.mesh import glb, obj
+from houseexpo.exports.mjcf import mjcf
 from houseexpo.exports.orientation import is_mirrored, oriented, world_from_plan
 from houseexpo.exports.pol import pol
 from houseexpo.exports.published import published
@@ -24,6 +27,7 @@ from houseexpo.exports.rasters import npz, png, ros
 from houseexpo.exports.rmf import rmf
 from houseexpo.exports.sdf import sdf
 from houseexpo.exports.svg import svg
+from houseexpo.exports.usd import usd
 from houseexpo.exports.worlds_2d import irsim, stage
 
 __all__ = [
@@ -31,12 +35,15 @@ __all__ = [
     "FORMATS",
     "Format",
     "coco",
+    "dxf",
     "export",
     "geojson",
     "glb",
     "graphml",
+    "ifc",
     "irsim",
     "is_mirrored",
+    "mjcf",
     "npz",
     "obj",
     "oriented",
@@ -48,5 +55,6 @@ __all__ = [
     "sdf",
     "stage",
     "svg",
+    "usd",
     "world_from_plan",
 ]

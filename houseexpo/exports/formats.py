@@ -11,15 +11,19 @@ from typing import Any, Final
 
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.exports.coco import coco
+from houseexpo.exports.dxf import dxf
 from houseexpo.exports.geojson import geojson
 from houseexpo.exports.graphml import graphml
+from houseexpo.exports.ifc import ifc
 from houseexpo.exports.mesh import glb, obj
+from houseexpo.exports.mjcf import mjcf
 from houseexpo.exports.pol import pol
 from houseexpo.exports.published import published
 from houseexpo.exports.rasters import npz, png, ros
 from houseexpo.exports.rmf import rmf
 from houseexpo.exports.sdf import sdf
 from houseexpo.exports.svg import svg
+from houseexpo.exports.usd import usd
 from houseexpo.exports.worlds_2d import irsim, stage
 from houseexpo.floorplan import FloorPlan
 from houseexpo.outputs import Output
@@ -54,11 +58,14 @@ class Format:
 
 FORMATS: Final = {
     "coco": Format("COCO instances: rooms and doors", coco, indexed=True),
+    "dxf": Format("DXF layers in metres", dxf),
     "geojson": Format("GeoJSON features in metres", geojson),
     "glb": Format("glTF mesh, binary", glb),
     "graphml": Format("GraphML: rooms and doors", graphml),
+    "ifc": Format("IFC 4 building with spaces and doors", ifc),
     "irsim": Format("IR-SIM world", irsim),
     "json": Format("HouseExpo JSON as published", published),
+    "mjcf": Format("MuJoCo world", mjcf),
     "npz": Format("NumPy grids", npz),
     "obj": Format("OBJ mesh", obj),
     "png": Format("picture of the free space", png),
@@ -68,12 +75,14 @@ FORMATS: Final = {
     "sdf": Format("Gazebo world", sdf),
     "stage": Format("Stage world", stage),
     "svg": Format("SVG to scale", svg),
+    "usd": Format("USD world", usd),
 }
 ALIASES: Final = {
     "gazebo": "sdf",
     "gltf": "glb",
     "houseexpo": "json",
     "map_server": "ros",
+    "mujoco": "mjcf",
     "nav2": "ros",
     "traffic_editor": "rmf",
 }

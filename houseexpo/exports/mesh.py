@@ -94,25 +94,26 @@ def _walls(built: Solid) -> Manifold:
     """Return the walls: one part up to the height of doors, and one with lintels above."""
     above = shapely.union_all([*built.walls, *built.lintels])
     if not built.lintels:
-        return _extruded(above, built.wall_height)
-    below = _extruded(shapely.union_all(built.walls), built.door_height)
-    return below + _extruded(above, built.wall_height - built.door_height).translate((0, 0, built.door_height))
+        return extruded(above, built.wall_height)
+    below = extruded(shapely.union_all(built.walls), built.door_height)
+    return below + extruded(above, built.wall_height - built.door_height).translate((0, 0, built.door_height))
 
 
 def _floor(built: Solid) -> Manifold:
     """Return the slab under rooms and walls, with its top at height 0."""
     slab = shapely.union_all([built.space, *built.walls])
-    return _extruded(slab, FLOOR_M).translate((0, 0, -FLOOR_M))
+    return extruded(slab, FLOOR_M).translate((0, 0, -FLOOR_M))
 
 
 def _furniture(built: Solid) -> Manifold:
     from manifold3d import Manifold, OpType
 
-    pieces = [_extruded(thing.polygon, thing.height) for thing in built.furniture if thing.height > 0]
+    pieces = [extruded(thing.polygon, thing.height) for thing in built.furniture if thing.height > 0]
     return Manifold.batch_boolean(pieces, OpType.Add)
 
 
-def _extruded(shape: Any, height: float) -> Manifold:
+def extruded(shape: Any, height: float) -> Manifold:
+    """Return a closed body on a shape, from height 0 to ``height``."""
     from manifold3d import CrossSection, FillRule
 
     return CrossSection(rings_of(shape), FillRule.EvenOdd).extrude(height)

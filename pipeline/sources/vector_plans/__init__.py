@@ -15,7 +15,7 @@ from pipeline.sources.naming import check_file, single_input
 from pipeline.sources.vector_plans.drawn import Drawing, levels_of
 from pipeline.values import Input, Level
 
-FAMILIES = ("rmf",)
+FAMILIES = ("rmf", "mjcf", "usd", "dxf", "geojson")
 _HEAD_BYTES = 1 << 16
 
 

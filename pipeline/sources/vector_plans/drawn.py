@@ -138,6 +138,14 @@ def hole_at(
     return Hole(shape, bottom_m, top_m, has_door, (float(across[0]), float(across[1])))
 
 
+def through(hole: Hole, walls: Sequence[Polygon]) -> Hole:
+    """Return a hole that is as deep as the wall in which it is drawn; the same one where no wall is."""
+    reached = deepened(hole, [Wall(wall, 0.0, hole.top_m) for wall in walls])
+    if reached is None or reached.shape.area < 0.5 * hole.shape.area:
+        return hole
+    return reached
+
+
 def _near(walls: Sequence[Polygon], line: LineString) -> BaseGeometry:
     return shapely.union_all([wall for wall in walls if shapely.dwithin(wall, line, JAMB_M + 0.01)])
 

@@ -1,0 +1,228 @@
+"""IFC 4: a building with walls, doors, openings, slabs, and a space for each room."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+import shapely
+
+from houseexpo.errors import MissingDependencyError, installing
+from houseexpo.exports.encoding import Files
+from houseexpo.exports.mesh import FLOOR_M
+from houseexpo.exports.openings import Passage, passages
+from houseexpo.exports.orientation import Orientation
+from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.raster import rings_of
+from houseexpo.plan import Room
+
+if TYPE_CHECKING:
+    from shapely import Polygon
+    from shapely.geometry.base import BaseGeometry
+
+_NAMES: Final = uuid.UUID("6f6d6a0e-9a0f-5d3e-8d0b-2f5c1a9e7b44")
+_LEAF_M: Final = 0.04
+_TIME: Final = "1970-01-01T00:00:00"  # a plan gives one file, whenever it is written
+
+
+def ifc(
+    plan: FloorPlan,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    wall_height: float = WALL_HEIGHT_M,
+    door_height: float = DOOR_HEIGHT_M,
+    orientation: Orientation = "world",
+) -> Files:
+    """Write ``<id>.ifc`` (IFC 4, metres): project, site, building, one storey.
+
+    Each connected piece of wall is an IfcWall and goes on over doors. A passage is an IfcOpeningElement, as deep as
+    the wall. Doors and entrances have an IfcDoor in their opening. Each room is an IfcSpace: ``Name`` is its id,
+    ``LongName`` the source's own word or the label, ``ObjectType`` the label. Furniture is IfcFurniture. Options are
+    those of ``solid``.
+
+    Raises
+    ------
+    MissingDependencyError
+        Where IfcOpenShell is not installed.
+    """
+    try:
+        import ifcopenshell
+    except ImportError:
+        raise MissingDependencyError(f"IFC needs ifcopenshell, which is not installed: {installing('ifc')}") from None
+    built = solid(
+        plan,
+        wall_thickness=wall_thickness,
+        wall_height=wall_height,
+        door_height=door_height,
+        orientation=orientation,
+    )
+    writer = _Writer(ifcopenshell.file(schema="IFC4"), ifcopenshell.guid.compress, plan.id)
+    writer.write(built, passages(built.plan, wall_thickness))
+    writer.file.header.file_name.time_stamp = _TIME
+    return {f"{plan.id}.ifc": writer.file.to_string().encode()}
+
+
+class _Writer:
+    """One IFC file that grows."""
+
+    def __init__(self, file: Any, compress: Any, name: str) -> None:
+        self.file, self._compress, self._name = file, compress, name
+        self._axes = self._new("IfcAxis2Placement3D", Location=self._point(0.0, 0.0, 0.0))
+        context = self._new(
+            "IfcGeometricRepresentationContext",
+            ContextType="Model",
+            CoordinateSpaceDimension=3,
+            Precision=1e-5,
+            WorldCoordinateSystem=self._axes,
+        )
+        self._body = self._new(
+            "IfcGeometricRepresentationSubContext",
+            ContextIdentifier="Body",
+            ContextType="Model",
+            ParentContext=context,
+            TargetView="MODEL_VIEW",
+        )
+        units = [
+            self._new("IfcSIUnit", UnitType=kind, Name=unit)
+            for kind, unit in (("LENGTHUNIT", "METRE"), ("AREAUNIT", "SQUARE_METRE"), ("PLANEANGLEUNIT", "RADIAN"))
+        ]
+        self._project = self._root(
+            "IfcProject",
+            "project",
+            Name=name,
+            RepresentationContexts=[context],
+            UnitsInContext=self._new("IfcUnitAssignment", Units=units),
+        )
+
+    def write(self, built: Solid, doors: Sequence[Passage]) -> None:
+        """Put a house into the file."""
+        place = self._new("IfcLocalPlacement", RelativePlacement=self._axes)
+        site = self._root("IfcSite", "site", Name="Site", ObjectPlacement=place, CompositionType="ELEMENT")
+        building = self._root(
+            "IfcBuilding", "building", Name=self._name, ObjectPlacement=place, CompositionType="ELEMENT"
+        )
+        level = 0 if built.plan.frame is None else built.plan.frame.level
+        storey = self._root(
+            "IfcBuildingStorey",
+            "storey",
+            Name=f"Level {level}",
+            ObjectPlacement=place,
+            CompositionType="ELEMENT",
+            Elevation=0.0,
+        )
+        self._aggregate("in project", self._project, [site])
+        self._aggregate("in site", site, [building])
+        self._aggregate("in building", building, [storey])
+        spaces = [self._space(room, built) for room in built.plan.rooms]
+        if spaces:
+            self._aggregate("spaces", storey, spaces)
+        elements = [*self._walls(built, doors), self._slab(built)]
+        elements += [
+            self._element("IfcFurniture", f"object {thing.id}", thing.label, thing.polygon, 0.0, thing.height)
+            for thing in built.furniture
+            if thing.height > 0
+        ]
+        self._root(
+            "IfcRelContainedInSpatialStructure",
+            "contained",
+            RelatedElements=elements,
+            RelatingStructure=storey,
+        )
+
+    def _walls(self, built: Solid, doors: Sequence[Passage]) -> list[Any]:
+        """Walls with their openings, and the doors in these."""
+        whole = shapely.union_all([*built.walls, *(each.shape for each in doors)], grid_size=1e-4)
+        bodies = [part for part in shapely.get_parts(whole) if part.geom_type == "Polygon" and part.area > 1e-4]
+        walls = [
+            self._element("IfcWall", f"wall {i}", f"Wall {i}", part, 0.0, built.wall_height)
+            for i, part in enumerate(bodies)
+        ]
+        found = list(walls)
+        for each in doors:
+            name, height = each.door.id, built.door_height if each.has_leaf else built.wall_height
+            opening = self._element("IfcOpeningElement", f"opening {name}", f"Opening {name}", each.shape, 0.0, height)
+            inside = [int(k) for k, part in enumerate(bodies) if part.intersection(each.shape).area > 1e-6]
+            if inside:
+                self._root(
+                    "IfcRelVoidsElement",
+                    f"voids {name}",
+                    RelatingBuildingElement=walls[inside[0]],
+                    RelatedOpeningElement=opening,
+                )
+            if each.has_leaf:
+                leaf = shapely.LineString(each.segment).buffer(_LEAF_M / 2, cap_style="flat")
+                door = self._element("IfcDoor", f"door {name}", f"Door {name}", leaf, 0.0, height)
+                door.OverallHeight, door.OverallWidth = height, float(each.door.width)
+                self._root(
+                    "IfcRelFillsElement", f"fills {name}", RelatingOpeningElement=opening, RelatedBuildingElement=door
+                )
+                found.append(door)
+        return found
+
+    def _space(self, room: Room, built: Solid) -> Any:
+        space = self._element("IfcSpace", f"room {room.id}", str(room.id), room.polygon, 0.0, built.wall_height)
+        space.LongName = next(iter(room.source_labels), room.label)
+        space.ObjectType = room.label
+        space.CompositionType, space.PredefinedType = "ELEMENT", "INTERNAL"
+        return space
+
+    def _slab(self, built: Solid) -> Any:
+        whole = shapely.union_all([built.space, *built.walls], grid_size=1e-4)
+        slab = self._element("IfcSlab", "floor", "Floor", whole, -FLOOR_M, FLOOR_M)
+        slab.PredefinedType = "FLOOR"
+        return slab
+
+    def _element(self, kind: str, key: str, name: str, shape: BaseGeometry, *heights: float) -> Any:
+        """Return a body on a shape: ``heights`` are that of its foot, and its own, metres."""
+        low, high = heights
+        parts = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
+        solids = [self._extruded(part, low, high) for part in parts]
+        shown = self._new(
+            "IfcShapeRepresentation",
+            ContextOfItems=self._body,
+            RepresentationIdentifier="Body",
+            RepresentationType="SweptSolid",
+            Items=solids,
+        )
+        return self._root(
+            kind,
+            key,
+            Name=name,
+            ObjectPlacement=self._new("IfcLocalPlacement", RelativePlacement=self._axes),
+            Representation=self._new("IfcProductDefinitionShape", Representations=[shown]),
+        )
+
+    def _extruded(self, part: Polygon, low: float, high: float) -> Any:
+        outer, *inner = [self._polyline(ring) for ring in rings_of(part)]
+        profile = self._new("IfcArbitraryClosedProfileDef", ProfileType="AREA", OuterCurve=outer)
+        if inner:
+            profile = self._new(
+                "IfcArbitraryProfileDefWithVoids", ProfileType="AREA", OuterCurve=outer, InnerCurves=inner
+            )
+        return self._new(
+            "IfcExtrudedAreaSolid",
+            SweptArea=profile,
+            Position=self._new("IfcAxis2Placement3D", Location=self._point(0.0, 0.0, low)),
+            ExtrudedDirection=self._new("IfcDirection", DirectionRatios=[0.0, 0.0, 1.0]),
+            Depth=float(high),
+        )
+
+    def _polyline(self, ring: Any) -> Any:
+        points = [self._point(float(x), float(y)) for x, y in ring.round(4).tolist()]
+        return self._new("IfcPolyline", Points=[*points, points[0]])
+
+    def _point(self, *at: float) -> Any:
+        return self._new("IfcCartesianPoint", Coordinates=list(at))
+
+    def _aggregate(self, key: str, whole: Any, parts: list[Any]) -> None:
+        self._root("IfcRelAggregates", key, RelatingObject=whole, RelatedObjects=parts)
+
+    def _root(self, kind: str, key: str, **values: Any) -> Any:
+        """Return a thing with an id of its own, which follows from the plan's id and the thing's key."""
+        mark = self._compress(uuid.uuid5(_NAMES, f"{self._name}\n{key}").hex)
+        return self._new(kind, GlobalId=mark, **values)
+
+    def _new(self, kind: str, **values: Any) -> Any:
+        return self.file.create_entity(kind, **values)

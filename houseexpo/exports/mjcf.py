@@ -1,0 +1,114 @@
+"""MJCF: a world for MuJoCo with walls, floors, doors and their names."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from typing import Any, Final
+
+import numpy as np
+import shapely
+
+from houseexpo.exports.encoding import Files, numbers
+from houseexpo.exports.openings import Passage, passages
+from houseexpo.exports.orientation import Orientation
+from houseexpo.exports.polygons import trapezoids
+from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
+from houseexpo.floorplan import FloorPlan
+
+_SLAB_M: Final = 0.05
+_WALL, _LINTEL, _FLOOR, _THING = "0.86 0.85 0.82 1", "0.78 0.72 0.62 1", "0.62 0.56 0.47 1", "0.66 0.53 0.4 1"
+_MARK = "0.2 0.4 0.8 0.3"
+
+
+def mjcf(
+    plan: FloorPlan,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    wall_height: float = WALL_HEIGHT_M,
+    door_height: float = DOOR_HEIGHT_M,
+    orientation: Orientation = "world",
+) -> Files:
+    """Write ``<id>.xml`` for MuJoCo: metres, z up, one file without others beside it.
+
+    Names: geoms ``wall_<i>``, ``lintel_<i>``, ``room|<id>|<label>|<piece>`` (a floor; without rooms ``floor_<i>``), and
+    ``object_<id>_<piece>``; sites ``door_<id>`` for doors and entrances and ``doorway_<id>`` for openings, which are as
+    large as the passage. Sites collide with nothing, so a robot drives through. A convex piece is a box where it is a
+    rectangle along the axes, else a mesh with its corners in the file. Options are those of ``solid``.
+    """
+    built = solid(
+        plan,
+        wall_thickness=wall_thickness,
+        wall_height=wall_height,
+        door_height=door_height,
+        orientation=orientation,
+    )
+    root = ET.Element("mujoco", model=plan.id)
+    ET.SubElement(root, "compiler", angle="radian", autolimits="true")
+    asset = ET.SubElement(root, "asset")
+    world = ET.SubElement(root, "worldbody")
+    ET.SubElement(world, "light", pos="0 0 20", dir="-0.2 0.1 -1", directional="true", castshadow="false")
+    x1, y1, x2, y2 = built.bounds
+    middle, half = numbers((x1 + x2) / 2, (y1 + y2) / 2, -_SLAB_M), numbers((x2 - x1) / 2 + 5, (y2 - y1) / 2 + 5, 1)
+    ET.SubElement(world, "geom", name="ground", type="plane", pos=middle, size=half, rgba="0.5 0.5 0.5 1")
+    for name, colour, ring, low, high in _pieces(built):
+        _geom((asset, world), name, ring, (low, high), colour)
+    for each in passages(built.plan, wall_thickness):
+        _site(world, each, door_height if each.has_leaf else wall_height)
+    ET.indent(root)
+    return {f"{plan.id}.xml": ET.tostring(root) + b"\n"}
+
+
+def _pieces(built: Solid) -> Iterator[tuple[str, str, Any, float, float]]:
+    """Yield convex pieces: name, colour, ring (n, 2), lower and upper height, metres."""
+    walls = [ring for wall in built.walls for ring in trapezoids(wall)]
+    yield from ((f"wall_{i}", _WALL, ring, 0.0, built.wall_height) for i, ring in enumerate(walls))
+    lintels = [ring for lintel in built.lintels for ring in trapezoids(lintel)]
+    if built.door_height < built.wall_height:
+        yield from ((f"lintel_{i}", _LINTEL, r, built.door_height, built.wall_height) for i, r in enumerate(lintels))
+    for room in built.plan.rooms:
+        for i, ring in enumerate(trapezoids(room.polygon)):
+            yield f"room|{room.id}|{room.label}|{i}", _FLOOR, ring, -_SLAB_M, 0.0
+    rest = shapely.difference(built.space, shapely.union_all([room.polygon for room in built.plan.rooms]))
+    floors = [ring for part in shapely.get_parts(rest) if part.area > 1e-4 for ring in trapezoids(part)]
+    yield from ((f"floor_{i}", _FLOOR, ring, -_SLAB_M, 0.0) for i, ring in enumerate(floors))
+    for thing in built.furniture:
+        for i, ring in enumerate(trapezoids(thing.polygon) if thing.height > 0 else ()):
+            yield f"object_{thing.id}_{i}", _THING, ring, 0.0, thing.height
+
+
+def _geom(into: tuple[ET.Element, ET.Element], name: str, ring: Any, heights: tuple[float, float], colour: str) -> None:
+    asset, world = into
+    low, high = heights
+    x1, y1, x2, y2 = shapely.Polygon(ring).bounds
+    square = {tuple(corner) for corner in ring.tolist()} == {(x1, y1), (x2, y1), (x2, y2), (x1, y2)}
+    if square:
+        at = numbers((x1 + x2) / 2, (y1 + y2) / 2, (low + high) / 2)
+        size = numbers((x2 - x1) / 2, (y2 - y1) / 2, (high - low) / 2)
+        ET.SubElement(world, "geom", name=name, type="box", pos=at, size=size, rgba=colour)
+        return
+    corners = [(x, y, z) for z in heights for x, y in ring.tolist()]
+    ET.SubElement(asset, "mesh", name=name, vertex=numbers(*np.ravel(corners).tolist()), inertia="shell")
+    ET.SubElement(world, "geom", name=name, type="mesh", mesh=name, rgba=colour)
+
+
+def _site(world: ET.Element, each: Passage, height: float) -> None:
+    """Add the passage as a box along its own segment."""
+    (ax, ay), (bx, by) = each.segment
+    along = np.array([bx - ax, by - ay])
+    length = float(np.hypot(*along))
+    turn = float(np.arctan2(along[1], along[0]))
+    across = np.array([-along[1], along[0]]) / max(length, 1e-9)
+    depths = (shapely.get_coordinates(each.shape) - (ax, ay)) @ across
+    middle = np.array([(ax + bx) / 2, (ay + by) / 2]) + across * float(depths.min() + depths.max()) / 2
+    kind = "door" if each.has_leaf else "doorway"
+    ET.SubElement(
+        world,
+        "site",
+        name=f"{kind}_{each.door.id}",
+        type="box",
+        pos=numbers(*middle.tolist(), height / 2),
+        size=numbers(length / 2, float(depths.max() - depths.min()) / 2, height / 2),
+        euler=numbers(0, 0, turn),
+        rgba=_MARK,
+    )

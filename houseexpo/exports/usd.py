@@ -1,0 +1,136 @@
+"""USD: a world with walls, floors, doors and their names, as text that any USD program opens."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.exports.encoding import Files, number
+from houseexpo.exports.mesh import FLOOR_M, extruded
+from houseexpo.exports.openings import passages
+from houseexpo.exports.orientation import Orientation
+from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, solid
+from houseexpo.floorplan import FloorPlan
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+_COLOURS: Final = {
+    "wall": "0.86, 0.85, 0.82",
+    "floor": "0.62, 0.56, 0.47",
+    "door": "0.55, 0.36, 0.2",
+    "furniture": "0.66, 0.53, 0.4",
+}
+
+
+def usd(
+    plan: FloorPlan,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    wall_height: float = WALL_HEIGHT_M,
+    door_height: float = DOOR_HEIGHT_M,
+    orientation: Orientation = "world",
+) -> Files:
+    """Write ``<id>.usda``: metres, z up, one mesh a wall, lintel, floor of a room, door and piece of furniture.
+
+    The default prim is ``House``, with the scopes ``Walls``, ``Floors``, ``Doors`` and ``Furniture``. Walls, floors and
+    furniture are colliders (PhysicsCollisionAPI). Doors are bodies of the passage between its jambs: guides, which
+    renderers and physics pass over, so that a robot drives through. Each prim carries its class in the three ways that
+    are in use (``semantics:labels:class``, ``semantic:Semantics:params:semanticData``, ``semanticLabel``): wall, floor
+    and the room's label, door, opening or entrance, or the object's word. Options are those of ``solid``.
+    """
+    built = solid(
+        plan,
+        wall_thickness=wall_thickness,
+        wall_height=wall_height,
+        door_height=door_height,
+        orientation=orientation,
+    )
+    turned = built.plan
+    walls = [_body(f"Wall_{i}", "wall", "wall", each, 0.0, wall_height) for i, each in enumerate(built.walls)]
+    over = wall_height - door_height
+    if over > 0:
+        lintels = enumerate(built.lintels)
+        walls += [_body(f"Lintel_{i}", "wall", "lintel", each, door_height, over) for i, each in lintels]
+    doors = passages(turned, wall_thickness)
+    floors = [
+        _body(f"Floor_{room.id}", "floor", room.label, room.polygon, -FLOOR_M, FLOOR_M, words=room.source_labels)
+        for room in turned.rooms
+    ]
+    if not turned.rooms:
+        floors = [_body("Floor", "floor", "floor", built.space, -FLOOR_M, FLOOR_M)]
+    floors += [_body(f"Threshold_{p.door.id}", "floor", "threshold", p.shape, -FLOOR_M, FLOOR_M) for p in doors]
+    bodies = [
+        _body(f"Door_{p.door.id}", "door", p.door.kind, p.shape, 0.0, wall_height if not p.has_leaf else door_height)
+        for p in doors
+    ]
+    things = [
+        _body(f"Object_{thing.id}", "furniture", thing.label, thing.polygon, 0.0, thing.height)
+        for thing in built.furniture
+        if thing.height > 0
+    ]
+    lines = [
+        "#usda 1.0",
+        "(",
+        '    defaultPrim = "House"',
+        "    metersPerUnit = 1",
+        '    upAxis = "Z"',
+        ")",
+        "",
+        'def Xform "House" (',
+        '    kind = "component"',
+        ")",
+        "{",
+        f"    custom string houseexpo:id = {_quoted(plan.id)}",
+    ]
+    for scope, parts in (("Walls", walls), ("Floors", floors), ("Doors", bodies), ("Furniture", things)):
+        if parts:
+            lines += ["", f'    def Scope "{scope}"', "    {", *(line for part in parts for line in part), "    }"]
+    return {f"{plan.id}.usda": ("\n".join([*lines, "}"]) + "\n").encode()}
+
+
+def _body(
+    name: str, kind: str, label: str, shape: BaseGeometry, *heights: float, words: Sequence[str] = ()
+) -> list[str]:
+    """Return the lines of a mesh that stands on a shape: ``heights`` are that of its foot, and its own, metres."""
+    low, high = heights
+    mesh = extruded(shape, high).to_mesh64()
+    points = np.asarray(mesh.vert_properties)[:, :3] + (0.0, 0.0, low)
+    lines = _mesh(name, kind, points, np.asarray(mesh.tri_verts))
+    return [f"        {line}" for line in (*lines, *_said(kind, label, words), "}")]
+
+
+def _mesh(name: str, kind: str, points: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Iterator[str]:
+    apis = ['"SemanticsLabelsAPI:class"', '"SemanticsAPI:Semantics"']
+    apis += [] if kind == "door" else ['"PhysicsCollisionAPI"']
+    corners = ", ".join(f"({number(x)}, {number(y)}, {number(z)})" for x, y, z in points.tolist())
+    yield f'def Mesh "{name}" ('
+    yield f"    prepend apiSchemas = [{', '.join(apis)}]"
+    yield ")"
+    yield "{"
+    yield f"    int[] faceVertexCounts = [{', '.join(['3'] * len(faces))}]"
+    yield f"    int[] faceVertexIndices = [{', '.join(map(str, faces.ravel().tolist()))}]"
+    yield f"    point3f[] points = [{corners}]"
+    yield '    uniform token subdivisionScheme = "none"'
+    yield f"    color3f[] primvars:displayColor = [({_COLOURS[kind]})]"
+
+
+def _said(kind: str, label: str, words: Sequence[str]) -> Iterator[str]:
+    yield f"    token[] semantics:labels:class = [{_quoted(label)}]"
+    yield '    string semantic:Semantics:params:semanticType = "class"'
+    yield f"    string semantic:Semantics:params:semanticData = {_quoted(label)}"
+    yield f"    custom string semanticLabel = {_quoted(label)}"
+    if words:
+        yield f"    custom string[] houseexpo:words = [{', '.join(map(_quoted, words))}]"
+    if kind == "door":
+        yield '    uniform token purpose = "guide"'
+
+
+def _quoted(text: str) -> str:
+    """Return a text as USD writes one; control characters are left out."""
+    plain = re.sub(r"[\x00-\x1f]", " ", text).replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{plain}"'

@@ -1,0 +1,218 @@
+"""A scene of named bodies as drawn storeys: walls, floors of rooms, doors and furniture by what they are called.
+
+R1  The names of a body decide, its own first: wall, lintel, column; floor, room, ground; door, doorway, opening,
+    window, ceiling. A body without such a name is furniture.
+R2  A wall is the plan area of its body between its heights: what begins over a person's knee is a lintel.
+R3  A floor with the name of a room, or a number, is a room; one that is only called floor is floor.
+R4  A door is the passage of its body; it goes through the wall there. A window is none.
+R5  Floors more than STOREY_M apart are storeys.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import MultiPolygon, Polygon
+
+from houseexpo.plan.categories import canonical
+from pipeline.geometry.overlay import polygons_of
+from pipeline.sources.drawn_storeys import KNEE_M, Hole, Wall, floor_of, prism
+from pipeline.sources.room_names import labels_for
+from pipeline.sources.room_walls import one_each
+from pipeline.sources.vector_plans.drawn import WALL_M, Storey, hole_at, through
+from pipeline.values import SourceObject, SourceRoom
+
+STOREY_M = 1.5
+WIDEST_DOOR_M = 4.0
+_KINDS: Final = (
+    ("lintel", "wall"),
+    ("wall", "wall"),
+    ("column", "wall"),
+    ("pillar", "wall"),
+    ("doorway", "opening"),
+    ("doorframe", "opening"),
+    ("opening", "opening"),
+    ("entrance", "door"),
+    ("door", "door"),
+    ("cut", "opening"),
+    ("window", "skipped"),
+    ("ceiling", "skipped"),
+    ("roof", "skipped"),
+    ("light", "skipped"),
+    ("threshold", "floor"),
+    ("room", "floor"),
+    ("floor", "floor"),
+    ("ground", "skipped"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A body in metres, z up: its plan area, from which height to which, and what it is called, nearest name first."""
+
+    names: tuple[str, ...]
+    shape: Polygon | MultiPolygon
+    low_m: float
+    high_m: float
+    label: str = ""
+    words: tuple[str, ...] = ()
+
+
+def kind_of(names: Iterable[str]) -> str:
+    """R1: wall, floor, door, opening, skipped or furniture."""
+    for name in names:
+        plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower()
+        words = [word for word in re.split(r"[^a-z]+", plain) if word]
+        for start, kind in _KINDS:
+            if any(word in {start, f"{start}s"} for word in words):
+                return kind
+    return "furniture"
+
+
+def body(names: tuple[str, ...], points: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Body | None:
+    """Return a body of triangles: ``points`` (n, 3) in metres, z up, ``faces`` (m, 3); None if it covers nothing."""
+    triangles = shapely.polygons(points[faces][:, :, :2])
+    area = shapely.union_all(triangles[shapely.area(triangles) > 1e-8], grid_size=1e-4)
+    parts = polygons_of(area)
+    if not parts:
+        return None
+    shape = parts[0] if len(parts) == 1 else MultiPolygon(parts)
+    used = points[np.unique(faces), 2]
+    return Body(names, shape, float(used.min()), float(used.max()))
+
+
+def storeys_of(bodies: Sequence[Body]) -> list[Storey]:
+    """Return the storeys of a scene, lowest first."""
+    sorted_ = [(kind_of((each.label, *each.names) if each.label else each.names), each) for each in bodies]
+    sorted_ = [("floor" if canonical(each.label) and kind == "furniture" else kind, each) for kind, each in sorted_]
+    tops = sorted(each.high_m for kind, each in sorted_ if kind == "floor") or sorted(
+        each.low_m for kind, each in sorted_ if kind == "wall"
+    )
+    levels: list[list[float]] = []
+    for top in tops:
+        if levels and top - levels[-1][0] < STOREY_M:
+            levels[-1].append(top)
+        else:
+            levels.append([top])
+    heights = [float(np.median(level)) for level in levels]
+    found = []
+    for number, height in enumerate(heights):
+        above = heights[number + 1] if number + 1 < len(heights) else np.inf
+        here = [(kind, b) for kind, b in sorted_ if height - KNEE_M <= _foot(kind, b) < above - KNEE_M]
+        found.append(_storey(here, height, above))
+    return found
+
+
+def _foot(kind: str, each: Body) -> float:
+    return each.high_m if kind == "floor" else each.low_m
+
+
+def _storey(here: Sequence[tuple[str, Body]], height: float, above: float) -> Storey:
+    walls = [
+        Wall(
+            part,
+            max(0.0, each.low_m - height) if each.low_m - height > KNEE_M else 0.0,
+            min(each.high_m, above) - height,
+        )
+        for kind, each in here
+        if kind == "wall" and each.high_m - height > KNEE_M
+        for part in polygons_of(each.shape)
+    ]
+    whole = [wall for wall in walls if wall.bottom_m == 0.0]
+    top = float(np.median([wall.top_m for wall in whole])) if whole else WALL_M
+    doors = [
+        _hole(each, height, kind == "door", [wall.shape for wall in walls])
+        for kind, each in here
+        if kind in {"door", "opening"}
+    ]
+    holes = one_each([hole for hole in doors if hole is not None])
+    floors = [each for kind, each in here if kind == "floor"]
+    rooms = _rooms(floors)
+    things = tuple(
+        SourceObject((each.words or each.names)[:1], prism(each.shape, each.low_m - height, each.high_m - height))
+        for kind, each in here
+        if kind == "furniture" and each.high_m - height < top + KNEE_M
+    )
+    covered = floor_of([part for each in floors for part in polygons_of(each.shape)])
+    return Storey(
+        walls=tuple(replace(wall, top_m=min(wall.top_m, top)) if wall.bottom_m == 0.0 else wall for wall in walls),
+        holes=tuple(holes),
+        rooms=rooms,
+        floor=covered,
+        furniture=things,
+        height_m=height,
+        all_named=bool(holes),
+    )
+
+
+def _rooms(floors: Sequence[Body]) -> tuple[SourceRoom, ...]:
+    """R3: pieces of one room, which differ in nothing but a number at their end, are one."""
+    groups: dict[tuple[str, ...], list[Body]] = {}
+    for each in floors:
+        name = each.names[0] if each.names else ""
+        parts = [part for part in re.split(r"[|]", name) if part]
+        key: tuple[str, ...]
+        if len(parts) >= 2 and parts[0].lower() == "room":
+            key = ("room", parts[1], parts[2] if len(parts) > 2 and labels_for((parts[2],)) else "")
+            word = key[2]
+        else:
+            word = each.label
+            key = (name, word)
+        if re.match(r"(?i)threshold", name) or word.lower() in {"threshold"}:
+            continue
+        if not labels_for((word,)) and not re.match(r"(?i)(room|floor)[_|-]?\d+$", name) and key[0] != "room":
+            continue
+        groups.setdefault((*key, word), []).append(each)
+    rooms = []
+    for key, pieces in groups.items():
+        whole = polygons_of(shapely.union_all([piece.shape for piece in pieces], grid_size=1e-4))
+        shape = max(whole, key=lambda part: part.area)
+        said = key[-1]
+        label = canonical(said)
+        words = next((piece.words for piece in pieces if piece.words), ()) or (
+            (said,) if said and said != "Unlabelled" else ()
+        )
+        labels = (label,) if label else labels_for(words)
+        rooms.append(SourceRoom(words, tuple(each for each in labels if each), shape))
+    return tuple(rooms)
+
+
+def _hole(each: Body, height: float, has_door: bool, walls: Sequence[Polygon]) -> Hole | None:
+    """R4."""
+    box = shapely.minimum_rotated_rectangle(each.shape)
+    if not isinstance(box, Polygon):
+        return None
+    corners = shapely.get_coordinates(box)[:4]
+    sides = np.roll(corners, -1, axis=0) - corners
+    lengths = np.hypot(*sides.T)
+    k = int(np.argmin(lengths))
+    x, y = sides[k] / max(float(lengths[k]), 1e-9)
+    low, top = each.low_m - height, each.high_m - height
+    if not 0.3 < float(lengths.max()) < WIDEST_DOOR_M:
+        return None
+    plain = Hole(box, low, top, has_door, (float(x), float(y)))
+    deeper = through(plain, walls)
+    if deeper is not plain:
+        return deeper
+    a, b = (corners[k] + corners[(k + 1) % 4]) / 2, (corners[(k + 2) % 4] + corners[(k + 3) % 4]) / 2
+    deep = float(lengths[k])
+    made = hole_at(tuple(a), tuple(b), walls, has_door=has_door, bottom_m=low, top_m=top, thick_m=max(deep, 0.1))
+    wide = shapely.convex_hull(shapely.union_all([box, made.shape])) if made is not None else box
+    return replace(plain, shape=wide if isinstance(wide, Polygon) else box)
+
+
+def box_of(
+    at: npt.NDArray[np.float64], half: npt.NDArray[np.float64]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    """Return a box's points (8, 3) and faces (12, 3): ``at`` (4, 4) places it, ``half`` are its half sizes."""
+    corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64) * half
+    points = corners @ at[:3, :3].T + at[:3, 3]
+    quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    faces = [(q[0], q[i], q[i + 1]) for q in quads for i in (1, 2)]
+    return points, np.array(faces, np.int64)

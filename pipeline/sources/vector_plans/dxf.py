@@ -1,0 +1,181 @@
+"""DXF drawings: walls, rooms, doors and names by their layers, read by ezdxf.
+
+R1  The unit is ``$INSUNITS``; where it states none, the one of mm, m and cm in which the walls are as long as a house,
+    and the plan says that it is a guess.
+R2  Layers are told by words in their names (wall, door, room, text and their like in German, French and Spanish),
+    inserts by their own layer, or by the block's. What is on other layers is passed over.
+R3  Inserts are taken apart as deep as they go; a block that holds itself is left out, with a note.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from houseexpo.errors import MissingDependencyError, installing
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.left_out import LeftOut
+from pipeline.sources.vector_plans.drawn import Drawing, Point
+from pipeline.sources.vector_plans.features import Features, called, ring, storey_of
+
+LARGEST_BYTES = 1 << 28
+MOST_ENTITIES = 1_000_000
+DEEPEST = 20
+_UNITS: Final = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 14: 0.1}
+_GUESSED: Final = ((0.001, 2_000.0, 200_000.0), (1.0, 2.0, 200.0), (0.01, 200.0, 20_000.0))
+_ADVICE = "save it again as DXF (R2010 or later)"
+
+
+def claims(path: Path, head: bytes) -> bool:
+    """By its name."""
+    return path.suffix.lower() == ".dxf" and bool(head)
+
+
+def draw(path: Path) -> Drawing:
+    """Read a drawing.
+
+    Raises
+    ------
+    Rejection
+        Where it cannot be read, or has nothing on layers that are called wall or room.
+    MissingDependencyError
+        Where ezdxf is not installed.
+    """
+    try:
+        from ezdxf import recover
+        from ezdxf.lldxf.const import DXFError
+    except ImportError:
+        said = f"{path.name} needs ezdxf, which is not installed: {installing('cad')}"
+        raise MissingDependencyError(said) from None
+    if path.stat().st_size > LARGEST_BYTES:
+        raise Rejection(
+            "source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", "expected a plan"
+        )
+    left_out = LeftOut()
+    try:
+        document, _ = recover.read(io.BytesIO(path.read_bytes()))
+        found = list(_entities(document.modelspace(), document, left_out, ()))
+    except (
+        DXFError,
+        OSError,
+        ValueError,
+        TypeError,
+        KeyError,
+        IndexError,
+        AttributeError,
+        RecursionError,
+    ) as error:
+        detail = f"{path.name} cannot be read as DXF: {type(error).__name__}: {str(error)[:120]}"
+        raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
+    stated = _UNITS.get(int(document.header.get("$INSUNITS", 0)))
+    scale = stated or _guessed(found, path)
+    drawn = Features()
+    for kind, entity in found:
+        try:
+            _add(drawn, kind, entity, scale)
+        except (DXFError, ValueError, TypeError, AttributeError) as error:
+            left_out.add(f"{entity.dxftype()} on {str(entity.dxf.layer)[:40]}: {type(error).__name__}")
+    storey = storey_of(drawn)
+    if not storey.walls and not storey.rooms:
+        layers = ", ".join(sorted(str(layer.dxf.name) for layer in document.layers)[:8])
+        detail = f"{path.name}: expected layers that are called wall or room, found {layers}"
+        raise Rejection("source", Reason.NO_LEVEL, detail, "name the layer of the walls so")
+    return Drawing("dxf", (storey,), left_out, () if stated else ("units",))
+
+
+def _entities(space: Any, document: Any, left_out: LeftOut, within: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
+    """R2, R3."""
+    for number, entity in enumerate(space):
+        if number > MOST_ENTITIES:
+            raise ValueError("too many entities")
+        if entity.dxftype() != "INSERT":
+            kind = called(str(entity.dxf.get("layer", "0"))) or (called(within[-1]) if within else "")
+            if kind or entity.dxftype() in {"TEXT", "MTEXT"}:
+                yield kind, entity
+            continue
+        block = str(entity.dxf.name)
+        if block in within or len(within) >= DEEPEST:
+            left_out.add(f"block {block[:60]} holds itself")
+            continue
+        if document.blocks.get(block) is None:
+            left_out.add(f"block {block[:60]} is not there")
+            continue
+        layer = str(entity.dxf.get("layer", "0"))
+        name = block if called(block) or not called(layer) else layer
+        for kind, part in _entities(entity.virtual_entities(), document, left_out, (*within, block)):
+            yield kind or called(name), part
+
+
+def _guessed(found: list[tuple[str, Any]], path: Path) -> float:
+    """R1."""
+    points = []
+    for kind, entity in found:
+        if kind in {"wall", "room"}:
+            points += _points(entity)
+    if not points:
+        return 1.0
+    size = float(np.ptp(np.asarray(points)[:, :2], axis=0).max())
+    scale = next((metres for metres, low, high in _GUESSED if low <= size <= high), None)
+    if scale is None:
+        detail = f"{path.name} states no unit, and its walls are {size:.4g} long: a house in none"
+        raise Rejection("source", Reason.BAD_UNITS, detail, "set its unit ($INSUNITS)")
+    return scale
+
+
+def _points(entity: Any) -> list[tuple[float, float]]:
+    kind = entity.dxftype()
+    if kind == "LINE":
+        return [(entity.dxf.start.x, entity.dxf.start.y), (entity.dxf.end.x, entity.dxf.end.y)]
+    if kind == "LWPOLYLINE":
+        return [(point[0], point[1]) for point in entity.get_points("xy")]
+    if kind == "POLYLINE":
+        return [(point.x, point.y) for point in entity.points()]
+    if kind in {"SOLID", "TRACE", "3DFACE"}:
+        return [(point.x, point.y) for point in entity.wcs_vertices()]
+    return []
+
+
+def _add(drawn: Features, kind: str, entity: Any, scale: float) -> None:
+    shape = entity.dxftype()
+    if shape in {"TEXT", "MTEXT"}:
+        text = entity.plain_text() if shape == "MTEXT" else entity.dxf.text
+        at = entity.dxf.insert
+        for line, word in enumerate(str(text).splitlines()):
+            if word.strip():
+                drawn.texts.append(
+                    (re.sub(r"\s+", " ", word.strip())[:100], (at.x * scale, (at.y - line * 1e-6) * scale))
+                )
+        return
+    if shape == "ARC" and kind == "door":
+        centre = (entity.dxf.center.x * scale, entity.dxf.center.y * scale)
+        turn = (entity.dxf.end_angle - entity.dxf.start_angle) % 360
+        ends = [(each.x * scale, each.y * scale) for each in (entity.start_point, entity.end_point)]
+        if 45 <= turn <= 120 and 0.4 < math.dist(centre, ends[0]) < 2.0:
+            drawn.arcs.append((centre, ends[0], ends[1]))
+        return
+    points: list[Point] = [(x * scale, y * scale) for x, y in _points(entity)]
+    if not np.isfinite(np.asarray(points, np.float64)).all():
+        raise ValueError("a coordinate is not finite")
+    closed = len(points) > 2 and (
+        shape in {"SOLID", "TRACE", "3DFACE"} or bool(entity.is_closed) or points[0] == points[-1]
+    )
+    area = ring(points) if closed else None
+    if kind == "wall" and area is not None:
+        drawn.wall_areas.append(area)
+    elif kind == "wall":
+        drawn.wall_lines += pairwise(points)
+    elif kind == "room" and area is not None:
+        drawn.rooms.append((area, (), ""))
+    elif kind in {"door", "opening"} and area is not None:
+        drawn.door_areas.append((area, kind == "door"))
+    elif kind in {"door", "opening"} and len(points) == 2 and kind == "opening":
+        drawn.door_lines.append((points[0], points[1], False))
+    elif kind == "object" and area is not None:
+        drawn.objects.append(("object", area, 1.0))

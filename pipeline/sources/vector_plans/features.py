@@ -1,0 +1,138 @@
+"""Drawings of lines, areas and texts by what each is called: DXF by layers, GeoJSON by properties, our SVG by groups.
+
+R1  Areas that are called wall are walls; an area inside another is a hole of it. Lines called wall are thin walls, and
+    two of them close to each other the faces of one (``drawn.solid_between``).
+R2  Areas called room are rooms. A text inside one names it; one that is the name of a room names what is around it.
+R3  Areas and lines called door are passages; of an arc, which shows how the leaf turns, the passage runs from the hinge
+    to the end that lies nearer to a wall.
+R4  Without walls, rooms stand for themselves: walls are between and around them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+import shapely
+from shapely import LineString, Polygon
+
+from houseexpo.plan.categories import canonical
+from pipeline.geometry.overlay import polygons_of
+from pipeline.sources.drawn_storeys import Hole, Wall, prism
+from pipeline.sources.room_names import labels_for
+from pipeline.sources.vector_plans.drawn import DOOR_M, WALL_M, Point, Storey, hole_at, solid_between, strips, through
+from pipeline.values import SourceObject, SourceRoom
+
+LINE_M = 0.02
+_WORDS: Final = {
+    "name": r"name|text|label|beschriftung|texte|annot",
+    "opening": r"opening|openings|doorway|durchgang|passage|cut|entrance_open",
+    "door": r"door|doors|entrance|entrances|tür|türen|tuer|tueren|tur|porte|portes|puerta|puertas|deur",
+    "window": r"window|windows|fenster|fenêtre|fenetre|ventana|glaz|glazing|raam",
+    "wall": r"wall|walls|wand|wände|waende|mauer|mur|murs|muro|muros|parede|column|columns|pillar|stütze|col",
+    "room": r"room|rooms|space|spaces|raum|räume|raeume|zimmer|pièce|pieces|area|unit|zone",
+    "object": r"furniture|object|objects|möbel|moebel|mobilier|meuble|fixture|fixtures",
+}
+
+
+@dataclass
+class Features:
+    """What is drawn, in metres, y up."""
+
+    wall_areas: list[Polygon] = field(default_factory=list)
+    wall_lines: list[tuple[Point, Point]] = field(default_factory=list)
+    rooms: list[tuple[Polygon, tuple[str, ...], str]] = field(default_factory=list)
+    """Area, the source's words, and our label where the file says it."""
+    texts: list[tuple[str, Point]] = field(default_factory=list)
+    door_areas: list[tuple[Polygon, bool]] = field(default_factory=list)
+    door_lines: list[tuple[Point, Point, bool]] = field(default_factory=list)
+    arcs: list[tuple[Point, Point, Point]] = field(default_factory=list)
+    """Hinge, and the two ends."""
+    objects: list[tuple[str, Polygon, float]] = field(default_factory=list)
+
+
+def called(name: str) -> str:
+    """Return wall, door, opening, window, room, name, object or "" for a layer, class or kind of this name."""
+    plain = re.sub(r"(?<=[a-zß-ÿ])(?=[A-Z])", " ", name).lower()
+    parts = re.split(r"[^a-zß-ÿ]+", plain)
+    return next((kind for kind, words in _WORDS.items() if any(re.fullmatch(words, part) for part in parts)), "")
+
+
+def storey_of(drawn: Features, height_m: float = 0.0) -> Storey:
+    """Return the storey of a drawing; it may be empty."""
+    shapes = [*nested(drawn.wall_areas), *strips(drawn.wall_lines, LINE_M)]
+    walls = solid_between(shapes) if drawn.wall_lines else shapes
+    holes = [through(hole, walls) for area, leaf in drawn.door_areas if (hole := _of_area(area, leaf)) is not None]
+    holes += [hole for a, b, leaf in drawn.door_lines if (hole := hole_at(a, b, walls, has_door=leaf)) is not None]
+    holes += [hole for arc in drawn.arcs if (hole := _of_arc(arc, walls)) is not None]
+    return Storey(
+        walls=tuple(Wall(wall, 0.0, WALL_M) for wall in walls),
+        holes=tuple(holes),
+        rooms=_rooms(drawn),
+        furniture=tuple(SourceObject((word,), prism(shape, 0.0, high)) for word, shape, high in drawn.objects),
+        height_m=height_m,
+        all_named=bool(holes),
+    )
+
+
+def nested(areas: Sequence[Polygon]) -> list[Polygon]:
+    """R1: rings inside an odd number of others are holes."""
+    found = [shapely.make_valid(area) for area in areas]
+    found = [part for area in found for part in polygons_of(area)]
+    if len(found) < 2:
+        return found
+    tree = shapely.STRtree(found)
+    inner, outer = tree.query(found, predicate="within")
+    deep = np.bincount(inner[inner != outer], minlength=len(found))
+    solid = shapely.union_all([each for each, n in zip(found, deep, strict=True) if n % 2 == 0], grid_size=1e-4)
+    holes = shapely.union_all([each for each, n in zip(found, deep, strict=True) if n % 2], grid_size=1e-4)
+    return polygons_of(shapely.difference(solid, holes))
+
+
+def _rooms(drawn: Features) -> tuple[SourceRoom, ...]:
+    """R2."""
+    rooms, used = [], set()
+    for area, words, label in drawn.rooms:
+        inside = [i for i, (_, at) in enumerate(drawn.texts) if shapely.intersects_xy(area, *at)]
+        used.update(inside)
+        said = [*words, *(drawn.texts[i][0] for i in inside)]
+        found = next((each for word in [label, *said] if (each := canonical(word))), None)
+        kept = tuple(dict.fromkeys(word for word in said if word and word not in {found, "Unlabelled"}))
+        rooms.append(SourceRoom(kept or ((found,) if found else ()), (found,) if found else labels_for(said), area))
+    for i, (text, (x, y)) in enumerate(drawn.texts):
+        labels = labels_for((text,))
+        if i not in used and labels:
+            rooms.append(SourceRoom((text,), labels, box=(x - 0.1, y - 0.1, x + 0.1, y + 0.1)))
+    return tuple(rooms)
+
+
+def _of_area(area: Polygon, has_leaf: bool) -> Hole | None:
+    """R3: one walks through the shorter way."""
+    box = shapely.minimum_rotated_rectangle(area)
+    if not isinstance(box, Polygon):
+        return None
+    corners = shapely.get_coordinates(box)[:4]
+    sides = np.roll(corners, -1, axis=0) - corners
+    lengths = np.hypot(*sides.T)
+    x, y = sides[int(np.argmin(lengths))] / max(float(lengths.min()), 1e-9)
+    return Hole(area, 0.0, DOOR_M, has_leaf, (float(x), float(y)))
+
+
+def _of_arc(arc: tuple[Point, Point, Point], walls: Sequence[Polygon]) -> Hole | None:
+    """R3."""
+    hinge, *ends = arc
+    solid = shapely.union_all(list(walls))
+    end = min(ends, key=lambda at: solid.distance(LineString([hinge, at]).centroid) + solid.distance(shapely.Point(at)))
+    return hole_at(hinge, end, walls, has_door=True)
+
+
+def ring(points: Iterable[Sequence[float]]) -> Polygon | None:
+    """Return the area of a closed line, or None if it has none."""
+    corners = np.asarray([tuple(point[:2]) for point in points], np.float64)
+    if len(corners) < 3 or not np.isfinite(corners).all():
+        return None
+    shape = Polygon(corners)
+    return shape if shape.area > 1e-6 else None

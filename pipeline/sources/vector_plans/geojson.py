@@ -1,0 +1,156 @@
+"""GeoJSON of walls, rooms and doors: our own export, IMDF's files, and what else names its features so.
+
+R1  A feature is what its ``kind``, ``type``, ``class``, ``category``, ``feature_type`` or ``layer`` says. Others are
+    passed over.
+R2  Coordinates are metres where ``crs`` says so, or where they are no degrees; degrees become metres about the middle.
+R3  ``level``, ``level_id`` or ``floor`` divides storeys.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.json_house import decoded
+from pipeline.sources.left_out import LeftOut
+from pipeline.sources.vector_plans.drawn import Drawing
+from pipeline.sources.vector_plans.features import Features, called, storey_of
+
+LARGEST_BYTES = 1 << 28
+EARTH_M = 6_371_008.8
+_KEYS: Final = ("kind", "type", "class", "category", "feature_type", "layer", "indoor")
+_ADVICE = "export it again as GeoJSON"
+
+
+class _Collection(msgspec.Struct):
+    features: list[Any]
+    type: str = ""
+    crs: Any = None
+
+
+_DECODER = msgspec.json.Decoder(_Collection)
+
+
+def claims(path: Path, head: bytes) -> bool:
+    """By its name, or by its type."""
+    return path.suffix.lower() == ".geojson" or (path.suffix.lower() == ".json" and b'"FeatureCollection"' in head)
+
+
+def draw(path: Path) -> Drawing:
+    """Read a collection; raise Rejection if it cannot be read or no feature is called wall or room."""
+    if path.stat().st_size > LARGEST_BYTES:
+        raise Rejection(
+            "source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", "expected a plan"
+        )
+    found = decoded(_DECODER, path.read_bytes(), path.name, _ADVICE)
+    left_out = LeftOut()
+    levels: dict[str, list[tuple[str, Any, Mapping[str, Any]]]] = {}
+    for number, feature in enumerate(found.features):
+        made = _feature(feature)
+        if made is None:
+            left_out.add(f"feature {number} has no geometry that can be read")
+        elif made[0]:
+            levels.setdefault(_level(made[2]), []).append(made)
+    shapes = [shape for level in levels.values() for _, shape, _ in level]
+    if not shapes:
+        detail = f"{path.name}: expected features that are called wall or room, found none of {len(found.features)}"
+        raise Rejection("source", Reason.NO_LEVEL, detail, f"name them by one of {', '.join(_KEYS)}")
+    to_metres = _to_metres(shapes, found.crs)
+    storeys = [
+        storey_of(_drawn([(kind, shapely.transform(s, to_metres), about) for kind, s, about in level]), 3.0 * n)
+        for n, (_, level) in enumerate(sorted(levels.items()))
+    ]
+    return Drawing("geojson", tuple(storeys), left_out)
+
+
+def _feature(feature: Any) -> tuple[str, Any, Mapping[str, Any]] | None:
+    """Kind ("" for what is passed over), geometry and properties."""
+    if not isinstance(feature, dict):
+        return None
+    found = feature.get("properties")
+    about: dict[str, Any] = found if isinstance(found, dict) else {}
+    said = [
+        str(holder.get(key, "")) for holder in (about, feature) for key in _KEYS if key != "type" or holder is about
+    ]
+    kind = next((each for word in said if (each := called(word))), "")
+    if any(word in {"label_box", "free_space"} for word in said):
+        kind = ""
+    if not kind:
+        return "", None, about
+    try:
+        shape = shapely.geometry.shape(feature["geometry"])
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError, shapely.errors.ShapelyError):
+        return None
+    coordinates = shapely.get_coordinates(shape)
+    if not len(coordinates) or not np.isfinite(coordinates).all():
+        return None
+    return kind, shapely.force_2d(shape), about
+
+
+def _level(about: Mapping[str, Any]) -> str:
+    """R3."""
+    return next((str(about[key]) for key in ("level", "level_id", "floor") if about.get(key) is not None), "")
+
+
+def _to_metres(shapes: list[Any], crs: Any) -> Any:
+    """R2."""
+    x1, y1, x2, y2 = shapely.total_bounds(shapes).tolist()
+    name = str(crs)
+    in_metres = "metre" in name or "LOCAL_CS" in name
+    degrees = (
+        not in_metres and max(abs(x1), abs(x2)) <= 180 and max(abs(y1), abs(y2)) <= 90 and max(x2 - x1, y2 - y1) < 0.5
+    )
+    if not degrees:
+        return lambda points: points
+    at = np.radians([(x1 + x2) / 2, (y1 + y2) / 2])
+    factor = np.array([EARTH_M * math.cos(float(at[1])), EARTH_M])
+    return lambda points: (np.radians(points) - at) * factor
+
+
+def _drawn(level: list[tuple[str, Any, Mapping[str, Any]]]) -> Features:
+    drawn = Features()
+    for kind, shape, about in level:
+        parts = list(_parts(shape))
+        areas = [part for part in parts if isinstance(part, Polygon) and part.area > 1e-6]
+        lines = [part for part in parts if part.geom_type in {"LineString", "LinearRing"}]
+        edges = [(a, b) for line in lines for a, b in zip(line.coords, line.coords[1:], strict=False)]
+        if kind == "wall":
+            drawn.wall_areas += areas
+            drawn.wall_lines += edges
+        elif kind == "room":
+            label = str(about.get("label") or "")
+            said = about.get("source_labels") or [about.get("name") or about.get("room_type") or label]
+            words = tuple(_word(each) for each in (said if isinstance(said, list) else [said]) if each)
+            drawn.rooms += [(area, words, label) for area in areas]
+        elif kind in {"door", "opening"}:
+            leaf = kind == "door" and about.get("door_kind") not in {"opening", "cut"}
+            drawn.door_areas += [(area, leaf) for area in areas]
+            drawn.door_lines += [(a, b, leaf) for a, b in edges]
+        elif kind == "object":
+            high = about.get("height")
+            drawn.objects += [
+                (str(about.get("label") or "object"), area, float(high) if isinstance(high, int | float) else 1.0)
+                for area in areas
+            ]
+    return drawn
+
+
+def _word(value: Any) -> str:
+    """IMDF's names are mappings of languages."""
+    return str(next(iter(value.values()), "")) if isinstance(value, dict) else str(value)
+
+
+def _parts(shape: Any) -> Iterator[Any]:
+    for part in shapely.get_parts(shape):
+        if part.geom_type.startswith("Multi") or part.geom_type == "GeometryCollection":
+            yield from _parts(part)
+        else:
+            yield part

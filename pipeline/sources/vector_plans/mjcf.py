@@ -1,0 +1,209 @@
+"""MJCF, MuJoCo's scenes: bodies with names, as MolmoSpaces and our own export write them.
+
+Format: MuJoCo's XML reference. Names as MolmoSpaces writes them: ``room|...`` floors, ``door_...`` and ``doorway_...``
+passages, ``wall...`` walls. Read are worldbody, bodies, frames, geoms and sites; boxes, and meshes whose corners are in
+the file, or in a file of the same folder or one below it. Classes give what an element does not say itself.
+
+R1  ``include`` is followed inside the folder, each file once; another one is left out, with a note.
+R2  Geoms that only collide are read like the visible ones: what is there twice is one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import trimesh
+from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial.transform import Rotation
+
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.left_out import LeftOut
+from pipeline.sources.vector_plans.bodies import Body, body, box_of, storeys_of
+from pipeline.sources.vector_plans.drawn import Drawing
+from pipeline.sources.xml_tree import Element, parse_xml
+
+MOST_GEOMS = 200_000
+LARGEST_MESH = 1 << 27
+_MESHES = frozenset({".obj", ".stl"})
+Matrix = npt.NDArray[np.float64]
+
+
+def claims(path: Path, head: bytes) -> bool:
+    """By its root element."""
+    return path.suffix.lower() in {".xml", ".mjcf"} and b"<mujoco" in head
+
+
+def draw(path: Path) -> Drawing:
+    """Read a scene; raise Rejection if it cannot be read or nothing of it is named as a wall or a room."""
+    left_out = LeftOut()
+    scene = _Scene(path, left_out)
+    bodies = list(scene.bodies())
+    storeys = storeys_of(bodies)
+    if not any(storey.walls or storey.rooms for storey in storeys):
+        detail = f"{path.name}: expected geoms named wall or room|, found {len(bodies)} of other names"
+        raise Rejection("source", Reason.NO_LEVEL, detail, "name the walls, or leave the file out")
+    return Drawing("mjcf", tuple(storeys), left_out)
+
+
+class _Scene:
+    def __init__(self, path: Path, left_out: LeftOut) -> None:
+        self.path, self.folder, self.left_out = path, path.parent.resolve(), left_out
+        self._read: set[Path] = set()
+        self._count = 0
+        root = self._document(path)
+        if root.tag != "mujoco":
+            raise Rejection("source", Reason.UNREADABLE, f"{path.name}: expected a mujoco element", "copy it again")
+        self.roots = [root, *self._included(root)]
+        compilers = [each for root in self.roots for each in root.iter("compiler")]
+        self.degrees = not any(each.get("angle") == "radian" for each in compilers)
+        self.sequence = next((each.get("eulerseq", "xyz") for each in compilers if each.get("eulerseq")), "xyz")
+        self.mesh_folder = next((each.get("meshdir", "") for each in compilers if each.get("meshdir")), "")
+        self.meshes = {self._mesh_name(each): each for root in self.roots for each in root.findall("asset/mesh")}
+        self.classes: dict[str, dict[str, dict[str, str]]] = {}
+        for root in self.roots:
+            for default in root.findall("default"):
+                self._class(default, {})
+
+    def _document(self, path: Path) -> Element:
+        self._read.add(path.resolve())
+        return parse_xml(path.read_bytes(), path.name)
+
+    def _included(self, root: Element) -> Iterator[Element]:
+        """R1."""
+        for each in root.iter("include"):
+            file = (self.folder / each.get("file", "")).resolve()
+            if file in self._read:
+                self.left_out.add(f"{each.get('file', '')[:80]} is included twice or by itself")
+            elif self.folder not in file.parents or not file.is_file():
+                self.left_out.add(f"{each.get('file', '')[:80]} is not in the folder of {self.path.name}")
+            else:
+                inner = self._document(file)
+                yield inner
+                yield from self._included(inner)
+
+    def _class(self, element: Element, inherited: Mapping[str, dict[str, str]], depth: int = 0) -> None:
+        own = {kind: dict(values) for kind, values in inherited.items()}
+        for child in element:
+            if child.tag != "default":
+                own.setdefault(child.tag, {}).update(child.attrib)
+        self.classes[element.get("class", "main")] = own
+        for child in element.findall("default"):
+            self._class(child, own, depth + 1)
+
+    def bodies(self) -> Iterator[Body]:
+        """Yield every geom, and every site that is named as a passage, at its place."""
+        for root in self.roots:
+            for world in root.findall("worldbody"):
+                yield from self._inside(world, np.eye(4), (), "main")
+
+    def _inside(self, element: Element, at: Matrix, names: tuple[str, ...], childclass: str) -> Iterator[Body]:
+        childclass = element.get("childclass", childclass)
+        for child in element:
+            if child.tag in {"body", "frame"}:
+                name = (child.get("name", ""),) if child.get("name") else ()
+                with self.left_out.part():
+                    yield from self._inside(child, at @ self._pose(child.attrib), (*name, *names), childclass)
+            elif child.tag in {"geom", "site"}:
+                self._count += 1
+                if self._count > MOST_GEOMS:
+                    detail = f"{self.path.name} has more than {MOST_GEOMS:,} geoms"
+                    raise Rejection("source", Reason.TOO_LARGE, detail, "leave its furniture out")
+                found = self._one(child, at, names, childclass)
+                if found is not None:
+                    yield found
+
+    def _one(self, child: Element, at: Matrix, names: tuple[str, ...], childclass: str) -> Body | None:
+        defaults = self.classes.get(child.get("class", childclass), self.classes.get("main", {})).get(child.tag, {})
+        said = {**defaults, **child.attrib}
+        name = child.get("name", "") or said.get("mesh", "")
+        called = (name, *names) if name else names
+        if child.tag == "site" and not name.lower().startswith("door"):
+            return None
+        kind = said.get("type", "mesh" if "mesh" in said else "sphere")
+        try:
+            place = at @ self._pose(said)
+            if kind == "box":
+                size = _numbers(said.get("size", ""), 3)
+                made = body(called, *box_of(place, np.array(size)))
+            elif kind == "mesh":
+                points, faces = self._mesh(said.get("mesh", ""))
+                made = body(called, points @ place[:3, :3].T + place[:3, 3], faces)
+            else:
+                return None
+        except ValueError as error:
+            self.left_out.add(f"{child.tag} {name[:60]}: {error}")
+            return None
+        return made
+
+    def _pose(self, said: Mapping[str, str]) -> Matrix:
+        pose = np.eye(4)
+        pose[:3, 3] = _numbers(said.get("pos", "0 0 0"), 3)
+        if "quat" in said:
+            w, x, y, z = _numbers(said["quat"], 4)
+            if not math.hypot(w, x, y, z) > 0:
+                raise ValueError("its quat is 0")
+            pose[:3, :3] = Rotation.from_quat([x, y, z, w]).as_matrix()
+        elif "euler" in said:
+            angles = _numbers(said["euler"], 3)
+            pose[:3, :3] = Rotation.from_euler(self._euler(), angles, degrees=self.degrees).as_matrix()
+        elif "axisangle" in said:
+            x, y, z, angle = _numbers(said["axisangle"], 4)
+            axis = np.array([x, y, z]) / max(math.hypot(x, y, z), 1e-12)
+            pose[:3, :3] = Rotation.from_rotvec(axis * (math.radians(angle) if self.degrees else angle)).as_matrix()
+        return pose
+
+    def _euler(self) -> str:
+        """MuJoCo's small letters turn with the frame, capital ones do not: the other way round than SciPy's."""
+        return (
+            self.sequence.swapcase() if set(self.sequence.lower()) <= set("xyz") and len(self.sequence) == 3 else "XYZ"
+        )
+
+    def _mesh_name(self, element: Element) -> str:
+        return element.get("name") or Path(element.get("file", "")).stem
+
+    def _mesh(self, name: str) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+        element = self.meshes.get(name)
+        if element is None:
+            raise ValueError(f"names a mesh {name[:60]!r} that is not there")
+        scale = np.array(_numbers(element.get("scale", "1 1 1"), 3))
+        if element.get("vertex"):
+            flat = np.array([float(each) for each in element.get("vertex", "").split()])
+            if len(flat) < 12 or len(flat) % 3 or not np.isfinite(flat).all():
+                raise ValueError("its mesh has no triples of numbers")
+            points = flat.reshape(-1, 3) * scale
+            if element.get("face"):
+                faces = np.array([int(each) for each in element.get("face", "").split()], np.int64).reshape(-1, 3)
+                if faces.min() < 0 or faces.max() >= len(points):
+                    raise ValueError("a face of its mesh names a vertex that is not there")
+                return points, faces
+            try:
+                return points, ConvexHull(points).simplices.astype(np.int64)
+            except QhullError:
+                raise ValueError("its mesh is flat") from None
+        return self._from_file(element, scale)
+
+    def _from_file(
+        self, element: Element, scale: npt.NDArray[np.float64]
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+        file = (self.folder / self.mesh_folder / element.get("file", "")).resolve()
+        if self.folder not in file.parents or file.suffix.lower() not in _MESHES or not file.is_file():
+            raise ValueError(f"its mesh {element.get('file', '')[:80]!r} is not in the folder, or no .obj or .stl")
+        if file.stat().st_size > LARGEST_MESH:
+            raise ValueError(f"its mesh has {file.stat().st_size >> 20} MB")
+        try:
+            mesh: Any = trimesh.load_mesh(file, process=False, skip_materials=True)
+            return np.asarray(mesh.vertices, np.float64) * scale, np.asarray(mesh.faces, np.int64)
+        except Exception as error:  # noqa: BLE001 - the loader raises whatever broken bytes lead it to
+            raise ValueError(f"its mesh cannot be read: {type(error).__name__}") from None
+
+
+def _numbers(text: str, count: int) -> list[float]:
+    found = [float(each) for each in text.split()]
+    if len(found) != count or not all(map(math.isfinite, found)):
+        raise ValueError(f"expected {count} numbers, found {text[:60]!r}")
+    return found

@@ -1,0 +1,157 @@
+"""USD scenes (``.usd .usda .usdc``): walls, floors, doors and furniture by their semantic labels and names.
+
+Format: OpenUSD, read by usd-core; references, payloads, instances, units and the up axis are the library's. Labels are
+taken from ``semantics:labels:*``, ``semantic:*:params:semanticData`` and ``semanticLabel``, of the prim or the nearest
+one above it, as Isaac Sim, GRScenes and InternScenes write them. USDZ archives have a reader of their own (RoomPlan).
+
+R1  Every layer lies in the file's folder or below it. One that names a layer elsewhere, on a network, or that is not
+    there, is refused before the scene is put together.
+R2  A scene in which no prim is called a wall or a room is refused with that reason.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from houseexpo.errors import MissingDependencyError, installing
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.left_out import LeftOut
+from pipeline.sources.polygons import triangulated
+from pipeline.sources.vector_plans.bodies import Body, body, box_of, kind_of, storeys_of
+from pipeline.sources.vector_plans.drawn import Drawing
+
+MOST_FACES = 20_000_000
+MOST_LAYERS = 20_000
+_LAYERS = (".usd", ".usda", ".usdc")
+_ADVICE = "export the scene again, with all its layers beside it"
+_LABEL = re.compile(r"semantics:labels:\w+|semantic:\w+:params:semanticData|semanticLabel")
+
+
+def claims(path: Path, head: bytes) -> bool:
+    """By what the file begins with, or its name."""
+    return path.suffix.lower() in _LAYERS and (head.startswith((b"#usda", b"PXR-USDC")) or not head)
+
+
+def draw(path: Path) -> Drawing:
+    """Read a scene.
+
+    Raises
+    ------
+    Rejection
+        Where it cannot be read, names a layer that is not there or elsewhere, or has no named wall or room.
+    MissingDependencyError
+        Where usd-core is not installed.
+    """
+    try:
+        from pxr import Sdf, Tf, Usd, UsdGeom
+    except ImportError:
+        said = f"{path.name} needs usd-core, which is not installed: {installing('scans')}"
+        raise MissingDependencyError(said) from None
+    left_out = LeftOut()
+    try:
+        _check_layers(Sdf, path)
+        stage = Usd.Stage.Open(str(path.resolve()), Usd.Stage.LoadAll)
+        stage.Reload()  # the library keeps what it has read under the same name
+        bodies = list(_bodies(Usd, UsdGeom, stage, path, left_out))
+    except (Tf.ErrorException, RuntimeError, ValueError, TypeError) as error:
+        detail = f"{path.name} cannot be read as USD: {type(error).__name__}"
+        raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
+    storeys = storeys_of(bodies)
+    if not any(storey.walls or storey.rooms for storey in storeys):
+        detail = f"{path.name}: expected prims that are named or labelled as walls, found {len(bodies)} others"
+        raise Rejection("source", Reason.NO_LEVEL, detail, "label the walls, or save the scene as .usdz or .glb")
+    return Drawing("usd", tuple(storeys), left_out)
+
+
+def _check_layers(sdf: Any, path: Path) -> None:
+    """R1."""
+    folder = path.resolve().parent
+    waiting, seen = [path.resolve()], set()
+    while waiting:
+        file = waiting.pop()
+        if file in seen:
+            continue
+        seen.add(file)
+        if len(seen) > MOST_LAYERS:
+            raise Rejection("source", Reason.TOO_LARGE, f"{path.name} has more than {MOST_LAYERS:,} layers", _ADVICE)
+        layer = sdf.Layer.OpenAsAnonymous(str(file))
+        if layer is None:
+            raise ValueError(file.name)
+        for asset in sorted(layer.GetCompositionAssetDependencies()):
+            inner = (file.parent / asset).resolve()
+            if ":" in asset or folder not in inner.parents or not inner.is_file():
+                told = f"refers to {Path(asset).name[:80]!r}, which is not beside it"
+                raise Rejection("source", Reason.UNREADABLE, f"{path.name}: {file.name} {told}", _ADVICE)
+            if inner.suffix.lower() in _LAYERS:
+                waiting.append(inner)
+            else:
+                told = f"refers to {Path(asset).name[:80]!r}, which is no layer that can be checked"
+                raise Rejection("source", Reason.UNREADABLE, f"{path.name}: {file.name} {told}", _ADVICE)
+
+
+def _bodies(usd: Any, geometry: Any, stage: Any, path: Path, left_out: LeftOut) -> Iterator[Body]:
+    metres = float(geometry.GetStageMetersPerUnit(stage)) if geometry.StageHasAuthoredMetersPerUnit(stage) else 0.01
+    z_up = geometry.GetStageUpAxis(stage) == geometry.Tokens.z
+    cache, count = geometry.XformCache(), 0
+    for prim in stage.Traverse(usd.TraverseInstanceProxies()):
+        if not (prim.IsA(geometry.Mesh) or prim.IsA(geometry.Cube)):
+            continue
+        if str(geometry.Imageable(prim).ComputeVisibility()) == "invisible":
+            continue
+        try:
+            points, faces = _triangles(geometry, prim)
+        except ValueError as error:
+            left_out.add(f"{prim.GetName()[:60]}: {error}")
+            continue
+        count += len(faces)
+        if count > MOST_FACES:
+            detail = f"{path.name} has more than {MOST_FACES:,} faces"
+            raise Rejection("source", Reason.TOO_LARGE, detail, "leave its furniture out")
+        if not len(faces):
+            continue
+        matrix = np.array(cache.GetLocalToWorldTransform(prim), np.float64)
+        x, y, z = ((points @ matrix[:3, :3] + matrix[3, :3]) * metres).T
+        placed = np.column_stack([x, y, z] if z_up else [x, -z, y])
+        if not np.isfinite(placed).all():
+            left_out.add(f"{prim.GetName()[:60]} has coordinates that are not finite")
+            continue
+        names = tuple(part for part in reversed(str(prim.GetPath()).split("/")) if part)
+        label, words = _label(prim)
+        if kind_of((label, *names) if label else names) == "skipped":
+            continue
+        made = body(names, placed, faces)
+        if made is not None:
+            yield Body(names, made.shape, made.low_m, made.high_m, label, words)
+
+
+def _triangles(geometry: Any, prim: Any) -> tuple[np.ndarray, np.ndarray]:
+    if prim.IsA(geometry.Cube):
+        size = geometry.Cube(prim).GetSizeAttr().Get()
+        return box_of(np.eye(4), np.full(3, float(size or 2.0) / 2))
+    mesh = geometry.Mesh(prim)
+    points = np.array(mesh.GetPointsAttr().Get() or [], np.float64).reshape(-1, 3)
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or [], np.int64)
+    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or [], np.int64)
+    if counts.sum() != len(corners) or (len(corners) and not 0 <= corners.min() <= corners.max() < len(points)):
+        raise ValueError("its faces name vertices that it does not have")
+    return points, triangulated(points, corners, counts)[0]
+
+
+def _label(prim: Any) -> tuple[str, tuple[str, ...]]:
+    """The semantic label of a prim or the nearest one above it, and our own export's words of a room."""
+    each = prim
+    while each and not each.IsPseudoRoot():
+        for attribute in each.GetAuthoredAttributes():
+            if _LABEL.fullmatch(attribute.GetName()):
+                value = attribute.Get()
+                text = value if isinstance(value, str) else next(iter(value or ()), "")
+                words = each.GetAttribute("houseexpo:words")
+                said = tuple(str(word) for word in (words.Get() or ())) if words else ()
+                return str(text), said
+        each = each.GetParent()
+    return "", ()
