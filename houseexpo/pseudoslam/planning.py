@@ -26,21 +26,17 @@ from houseexpo.pseudoslam.kernels.planning.plan import (
     TravelRules,
 )
 from houseexpo.pseudoslam.kernels.planning.ways import find_ways, trace
+from houseexpo.pseudoslam.kernels.tolerances import (
+    AIM_M,
+    ENOUGH,
+    FEATURE_BEAMS,
+    FEATURE_SAMPLES_PER_M,
+    LARGE_M,
+    NEAR_GOAL_M,
+    SPARE_PX,
+)
 from houseexpo.pseudoslam.kernels.types import Offsets
 from houseexpo.pseudoslam.step_kernels import scratch_of, with_room
-
-LARGE_M = 0.4
-"""Frontiers of this length, metres, come before shorter ones."""
-ENOUGH = 0.95
-"""A step with this share of the best progress is taken if it needs fewer turns: 18 degrees cost 5% of the way."""
-MAX_FRONTIERS, MAX_BUMPS = 64, 4
-"""The number of frontiers that an explorer considers, and how often it may be blocked on its way to one."""
-_SPARE_PX = 1.5
-_NEAR_M = 1.0  # goals this close to a frontier are tried before all others that see it
-_FAN = 32  # directions in which unknown cells are counted from a place
-_SAMPLES_PER_M = 4  # samples in a box, in rows and in columns
-_AIM_M = 1.5  # how far ahead on its path the robot aims
-
 
 KINDS = {"frontier": BY_FRONTIER, "waypoint": BY_WAYPOINT, "neighbour": BY_NEIGHBOUR}
 
@@ -57,7 +53,7 @@ def plan_rules(config: SimulatorConfig, planning: PlanningConfig, actions: str) 
             float(robot.step_m * ppm),
             math.radians(robot.turn_deg),
             round(planning.settled_m * ppm),
-            max(round(_AIM_M * ppm), 4),
+            max(round(AIM_M * ppm), 4),
             planning.max_steps,
         ),
         GraphRules(max(round(planning.spacing_m * ppm), 1), frontiers.range_px, frontiers.spare_px),
@@ -75,13 +71,13 @@ def frontier_rules(config: SimulatorConfig, large_m: float = LARGE_M, least_m: f
         max(round(least_m * ppm), 1),
         float(radius_px),
         max(round(config.laser.range_m * ppm), 1),
-        near_offsets(max(_NEAR_M * ppm, 2 * radius_px)),
+        near_offsets(max(NEAR_GOAL_M * ppm, 2 * radius_px)),
     )
 
 
 def explorer_frontiers(config: SimulatorConfig) -> FrontierRules:
     """Return the parameters of explorers, which may find other frontiers close to one that was given up."""
-    return frontier_rules(config)._replace(spare_px=_SPARE_PX)
+    return frontier_rules(config)._replace(spare_px=SPARE_PX)
 
 
 def descent_rules(config: SimulatorConfig) -> DescentRules:
@@ -98,9 +94,9 @@ def first_looks(config: SimulatorConfig) -> int:
 def feature_rules(config: SimulatorConfig) -> FeatureRules:
     """Return the parameters for describing frontiers."""
     ppm = float(config.pixels_per_metre)
-    angles = np.arange(_FAN) * (2 * math.pi / _FAN)
+    angles = np.arange(FEATURE_BEAMS) * (2 * math.pi / FEATURE_BEAMS)
     frontiers = frontier_rules(config)
-    apart = max(round(ppm / _SAMPLES_PER_M), 1)
+    apart = max(round(ppm / FEATURE_SAMPLES_PER_M), 1)
     return FeatureRules(ppm, frontiers.range_px, frontiers.large, apart, np.cos(angles), np.sin(angles))
 
 

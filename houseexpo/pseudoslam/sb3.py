@@ -94,7 +94,9 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
     def set_attr(self, attr_name: str, value: Any, indices: Indices = None) -> None:
         """Set a shared attribute (``SharedAttributes.set_attr``); raise ConfigError for only some environments."""
         if sorted(self._indices(indices)) != list(range(self.num_envs)):
-            raise ConfigError(f"{attr_name}: the environments share it; set it for all of them (indices=None)")
+            raise ConfigError(
+                f"{attr_name}: all environments share this attribute; set it for all of them (indices=None)"
+            )
         self.env.set_attr(attr_name, value)
 
     def env_method(self, method_name: str, *args: Any, indices: Indices = None, **kwargs: Any) -> list[Any]:

@@ -98,7 +98,7 @@ class Simulator:
         """
         if not (abs(turn_rad) <= 2 * math.pi and abs(forward_m) <= FURTHEST_M):
             raise ConfigError(
-                f"action: expected a full turn and {FURTHEST_M:g} m at most, "
+                f"action: expected at most a full turn and {FURTHEST_M:g} m, "
                 f"found a turn of {turn_rad!r} and {forward_m!r} m"
             )
         step_one(state, float(turn_rad), float(forward_m * self._ppm), self.params, self._scratch)

@@ -174,17 +174,17 @@ def new_episode(
     Parameters
     ----------
     rasters
-        What is occupied, observable and known.
+        The occupied, the observable and the known cells.
     shown
-        Cells along the view's sides and along the overview's, and beams of the ranges; 0 for what nobody asks for.
+        The side of the view and of the overview, cells, and the number of beams; 0 for those that are not observed.
     pose
-        (3,) where the robot stands, and believes to stand.
+        (3,), the robot's pose, which is also the believed one.
     moving
-        What moves, its ways, those of people, and the ways to the goal.
+        Moving bodies and their tracks, the paths of people, and the distances to the goal.
     key
-        Of the episode's noise.
+        The key of the episode's noise.
     best_px
-        The shortest way to the goal, pixels.
+        Length of the shortest path to the goal, pixels.
     """
     side, cells, beams = shown
     bodies, tracks, flow, field = moving

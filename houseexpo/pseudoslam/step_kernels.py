@@ -30,14 +30,12 @@ from houseexpo.pseudoslam.kernels.compiling import compiled_elsewhere, say_once
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.planning.fields import no_field, no_flow
 from houseexpo.pseudoslam.kernels.planning.plan import PlanRules, no_rules
+from houseexpo.pseudoslam.kernels.tolerances import BETWEEN_DEG, BETWEEN_M
 from houseexpo.pseudoslam.kernels.types import Errors, Robot, Scratch, Sensor, known_ways_of
 from houseexpo.pseudoslam.state import State, new_episode
 from houseexpo.pseudoslam.worlds.moving import new_bodies, walk_of
 from houseexpo.pseudoslam.worlds.world import scan_buffers
 from houseexpo.workers import cores
-
-BETWEEN_M, BETWEEN_DEG = 0.3, 10.0
-"""The largest distance between two scans during a step (section III-B: a map is built at each sub-pose)."""
 
 
 def step_params_of(config: SimulatorConfig, clearance_m: float = 0.0, plan: PlanRules | None = None) -> StepParams:

@@ -26,7 +26,7 @@ import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import Dataset, open_dataset
 from houseexpo.floorplan import decode
 from houseexpo.pseudoslam import LaserConfig, ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.worlds.cache import still_world
+from houseexpo.pseudoslam.worlds.cache import static_world
 from houseexpo.pseudoslam.worlds.prepare import prepare
 from houseexpo.pseudoslam.worlds.store import WorldStore
 from houseexpo.workers import cores
@@ -139,7 +139,7 @@ def test_a_world_that_is_not_kept() -> None:
     def made(line: bytes) -> tuple[float, float]:
         swept.clear()
         start = time.thread_time()
-        still_world(decode(line), EXPLORATION)
+        static_world(decode(line), EXPLORATION)
         return 1000 * (time.thread_time() - start), sum(swept)
 
     with gzip.open(PLANS) as stream:

@@ -28,8 +28,9 @@ from houseexpo.pseudoslam.kernels.planning.cover import short_tour
 from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers, unknown_in_sight
 from houseexpo.pseudoslam.kernels.planning.plan import STRAIGHT
 from houseexpo.pseudoslam.kernels.planning.ways import find_ways
+from houseexpo.pseudoslam.kernels.tolerances import GAIN_PER_M, MAX_BUMPS, MAX_FRONTIERS
 from houseexpo.pseudoslam.kernels.types import NO_WAY, KnownWays, Rows, known_ways_of
-from houseexpo.pseudoslam.planning import MAX_BUMPS, MAX_FRONTIERS, descent_rules, explorer_frontiers, first_looks
+from houseexpo.pseudoslam.planning import descent_rules, explorer_frontiers, first_looks
 from houseexpo.pseudoslam.simulator import ACTIONS, Action, Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_kernels import scratch_of, with_room
@@ -37,8 +38,6 @@ from houseexpo.pseudoslam.step_kernels import scratch_of, with_room
 Grid = npt.NDArray[np.uint8]
 Floats = npt.NDArray[np.float64]
 
-_GAIN_PER_M: Final = 0.2
-"""The factor exp(-0.2) of the gain for each metre of the path, as in the paper."""
 _BEAMS: Final = 90
 _GAINS: Final = 16
 """The number of frontiers whose gain is computed: those that ``find_frontiers`` ranks first."""
@@ -159,7 +158,7 @@ class InformationGain(Explorer):
             for y, x in zip(*np.divmod(first["goal"], known.shape[1]), strict=True)
         ]
         ways_m = first["way"] / (STRAIGHT * self.metre)
-        return int(np.argmax(np.array(gains) * np.exp(-_GAIN_PER_M * ways_m)))
+        return int(np.argmax(np.array(gains) * np.exp(-GAIN_PER_M * ways_m)))
 
 
 class Tour(Explorer):

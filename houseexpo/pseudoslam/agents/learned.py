@@ -56,9 +56,7 @@ class Learned:
             ("action", robot.action_space, policy.action_space),
         ):
             if found is not None and found != wanted:
-                raise ConfigError(
-                    f"{self._file}: expected the {what} that it was learned with, {wanted}, found {found}"
-                )
+                raise ConfigError(f"{self._file}: expected the {what} space of its training, {wanted}, found {found}")
         return Actor(self._trained, seed)
 
 

@@ -14,7 +14,7 @@ R4  At the end, it explores the remaining cells like the nearest-frontier explor
 from __future__ import annotations
 
 import math
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,16 +26,11 @@ from houseexpo.pseudoslam.agents.simple import LEFT
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.cover import count_all, greedy_cover, list_views, short_tour
 from houseexpo.pseudoslam.kernels.planning.ways import find_ways
+from houseexpo.pseudoslam.kernels.tolerances import LATTICE_M, MAX_PLACES, PLACE_CELLS, SERVED_SHARE, TOUR_AGAIN_M
 from houseexpo.pseudoslam.kernels.types import known_ways_of
 from houseexpo.pseudoslam.step_kernels import scratch_of
 from houseexpo.pseudoslam.worlds.world import World
 
-_LATTICE_M: Final = 0.5
-_MAX_PLACES: Final = 600
-_MIN_CELLS: Final = 4
-_DECIDE_M: Final = 1.0
-_SEEN: Final = 0.99
-"""The share of a place's purpose that counts as fulfilled."""
 Floats = npt.NDArray[np.float64]
 Cells = npt.NDArray[np.int32]
 
@@ -66,7 +61,7 @@ class Oracle:
         known, pose = info["map"], info["pose_px"]
         self.decided = False
         while self._is_left:
-            if self._has_served(known) or info["path_m"] - self._decided_at_m > _DECIDE_M:
+            if self._has_served(known) or info["path_m"] - self._decided_at_m > TOUR_AGAIN_M:
                 self._decided_at_m, self.decided = info["path_m"], True
                 self._is_left = self._choose(known, *pose[:2].tolist())
                 if not self._is_left:
@@ -83,14 +78,14 @@ class Oracle:
     def _has_served(self, known: npt.NDArray[np.uint8]) -> bool:
         """Return whether the purpose of the current place is fulfilled or given up."""
         left = (known.ravel()[self._purpose] == UNKNOWN) & (self._unwanted[self._purpose] == 0)
-        return bool(np.count_nonzero(left) <= (1 - _SEEN) * len(self._purpose))
+        return bool(np.count_nonzero(left) <= (1 - SERVED_SHARE) * len(self._purpose))
 
     def _choose(self, known: npt.NDArray[np.uint8], x: float, y: float) -> bool:
         """Aim at the first place of a short tour that sees all that is left; return whether there is one (R2)."""
         covered = self._unwanted | (known.ravel() != UNKNOWN)
         needless = covered.copy()
         chosen = np.zeros(len(self._places), np.int64)
-        chosen = chosen[: greedy_cover(self._starts, self._views, _MIN_CELLS, covered, chosen)]
+        chosen = chosen[: greedy_cover(self._starts, self._views, PLACE_CELLS, covered, chosen)]
         if not len(chosen):
             return False
         find_ways(self._house, x, y, self._radius_px, -1, self._ways)
@@ -124,7 +119,7 @@ class Oracle:
         """Return the place with the shortest path of those that see the cells of the purpose (R3)."""
         others = np.ones(self._house.size, np.uint8)
         others[self._purpose] = 0
-        enough = np.flatnonzero(count_all(self._starts, self._views, others) >= _SEEN * len(self._purpose))
+        enough = np.flatnonzero(count_all(self._starts, self._views, others) >= SERVED_SHARE * len(self._purpose))
         return int(enough[lengths[enough].argmin()]) if len(enough) else first
 
     def _lengths_from(self, place: int) -> Floats:
@@ -141,7 +136,7 @@ def _views(world: World, robot: Robot) -> tuple[Cells, npt.NDArray[np.int64], Ce
     config = robot.config
     traversable = np.flatnonzero(world.traversable)
     rows, cols = np.divmod(traversable, world.occupied.shape[1])
-    apart = max(_LATTICE_M * config.pixels_per_metre, math.sqrt(len(traversable) / _MAX_PLACES))
+    apart = max(LATTICE_M * config.pixels_per_metre, math.sqrt(len(traversable) / MAX_PLACES))
     _, first = np.unique(np.stack([rows // apart, cols // apart]), axis=1, return_index=True)
     places = traversable[np.sort(first)].astype(np.int32)
     occupied, wanted = world.occupied.copy(), world.observable.copy()

@@ -34,7 +34,9 @@ def interface_for(name: str, task: str) -> Interface:
         return Interface()
     wanted = load_policy(_EARLIER.get(name, name)).interface
     if wanted.tasks and task not in wanted.tasks:
-        raise ConfigError(f"policy {name!r}: made for {', '.join(wanted.tasks)}; the task is {task}")
+        raise ConfigError(
+            f"policy {name!r}: expected a task that it was made for ({', '.join(wanted.tasks)}), found {task}"
+        )
     return wanted
 
 
@@ -57,7 +59,7 @@ def policy_of(name: str, env: gymnasium.Env[Any, Any], seed: int | None = None) 
     wanted = policy.interface
     if inner.actions != wanted.actions:
         raise ConfigError(
-            f"policy {name!r}: expected an environment with {wanted.actions} actions, found {inner.actions} ones"
+            f"policy {name!r}: expected an environment with {wanted.actions} actions, found {inner.actions} actions"
         )
     if wanted.observation not in {"map", inner.observation}:
         raise ConfigError(

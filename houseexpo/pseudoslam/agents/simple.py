@@ -12,6 +12,7 @@ from houseexpo.pseudoslam.agents.explorers import Walker
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
 from houseexpo.pseudoslam.kernels.collision import clearance, free_way
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.tolerances import ARC_RAD, FOLLOWED_M, WALL_EPS_PX
 from houseexpo.pseudoslam.simulator import ACTIONS
 
 FORWARD, LEFT, RIGHT = range(len(ACTIONS))
@@ -51,13 +52,6 @@ class RandomWalk:
         return self._space.sample()
 
 
-_NEAR_M: Final = 0.4
-"""Largest distance between the robot's rim and the wall that it follows."""
-_EPS_PX: Final = 1e-6
-_ARC_RAD: Final = math.pi / 6
-"""The angle between two steps of the circle."""
-
-
 class WallFollower:
     """A policy that keeps a wall on its right.
 
@@ -71,7 +65,7 @@ class WallFollower:
         body, metre = robot.config.robot, robot.config.pixels_per_metre
         self._turn = math.radians(body.turn_deg)
         self._step_px, self._radius_px = body.step_m * metre, body.radius_m * metre
-        self._near_px = _NEAR_M * metre
+        self._near_px = FOLLOWED_M * metre
         self._reach = math.ceil(self._step_px + self._radius_px + self._near_px) + 2
         self._turns, self._goes = 0, False
         self._arcs = 0
@@ -93,10 +87,10 @@ class WallFollower:
         left, top = max(int(x) - self._reach, 0), max(int(y) - self._reach, 0)
         near = info["map"][top : int(y) + self._reach + 1, left : int(x) + self._reach + 1]
         walls, x, y = (near == OBSTACLE).view(np.uint8), x - left, y - top
-        if clearance(walls, x, y, self._radius_px, self._radius_px + self._near_px) > self._near_px - _EPS_PX:  # R1
+        if clearance(walls, x, y, self._radius_px, self._radius_px + self._near_px) > self._near_px - WALL_EPS_PX:  # R1
             self._arcs -= self._arcs > 0
-            return -max(round(_ARC_RAD / self._turn), 1) if self._arcs else 0
-        self._arcs = round(2 * math.pi / _ARC_RAD)
+            return -max(round(ARC_RAD / self._turn), 1) if self._arcs else 0
+        self._arcs = round(2 * math.pi / ARC_RAD)
         rows, cols = np.nonzero(walls)
         right, down = cols + 0.5 - x, rows + 0.5 - y
         nearest = int(np.hypot(right, down).argmin())

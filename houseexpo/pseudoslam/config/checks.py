@@ -34,7 +34,7 @@ def whole(value: object, key: str, *, at_least: int, at_most: float = math.inf) 
 def found(value: object) -> str:
     """Return the found value as text; for a number of numpy, which would look right, with advice to convert it."""
     strange = isinstance(value, np.number) and not isinstance(value, float)
-    return f"found {value!r}" + ("; make it a plain number by .item()" if strange else "")
+    return f"found {value!r}" + ("; convert it to a Python number with .item()" if strange else "")
 
 
 def above_zero(config: object, where: str, *names: str, at_most: float = math.inf) -> None:

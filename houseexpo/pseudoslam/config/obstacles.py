@@ -191,7 +191,9 @@ def _points(value: object) -> tuple[Point, ...]:
             number(x, f"{key}[{i}]", at_least=-LARGEST_M, at_most=LARGEST_M)
             number(y, f"{key}[{i}]", at_least=-LARGEST_M, at_most=LARGEST_M)
     if points[0] == points[-1]:
-        raise ConfigError(f"{key}: expected an unclosed ring, found the first corner repeated at the end; leave it out")
+        raise ConfigError(
+            f"{key}: expected a ring that is not closed, found the first corner again at the end; leave it out"
+        )
     return tuple((float(x), float(y)) for x, y in points)
 
 
@@ -390,7 +392,7 @@ class Trajectory:
             speed = math.dist(one[:2], other[:2]) / (end - start)
             if speed > FASTEST_M_S:
                 raise ConfigError(
-                    f"trajectory.poses[{i + 1}]: from {start:g} s to {end:g} s it goes at {speed:.4g} m/s, "
+                    f"trajectory.poses[{i + 1}]: from {start:g} s to {end:g} s it moves at {speed:.4g} m/s, "
                     f"at most {FASTEST_M_S:g} can be simulated; give it more time"
                 )
             turning = abs(math.remainder(other[2] - one[2], 360.0)) / (end - start)

@@ -90,7 +90,7 @@ class NoiseConfig:
             number(getattr(self, f.name), f"noise.{f.name}", at_least=0.0, at_most=1000.0)
         if self.drop_out + self.max_range > 1:
             raise ConfigError(
-                f"noise: expected drop_out and max_range, chances, to be at most 1 together, "
+                f"noise: expected drop_out and max_range, which are probabilities, to add up to at most 1, "
                 f"found {self.drop_out:g} and {self.max_range:g}"
             )
 

@@ -69,7 +69,7 @@ class SimulatorConfig:
         if self.side_px < 2:
             raise ConfigError(
                 f"observation.size_m: {self.observation.size_m:g} m "
-                f"are no two cells at {self.pixels_per_metre:g} px/m; ask for more"
+                f"are fewer than two cells at {self.pixels_per_metre:g} px/m; choose a larger view"
             )
         if max(self.side_px, 2 * self.laser.range_m * self.pixels_per_metre) > MAX_SIDE_PX:
             raise ConfigError(

@@ -85,7 +85,7 @@ def read(kind: type[Config], path: str | os.PathLike[str]) -> tuple[Config, list
     try:
         if not _is_published(kind, loaded):
             return config_from(kind, {} if loaded is None else loaded), []
-        return _converted(kind, loaded)
+        return _convert(kind, loaded)
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from error
 
@@ -106,7 +106,7 @@ def _is_published(kind: type, loaded: object) -> bool:
     return bool(published)
 
 
-def _converted(kind: type[Config], loaded: Mapping[str, object]) -> tuple[Config, list[str]]:
+def _convert(kind: type[Config], loaded: Mapping[str, object]) -> tuple[Config, list[str]]:
     """Return the configuration for published keys, and a line on the conversion of each."""
     given = dict(_leaves(loaded, ""))
     if given.get("stateSize.x", given.get("stateSize.y")) != given.get("stateSize.y", given.get("stateSize.x")):
@@ -128,7 +128,7 @@ def _converted(kind: type[Config], loaded: Mapping[str, object]) -> tuple[Config
     if any(name.startswith("startPose") for name in given):
         own.setdefault("start.random", False)
     try:
-        return config_from(kind, _nested(own)), notes
+        return config_from(kind, _nest(own)), notes
     except ConfigError as error:
         published = [name for name, key in _PUBLISHED.items() if key and str(error).startswith(key.own.split("[")[0])]
         raise ConfigError(f"{' and '.join(published)}: {error}" if published else str(error)) from error
@@ -151,7 +151,7 @@ def _sections(section: str) -> list[str]:
     return list(dict.fromkeys(".".join(key.split(".")[: depth + 1]) for key in below))
 
 
-def _nested(own: dict[str, object]) -> dict[str, Any]:
+def _nest(own: dict[str, object]) -> dict[str, Any]:
     """Return dotted keys as nested mappings, with random obstacles only if there are any."""
     many = own.pop("obstacles.random.number", 0)
     size = [own.pop(f"obstacles.random.size_m[{i}]", default) for i, default in enumerate((0.2, 0.8))]

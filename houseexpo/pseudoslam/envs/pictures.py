@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.episode import Episode
-from houseexpo.pseudoslam.kernels.pictures import GOAL, NEAR, ROBOT, Scales, draw_pictures
+from houseexpo.pseudoslam.kernels.map_pictures import GOAL, NEAR, ROBOT, Scales, draw_pictures
 from houseexpo.pseudoslam.metrics import EpisodeConstants
 from houseexpo.pseudoslam.step_kernels import entry_point
 

@@ -108,22 +108,23 @@ class PlannerSpec:
             found["action_mask"] = spaces.MultiBinary(self.numbers)
         return found
 
-    def meant(self, values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+    def kernel_actions(self, values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
         """Return the kernel's form (N, 2) of actions (N,) or (N, 2); raise ConfigError for an invalid action."""
-        return self._numbered(values) if self.numbers else self._waypoints(values)
+        return self._number_actions(values) if self.numbers else self._waypoint_actions(values)
 
-    def _numbered(self, values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+    def _number_actions(self, values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
         flat = values.ravel()
         strange = (flat < 0) | (flat >= self.numbers) if flat.dtype.kind in "iu" else np.ones(flat.shape, bool)
         if strange.any():
             raise ConfigError(
-                f"action: expected a {self.actions}'s number, 0 to {self.numbers - 1}, found {flat[strange].item(0)!r}"
+                f"action: expected the number of a {self.actions}, 0 to {self.numbers - 1}, "
+                f"found {flat[strange].item(0)!r}"
             )
         found = np.zeros((len(flat), 2))
         found[:, 0] = flat
         return found
 
-    def _waypoints(self, values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+    def _waypoint_actions(self, values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
         strange = ~((values >= -1) & (values <= 1)) if values.dtype.kind in "iuf" else np.ones(values.shape, bool)
         if strange.any():
             raise ConfigError(
@@ -158,12 +159,12 @@ class PlannerSpec:
             table = pool.plans.frontiers
             valid = table["goal"] != NO_CHOICE
             more = table["way"] * (cell_m / STRAIGHT), table["cells"] * cell_m, valid
-            found["frontiers"] = _seen(table["middle"], valid, pool, metrics, more)
+            found["frontiers"] = _features_of(table["middle"], valid, pool, metrics, more)
         if self.has_graph:
             nodes, edges = pool.graph.nodes, pool.graph.edges
             valid = nodes["cell"] >= 0
             more = nodes["utility"] * cell_m, nodes["visited"], np.arange(nodes.shape[1])[None] == 0
-            found["nodes"] = _seen(nodes["cell"], valid, pool, metrics, more)
+            found["nodes"] = _features_of(nodes["cell"], valid, pool, metrics, more)
             found["node_mask"] = valid.view(np.int8)
             found["edges"] = np.maximum(edges, 0).astype(np.int64)
             found["edge_mask"] = (edges >= 0).view(np.int8)
@@ -197,7 +198,7 @@ def _features(number: int, third: float, fourth: float) -> spaces.Box:
     return spaces.Box(low, np.tile(np.array([_FAR_M, _FAR_M, third, fourth, 1], np.float32), (number, 1)))
 
 
-def _seen(
+def _features_of(
     cells: npt.NDArray[Any],
     valid: npt.NDArray[np.bool_],
     pool: Episode,
@@ -226,7 +227,9 @@ def make_planner_spec(
     if actions not in names:
         for given, what in ((planning is not None, "planning"), (observation == "graph", "observation='graph'")):
             if given:
-                raise ConfigError(f"{what}: it goes with actions {', '.join(names)}; found actions={actions!r}")
+                raise ConfigError(
+                    f"{what}: expected actions to be one of {', '.join(names)}; found actions={actions!r}"
+                )
         return None
     if actions == "neighbour" and observation != "graph":
         raise ConfigError(f"actions='neighbour': expected observation='graph', found {observation!r}")

@@ -67,7 +67,9 @@ class PseudoSlamPufferEnv(pufferlib.PufferEnv):  # type: ignore[misc]  # it come
         if task not in _TASKS:
             raise ConfigError(f"task: expected one of {', '.join(_TASKS)}, found {task!r}")
         if refused := sorted(_OURS & given.keys()):
-            raise ConfigError(f"{refused[0]}: expected PufferLib to decide, found {given[refused[0]]!r}; leave it out")
+            raise ConfigError(
+                f"{refused[0]}: PufferLib determines this argument, found {given[refused[0]]!r}; leave it out"
+            )
         made = gymnasium.make_vec(f"PseudoSLAM/{task}-v0", num_envs, autoreset_mode="SameStep", copy=False, **given)
         self.envs: PseudoSlamVectorEnv = made.unwrapped  # type: ignore[assignment]  # it is that one
         self.single_observation_space = self.envs.single_observation_space

@@ -42,7 +42,7 @@ class PlanChoice:
 
     def take(self, plan_ids: Iterable[str] | None) -> None:
         """Use these plans from now on, starting with the first; None for all."""
-        self.plan_ids = None if plan_ids is None else _listed(plan_ids)
+        self.plan_ids = None if plan_ids is None else _id_list(plan_ids)
         self._numbers: Sequence[int] = range(len(self._worlds))
         if self.plan_ids is not None:
             self._numbers = [self._worlds.number_of(plan_id, "plan_ids") for plan_id in self.plan_ids]
@@ -63,7 +63,7 @@ class PlanChoice:
         return self._worlds[number]
 
 
-def _listed(plan_ids: Iterable[str]) -> list[str]:
+def _id_list(plan_ids: Iterable[str]) -> list[str]:
     """Return the ids as a list; raise ConfigError if they are not ids."""
     if isinstance(plan_ids, str) or not isinstance(plan_ids, Iterable):
         raise ConfigError(

@@ -188,14 +188,14 @@ class EnvSpec:
         try:
             values = np.asarray(actions)
         except ValueError as error:
-            raise ConfigError(f"action: expected {_shaped(shape)}, found {actions!r}") from error
+            raise ConfigError(f"action: expected {_shape_text(shape)}, found {actions!r}") from error
         if values.shape != shape:
-            raise ConfigError(f"action: expected {_shaped(shape)}, found {_shaped(values.shape)}")
+            raise ConfigError(f"action: expected {_shape_text(shape)}, found {_shape_text(values.shape)}")
         if self.planner:
-            return self.planner.meant(values), np.zeros(math.prod(number), bool)
-        return self._looked_up(values) if discrete else self._scaled(values)
+            return self.planner.kernel_actions(values), np.zeros(math.prod(number), bool)
+        return self._motions_by_number(values) if discrete else self._motions_by_share(values)
 
-    def _looked_up(self, values: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+    def _motions_by_number(self, values: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
         """Return ``motions`` of numbered actions."""
         is_whole = values.dtype.kind in "iu"
         flat = values.ravel().astype(np.int64, copy=False) if is_whole else np.full(values.size, -1)
@@ -205,7 +205,7 @@ class EnvSpec:
             raise ConfigError(f"action: expected 0 (forward), 1 (left) or 2 (right), found {values.item(strange)!r}")
         return found, ahead
 
-    def _scaled(self, values: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+    def _motions_by_share(self, values: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
         """Return ``motions`` of continuous actions."""
         strange = ~((values >= -1) & (values <= 1)) if values.dtype.kind in "iuf" else np.ones(values.shape, bool)
         if np.count_nonzero(strange):  # much faster than strange.any()
@@ -228,9 +228,9 @@ class EnvSpec:
     def observe(self, episode: Episode, metrics: Metrics, pictures: Pictures | None) -> Observation:
         """Return the observations of a pool of episodes, whose ``pictures`` have been drawn; ``MAPS`` are views."""
         shown = pictures.shown if pictures else episode.shown[:, None]
-        parts: dict[str, npt.NDArray[Any]] = {"map": self._laid_out(shown)}
+        parts: dict[str, npt.NDArray[Any]] = {"map": self._in_layout(shown)}
         if self.complete:
-            parts["global_map"] = self._laid_out(episode.overview[:, None])
+            parts["global_map"] = self._in_layout(episode.overview[:, None])
             parts["pose"] = metrics.since_start().astype(np.float32)
             parts["ranges"] = (episode.ranges * metrics.cell_m).astype(np.float32)
         if self.config.goal and self.kind != "scales":
@@ -239,7 +239,7 @@ class EnvSpec:
             parts |= self.planner.observe(episode, metrics)
         return parts if len(parts) > 1 else parts["map"]
 
-    def _laid_out(self, images: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    def _in_layout(self, images: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
         """Return images (N, channels, rows, cols) in the configured layout."""
         return images if self.layout == "CHW" else np.moveaxis(images, 1, -1)
 
@@ -277,7 +277,7 @@ class EnvSpec:
         return self.planner.masks(episode)
 
 
-def _shaped(shape: tuple[int, ...]) -> str:
+def _shape_text(shape: tuple[int, ...]) -> str:
     return f"an array of shape {shape}" if shape else "a single number"
 
 
@@ -317,7 +317,7 @@ def make_env_spec(
         ("layout", layout, Layout),
     ):
         one_of(value, name, get_args(kinds))
-    config = _configured(task, config, observation, max_episode_steps)
+    config = _make_config(task, config, observation, max_episode_steps)
     planner = make_planner_spec(actions, observation, planning, config, task)
     choice = PlanChoice(WorldCache(dataset, config), plan_ids, plan_order)
     spec = EnvSpec(task, config, choice, actions, observation, layout, planner)
@@ -325,7 +325,7 @@ def make_env_spec(
     return spec
 
 
-def _configured(
+def _make_config(
     task: Task, config: SimulatorConfig | str | None, observation: Kind, max_episode_steps: int | None
 ) -> SimulatorConfig:
     """Return the configuration; raise ConfigError if it is invalid or does not fit the observation."""
@@ -346,7 +346,7 @@ def _configured(
     return config
 
 
-def checked_vector(
+def check_vector_arguments(
     num_envs: int, threads: int | None, autoreset_mode: AutoresetMode | str, render_mode: str | None
 ) -> AutoresetMode:
     """Return the autoreset mode of a vector environment; raise ConfigError if an argument is invalid."""

@@ -27,7 +27,7 @@ from houseexpo.pseudoslam.envs.spec import (
     Kind,
     Observation,
     check_options,
-    checked_vector,
+    check_vector_arguments,
     constants_of,
     make_env_spec,
     new_constants,
@@ -111,7 +111,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
     ) -> None:
         self._lock = RLock()
         check_options(type(self), more)
-        self.autoreset_mode = checked_vector(num_envs, threads, autoreset_mode, render_mode)
+        self.autoreset_mode = check_vector_arguments(num_envs, threads, autoreset_mode, render_mode)
         self.metadata = {**PseudoSlamEnv.metadata, "autoreset_mode": self.autoreset_mode}
         self._env_spec = make_env_spec(task, dataset, config, actions, observation, planning=planning, **more)
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
@@ -268,7 +268,9 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         if name == "render":
             return tuple(found() or (None,) * self.num_envs)
         if name in FOR_ALL:
-            raise ConfigError(f"{name}: the environments are one; call {name}() itself, which is for all of them")
+            raise ConfigError(
+                f"{name}: this method is for all environments together; call {name}() on the vector environment"
+            )
         return tuple(found(i, *args, **kwargs) for i in range(self.num_envs))
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
@@ -294,8 +296,8 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         value = values if name == "plan_ids" else self._one_for_all(name, values)
         if hasattr(self, name) and name not in (*SETTABLE, *self._own):
             raise ConfigError(
-                f"{name}: the environments are one, and made with what they are; make new ones (what can be set: "
-                f"{', '.join(SETTABLE)}, and names of your own)"
+                f"{name}: this attribute is fixed when the environments are made; make new ones (these can be set: "
+                f"{', '.join(SETTABLE)}, and attributes of your own)"
             )
         if name == "task":
             self._check_task(value)
@@ -361,23 +363,24 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         first = values[0] if values else None
         if len(values) != self.num_envs or not all(_are_equal(value, first) for value in values):
             raise ConfigError(
-                f"{name}: expected one value, or {self.num_envs} that are equal, for the environments share it; "
+                f"{name}: expected one value, or {self.num_envs} equal ones, since all environments share it; "
                 f"found {values!r}"
             )
         return first
 
     def _check_task(self, task: Any) -> None:
         if type(task) is not type(self.task):
-            raise ConfigError(f"task: expected another {type(self.task).__name__}, found {task!r}")
+            raise ConfigError(f"task: expected a task of the same kind, {type(self.task).__name__}, found {task!r}")
         if task.rewards_add_up != self.task.rewards_add_up:
             raise ConfigError(
-                f"task: expected one whose rewards add up over steps as those of the present one do, or do not, found "
+                "task: expected the same rewards_add_up as that of the current task, "
+                f"{self.task.rewards_add_up}, found "
                 f"{task!r}; make new environments"
             )
         if task.clearance_m != self.task.clearance_m:
             raise ConfigError(
-                f"task: expected one that measures {self.task.clearance_m:g} m round the robot as the present one "
-                f"does, found {task.clearance_m:g} m; make new environments"
+                f"task: expected the clearance that the current task measures, {self.task.clearance_m:g} m, "
+                f"found {task.clearance_m:g} m; make new environments"
             )
 
 

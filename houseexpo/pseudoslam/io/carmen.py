@@ -42,7 +42,8 @@ class Scanner:
     def __post_init__(self) -> None:
         if not (0 < self.fov_deg <= 360 and self.beams >= 2 and 0 < self.range_m < math.inf):
             raise ConfigError(
-                f"scanner: expected above 0 to 360 degrees, two beams or more, a range above 0; found {self}"
+                "scanner: expected a field of view above 0 and up to 360 degrees, at least "
+                f"two beams and a range above 0; found {self}"
             )
 
     @property

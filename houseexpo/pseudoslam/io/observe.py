@@ -32,7 +32,7 @@ from houseexpo.processes import in_processes
 from houseexpo.progress import watched
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.io.pairs import ROOM_LABELS, Pair, PairConfig, pairs_of, stacked
-from houseexpo.pseudoslam.worlds.cache import still_world, with_what_moves
+from houseexpo.pseudoslam.worlds.cache import add_moving_obstacles, static_world
 from houseexpo.pseudoslam.worlds.store import WorldStore
 
 VERSION: Final = 1
@@ -140,7 +140,7 @@ def _claim(out: Path, recipe: dict[str, Any]) -> None:
     if other is not None:
         key, found, asked = other
         raise ConfigError(
-            f"{out}: expected pairs of the same recipe, found another {'limit' if key == 'wanted' else key!r} in "
+            f"{out}: expected pairs of the same recipe, found a different {'limit' if key == 'wanted' else key!r} in "
             f"{RECIPE}: {found!r} there, {asked!r} asked for; name another folder"
         )
 
@@ -203,9 +203,9 @@ def _write_shard(out: Path, config: PairConfig, seed: int, job: Job) -> tuple[in
 
 
 def _pairs(plan: FloorPlan, episode: Episode, config: PairConfig, seed: int) -> list[Pair]:
-    world = _store(config.simulator).get(episode.digest) or still_world(plan, config.simulator)
+    world = _store(config.simulator).get(episode.digest) or static_world(plan, config.simulator)
     rng = np.random.default_rng([seed, 1, episode.number])  # R1
-    return list(islice(pairs_of(plan, with_what_moves(world, plan, config.simulator), config, rng), episode.pairs))
+    return list(islice(pairs_of(plan, add_moving_obstacles(world, plan, config.simulator), config, rng), episode.pairs))
 
 
 @lru_cache(maxsize=1)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from houseexpo.pseudoslam.kernels.tolerances import REST_PX, SWEEP_PX, TOUCH_PX
 from houseexpo.pseudoslam.kernels.types import Floats, Grid, Rows, row_type
 
 
@@ -26,19 +27,13 @@ def wrap_angle(heading: float) -> float:
     return heading
 
 
-TOUCH = 1e-9
-"""Pixels by which a disc may overlap a square because of rounding."""
-REST = 1e-6
-"""Pixels before contact at which the disc stops."""
-
-
 @njit(cache=True, nogil=True)
 def disc_is_free(occupied: Grid, x: float, y: float, radius: float) -> bool:
     """Return whether a disc (pixels) overlaps no occupied cell and lies on the grid."""
     rows, cols = occupied.shape
     if x < radius or y < radius or x > cols - radius or y > rows - radius:
         return False
-    least = (radius - TOUCH) ** 2
+    least = (radius - TOUCH_PX) ** 2
     for row in range(max(int(y - radius), 0), min(int(y + radius) + 1, rows)):
         for col in range(max(int(x - radius), 0), min(int(x + radius) + 1, cols)):
             if occupied[row, col] != 0:
@@ -60,13 +55,13 @@ def free_way(occupied: Grid, x: float, y: float, right: float, down: float, dist
     end_x, end_y = x + distance * right, y + distance * down
     top, bottom = max(int(min(y, end_y) - radius), 0), min(int(max(y, end_y) + radius) + 1, rows)
     left, last = max(int(min(x, end_x) - radius), 0), min(int(max(x, end_x) + radius) + 1, cols)
-    r = radius - TOUCH
+    r = radius - TOUCH_PX
     way = distance
     for row in range(top, bottom):
         for col in range(left, last):
             if occupied[row, col] != 0:
                 way = min(way, contact(x - col - 0.5, y - row - 0.5, right, down, r, way))
-    return way if way == distance else max(way - REST, 0.0)
+    return way if way == distance else max(way - REST_PX, 0.0)
 
 
 @njit(cache=True, nogil=True)
@@ -258,7 +253,7 @@ def box(size: tuple[int, int], x: float, y: float, radius: float) -> tuple[int, 
 def cell_meets_disc(row: int, col: int, x: float, y: float, radius: float) -> bool:
     """Return whether the square of a cell overlaps a disc, as in ``disc_is_free``."""
     across, down = max(col - x, x - col - 1.0, 0.0), max(row - y, y - row - 1.0, 0.0)
-    return across * across + down * down < (radius - TOUCH) ** 2
+    return across * across + down * down < (radius - TOUCH_PX) ** 2
 
 
 @njit(cache=True, nogil=True)
@@ -341,11 +336,8 @@ def way_past_people(people: Rows, radius: float, disc: Disc, right: float, down:
         along = off_x * right + off_y * down
         inside = along * along - (off_x * off_x + off_y * off_y - reach * reach)
         if along > 0.0 and inside > 0.0:
-            way = min(way, max(along - math.sqrt(inside) - TOUCH, 0.0))
+            way = min(way, max(along - math.sqrt(inside) - TOUCH_PX, 0.0))
     return way
-
-
-_SAMPLE_PX = 0.5  # largest distance of a body's fastest point between two samples
 
 
 @njit(cache=True, nogil=True)
@@ -353,7 +345,7 @@ def samples_between(tracks: Tracks, k: int, i: int) -> int:
     """Return the number of samples of track ``k`` between its poses ``i`` and ``i + 1``, including the latter."""
     one, other, reach = tracks.poses[k, i], tracks.poses[k, i + 1], tracks.shapes[k].reach
     way = math.hypot(other[0] - one[0], other[1] - one[1]) + reach * abs(other[2] - one[2])
-    return int(max(math.ceil(way / _SAMPLE_PX), 1))
+    return int(max(math.ceil(way / SWEEP_PX), 1))
 
 
 @njit(cache=True, nogil=True)

@@ -16,7 +16,10 @@ from typing import NamedTuple
 from numba.core.event import Event, Listener, register
 
 _LOGGER = logging.getLogger("houseexpo.pseudoslam")
-_LINE = "compiling kernels of the simulator that were not used before, up to 40 s; they are kept on disk"
+_LINE = (
+    "compiling kernels of the simulator that were not used before: half a minute, or a few on a busy machine; "
+    "they are kept on disk"
+)
 
 
 class Compiling(NamedTuple):

@@ -23,6 +23,7 @@ import math
 import numpy as np
 from numba import njit
 
+from houseexpo.pseudoslam.kernels.tolerances import WHOLE_PX
 from houseexpo.pseudoslam.kernels.types import Cells, Grid, Kinds, Runs
 
 UNKNOWN, FREE, OBSTACLE = 0, 127, 255
@@ -220,7 +221,6 @@ def _cut(known: Grid, from_row: int, from_col: int, blocks: int, window: Grid, k
         kinds[np.uint64(k)] = one | two | down[np.uint64(k + 2)] | down[np.uint64(k + 3)]
 
 
-_EPS = 1e-9
 _PICTURE_BITS = 32  # for fractions of a block, in a signed word of 64
 
 
@@ -237,7 +237,7 @@ def draw_coarse(known: Grid, x: float, y: float, cos: float, sin: float, pixel: 
     out
         (side, side).
     """
-    size = max(math.ceil(pixel - _EPS), 1)
+    size = max(math.ceil(pixel - WHOLE_PX), 1)
     if size == 1:
         draw_nearest(known, x, y, cos, sin, pixel, out)
     else:

@@ -34,13 +34,23 @@ from houseexpo.pseudoslam.kernels.collision import (
 )
 from houseexpo.pseudoslam.kernels.hashing import normal, uniform
 from houseexpo.pseudoslam.kernels.planning.fields import NOWHERE, STEPS, THERE, Flow
+from houseexpo.pseudoslam.kernels.tolerances import (
+    BEHIND_DEG,
+    BEHIND_SHARE,
+    FASTEST_SHARE,
+    LOOK_AHEAD_BLOCKS,
+    NEXT_STEP_S,
+    NO_PUSH_M,
+    PERSON_TRIES,
+    PUSH_M,
+    PUSH_M_S2,
+    ROAMED_M,
+    SUBSTEP_S,
+    TIMEOUT_S,
+)
 from houseexpo.pseudoslam.kernels.types import Grid, Rows, row_type
 
-_PUSH_M_S2, _PUSH_M = 7.0, 0.3  # V0 / sigma and sigma of the paper
-_NEXT_STEP_S = 1.0  # duration of another person's next step
-_BEHIND = 0.5  # weight of forces from more than 100 degrees off the direction
-_COS_BEHIND = math.cos(math.radians(100.0))
-_NO_PUSH_M = 1.5  # beyond this, the force is less than 1%
+_COS_BEHIND = math.cos(math.radians(BEHIND_DEG))
 
 
 FEELER = row_type(x=float, y=float, push_x=float, push_y=float)
@@ -73,12 +83,12 @@ def push(
     ppm = walk.pixels_per_metre
     x, y = people[p].x, people[p].y
     push_x, push_y = _by_walls(occupied, x, y, walk.feelers, walk.reach_px)
-    if abs(robot.x - x) + abs(robot.y - y) < 2 * _NO_PUSH_M * ppm:
+    if abs(robot.x - x) + abs(robot.y - y) < 2 * NO_PUSH_M * ppm:
         by_x, by_y = _by_other(robot.x - x, robot.y - y, 0.0, 0.0, wish_x, wish_y, ppm)
         push_x, push_y = push_x + by_x, push_y + by_y
     for i in range(len(people)):
         off_x, off_y = people[i].x - x, people[i].y - y
-        if i != p and abs(off_x) + abs(off_y) < 2 * _NO_PUSH_M * ppm:
+        if i != p and abs(off_x) + abs(off_y) < 2 * NO_PUSH_M * ppm:
             by_x, by_y = _by_other(off_x, off_y, people[i].vx, people[i].vy, wish_x, wish_y, ppm)
             push_x, push_y = push_x + by_x, push_y + by_y
     return push_x, push_y
@@ -92,8 +102,8 @@ def push_by_tracks(bodies: Bodies, tracks: Tracks, p: int, ppm: float) -> tuple[
         ahead, left, cos, sin = to_body(tracks, k, bodies.clocks[k], bodies.people[p].x, bodies.people[p].y)
         gap, a, b = nearest(tracks, k, ahead, left)
         length = math.sqrt(a * a + b * b)
-        if length > 0.0 and gap <= _NO_PUSH_M * ppm:
-            size = _PUSH_M_S2 * ppm * math.exp(-gap / (_PUSH_M * ppm)) / length
+        if length > 0.0 and gap <= NO_PUSH_M * ppm:
+            size = PUSH_M_S2 * ppm * math.exp(-gap / (PUSH_M * ppm)) / length
             push_x, push_y = push_x + size * (a * cos - b * sin), push_y - size * (a * sin + b * cos)
     return push_x, push_y
 
@@ -104,15 +114,15 @@ def _by_other(
 ) -> tuple[float, float]:
     """Return the force of another person at the offset (``off_x``, ``off_y``): equations 3 to 5 and 8 of the paper."""
     off = math.sqrt(off_x * off_x + off_y * off_y)
-    if off > _NO_PUSH_M * ppm or off == 0.0:
+    if off > NO_PUSH_M * ppm or off == 0.0:
         return 0.0, 0.0
-    step_x, step_y = other_vx * _NEXT_STEP_S, other_vy * _NEXT_STEP_S
+    step_x, step_y = other_vx * NEXT_STEP_S, other_vy * NEXT_STEP_S
     then_x, then_y = off_x + step_x, off_y + step_y
     then = max(math.sqrt(then_x * then_x + then_y * then_y), 1e-9)
     axis = math.sqrt(max((off + then) ** 2 - step_x * step_x - step_y * step_y, 1e-9)) / 2
-    size = _PUSH_M_S2 * ppm * math.exp(-axis / (_PUSH_M * ppm)) * min((off + then) / (4 * axis), 2.0)
+    size = PUSH_M_S2 * ppm * math.exp(-axis / (PUSH_M * ppm)) * min((off + then) / (4 * axis), 2.0)
     if wish_x * off_x + wish_y * off_y < off * _COS_BEHIND:
-        size *= _BEHIND
+        size *= BEHIND_SHARE
     return -size * (off_x / off + then_x / then), -size * (off_y / off + then_y / then)
 
 
@@ -136,10 +146,7 @@ def _by_walls(occupied: Grid, x: float, y: float, feelers: Rows, reach: float) -
 
 PEOPLE_MOST = 1024
 """Largest number of people in an environment, so that the random numbers of each are different."""
-_AHEAD = 2  # blocks that a person looks ahead
 _STRIP = 16
-_FASTEST = 1.3  # times the desired speed
-_ROAMED_M, _TIMEOUT_S = 0.5, 3.0  # who stays within this for so long, or up to twice as long, gives up the goal
 _WAYS = np.array(
     [
         (length * math.cos(math.radians(angle)), length * math.sin(math.radians(angle)))
@@ -159,8 +166,8 @@ def walk_on(
         people[p].waited += seconds
         spot = flow.goals[people[p].goal]
         done = _is_done(people, p, flow.spots[spot, 0], flow.spots[spot, 1], walk.arrive_px, walk.pixels_per_metre)
-        if not done and people[p].waited > _TIMEOUT_S:
-            done = people[p].waited > _TIMEOUT_S * (1.0 + uniform(key, draw(p, people[p].visit, 1)))
+        if not done and people[p].waited > TIMEOUT_S:
+            done = people[p].waited > TIMEOUT_S * (1.0 + uniform(key, draw(p, people[p].visit, 1)))
         if done:
             take_goal(bodies, flow, key, p)
         wish_x, wish_y = _direction(flow, people[p].goal, people[p].x, people[p].y)
@@ -237,7 +244,7 @@ def _faster(
     vx, vy, speed = people[p].vx, people[p].vy, people[p].speed
     vx += s * ((speed * wish_x - vx) / relaxation_s + push_x)
     vy += s * ((speed * wish_y - vy) / relaxation_s + push_y)
-    most = _FASTEST * speed
+    most = FASTEST_SHARE * speed
     slower = most / max(math.sqrt(vx * vx + vy * vy), most)
     return vx * slower, vy * slower
 
@@ -250,7 +257,7 @@ def _is_done(people: Rows, p: int, row: int, col: int, arrive: float, ppm: float
     if right * right + down * down <= arrive * arrive:
         return True
     roamed = (x - people[p].anchor_x) ** 2 + (y - people[p].anchor_y) ** 2
-    if roamed > (_ROAMED_M * ppm) ** 2:
+    if roamed > (ROAMED_M * ppm) ** 2:
         people[p].anchor_x, people[p].anchor_y, people[p].waited = x, y, 0.0
     return False
 
@@ -262,7 +269,7 @@ def _direction(flow: Flow, goal: int, x: float, y: float) -> tuple[float, float]
     rows, cols, side = size.rows, size.cols, float(size.block_px)
     first = goal * rows * cols
     block = int(y / side) * cols + int(x / side)
-    for _ in range(_AHEAD):
+    for _ in range(LOOK_AHEAD_BLOCKS):
         step = flow.toward[first + block]
         if step == NOWHERE:
             return 0.0, 0.0
@@ -305,7 +312,6 @@ def _covers_some(occupied: Grid, x: float, y: float, radius: float, robot: Disc)
     return False
 
 
-_TRIES = 64
 _SPEEDS = 1 << 40  # counters beyond all others
 
 
@@ -358,8 +364,8 @@ def _find_place(
     me, blocks = bodies.people[p], flow.sizes[0].rows * flow.sizes[0].cols
     least = robot.radius + walk.radius_px + HALF_DIAGONAL
     block = 0
-    for i in range(_TRIES + blocks):
-        drawn = i < _TRIES
+    for i in range(PERSON_TRIES + blocks):
+        drawn = i < PERSON_TRIES
         block = int(uniform(key, draw(p, i, 5)) * blocks) if drawn else (block + 1) % blocks
         if flow.spots[block, 0] < 0:
             continue
@@ -373,10 +379,6 @@ def _find_place(
         ):
             return True
     return False
-
-
-SUBSTEP_S = 0.1
-"""Longest time for which forces are taken as constant, seconds."""
 
 
 @njit(cache=True, nogil=True)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
+from houseexpo.pseudoslam.kernels.tolerances import EDGE_TIE_PX, THIN_SHARE
 from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid
 
 
@@ -36,11 +37,6 @@ def nth_cell(raster: Grid, value: int, before: Counts, n: int) -> tuple[int, int
     return row, col
 
 
-TIE = 1e-7
-"""Distance within which a centre counts as being on an edge, cells; sides on the 1 cm grid run through centres."""
-_INWARD = 1.0 - 1e-6  # a thin shape that only touches a cell's side does not cross the cell
-
-
 @njit(cache=True, nogil=True)
 def shape_spans(points: Floats, is_round: bool, thickness: float, rows: int, cols: int) -> tuple[Cells, int, bool]:
     """List the cells that a shape covers.
@@ -67,7 +63,7 @@ def shape_spans(points: Floats, is_round: bool, thickness: float, rows: int, col
     inside : whether the whole shape lies on the grid
     """
     left, top, right, bottom = _bounds(points, is_round)
-    inside = min(left, top) >= -TIE and right <= cols + TIE and bottom <= rows + TIE
+    inside = min(left, top) >= -EDGE_TIE_PX and right <= cols + EDGE_TIE_PX and bottom <= rows + EDGE_TIE_PX
     first, last = _centre_from(top, rows), _centre_from(bottom, rows)
     pairs = 1 if is_round else len(points) // 2
     edges = 2 if is_round else len(points)
@@ -145,15 +141,15 @@ def _outline(points: Floats, is_round: bool, rows: int, cols: int, spans: Cells,
     x, y = points[0, 0], points[0, 1]
     if is_round:
         for i in range(1, 3):
-            right, down = (points[i, 0] - x) * _INWARD, (points[i, 1] - y) * _INWARD
+            right, down = (points[i, 0] - x) * THIN_SHARE, (points[i, 1] - y) * THIN_SHARE
             count = _crossed(x - right, y - down, x + right, y + down, rows, cols, spans, count)
         return count
     for i in range(1, len(points)):
         x, y = x + points[i, 0], y + points[i, 1]
     x, y = x / len(points), y / len(points)
     for i in range(len(points)):
-        from_x, from_y = x + (points[i - 1, 0] - x) * _INWARD, y + (points[i - 1, 1] - y) * _INWARD
-        to_x, to_y = x + (points[i, 0] - x) * _INWARD, y + (points[i, 1] - y) * _INWARD
+        from_x, from_y = x + (points[i - 1, 0] - x) * THIN_SHARE, y + (points[i - 1, 1] - y) * THIN_SHARE
+        to_x, to_y = x + (points[i, 0] - x) * THIN_SHARE, y + (points[i, 1] - y) * THIN_SHARE
         count = _crossed(from_x, from_y, to_x, to_y, rows, cols, spans, count)
     return count
 
@@ -179,7 +175,7 @@ def _crossed(x1: float, y1: float, x2: float, y2: float, rows: int, cols: int, s
 @njit(cache=True, nogil=True)
 def _centre_from(position: float, size: int) -> int:
     """Return the first cell whose centre lies at or after a position, 0 to ``size``."""
-    return int(min(max(np.ceil(position - 0.5 - TIE), 0.0), float(size)))
+    return int(min(max(np.ceil(position - 0.5 - EDGE_TIE_PX), 0.0), float(size)))
 
 
 @njit(cache=True, nogil=True)

@@ -84,7 +84,7 @@ def last_whole(folder: Path) -> Checkpoint | None:
         try:
             return read(file)
         except TrainingError as error:
-            _logger.warning("%s; the one before it is taken", error)
+            _logger.warning("%s; the one before it is used", error)
     if found:
         raise TrainingError(f"{folder}: expected a whole checkpoint, found {len(found)}, all damaged; start again")
     return None
@@ -109,8 +109,8 @@ def check_run(found: dict[str, Any], wanted: dict[str, Any], where: Path) -> Non
     for key in {**here, **there}:
         if key not in FREE and there.get(key) != here.get(key):
             raise TrainingError(
-                f"{where}: belongs to another run: {key} is {there.get(key)!r} there, {here.get(key)!r} here; go on "
-                "with what it was made with, or name another folder"
+                f"{where}: belongs to another run: {key} is {there.get(key)!r} there, {here.get(key)!r} here; "
+                "continue with the settings of that run, or name another folder"
             )
 
 

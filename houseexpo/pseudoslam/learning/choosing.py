@@ -41,12 +41,11 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import above_zero, number, whole
 from houseexpo.pseudoslam.kernels.explore import Course, ExplorerMemory, ExplorerRules, explore, new_memory
 from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, LOOKED_AT
+from houseexpo.pseudoslam.kernels.tolerances import MAX_BUMPS, MAX_FRONTIERS
 from houseexpo.pseudoslam.kernels.types import Floats
 from houseexpo.pseudoslam.learning.records import commit
 from houseexpo.pseudoslam.learning.weights import rounded, weighing, write_weights
 from houseexpo.pseudoslam.planning import (
-    MAX_BUMPS,
-    MAX_FRONTIERS,
     descent_rules,
     explorer_frontiers,
     feature_rules,
@@ -159,7 +158,9 @@ class Explorations:
 
     def __init__(self, config: SimulatorConfig, most_steps: int) -> None:
         if config.laser.rule != "sector" or config.noise.any or config.people.number or config.trajectories:
-            raise ConfigError("explorations: expected a sensor without errors that looks at sectors, and nobody else")
+            raise ConfigError(
+                "explorations: expected a laser that scans sectors without noise, and no moving obstacles"
+            )
         self.config, self.most_steps = config, most_steps
         self._params, self._scratch = step_params_of(config), scratch_of(config)
         self._features = np.zeros((LOOKED_AT, len(FEATURES)))
@@ -269,14 +270,14 @@ def train_chooser(
     search = Search(INFORMATION, config.candidates, config.seed)
     houses = _Houses(plans, ids, config, threads)
     _begin(folder, run, resume=resume)
-    learned = rounded(_learned(search, houses, config, folder / _COSTS, say))
+    learned = rounded(_search_weights(search, houses, config, folder / _COSTS, say))
     versions = {"houseexpo": houseexpo.__version__, "python": platform.python_version(), "numpy": np.__version__}
-    about = {**run, "commit": made_by, "versions": versions, "tests": _tested(houses, learned, say)}
+    about = {**run, "commit": made_by, "versions": versions, "tests": _compare_rules(houses, learned, say)}
     write_weights(folder / WEIGHTS, learned, about)
     return about
 
 
-def _learned(search: Search, houses: _Houses, config: ChoosingConfig, file: Path, say: Say) -> Floats:
+def _search_weights(search: Search, houses: _Houses, config: ChoosingConfig, file: Path, say: Say) -> Floats:
     """Run a search through all generations, using the stored costs of former ones (R4)."""
     known, means = _read(file, config), list[Floats]()
     for generation in range(config.generations):
@@ -303,12 +304,12 @@ def _costs(ways: Floats, step_m: float) -> Floats:
     return costs
 
 
-def _tested(houses: _Houses, learned: Floats, say: Say) -> dict[str, dict[str, float]]:
+def _compare_rules(houses: _Houses, learned: Floats, say: Say) -> dict[str, dict[str, float]]:
     """Return the means over the plans that are not used in training, and report them."""
     named = {"learned": learned, "information": INFORMATION, "nearest": NEAREST}
     means = houses.tested(list(named.values())).mean(axis=0).round(3).tolist()
     for name, (metres, steps) in zip(named, means, strict=True):
-        say(f"on plans not learned from, {name}: {metres:.2f} m and {steps:.0f} steps to 90%")
+        say(f"on plans not used in training, {name}: {metres:.2f} m and {steps:.0f} steps to 90%")
     return {name: {"metres": metres, "steps": steps} for name, (metres, steps) in zip(named, means, strict=True)}
 
 
@@ -318,22 +319,22 @@ class _Houses:
     def __init__(self, plans: Dataset, ids: Sequence[str], config: ChoosingConfig, threads: int) -> None:
         wanted = config.plans + config.tested
         if len(ids) < wanted:
-            said = f"expected {wanted} plans to learn from and to be tested on"
+            said = f"expected {wanted} plans for training and testing"
             raise ConfigError(f"{said}, found {len(ids)}; ask for fewer")
         listed = sorted(ids, key=lambda name: hashlib.sha256(name.encode()).digest())
         self._plans, self._config, self._threads = plans, config, threads
-        self._learned, self._tested = listed[: -config.tested], listed[-config.tested :]
+        self._train_ids, self._test_ids = listed[: -config.tested], listed[-config.tested :]
         self._own = local()
 
     def explored(self, generation: int, each: list[Floats]) -> Floats:
         """Return metres and steps to 90% (plans, n, 2) in the houses of a generation, for each of n weights (R2)."""
-        drawn = np.random.default_rng([self._config.seed, generation]).permutation(len(self._learned))
-        names = [self._learned[i] for i in drawn[: self._config.plans].tolist()]
+        drawn = np.random.default_rng([self._config.seed, generation]).permutation(len(self._train_ids))
+        names = [self._train_ids[i] for i in drawn[: self._config.plans].tolist()]
         return self._ways(names, [self._config.seed, generation], each)
 
     def tested(self, each: list[Floats]) -> Floats:
         """Return the same for the houses that are not used in training."""
-        return self._ways(self._tested, [], each)
+        return self._ways(self._test_ids, [], each)
 
     def _ways(self, names: list[str], key: list[int], each: list[Floats]) -> Floats:
         def way(n: int) -> Floats:
@@ -358,7 +359,7 @@ def _begin(folder: Path, run: dict[str, Any], *, resume: bool) -> None:
     if record.exists() and not resume:
         raise TrainingError(f"{folder}: holds a run; continue it with --resume, or name another folder")
     if record.exists() and record.read_bytes() != as_json(run):
-        raise TrainingError(f"{folder}: holds another run than was asked for, see {record}; name another folder")
+        raise TrainingError(f"{folder}: holds a run with other settings, see {record}; name another folder")
     check_run_folder(folder, [record.name])
     make_folder(folder)
     write_whole(record, as_json(run))

@@ -107,7 +107,7 @@ Learner: TypeAlias = PPO | RecurrentPPO
 Policy: TypeAlias = ActorCriticPolicy | MemoryPolicy | MultiInputMemoryPolicy
 
 
-def normalised(envs: PseudoSlamVectorEnv, config: TrainConfig) -> VecNormalize:
+def wrap_for_learner(envs: PseudoSlamVectorEnv, config: TrainConfig) -> VecNormalize:
     """Return environments for the learner; returns are recorded before rewards are normalised."""
     ppo = config.ppo
     return VecNormalize(VecMonitor(SB3VecEnv(envs)), norm_obs=False, norm_reward=ppo.normalise_rewards, gamma=ppo.gamma)

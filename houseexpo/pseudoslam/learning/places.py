@@ -63,7 +63,9 @@ def places_of(dataset: Dataset | None, config: EnvironmentConfig, test_plans: in
     train, test = dataset.split(config.train).ids, dataset.split(config.test).ids  # R1
     for name, ids in ((config.train, train), (config.test, test)):
         if not ids:
-            raise ConfigError(f"{dataset.path}: the list {name!r} has no plan that is there")
+            raise ConfigError(
+                f"{dataset.path}: expected plans in the list {name!r}, found none of them in the data set"
+            )
     if both := sorted(set(train) & set(test)):  # R3
         raise ConfigError(
             f"{dataset.path}: the lists {config.train!r} and {config.test!r} share {len(both)} of their plans, such as "

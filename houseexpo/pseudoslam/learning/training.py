@@ -31,7 +31,7 @@ from houseexpo.progress import watched
 from houseexpo.pseudoslam.learning import checkpoints
 from houseexpo.pseudoslam.learning.config import TrainConfig
 from houseexpo.pseudoslam.learning.evaluation import Score, evaluate
-from houseexpo.pseudoslam.learning.model import Learner, new_learner, normalised
+from houseexpo.pseudoslam.learning.model import Learner, new_learner, wrap_for_learner
 from houseexpo.pseudoslam.learning.places import Places, environments
 from houseexpo.pseudoslam.learning.policy_file import write_policy
 from houseexpo.pseudoslam.learning.records import Curve, commit
@@ -77,16 +77,16 @@ def train(
         has diverged.
     """
     torch.set_num_threads(threads or cores())
-    begun = _begun(run, resume=resume)
+    begun = _checkpoint_to_resume(run, resume=resume)
     config, places = run.config, run.places
     shared = run.task, config.environment, places.plans
     envs = environments(*shared, number=config.envs, plan_ids=places.train, threads=threads)
     tests = environments(*shared, number=min(config.envs, config.evaluation.plans), threads=threads)
     try:
-        learner = new_learner(normalised(envs, config), config)
+        learner = new_learner(wrap_for_learner(envs, config), config)
         if begun:
             checkpoints.restore(learner, begun.state)
-            say(f"goes on from {begun.file}")
+            say(f"continues from {begun.file}")
         return _Training(run, learner, tests, say).go_on(begun.updates if begun else 0)
     finally:
         envs.close()
@@ -109,14 +109,14 @@ class _Training:
         total = config.updates(config.steps)
         test_every, keep_every = config.updates(config.evaluation.every), config.updates(config.checkpoint_every)
         score: Score = {}
-        begin_anew(learner, config.seed)
+        restart_episodes(learner, config.seed)
         for update in watched(range(done + 1, total + 1), f"learning {self._run.task}", total - done):
             self._learning.add(*self._update(update))
             if update % test_every == 0 or update == total:
                 score = self._test()
             if update % keep_every == 0 or update == total:
                 checkpoints.save(self._run.folder / CHECKPOINTS, learner, self._run.record(), update)
-                begin_anew(learner, config.seed)  # R2
+                restart_episodes(learner, config.seed)  # R2
         learner.logger.close()
         score = score or self._score()  # finished, except for the last file
         write_policy(self._run.folder / POLICY, learner.policy, {**about(self._run, learner), "score": score})  # R4
@@ -168,7 +168,7 @@ class _Episodes(BaseCallback):  # type: ignore[misc]  # it comes without types w
         return found
 
 
-def begin_anew(learner: Learner, seed: int) -> None:
+def restart_episodes(learner: Learner, seed: int) -> None:
     """Start episodes in all environments, with seeds from the run's seed and the number of steps (R2)."""
     envs: VecNormalize = learner.get_env()
     state = np.random.SeedSequence([seed, learner.num_timesteps]).generate_state(1)
@@ -183,7 +183,7 @@ def check_finite(learner: Learner, update: int, config: TrainConfig) -> None:
             raise TrainingError(
                 f"update {update}, after {learner.num_timesteps:,} steps: expected finite weights, found NaN or "
                 f"infinity in the policy's {name!r}; take a smaller learning rate than ppo.learning_rate = "
-                f"{config.ppo.learning_rate:g}, or go on from the last checkpoint with --resume where that was chance"
+                f"{config.ppo.learning_rate:g}, or continue from the last checkpoint with --resume"
             )
 
 
@@ -200,7 +200,7 @@ def about(run: Run, learner: Learner) -> dict[str, Any]:
     }
 
 
-def _begun(run: Run, *, resume: bool) -> checkpoints.Checkpoint | None:
+def _checkpoint_to_resume(run: Run, *, resume: bool) -> checkpoints.Checkpoint | None:
     """Return the checkpoint to resume from, if any; for a new run, write its description to the folder."""
     folder = run.folder
     kept = folder / CHECKPOINTS

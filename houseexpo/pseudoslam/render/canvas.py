@@ -25,7 +25,7 @@ def scale_for(shape: tuple[int, ...], most_px: tuple[int, int]) -> float:
     """
     (rows, cols), (wide, high) = shape, most_px
     if min(wide, high) < 1:
-        raise ConfigError(f"picture: expected room for a pixel at least, found {wide} x {high}")
+        raise ConfigError(f"picture: expected a size of at least one pixel, found {wide} x {high}")
     times = min(wide // cols, high // rows)
     return float(times) if times >= 1 else 1.0 / max(math.ceil(cols / wide), math.ceil(rows / high))
 

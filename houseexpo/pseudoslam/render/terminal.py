@@ -40,11 +40,13 @@ class Terminal:
 
     def __init__(self) -> None:
         if not (sys.stdin.isatty() and sys.stdout.isatty()):
-            raise ConfigError("play: input and output are not a terminal; run it in one, or with --window")
+            raise ConfigError(
+                "play: expected a terminal for input and output, found none; run it in a terminal, or with --window"
+            )
         try:
             import termios
         except ImportError as error:
-            raise ConfigError("play: not supported in terminals of this system; use --window") from error
+            raise ConfigError("play: terminals of this system are not supported; use --window") from error
         self._termios, self._in = termios, sys.stdin.fileno()
         self._many = os.environ.get("COLORTERM") in {"truecolor", "24bit"}
         self._before: list[Any] = []

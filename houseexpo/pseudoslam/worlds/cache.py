@@ -43,15 +43,15 @@ def world_for(plan: FloorPlan, config: SimulatorConfig) -> World:
     PlanError
         The plan has no free cell.
     """
-    return with_what_moves(still_world(plan, config), plan, config)
+    return add_moving_obstacles(static_world(plan, config), plan, config)
 
 
-def still_world(plan: FloorPlan, config: SimulatorConfig) -> World:
+def static_world(plan: FloorPlan, config: SimulatorConfig) -> World:
     """Return the world of a plan like ``world_for``, but without moving obstacles."""
     return make_world(plan, config.pixels_per_metre, config.robot.radius_m, config.laser.range_m)
 
 
-def with_what_moves(world: World, plan: FloorPlan, config: SimulatorConfig) -> World:
+def add_moving_obstacles(world: World, plan: FloorPlan, config: SimulatorConfig) -> World:
     """Return a world with the paths of people and trajectories added, like ``world_for``."""
     if config.trajectories:
         world = replace(world, tracks=make_tracks(config.trajectories, world.occupied, world.frame, plan.id))
@@ -110,19 +110,19 @@ class WorldCache:
             return self._still(number)
         packed = self._kept.used(number)
         if packed is None:
-            packed = _Packed(with_what_moves(self._still(number), self._plans[number], self._config))
+            packed = _Packed(add_moving_obstacles(self._still(number), self._plans[number], self._config))
             self._kept.keep(number, packed, packed.size)
         return packed.unpacked()
 
     def _still(self, number: int) -> World:
         """Return a world without moving obstacles; for a plan of a data set, load it from disk or store it there."""
         if self._stored is None:
-            return still_world(self._plans[number], self._config)
+            return static_world(self._plans[number], self._config)
         plans, store = self._stored
         key = plans.digest(number)
         world = store.get(key)
         if world is None:
-            world = still_world(plans[number], self._config)
+            world = static_world(plans[number], self._config)
             store.put(key, encode_world(world))
         return world
 

@@ -28,9 +28,9 @@ from houseexpo.pseudoslam.kernels.collision import (
 from houseexpo.pseudoslam.kernels.people import FEELER, Walk, place_people
 from houseexpo.pseudoslam.kernels.planning import fields as kernels
 from houseexpo.pseudoslam.kernels.planning.fields import FAR, FLOW_SIZES, Flow
+from houseexpo.pseudoslam.kernels.tolerances import FEELER_RINGS_M, FEELERS, PATH_BLOCK_M, WALL_PUSH_M, WALL_PUSH_M_S2
 from houseexpo.pseudoslam.worlds.world import traversable_cells
 
-_BLOCK_M = 0.2
 _MIN_GOALS, _MAX_GOALS = 4, 24  # if a plan has no rooms to go to
 
 Ints = npt.NDArray[np.int32]
@@ -53,9 +53,9 @@ def make_flow(occupied: Grid, frame: GridFrame, radius_m: float, plan: FloorPlan
     if not traversable.any():
         raise ConfigError(
             f"people.radius_m: people of radius {radius_m:g} m fit nowhere in plan {plan.id!r} at "
-            f"{frame.pixels_per_metre:g} px/m; make them smaller, or have none"
+            f"{frame.pixels_per_metre:g} px/m; make them smaller, or set people.number to 0"
         )
-    side = max(round(_BLOCK_M * frame.pixels_per_metre), 1)
+    side = max(round(PATH_BLOCK_M * frame.pixels_per_metre), 1)
     ways = _Ways(traversable, side)
     goals = ways.connected(_room_cells(plan, frame, occupied, traversable) if len(plan.rooms) > 1 else [])
     if len(goals) < 2:
@@ -130,17 +130,13 @@ class _Ways:
         return best
 
 
-_FEELERS, _RINGS_M = 12, (0.07, 0.2)  # directions of feelers, and their distances from a person's rim
-_WALL_M_S2, _WALL_M = 6.0, 0.15  # the acceleration at a wall, and the distance over which it falls to 37%
-
-
 def walk_of(config: PeopleConfig, pixels_per_metre: float) -> Walk:
     """Return the parameters of people's walking on a grid."""
     radius_px = max(config.radius_m * pixels_per_metre, HALF_DIAGONAL)
     feelers = [
-        _feeler(2 * math.pi * k / _FEELERS, ring_m, radius_px, pixels_per_metre)
-        for k in range(_FEELERS)
-        for ring_m in _RINGS_M
+        _feeler(2 * math.pi * k / FEELERS, ring_m, radius_px, pixels_per_metre)
+        for k in range(FEELERS)
+        for ring_m in FEELER_RINGS_M
     ]
     return Walk(
         float(pixels_per_metre),
@@ -148,14 +144,14 @@ def walk_of(config: PeopleConfig, pixels_per_metre: float) -> Walk:
         float(config.relaxation_s),
         2 * radius_px,
         np.array(feelers, FEELER),
-        radius_px + max(_RINGS_M) * pixels_per_metre + 1e-6,
+        radius_px + max(FEELER_RINGS_M) * pixels_per_metre + 1e-6,
     )
 
 
 def _feeler(angle: float, ring_m: float, radius_px: float, ppm: float) -> tuple[float, float, float, float]:
     """Return the point of a feeler and its push away, scaled so that walls in half of all directions give all of it."""
     right, down = math.cos(angle), math.sin(angle)
-    reach, push = radius_px + ring_m * ppm, _WALL_M_S2 * ppm * math.exp(-ring_m / _WALL_M) * math.pi / _FEELERS
+    reach, push = radius_px + ring_m * ppm, WALL_PUSH_M_S2 * ppm * math.exp(-ring_m / WALL_PUSH_M) * math.pi / FEELERS
     return right * reach, down * reach, -right * push, -down * push
 
 
@@ -200,8 +196,8 @@ def start_people(  # noqa: PLR0917  # the kernel's arguments, in its order
     bodies.people[placed:] = 0
     if placed < config.least:
         raise ConfigError(
-            f"people.least: {config.least} people of radius {config.radius_m:g} m find no place in plan "
-            f"{plan_id!r}, {placed} did; ask for fewer, or for smaller ones"
+            f"people.least: {config.least} people of radius {config.radius_m:g} m do not fit in plan "
+            f"{plan_id!r}, which has room for {placed}; ask for fewer, or for smaller ones"
         )
 
 
@@ -224,7 +220,7 @@ def make_tracks(trajectories: Sequence[Trajectory], occupied: Grid, frame: GridF
             at_x, at_y = frame.points_from_cells([row, col]).tolist()
             raise ConfigError(
                 f"trajectories[{k}]: at {time:.2f} s, at ({x:.2f}, {y:.2f}) m, its shape meets a wall or an obstacle "
-                f"at ({at_x:.2f}, {at_y:.2f}) m of plan {plan_id!r}; lead it round, or make it smaller"
+                f"at ({at_x:.2f}, {at_y:.2f}) m of plan {plan_id!r}; move the trajectory, or make the shape smaller"
             )
     return tracks
 

@@ -12,10 +12,8 @@ from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.config.obstacles import Obstacle, ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.kernels.placement import FITS, OVERLAPS, count_before, nth_cell, set_down
+from houseexpo.pseudoslam.kernels.tolerances import OBSTACLE_ROUNDS, OBSTACLE_TRIES
 from houseexpo.pseudoslam.kernels.types import Cells, Counts, Grid
-
-_TRIES = 100  # attempts for one obstacle
-_ROUNDS = 3  # attempts from the beginning
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,10 +80,10 @@ def place(
     wanted = int(rng.integers(low, high, endpoint=True)) if config.random else 0
     before = count_before(occupied, 0) if free_before is None else free_before
     most = 0
-    for enough in (*[wanted] * (_ROUNDS - 1), low):
+    for enough in (*[wanted] * (OBSTACLE_ROUNDS - 1), low):
         house = _House(occupied, traversable, frame, radius_px, into)
-        _set_down_told(house, config.placed, plan_id)
-        drawn = _set_down_drawn(house, before, config.random, wanted, rng) if config.random else []
+        _place_configured(house, config.placed, plan_id)
+        drawn = _place_random(house, before, config.random, wanted, rng) if config.random else []
         if len(drawn) >= enough:
             return Placement(house.occupied, house.traversable, (*config.placed, *drawn))
         most = max(most, len(drawn))
@@ -124,7 +122,7 @@ class _House:
         )
 
 
-def _set_down_told(house: _House, placed: tuple[Obstacle, ...], plan_id: str) -> None:
+def _place_configured(house: _House, placed: tuple[Obstacle, ...], plan_id: str) -> None:
     """Place the configured obstacles; raise ConfigError at the first one that cannot be at its place."""
     for i, obstacle in enumerate(placed):
         verdict = house.set_down(obstacle)
@@ -132,23 +130,21 @@ def _set_down_told(house: _House, placed: tuple[Obstacle, ...], plan_id: str) ->
             where = f"obstacles.placed[{i}]: the {type(obstacle.shape).__name__.lower()} at "
             where += f"({obstacle.x_m:g}, {obstacle.y_m:g}) m in plan {plan_id!r}"
             if verdict != OVERLAPS:
-                raise ConfigError(
-                    f"{where} leaves the robot no way to a part of the house; move it, or make it smaller"
-                )
+                raise ConfigError(f"{where} closes off a part of the house for the robot; move it, or make it smaller")
             mask = obstacle.mask(house.frame)
             others = [f"obstacles.placed[{j}]" for j in range(i) if (mask & placed[j].mask(house.frame)).any()]
             what = others[0] if others else "a wall, or lies outside"
             raise ConfigError(f"{where} overlaps {what}; move it, or make it smaller")
 
 
-def _set_down_drawn(
+def _place_random(
     house: _House, before: Counts, config: RandomObstacles, wanted: int, rng: np.random.Generator
 ) -> list[Obstacle]:
     """Place random obstacles, up to the first one without a place."""
     n_free = int(before[-1])
     found: list[Obstacle] = []
     for _ in range(wanted if n_free else 0):
-        for _ in range(_TRIES):
+        for _ in range(OBSTACLE_TRIES):
             at, right, down, turn = rng.random(4).tolist()
             row, col = nth_cell(house.empty, 0, before, int(at * n_free))
             x_m, y_m = house.frame.point_from_pixel(col + right, row + down)

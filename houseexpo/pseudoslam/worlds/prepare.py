@@ -15,7 +15,7 @@ from houseexpo.floorplan import decode
 from houseexpo.processes import in_processes
 from houseexpo.progress import watched
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.worlds.cache import still_world
+from houseexpo.pseudoslam.worlds.cache import static_world
 from houseexpo.pseudoslam.worlds.store import WorldStore, encode_world, store_folder
 
 _CHUNK: Final = 16
@@ -62,7 +62,7 @@ def prepare(plans: Dataset, config: SimulatorConfig, workers: int) -> Prepared:
     missing = {key: number for number in range(len(plans)) if (key := plans.digest(number)) not in store}
     jobs = ((key, plans.raw_of(number)) for key, number in missing.items())
     refused, waiting, made = [], dict[bytes, bytes](), 0
-    for key, found in watched(_made(jobs, len(missing), config, workers), "preparing worlds", len(missing)):
+    for key, found in watched(_make_records(jobs, len(missing), config, workers), "preparing worlds", len(missing)):
         if isinstance(found, str):
             refused.append(found)
             continue
@@ -75,11 +75,11 @@ def prepare(plans: Dataset, config: SimulatorConfig, workers: int) -> Prepared:
     return Prepared(folder, len(plans) - len(missing), made, tuple(refused), size)
 
 
-def _made(
+def _make_records(
     jobs: Iterator[Job], number: int, config: SimulatorConfig, workers: int
 ) -> Iterator[tuple[bytes, bytes | str]]:
     """Yield the bytes of worlds, or the error, with the plan's hash."""
-    work = partial(_world, config)
+    work = partial(_make_record, config)
     if workers <= 1 or number <= _CHUNK:
         yield from map(work, jobs)
         return
@@ -87,10 +87,10 @@ def _made(
     yield from in_processes(work, jobs, workers, _CHUNK)
 
 
-def _world(config: SimulatorConfig, job: Job) -> tuple[bytes, bytes | str]:
+def _make_record(config: SimulatorConfig, job: Job) -> tuple[bytes, bytes | str]:
     key, data = job
     try:
-        return key, encode_world(still_world(decode(data), config))
+        return key, encode_world(static_world(decode(data), config))
     except HouseExpoError as error:
         return key, str(error)
 
@@ -101,6 +101,7 @@ def _keep(store: WorldStore, folder: Path, waiting: dict[bytes, bytes]) -> None:
     except OSError as error:
         room = f", some {sum(map(len, waiting.values())) / 1e6:.0f} MB at once," if error.errno == errno.ENOSPC else ""
         raise ConfigError(
-            f"{folder}: {len(waiting)} worlds{room} cannot be written ({error.strerror}); make room, or name another "
-            "folder in HOUSEEXPO_CACHE. What was written before is kept"
+            f"{folder}: {len(waiting)} worlds{room} cannot be written ({error.strerror}); "
+            "free some space, or name another "
+            "folder in HOUSEEXPO_CACHE. Worlds that were written before are kept"
         ) from None

@@ -22,17 +22,12 @@ from houseexpo.pseudoslam.kernels.planning.fields import (
     march,
     no_field,
 )
+from houseexpo.pseudoslam.kernels.tolerances import GOAL_BLOCK_M, GOAL_BLOCK_OF_RADIUS, START_TRIES
 from houseexpo.pseudoslam.kernels.types import Grid, Scratch
 from houseexpo.pseudoslam.state import State, new_episode
 from houseexpo.pseudoslam.worlds.moving import new_bodies, start_people, swept_cells
 from houseexpo.pseudoslam.worlds.place_obstacles import Placement, place
 from houseexpo.pseudoslam.worlds.world import World, visible_cells
-
-_TRIES = 200
-_BLOCK_M = 0.1  # largest side of the blocks for distances to a goal
-_BLOCK_OF_RADIUS = 0.85
-"""Largest side of those blocks as a share of the robot's radius. A wall keeps standing cells on its two sides more than
-two radii apart; cells of blocks that are linked, or that ``field_at`` mixes, are at most sqrt(5) sides apart."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -68,7 +63,7 @@ def initial_state(
         The configuration is not possible in this world.
     """
     key = int(rng.integers(2**62))
-    placed = _furnished(world, config, rng)
+    placed = _place_obstacles(world, config, rng)
     bodies = new_bodies(len(world.tracks.times_s), config.people.number)
     occupied = placed.occupied.copy() if config.trajectories or config.people.number else placed.occupied
     if config.trajectories:
@@ -102,7 +97,7 @@ def initial_state(
     return state
 
 
-def _furnished(world: World, config: SimulatorConfig, rng: np.random.Generator) -> Placement:
+def _place_obstacles(world: World, config: SimulatorConfig, rng: np.random.Generator) -> Placement:
     """Place obstacles away from trajectories."""
     if not (config.obstacles.placed or config.obstacles.random):
         return Placement(world.occupied, world.traversable, ())
@@ -143,7 +138,7 @@ def _random_pose(
     standing = traversable.view()
     standing.flags.writeable = False  # like rasters of worlds, so that kernels are compiled once for both
     before = world.traversable_before if traversable is world.traversable else count_before(standing, 1)
-    for _ in range(_TRIES):
+    for _ in range(START_TRIES):
         number = int(rng.integers(before[-1]))
         right, down, heading = rng.random(3).tolist()
         row, col = nth_cell(standing, 1, before, number)
@@ -151,8 +146,9 @@ def _random_pose(
             if disc_is_free(occupied, x, y, radius_px):
                 return np.array([x, y, (2.0 * heading - 1.0) * math.pi])
     raise ConfigError(
-        f"start: no place for a robot of radius {config.robot.radius_m:g} m was found in {_TRIES} tries between what "
-        f"moves in plan {world.plan_id!r}; let less move there at time 0"
+        f"start: no place for a robot of radius {config.robot.radius_m:g} m was found "
+        f"in {START_TRIES} tries between the "
+        f"moving obstacles of plan {world.plan_id!r}; configure fewer of them"
     )
 
 
@@ -186,8 +182,8 @@ def _given_pose(
         )
     if not traversable[max(row - 1, 0) : row + 2, max(col - 1, 0) : col + 2].any():
         raise ConfigError(
-            f"{key}: a robot of radius {radius_m:g} m cannot leave the place at "
-            f"({x_m:g}, {y_m:g}) m for the biggest part of plan {world.plan_id!r}; start at random, or there"
+            f"{key}: a robot of radius {radius_m:g} m cannot go from "
+            f"({x_m:g}, {y_m:g}) m to the largest part of plan {world.plan_id!r}; start at random, or in that part"
         )
     return np.array([x, y, heading])
 
@@ -230,8 +226,8 @@ def _given_goal(goal: GoalConfig, traversable: npt.NDArray[np.uint8], world: Wor
     row, col = math.floor(y), math.floor(x)
     if not bool(world.frame.contains([row, col])) or not traversable[row, col]:
         raise ConfigError(
-            f"goal: the robot cannot stand at ({goal.x_m:g}, {goal.y_m:g}) m in plan {world.plan_id!r}, or not get "
-            "there; set another goal, or a random one"
+            f"goal: the robot cannot stand at ({goal.x_m:g}, {goal.y_m:g}) m in plan {world.plan_id!r}, or cannot "
+            "get there; set another goal, or a random one"
         )
     return x, y
 
@@ -239,7 +235,7 @@ def _given_goal(goal: GoalConfig, traversable: npt.NDArray[np.uint8], world: Wor
 def _ways(traversable: npt.NDArray[np.uint8], y: float, x: float, config: SimulatorConfig) -> Field:
     """Return the distances to a place; paths do not cross even thin walls if the robot's radius is at least a cell."""
     ppm = config.pixels_per_metre
-    side = max(min(round(_BLOCK_M * ppm), int(_BLOCK_OF_RADIUS * config.robot.radius_m * ppm)), 1)
+    side = max(min(round(GOAL_BLOCK_M * ppm), int(GOAL_BLOCK_OF_RADIUS * config.robot.radius_m * ppm)), 1)
     shape = math.ceil(traversable.shape[0] / side), math.ceil(traversable.shape[1] / side)
     is_open, distances = np.zeros(shape, np.uint8), np.empty(shape, np.float32)
     find_open(traversable, side, is_open)

@@ -212,7 +212,7 @@ class WorldStore:
         try:
             return None if data is None else decode_world(data, self._pixels_per_metre)
         except RecordError as error:
-            _log.warning("a world is made again: %s", error)
+            _log.warning("a world will be made again: %s", error)
             return None
 
     def put(self, key: bytes, record: bytes) -> None:
@@ -274,7 +274,7 @@ class WorldStore:
             shard = Shard(file)
         except ShardError as error:  # R2
             if file.exists():  # unless another process has merged it
-                _log.warning("worlds are made again, for their file is removed: %s", error)
+                _log.warning("worlds will be made again, since their file was removed: %s", error)
             with suppress(OSError):
                 file.unlink()
             return

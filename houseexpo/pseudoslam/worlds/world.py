@@ -19,11 +19,11 @@ from houseexpo.pseudoslam.kernels.collision import Tracks, no_tracks
 from houseexpo.pseudoslam.kernels.placement import count_before
 from houseexpo.pseudoslam.kernels.planning.fields import Flow, no_flow
 from houseexpo.pseudoslam.kernels.sensing.visibility import find_standing, mark_in_sight, mark_visible
+from houseexpo.pseudoslam.kernels.tolerances import FREE_HALF_PX
 from houseexpo.pseudoslam.kernels.types import Offsets
 
 MAX_CELLS = 100_000_000
 """Largest number of cells of a grid; making a world takes about 30 bytes per cell."""
-_OWN = 0.5 - 1e-6  # half the side of a cell, slightly reduced
 _NO_OFFSETS = np.empty((0, 2), np.int16)
 
 Cells = npt.NDArray[np.uint8]
@@ -162,7 +162,7 @@ def visible_cells(
         nearest standing cells are still valid for most cells.
     """
     wanted = (empty.observable > occupied).view(np.uint8) if empty else pieces_with(traversable, occupied)
-    before, sure_px = empty.nearest if empty else _NO_OFFSETS, min(radius_px + _OWN, range_px)
+    before, sure_px = empty.nearest if empty else _NO_OFFSETS, min(radius_px + FREE_HALF_PX, range_px)
     asked, away = np.empty(occupied.size, np.int32), np.empty((occupied.size, 2), np.int16)
     visible = traversable.copy()
     n_asked = find_standing(traversable, wanted, before, sure_px, asked, away, visible)

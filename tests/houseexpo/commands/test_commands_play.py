@@ -135,7 +135,10 @@ def test_a_signal_that_a_finaliser_swallows_is_not_lost(monkeypatch: pytest.Monk
 def test_without_a_terminal_it_says_so() -> None:
     result = CliRunner().invoke(make_app(), ["play", "--task", "avoidance"])
     assert result.exit_code == 2
-    assert "play: input and output are not a terminal; run it in one, or with --window" in result.output
+    assert (
+        "play: expected a terminal for input and output, found none; run it in a terminal, or with --window"
+        in result.output
+    )
 
 
 def test_a_folder_that_cannot_be_is_refused_before_the_drive(tmp_path: Path) -> None:

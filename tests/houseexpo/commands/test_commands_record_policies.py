@@ -78,9 +78,15 @@ def test_a_bag_changes_nothing_of_what_a_policy_is_shown(tmp_path: Path, words: 
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        (["--policy", "greedy"], "policy 'greedy': made for navigation; the task is exploration"),
-        (["--policy", "frontier,a-star"], "policy 'a-star': made for navigation; the task is exploration"),
-        (["--policy", "frontier", "--task", "navigation"], "made for exploration; the task is navigation"),
+        (
+            ["--policy", "greedy"],
+            "'greedy': expected a task that it was made for (navigation), found exploration",
+        ),
+        (
+            ["--policy", "frontier,a-star"],
+            "that it was made for (navigation), found exploration",
+        ),
+        (["--policy", "frontier", "--task", "navigation"], "made for (exploration), found navigation"),
         (["--policy", "FILE:broken"], "plan 'room-5.2x3.5', step 0: it raised IndexError"),
         (["--policy", "FILE:broken"], "mine.py, line"),
         (["--policy", "FILE:direct"], "mine.py:direct to be a factory: called with (robot, seed), it returns a policy"),

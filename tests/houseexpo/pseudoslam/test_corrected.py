@@ -116,7 +116,7 @@ def test_7_it_never_starts_in_a_pocket_and_all_that_counts_can_be_seen() -> None
     all_round = replace(PLAIN, laser=LaserConfig(fov_deg=360.0))
     simulator, rng = Simulator.of(hall_with_cell(), all_round), np.random.default_rng(2)
     assert all(simulator.pose(simulator.start(rng))[0] < 5 for _ in range(100))
-    with pytest.raises(ConfigError, match=r"cannot leave the place at \(5.5, 0.5\) m for the biggest part"):
+    with pytest.raises(ConfigError, match=r"cannot go from \(5.5, 0.5\) m to the largest part"):
         started(at(5.5, 0.5, 0), hall_with_cell())
     behind = simulator.world.observable[:, 129:]
     assert 0 < behind.sum() < (simulator.world.occupied[:, 129:] == 0).sum()

@@ -76,7 +76,7 @@ def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(ConfigError, match="action: expected one of forward, left, right; found 'up'"):
         simulator.step(state, "up")
     for turn_rad, forward_m in ((math.nan, 0.1), (0.0, math.inf), (7.0, 0.0), (0.0, -101.0)):
-        with pytest.raises(ConfigError, match="action: expected a full turn and 100 m at most, found a turn of"):
+        with pytest.raises(ConfigError, match="action: expected at most a full turn and 100 m, found a turn of"):
             simulator.move(state, turn_rad, forward_m)
 
 

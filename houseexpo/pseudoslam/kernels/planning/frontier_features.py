@@ -19,6 +19,7 @@ from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.frontiers import unknown_in_sight
 from houseexpo.pseudoslam.kernels.planning.plan import STRAIGHT
 from houseexpo.pseudoslam.kernels.planning.ways import trace
+from houseexpo.pseudoslam.kernels.tolerances import FEATURE_BESIDE_M, FEATURE_BOX_M, FEATURE_FAR_M, FEATURE_RINGS_M
 from houseexpo.pseudoslam.kernels.types import Floats, Grid, KnownWays, Rows
 
 FEATURES = (
@@ -31,10 +32,6 @@ FEATURES = (
 """The names of the features, in order. The last four are equal for all frontiers of a map."""
 LOOKED_AT = 16
 """The number of frontiers that are scored: those that ``find_frontiers`` ranks first."""
-_FAR_M = 10.0
-_BOX_M = 5.0
-_RINGS_M = (1.0, 2.5)
-_BESIDE_M = 3.0
 
 
 class FeatureRules(NamedTuple):
@@ -74,7 +71,7 @@ def describe(
         (LOOKED_AT, len(FEATURES)), output.
     """
     n = min(n, LOOKED_AT)
-    cols, far_px = known.shape[1], _FAR_M * rules.metre
+    cols, far_px = known.shape[1], FEATURE_FAR_M * rules.metre
     nearest, best_sight = frontiers[0].way, 0.0
     for i in range(n):
         nearest = min(nearest, frontiers[i].way)
@@ -129,8 +126,8 @@ def _look_around(known: Grid, middle: int, rules: FeatureRules, out: Floats) -> 
     """Count unknown, free and occupied cells in boxes around a frontier's middle, without those off the grid."""
     rows, cols = known.shape
     row, col = middle // cols, middle % cols
-    side = int(_BOX_M * rules.metre) // rules.apart
-    near, mid = _RINGS_M[0] * rules.metre, _RINGS_M[1] * rules.metre
+    side = int(FEATURE_BOX_M * rules.metre) // rules.apart
+    near, mid = FEATURE_RINGS_M[0] * rules.metre, FEATURE_RINGS_M[1] * rules.metre
     unknown_near, unknown_mid, unknown, free_mid, walls_mid, all_near, all_mid = 0, 0, 0, 0, 0, 0, 0
     for i in range(-side, side + 1):
         for j in range(-side, side + 1):
@@ -151,7 +148,7 @@ def _look_around(known: Grid, middle: int, rules: FeatureRules, out: Floats) -> 
     out[10], out[11], out[12] = unknown_near / all_near, unknown_mid / all_mid, unknown / (2 * side + 1) ** 2
     out[13], out[14] = free_mid / all_mid, walls_mid / all_mid
     to_rim = min(row, rows - 1 - row, col, cols - 1 - col)
-    out[20] = min(to_rim / (_BOX_M * rules.metre), 1.0)
+    out[20] = min(to_rim / (FEATURE_BOX_M * rules.metre), 1.0)
 
 
 @njit(cache=True, nogil=True)
@@ -163,13 +160,13 @@ def _compare(frontiers: Rows, n: int, i: int, x: float, y: float, cols: int, met
         to_x, to_y = frontiers[j].middle % cols + 0.5, frontiers[j].middle // cols + 0.5
         length = frontiers[j].cells / metre
         robot_off = math.hypot(to_x - x, to_y - y) / metre
-        by_robot += length if robot_off <= _BESIDE_M else 0.0
+        by_robot += length if robot_off <= FEATURE_BESIDE_M else 0.0
         if j == i:
             continue
         off = math.hypot(to_x - here_x, to_y - here_y) / metre
-        beside += length if off <= _BESIDE_M else 0.0
-        nearer += (robot_off - off) / _FAR_M
-        weighted += length * (robot_off - off) / _FAR_M
+        beside += length if off <= FEATURE_BESIDE_M else 0.0
+        nearer += (robot_off - off) / FEATURE_FAR_M
+        weighted += length * (robot_off - off) / FEATURE_FAR_M
         weights += length
     out[15], out[16] = math.log1p(beside), math.log1p(by_robot)
     out[17] = nearer / (n - 1) if n > 1 else 0.0
@@ -187,7 +184,7 @@ def _compare(frontiers: Rows, n: int, i: int, x: float, y: float, cols: int, met
         done[nearest] = 1
         tour += least
         at_x, at_y = frontiers[nearest].middle % cols + 0.5, frontiers[nearest].middle // cols + 0.5
-    out[19] = tour / (_FAR_M * metre)
+    out[19] = tour / (FEATURE_FAR_M * metre)
 
 
 @njit(cache=True, nogil=True)

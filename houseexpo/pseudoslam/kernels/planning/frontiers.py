@@ -25,6 +25,7 @@ from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.plan import FrontierRules
 from houseexpo.pseudoslam.kernels.planning.ways import find_ways
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
+from houseexpo.pseudoslam.kernels.tolerances import MOST_LINES
 from houseexpo.pseudoslam.kernels.types import NO_WAY, Cells, Floats, Grid, KnownWays, Offsets, Rows, Scratch, whole
 
 
@@ -210,9 +211,6 @@ def _is_before(is_large: bool, way: int, middle: int, other_large: bool, other_w
     return way < other_way or (way == other_way and middle < other_middle)
 
 
-_LINES = 32  # largest number of standing cells whose lines to a middle are checked
-
-
 @njit(cache=True, nogil=True)
 def goal_near(known: Grid, middle: int, near: Offsets, found: KnownWays) -> int:
     """Return the nearest standing cell with a path and a clear line to a cell (R3), -1 if none of the first few has."""
@@ -229,7 +227,7 @@ def goal_near(known: Grid, middle: int, near: Offsets, found: KnownWays) -> int:
         if is_clear(known, r, c, row, col):
             return int(r * cols + c)
         lines += 1
-        if lines >= _LINES:
+        if lines >= MOST_LINES:
             break
     return -1
 

@@ -21,10 +21,8 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.planning.frontiers import is_clear, list_edges
 from houseexpo.pseudoslam.kernels.planning.plan import Graph, GraphRules
 from houseexpo.pseudoslam.kernels.planning.ways import line_stands
+from houseexpo.pseudoslam.kernels.tolerances import NODE_BLOCKS, NODE_LOOKS
 from houseexpo.pseudoslam.kernels.types import NO_WAY, Cells, Grid, KnownWays
-
-_LOOKS = 48  # approximate number of frontier cells that each node checks
-_BLOCKS_OFF = 2
 
 
 @njit(cache=True, nogil=True)
@@ -100,7 +98,7 @@ def _link(cols: int, graph: Graph, rules: GraphRules, n: int, found: KnownWays) 
         for j in range(n):
             other = graph.nodes[j].cell
             r, c = other // cols, other % cols
-            if i == j or max(abs(r // side - row // side), abs(c // side - col // side)) > _BLOCKS_OFF:
+            if i == j or max(abs(r // side - row // side), abs(c // side - col // side)) > NODE_BLOCKS:
                 continue
             off = (r - row) ** 2 + (c - col) ** 2
             if count == room and off >= near[room - 1]:
@@ -121,7 +119,7 @@ def _value(known: Grid, graph: Graph, rules: GraphRules, n: int, given_up: Cells
     cols = known.shape[1]
     edges = found.queue[0]
     n_edges = list_edges(known, rules.spare_px, given_up, found)
-    stride = (n_edges + _LOOKS - 1) // _LOOKS
+    stride = (n_edges + NODE_LOOKS - 1) // NODE_LOOKS
     for i in range(n):
         cell, seen = graph.nodes[i].cell, 0
         row, col = cell // cols, cell % cols

@@ -27,12 +27,21 @@ import math
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.collision import REST, TOUCH, cell_meets_disc, contact, free_way, wrap_angle
+from houseexpo.pseudoslam.kernels.collision import cell_meets_disc, contact, free_way, wrap_angle
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.plan import ACROSS, ARRIVED, BLOCKED, GOING, STRAIGHT, TravelRules
+from houseexpo.pseudoslam.kernels.tolerances import (
+    ALIGNED,
+    ARRIVED_PX,
+    BESIDE_CELLS,
+    LEAST_GAIN_PX,
+    OFF_CENTRE_PX,
+    REST_PX,
+    SHORTEST_STEP_PX,
+    TOUCH_PX,
+)
 from houseexpo.pseudoslam.kernels.types import NO_STAND, NO_WAY, Cells, Counts, Grid, KnownWays
 
-_TOUCH_PX = 1e-9  # pixels
 TOP, BOTTOM, LEFT, RIGHT, COLS = range(5)
 """In ``KnownWays.box``."""
 
@@ -97,7 +106,7 @@ def find_standing_cells(radius_px: float, found: KnownWays) -> None:
     for across in range(reach + 1):
         within[across] = -1
         for down in range(reach + 1):
-            if math.hypot(max(across - 0.5, 0.0), max(down - 0.5, 0.0)) < radius_px - _TOUCH_PX:
+            if math.hypot(max(across - 0.5, 0.0), max(down - 0.5, 0.0)) < radius_px - TOUCH_PX:
                 within[across] = down
     above = np.zeros((high + 2, wide), np.int16)  # rows to the next closed cell; the first and last are outside
     for i in range(high):
@@ -276,9 +285,8 @@ def _find_lengths(rows: int, x: float, y: float, radius_px: float, until: int, f
 
 NO_TURN = np.iinfo(np.int32).max
 """No step reduces the distance."""
-_MIN_GAIN = 0.5 * STRAIGHT
+_MIN_GAIN = LEAST_GAIN_PX * STRAIGHT
 """A step must reduce the distance by more than this."""
-_BESIDE = 3  # cells, since the robot need not be at the centre of a standing cell
 
 
 @njit(cache=True, nogil=True)
@@ -314,7 +322,7 @@ def best_turns(
     reach = math.ceil(step_px + radius_px) + 2
     top, left = max(math.floor(y) - reach, 0), max(math.floor(x) - reach, 0)
     closed = _closed(known, x, y, radius_px, top, left, reach)
-    here = way_at(found, known.shape[0], x, y, _BESIDE)
+    here = way_at(found, known.shape[0], x, y, BESIDE_CELLS)
     if here == math.inf:  # only then: a farther cell may be around a corner, and no step would reduce its distance
         here = way_at(found, known.shape[0], x, y, math.ceil(radius_px) + 2)
     half = int(math.pi / turn + 1e-9)
@@ -322,7 +330,7 @@ def best_turns(
     for k in range(-half, half + 1):
         right, down = math.cos(heading + k * turn), -math.sin(heading + k * turn)
         way = free_way(closed, x - left, y - top, right, down, step_px, radius_px)
-        gain = here - way_at(found, known.shape[0], x + way * right, y + way * down, _BESIDE)
+        gain = here - way_at(found, known.shape[0], x + way * right, y + way * down, BESIDE_CELLS)
         if gain > _MIN_GAIN:  # not if both are infinite
             gains[k + half] = gain
             is_full[k + half] = way == step_px
@@ -370,12 +378,6 @@ def _closed(known: Grid, x: float, y: float, radius_px: float, top: int, left: i
     return closed
 
 
-_THERE_PX = 0.5  # from the end of a path
-_ALIGNED = 1e-9  # radians
-_MIN_PX = 0.5  # smallest distance for a step
-_NEAR_PX = 1.5  # from the robot, which need not be at the centre of a cell
-
-
 @njit(cache=True, nogil=True)
 def next_motion(
     known: Grid, x: float, y: float, heading: float, found: KnownWays, n: int, at: int, target: int, rules: TravelRules
@@ -396,23 +398,23 @@ def next_motion(
     path, cols = found.queue[0], found.box[4]
     at = _progress(path, n, at, x, y, cols, rules.aim_cells)
     end_x, end_y = path[n - 1] % cols + 0.5, path[n - 1] // cols + 0.5
-    if math.hypot(end_x - x, end_y - y) <= _THERE_PX:
+    if math.hypot(end_x - x, end_y - y) <= ARRIVED_PX:
         if target < 0:
             return 0.0, 0.0, at, ARRIVED
         off = wrap_angle(_direction(x, y, target % cols + 0.5, target // cols + 0.5, heading) - heading)  # T4
         turn = min(max(off, -rules.turn_rad), rules.turn_rad)
-        return turn, 0.0, at, (ARRIVED if abs(off) <= _ALIGNED else GOING)
+        return turn, 0.0, at, (ARRIVED if abs(off) <= ALIGNED else GOING)
     furthest = _aim(path, n, at, x, y, found, cols, rules.aim_cells)
     for k in range(3):  # T1
         cell = path[furthest if k == 0 else min(at + 2 - k, n - 1)]
         to_x, to_y = cell % cols + 0.5, cell // cols + 0.5
         distance = math.hypot(to_x - x, to_y - y)
-        if distance <= _ALIGNED:
+        if distance <= ALIGNED:
             continue
         towards = _direction(x, y, to_x, to_y, heading)
         wanted = min(distance, rules.step_px)
         way = way_by_map(known, x, y, math.cos(towards), -math.sin(towards), wanted, rules.radius_px)
-        if way < min(wanted, _MIN_PX):
+        if way < min(wanted, SHORTEST_STEP_PX):
             continue
         off = wrap_angle(towards - heading)
         if abs(off) > rules.turn_rad:  # T2
@@ -432,8 +434,8 @@ def way_by_map(known: Grid, x: float, y: float, right: float, down: float, dista
     for row in range(top, bottom):
         for col in range(left, last):
             if known[row, col] != FREE and not cell_meets_disc(row, col, x, y, radius):
-                way = min(way, contact(x - col - 0.5, y - row - 0.5, right, down, radius - TOUCH, way))
-    return way if way == distance else max(way - REST, 0.0)
+                way = min(way, contact(x - col - 0.5, y - row - 0.5, right, down, radius - TOUCH_PX, way))
+    return way if way == distance else max(way - REST_PX, 0.0)
 
 
 @njit(cache=True, nogil=True)
@@ -503,7 +505,7 @@ def line_stands(found: KnownWays, x: float, y: float, to_x: float, to_y: float, 
     samples = math.ceil(2.0 * length)
     for i in range(samples + 1):
         part = i / max(samples, 1)
-        if part * length > _NEAR_PX:
+        if part * length > OFF_CENTRE_PX:
             row, col = math.floor(y + part * down), math.floor(x + part * right)
             if found.ways[row * cols + col] < 0:
                 return False

@@ -18,6 +18,7 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.mapping import FREE, UNKNOWN
+from houseexpo.pseudoslam.kernels.tolerances import CORNER_PX
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
 
 _EVEN = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it rounds like np.rint, half to even
@@ -211,10 +212,6 @@ def _find(
     return 1 if 0.0 <= col < cols and 0.0 <= row < rows else 0
 
 
-CORNER = 1e-9
-"""Distance along a beam, pixels, within which crossing both borders of a cell counts as crossing its corner."""
-
-
 @njit(cache=True, nogil=True)
 def cast(
     occupied: Grid, x: float, y: float, heading: float, fan_cos: Floats, fan_sin: Floats, range_px: float, out: Floats
@@ -258,11 +255,11 @@ def distance(occupied: Grid, x: float, y: float, right: float, down: float, rang
     while gone < range_px and 0 <= col < cols and 0 <= row < rows:
         if flat[row * cols + col] != 0:
             return gone
-        if to_x < to_y - CORNER:
+        if to_x < to_y - CORNER_PX:
             gone = to_x
             to_x += wide
             col += step_x
-        elif to_y < to_x - CORNER:
+        elif to_y < to_x - CORNER_PX:
             gone = to_y
             to_y += high
             row += step_y

@@ -21,15 +21,9 @@ import math
 import numpy as np
 from numba import njit
 
+from houseexpo.pseudoslam.kernels.tolerances import EDGE_RAD, GAP_RAD, GRAZE_PX, WINDOW_HALF_PX
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs, whole
 
-EDGE = 1e-9
-"""Radians by which the fan is widened, so that rounding does not exclude cells on its edge."""
-GAP = 1e-8
-"""Angle between two directions, radians, below which there is nothing between them."""
-_GRAZE = 1e-9  # cells by which a line to a centre may graze an obstacle's corner
-_ASIDE = 0.5 + 1e-6
-"""Cells from the centre of one to slightly beyond its border, so that a line that grazes a window's corner meets it."""
 _QUARTER = math.pi / 2
 
 
@@ -81,7 +75,7 @@ def sector_scan(
     for quadrant in range(4):
         up, rightwards = quadrant < 2, quadrant % 2 == 0
         from_axis = heading - _QUARTER if up else -heading - _QUARTER
-        open_now = _open_slopes(-from_axis if rightwards else from_axis, half_fov + EDGE, slopes)
+        open_now = _open_slopes(-from_axis if rightwards else from_axis, half_fov + EDGE_RAD, slopes)
         if open_now > 0:
             n_runs, n_hit = _quadrant(
                 flat, here, -down if up else down, right if rightwards else -right,
@@ -111,8 +105,8 @@ def window_scan(occupied: Grid, cell: int, box: Cells, range_px: float, runs: Ru
     rows, cols = occupied.shape
     flat = occupied.ravel()
     row, col = cell // cols, cell % cols
-    top, bottom = box[0] - row - _ASIDE, box[1] - row + _ASIDE  # from the centre of the cell
-    left, right = box[2] - col - _ASIDE, box[3] - col + _ASIDE
+    top, bottom = box[0] - row - WINDOW_HALF_PX, box[1] - row + WINDOW_HALF_PX  # from the centre of the cell
+    left, right = box[2] - col - WINDOW_HALF_PX, box[3] - col + WINDOW_HALF_PX
     n_runs = whole(0)
     for quadrant in range(4):
         up, rightwards = quadrant < 2, quadrant % 2 == 0
@@ -120,7 +114,7 @@ def window_scan(occupied: Grid, cell: int, box: Cells, range_px: float, runs: Ru
         near_v, far_v = (left, right) if rightwards else (-right, -left)
         if far_u <= 0.0 or far_v <= 0.0:
             continue
-        slopes[0, 0] = near_v / far_u if near_v > 0.0 else -_GRAZE
+        slopes[0, 0] = near_v / far_u if near_v > 0.0 else -GRAZE_PX
         slopes[1, 0] = far_v / near_u if near_u > 0.0 else math.inf
         n_runs, _ = _quadrant(
             flat, cell, 0.0, 0.0,
@@ -172,13 +166,13 @@ def _quadrant(
             high = end * far + off_v - 0.5
             j_end = furthest if high >= furthest else math.ceil(high)
             # R2: a free cell is seen where its centre is
-            high = end * u + off_v + _GRAZE if end < math.inf else end
+            high = end * u + off_v + GRAZE_PX if end < math.inf else end
             j_free_end = -1 if u < 0.0 else math.floor(high) if high < last else last
             while j <= j_end:
                 start = j
                 while j <= j_end and flat[np.uint64(line + j * across)] == 0:
                     j += 1
-                one = max(start, first, math.ceil(cut * u + off_v - _GRAZE))
+                one = max(start, first, math.ceil(cut * u + off_v - GRAZE_PX))
                 other = min(j - 1, j_free_end)
                 if one <= other:
                     one, other = line + one * across, line + other * across
@@ -213,7 +207,7 @@ def _quadrant(
 @njit(inline="always")
 def _is_gap(low: float, high: float) -> bool:
     """Return whether there is a gap between two slopes, by their angle, which is the same along rows and columns."""
-    return high > low + GAP * (1.0 + low * low)
+    return high > low + GAP_RAD * (1.0 + low * low)
 
 
 @njit(inline="always")
@@ -224,15 +218,15 @@ def _open_slopes(middle: float, half_fov: float, slopes: Floats) -> int:
     """
     lo, hi = slopes[0], slopes[1]
     if half_fov >= math.pi:
-        lo[0], hi[0] = -_GRAZE, math.inf
+        lo[0], hi[0] = -GRAZE_PX, math.inf
         return 1
     middle = math.atan2(math.sin(middle), math.cos(middle))
     found = 0
     for turns in range(-1, 2):
         start = max(middle - half_fov + turns * 2 * math.pi, 0.0)
         stop = min(middle + half_fov + turns * 2 * math.pi, _QUARTER)
-        if stop - start > GAP:
-            lo[found] = -_GRAZE if start == 0.0 else math.tan(start)
+        if stop - start > GAP_RAD:
+            lo[found] = -GRAZE_PX if start == 0.0 else math.tan(start)
             hi[found] = math.inf if stop == _QUARTER else math.tan(stop)
             found += 1
     return found

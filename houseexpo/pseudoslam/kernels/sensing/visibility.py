@@ -28,9 +28,9 @@ from numba import njit
 
 from houseexpo.pseudoslam.kernels.sensing.rays import distance
 from houseexpo.pseudoslam.kernels.sensing.sector import window_scan
+from houseexpo.pseudoslam.kernels.tolerances import GRAZE_SLOPE, STRIP_PX
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Offsets, Runs, whole
 
-_STRIP = 1e-4  # cells to either side of a line
 NOWHERE = 1 << 14
 """The approximate offset in cells, down and to the right, if no standing cell was found."""
 
@@ -141,7 +141,7 @@ def mark_in_sight(
 def _is_clear(occupied: Grid, x: float, y: float, right: float, down: float, way: float) -> bool:
     """Return whether a narrow strip is free, since a line that grazes a corner may not be visible in a sector scan."""
     clear = True
-    for aside in (-_STRIP, _STRIP):
+    for aside in (-STRIP_PX, STRIP_PX):
         clear = clear and distance(occupied, x - down * aside, y + right * aside, right, down, way) >= way
     return clear
 
@@ -231,7 +231,7 @@ def _who_looks(
                 )  # fmt: skip
                 if low > top:
                     break
-                rest_px = range_px - near_px + GRAZE
+                rest_px = range_px - near_px + GRAZE_SLOPE
     return n_looks
 
 
@@ -315,7 +315,6 @@ def _first_of(standing: Grid, runs: Runs, n_runs: int) -> int:
 
 ASKED, FOUND, LOOKS, LISTED = 1, 2, 4, 8
 """Bits of a cell: it is asked for, is in a gap, has to look, is listed as a window."""
-GRAZE = 1e-6  # by which slopes are widened, since a line may graze a corner
 
 
 @njit(cache=True, nogil=True)
@@ -379,8 +378,8 @@ def _follow_lines(
                 elif lowest[v] <= highest[v]:
                     low, top = min(low, lowest[v]), max(top, highest[v])
                 if low <= top:
-                    low = max(low, (v - 1) / (u + 1) - GRAZE)
-                    top = min(top, (v + 1) / (u - 1) + GRAZE) if u > 1 else top
+                    low = max(low, (v - 1) / (u + 1) - GRAZE_SLOPE)
+                    top = min(top, (v + 1) / (u - 1) + GRAZE_SLOPE) if u > 1 else top
             if low <= top:
                 squared = (
                     max(u - 0.5, 0.0) ** 2 + max(v - 0.5, 0.0) ** 2

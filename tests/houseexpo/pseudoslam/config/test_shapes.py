@@ -152,7 +152,7 @@ def test_headings_turn_counter_clockwise() -> None:
         (lambda: Polygon(((0, 0), (1, 0), (1, 2, 3))), r"polygon.points_m: expected at least 3 corners"),
         (lambda: Polygon(((0, 0), (1, 0), (1, math.inf))), r"polygon.points_m\[2\]: expected a finite number"),
         (lambda: Polygon(((0, 0), (1, 1), (2, 2))), r"expected an area, found corners on one line"),
-        (lambda: Polygon(((0, 0), (1, 0), (1, 1), (0, 0))), r"found the first corner repeated at the end"),
+        (lambda: Polygon(((0, 0), (1, 0), (1, 1), (0, 0))), r"found the first corner again at the end"),
         (lambda: Obstacle("box", 0, 0), r"obstacle.shape: expected a Rectangle, .* found 'box'"),
         (lambda: Obstacle(Circle(1), 0, math.inf), r"obstacle.y_m: expected a finite number, found inf"),
     ],

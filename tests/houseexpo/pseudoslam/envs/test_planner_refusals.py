@@ -16,11 +16,11 @@ from tests.builders.planner_envs import env_of
 @pytest.mark.parametrize(
     ("actions", "action", "words"),
     [
-        ("frontier", 16, "a frontier's number, 0 to 15"),
-        ("frontier", -1, "a frontier's number"),
-        ("frontier", 0.0, "a frontier's number"),
+        ("frontier", 16, "the number of a frontier, 0 to 15"),
+        ("frontier", -1, "the number of a frontier"),
+        ("frontier", 0.0, "the number of a frontier"),
         ("frontier", [0, 1], "shape"),
-        ("neighbour", 8, "a neighbour's number, 0 to 7"),
+        ("neighbour", 8, "the number of a neighbour, 0 to 7"),
         ("waypoint", [math.nan, 0.0], r"waypoint .* found .*nan"),
         ("waypoint", [0.0, 1.1], "numbers from -1 to 1"),
         ("waypoint", ["a", "b"], "numbers from -1 to 1"),
@@ -37,7 +37,7 @@ def test_what_is_no_action_is_refused(actions: str, action: Any, words: str) -> 
 def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"ObstacleAvoidance .* do not add up"):
         env_of("frontier", "ObstacleAvoidance")
-    with pytest.raises(ConfigError, match="planning: it goes with actions"):
+    with pytest.raises(ConfigError, match="planning: expected actions to be one of"):
         env_of("discrete", planning=PlanningConfig())
     with pytest.raises(ConfigError, match="expected a PlanningConfig"):
         env_of("frontier", planning=3)
@@ -53,7 +53,7 @@ def test_what_cannot_be_is_refused() -> None:
     ):
         with pytest.raises(ConfigError, match=f"planning.{name}"):
             PlanningConfig(**{name: value})
-    with pytest.raises(ConfigError, match="observation='graph': it goes with actions"):
+    with pytest.raises(ConfigError, match="observation='graph': expected actions to be one of"):
         env_of("continuous", observation="graph")
     with pytest.raises(ConfigError, match="expected observation='graph'"):
         env_of("neighbour", observation="dict")

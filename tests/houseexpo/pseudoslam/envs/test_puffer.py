@@ -78,7 +78,7 @@ for words, given in (
     ("found several", {"observation": "dict"}),
     ("found several", {"task": "Navigation", "config": None}),
     ("task: expected one of Exploration", {"task": "Exploring"}),
-    ("copy: expected PufferLib to decide", {"copy": True}),
+    ("copy: PufferLib determines this argument", {"copy": True}),
 ):
     try:
         PseudoSlamPufferEnv(**{**GIVEN, **given})

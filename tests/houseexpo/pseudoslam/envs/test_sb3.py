@@ -139,9 +139,9 @@ def test_attributes_and_methods_are_those_of_all(adapter: Any) -> None:
     assert all(map(np.array_equal, pictures, [ours.get_images()[i] for i in (2, 0)]))
     assert ours.env_is_wrapped(object) == [False] * 3
     assert [image.shape[2] for image in ours.get_images()] == [3] * 3
-    with pytest.raises(ConfigError, match="config: the environments are one"):
+    with pytest.raises(ConfigError, match="config: this attribute is fixed"):
         ours.set_attr("config", SMALL)
-    with pytest.raises(ConfigError, match="task: the environments share it; set it for all of them"):
+    with pytest.raises(ConfigError, match="task: all environments share this attribute; set it for all of them"):
         ours.set_attr("task", Exploration(), indices=[0])
     ours.set_attr("task", Exploration(0.7))
     assert ours.get_attr("task") == [Exploration(0.7)] * 3

@@ -71,9 +71,9 @@ def test_attributes_are_those_of_all() -> None:
     states = env.call("state")
     assert [np.array_equal(one.known, env.state(i).known) for i, one in enumerate(states)] == [True] * 3
     assert env.call("render") == (None,) * 3
-    with pytest.raises(ConfigError, match="config: the environments are one, and made with what they are"):
+    with pytest.raises(ConfigError, match="config: this attribute is fixed when the environments are made"):
         env.set_attr("config", [SMALL] * 3)
-    with pytest.raises(ConfigError, match=r"reset: the environments are one; call reset\(\) itself"):
+    with pytest.raises(ConfigError, match=r"reset: this method is for all environments together; call reset\(\)"):
         env.call("reset", seed=1)
     drawn = explorers(render_mode="rgb_array")
     drawn.reset(seed=0)
@@ -92,7 +92,7 @@ def test_what_counts_and_which_plans_come_can_be_set() -> None:
     assert env.reset()[1]["plan_id"].tolist() == ["middle"] * 3
     env.set_attr("stage", [2, 2, 2])  # names of the caller's own
     env.set_attr("weights", [np.ones(2), np.ones(2), np.ones(2)])
-    with pytest.raises(ConfigError, match="weights: expected one value, or 3 that are equal"):
+    with pytest.raises(ConfigError, match="weights: expected one value, or 3 equal ones"):
         env.set_attr("weights", [np.ones(2), np.zeros(2), np.ones(2)])
     env.set_attr("stage", 3)
     assert env.get_attr("stage") == (3, 3, 3)
@@ -101,13 +101,13 @@ def test_what_counts_and_which_plans_come_can_be_set() -> None:
 @pytest.mark.parametrize(
     ("name", "values", "text"),
     [
-        ("task", ObstacleAvoidance(), "task: expected another Exploration, found ObstacleAvoidance"),
-        ("task", Exploration(cost_per_turn=1.0), "task: expected one whose rewards add up over steps as those of"),
-        ("stage", [1, 2, 3], "stage: expected one value, or 3 that are equal, for the environments share it"),
-        ("stage", [1, 1], "stage: expected one value, or 3 that are equal"),
+        ("task", ObstacleAvoidance(), "task: expected a task of the same kind, Exploration, found ObstacleAvoidance"),
+        ("task", Exploration(cost_per_turn=1.0), "task: expected the same rewards_add_up as that of"),
+        ("stage", [1, 2, 3], "stage: expected one value, or 3 equal ones, since all environments share it"),
+        ("stage", [1, 1], "stage: expected one value, or 3 equal ones"),
         ("plan_ids", ["tiny"], "plan_ids: none of the 3 plans has the id 'tiny'"),
         ("plan_ids", "small", "plan_ids: expected a list of plans' ids or None"),
-        ("num_envs", 4, "num_envs: the environments are one"),
+        ("num_envs", 4, "num_envs: this attribute is fixed"),
     ],
 )
 def test_what_cannot_be_set_is_refused(name: str, values: Any, text: str) -> None:
@@ -118,7 +118,7 @@ def test_what_cannot_be_set_is_refused(name: str, values: Any, text: str) -> Non
 
 def test_a_task_that_looks_farther_round_the_robot_needs_new_environments() -> None:
     env = native("ObstacleAvoidance", 2)
-    with pytest.raises(ConfigError, match=r"measures 0.5 m round the robot as the present one does, found 0.7 m"):
+    with pytest.raises(ConfigError, match=r"the clearance that the current task measures, 0.5 m, found 0.7 m"):
         env.set_attr("task", ObstacleAvoidance(safe_m=0.7))
 
 

@@ -129,7 +129,7 @@ def test_a_folder_holds_pairs_of_one_recipe(plans: Dataset, tmp_path: Path) -> N
         ),
         ({"plans": plans[:1]}, "'plans.number' in recipe.json"),
     ):
-        with pytest.raises(ConfigError, match=f"same recipe, found another {said}.*; name another folder"):
+        with pytest.raises(ConfigError, match=f"same recipe, found a different {said}.*; name another folder"):
             observe(**{"plans": plans, "out": out, "config": SMALL, "limit": 2, "seed": 4, **given})
     assert files(out) == before
     (out / RECIPE).write_text("{")

@@ -108,5 +108,5 @@ def test_the_way_to_90_percent_is_told_and_what_is_left_is_charged_for() -> None
 
 
 def test_what_it_cannot_do_is_refused() -> None:
-    with pytest.raises(ConfigError, match="expected a sensor without errors"):
+    with pytest.raises(ConfigError, match="expected a laser that scans sectors without noise"):
         Explorations(SimulatorConfig(noise=NoiseConfig(laser_m=0.01)), 100)

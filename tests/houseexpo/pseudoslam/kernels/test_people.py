@@ -222,7 +222,7 @@ def test_people_start_away_from_the_robot_where_there_is_room() -> None:
 
 
 def test_too_many_are_refused_where_so_many_are_needed() -> None:
-    with pytest.raises(ConfigError, match=r"people.least: 300 people of radius 0.2 m find no place in plan 'box'"):
+    with pytest.raises(ConfigError, match=r"people.least: 300 people of radius 0.2 m do not fit in plan 'box'"):
         scene(room(40, 40), PeopleConfig(number=300, least=300))
     with pytest.raises(ConfigError, match=r"people.least: expected a whole number of at most 3, found 4"):
         PeopleConfig(number=3, least=4)

@@ -110,7 +110,7 @@ def test_a_run_that_was_stopped_ends_with_the_same_weights(tmp_path: Path) -> No
     costs.write_text(json.dumps(json.loads(costs.read_bytes())[:1]))
     with pytest.raises(TrainingError, match="holds a run; continue it with --resume"):
         learn("stopped")
-    with pytest.raises(TrainingError, match="holds another run than was asked for"):
+    with pytest.raises(TrainingError, match="holds a run with other settings"):
         learn("stopped", replace(TINY, seed=1), resume=True)
     said.clear()
     assert learn("stopped", resume=True) == weights
@@ -124,7 +124,7 @@ def test_a_run_that_was_stopped_ends_with_the_same_weights(tmp_path: Path) -> No
 def test_too_few_plans_are_refused_before_a_run_begins(tmp_path: Path) -> None:
     plans = open_dataset(write_rooms(tmp_path))
     need_cma()
-    with pytest.raises(ConfigError, match="expected 6 plans to learn from and to be tested on, found 3"):
+    with pytest.raises(ConfigError, match="expected 6 plans for training and testing, found 3"):
         train_chooser(plans, TRAIN, replace(TINY, plans=5), tmp_path / "run", resume=False, threads=1, say=print)
     assert not (tmp_path / "run").exists()
 
@@ -149,7 +149,7 @@ def test_the_command_takes_a_file_and_a_seed(tmp_path: Path) -> None:
     ("lines", "words", "said"),
     [
         ("", ["--steps", "5"], "--steps is not for it"),
-        ("speed = 1", [], "unknown key 'speed'; known: seed, generations"),
+        ("speed = 1", [], "unknown key 'speed'; did you mean 'seed'? Known: seed, generations"),
         ("plans = 0", [], "plans: expected a whole number of at least 1"),
         ("candidates = 3", [], "candidates: expected a whole number of at least 4"),
         ("step_m = -1.0", [], "step_m: expected at least 0"),

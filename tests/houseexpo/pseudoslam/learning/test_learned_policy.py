@@ -39,7 +39,7 @@ def test_what_was_learned_is_a_policy_of_the_benchmark(tmp_path: Path) -> None:
     assert torch.backends.mkldnn.enabled, "a training in this process is to go as in one of its own"
     with pytest.raises(ConfigError, match="made for avoidance; track exploration-budget-v1 is exploration"):
         check_task(named, track_of("budget"))
-    with pytest.raises(ConfigError, match=r"policy.pt: expected the observation that it was learned with, Box\("):
+    with pytest.raises(ConfigError, match=r"policy.pt: expected the observation space of its training, Box\("):
         named.factory(Robot(env.config, env.action_space, env.action_space), 7)
     (tmp_path / "other.pt").write_bytes(b"nothing")
     with pytest.raises(TrainingError, match="expected a policy of houseexpo train"):

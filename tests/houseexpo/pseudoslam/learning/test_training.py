@@ -190,9 +190,9 @@ def test_a_policy_that_breaks_ends_the_run(tmp_path: Path, monkeypatch: pytest.M
 
 
 def _wrapped(config: TrainConfig) -> tuple[Any, TrainConfig]:
-    from houseexpo.pseudoslam.learning.model import normalised
+    from houseexpo.pseudoslam.learning.model import wrap_for_learner
 
-    return normalised(environments("avoidance", config.environment, ROOM, number=2, threads=1), config), config
+    return wrap_for_learner(environments("avoidance", config.environment, ROOM, number=2, threads=1), config), config
 
 
 def _spoil(learner: Any) -> None:

@@ -166,7 +166,7 @@ def test_what_cannot_be_drawn_is_said() -> None:
     simulator, state = started()
     with pytest.raises(ConfigError, match="shows: expected one of map, both, truth; found 'all'"):
         picture(simulator, state, shows="all")  # type: ignore[arg-type]
-    with pytest.raises(ConfigError, match="expected room for a pixel at least, found 0 x 5"):
+    with pytest.raises(ConfigError, match="expected a size of at least one pixel, found 0 x 5"):
         picture(simulator, state, most_px=(0, 5))
 
 
