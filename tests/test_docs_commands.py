@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 from pathlib import Path
 
-from houseexpo.commands.given import POLICIES
+from houseexpo.commands.arguments import POLICIES
 from houseexpo.pseudoslam.agents.loading import NAMES
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"

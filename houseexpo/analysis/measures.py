@@ -219,7 +219,7 @@ def _reached(plan: PlanData) -> float:
 
 MEASURES: Final = (
     Measure(
-        *("rooms", "Rooms", _rooms),
+        *("rooms", "Rooms in the source", _rooms),
         column="room_num",
         about="As the source counts them, including unlabelled ones.",
     ),

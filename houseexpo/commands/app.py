@@ -7,6 +7,7 @@ and does not affect the others.
 from __future__ import annotations
 
 import errno
+import logging
 import sys
 from collections.abc import Callable
 from importlib.machinery import PathFinder
@@ -17,13 +18,15 @@ import typer
 from typer.core import TyperGroup
 
 from houseexpo import __version__
-from houseexpo.commands import logs
 from houseexpo.commands.printing import drop_output, typed_command
 from houseexpo.errors import INTERRUPTED, HouseExpoError, MissingDependencyError
 from houseexpo.words import nearest
 
 GROUP = "houseexpo.commands"
 """The group of entry points: functions that typer can call, or a ``typer.Typer`` of several, by the commands' names."""
+
+_OURS: Final = ("houseexpo", "pipeline", "stats")
+"""The packages whose log messages are shown."""
 
 _SETTINGS = {"help_option_names": ["-h", "--help"]}
 
@@ -171,6 +174,21 @@ def _broken(entry: EntryPoint, why: str) -> Callable[..., Any]:
     return cannot_be_loaded
 
 
+def _set_up_logs(verbose: int, *, quiet: bool) -> None:
+    """Send the log messages of our packages to standard error, from WARNING on.
+
+    ``-q`` shows only errors and no progress bars, ``-v`` each action, ``-vv`` everything.
+    """
+    level = logging.ERROR if quiet else (logging.WARNING, logging.INFO, logging.DEBUG)[min(verbose, 2)]
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("%(levelname)s %(name)s: %(message)s"))
+    for name in _OURS:
+        logger = logging.getLogger(name)
+        logger.setLevel(level)
+        logger.handlers[:] = [handler]
+        logger.propagate = False
+
+
 def _version(asked: bool) -> None:
     if asked:
         typer.echo(f"houseexpo {__version__}")
@@ -179,12 +197,12 @@ def _version(asked: bool) -> None:
 
 def _verbosely(times: int) -> None:
     if times:
-        logs.set_up(times, quiet=False)
+        _set_up_logs(times, quiet=False)
 
 
 def _quietly(asked: bool) -> None:
     if asked:
-        logs.set_up(0, quiet=True)
+        _set_up_logs(0, quiet=True)
 
 
 _MORE = "Report each action; -vv: report more."
@@ -206,4 +224,4 @@ def _root(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help=_LESS)] = False,
 ) -> None:
     """Turn 3D house models into 2D floor plans, in bulk."""
-    logs.set_up(verbose, quiet=quiet)
+    _set_up_logs(verbose, quiet=quiet)

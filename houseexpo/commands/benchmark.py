@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from houseexpo.commands.given import POLICIES, REPLACE_HELP, offering
+from houseexpo.commands.arguments import POLICIES, REPLACE_HELP, offering
 from houseexpo.errors import ConfigError
 
 benchmark = typer.Typer(
@@ -52,7 +52,7 @@ def run(
 
     Except for times, the result does not depend on the number of processes.
     """
-    from houseexpo.commands.given import data_set
+    from houseexpo.commands.arguments import data_set
     from houseexpo.commands.printing import console, print_named
     from houseexpo.outputs import Output
     from houseexpo.pseudoslam.benchmark.result import write_result

@@ -57,7 +57,7 @@ def environment(
 
 def _plans(dataset: Path | None, plan: str | None, task: TaskName) -> Plans:
     """Return the named plans; if none are named, the paper's room for avoidance, or else the fetched data set."""
-    from houseexpo.commands.given import data_set, is_plan_file
+    from houseexpo.commands.arguments import data_set, is_plan_file
     from houseexpo.floorplan import load_plan
     from houseexpo.pseudoslam.tasks import ROOM
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from houseexpo.commands.given import IDS_HELP, REPLACE_HELP, is_plan_file, offering
+from houseexpo.commands.arguments import IDS_HELP, REPLACE_HELP, is_plan_file, offering
 from houseexpo.words import counted
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def export(
 
     The exit code is 1 if the format cannot represent some plans; these are listed and left out.
     """
-    from houseexpo.commands.given import plan_ids
+    from houseexpo.commands.arguments import plan_ids
     from houseexpo.commands.printing import console, print_refused
     from houseexpo.exports.formats import export as write
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from houseexpo.commands.given import IDS_HELP
+from houseexpo.commands.arguments import IDS_HELP
 from houseexpo.words import counted
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def info(
     json: Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")] = False,
 ) -> None:
     """Show a summary of a data set or of plans."""
-    from houseexpo.commands.given import is_data_set, named_plans
+    from houseexpo.commands.arguments import is_data_set, named_plans
     from houseexpo.commands.printing import console, print_json, print_named
     from houseexpo.dataset import open_dataset
 

@@ -36,7 +36,7 @@ def observe(
     """
     from dataclasses import replace
 
-    from houseexpo.commands.given import data_set
+    from houseexpo.commands.arguments import data_set
     from houseexpo.commands.printing import console, print_refused
     from houseexpo.outputs import check_apart
     from houseexpo.pseudoslam.config import SimulatorConfig

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from houseexpo.commands.arguments import REPLACE_HELP
 from houseexpo.commands.environment import TaskName
-from houseexpo.commands.given import REPLACE_HELP
 
 if TYPE_CHECKING:
     from houseexpo.pseudoslam.render.terminal import Terminal

@@ -27,7 +27,7 @@ def prepare(
     Environments with the same resolution, robot radius and laser range use the cache automatically. Without it, they
     compute and cache what they need during the resets.
     """
-    from houseexpo.commands.given import data_set
+    from houseexpo.commands.arguments import data_set
     from houseexpo.commands.printing import console, print_refused
     from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
     from houseexpo.pseudoslam.worlds.prepare import prepare as run_prepare

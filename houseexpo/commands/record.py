@@ -8,8 +8,8 @@ from typing import Annotated, Final, Literal
 
 import typer
 
+from houseexpo.commands.arguments import POLICIES, REPLACE_HELP, offering
 from houseexpo.commands.environment import TaskName
-from houseexpo.commands.given import POLICIES, REPLACE_HELP, offering
 
 _POLICIES: Final[dict[TaskName, str]] = {"exploration": "frontier", "avoidance": "wall", "navigation": "a-star"}
 

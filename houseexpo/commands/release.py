@@ -33,7 +33,7 @@ def release(
     from houseexpo.commands.printing import console
     from houseexpo.release import About
     from houseexpo.release import release as run_release
-    from houseexpo.release.about import CREATORS
+    from houseexpo.release.metadata import CREATORS
     from houseexpo.workers import cores
 
     about = About(title, tuple(creator or CREATORS), release_version, date, url, doi)

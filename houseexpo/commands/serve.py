@@ -95,7 +95,7 @@ def _checked_decisions(dataset: Path) -> Path:
 
 
 def _fetched() -> Path:
-    from houseexpo.commands.given import data_set
+    from houseexpo.commands.arguments import data_set
 
     return data_set(None).path
 

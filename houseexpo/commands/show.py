@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from houseexpo.commands.given import IDS_HELP, REPLACE_HELP
+from houseexpo.commands.arguments import IDS_HELP, REPLACE_HELP
 from houseexpo.errors import ConfigError
 from houseexpo.words import counted
 
@@ -35,7 +35,7 @@ def show(
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Draw plans: rooms coloured by label, doors by kind, scale bar, legend. Several make a contact sheet."""
-    from houseexpo.commands.given import named_plans
+    from houseexpo.commands.arguments import named_plans
     from houseexpo.commands.printing import console
     from houseexpo.drawing import contact_sheet, draw_plan, svg, svg_sheet
     from houseexpo.exports.encoding import image

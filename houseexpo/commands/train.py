@@ -77,7 +77,7 @@ def _policy(
     from dataclasses import replace
     from functools import partial
 
-    from houseexpo.commands.given import data_set
+    from houseexpo.commands.arguments import data_set
     from houseexpo.commands.printing import console
     from houseexpo.configuration import read_config
     from houseexpo.pseudoslam.learning import need_learn
@@ -111,7 +111,7 @@ def _chooser(
     from dataclasses import replace
     from functools import partial
 
-    from houseexpo.commands.given import data_set
+    from houseexpo.commands.arguments import data_set
     from houseexpo.commands.printing import console
     from houseexpo.configuration import read_config
     from houseexpo.pseudoslam.learning.choosing import WEIGHTS, ChoosingConfig, train_chooser

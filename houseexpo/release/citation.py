@@ -6,7 +6,7 @@ from html import escape
 from typing import Any
 
 from houseexpo.files import as_json
-from houseexpo.release.words import KEYWORDS, PAPER, PAPER_AUTHORS, PAPER_URL, Facts
+from houseexpo.release.descriptions import KEYWORDS, PAPER, PAPER_AUTHORS, PAPER_URL, Facts
 
 
 def files(facts: Facts) -> dict[str, bytes]:

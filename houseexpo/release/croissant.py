@@ -10,8 +10,8 @@ import pyarrow as pa
 
 from houseexpo.dataset.store.folders import ARCHIVE
 from houseexpo.files import sha256_of
+from houseexpo.release.descriptions import KEYWORDS, Facts, bibtex
 from houseexpo.release.tables import IMAGE, Column, Table
-from houseexpo.release.words import KEYWORDS, Facts, bibtex
 
 _VERSION: Final = "http://mlcommons.org/croissant/1.0"
 _RAI_VERSION: Final = "http://mlcommons.org/croissant/RAI/1.0"

@@ -7,9 +7,12 @@
 
 from __future__ import annotations
 
+import gzip
+import io
 import shutil
+import tarfile
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
@@ -79,3 +82,19 @@ def _files(folder: Path) -> list[str]:
 def _named(sums: Path) -> Iterator[str]:
     for line in sums.read_text(encoding="utf-8", errors="replace").splitlines():
         yield line.partition("  ")[2]
+
+
+_LEVEL: Final = 6
+
+
+def write_archive(file: Path, members: Iterable[tuple[str, bytes]]) -> None:
+    """Write members (name, content) in the given order."""
+    with (
+        file.open("wb") as raw,
+        gzip.GzipFile(filename="", mode="wb", compresslevel=_LEVEL, fileobj=raw, mtime=0) as packed,
+        tarfile.open(fileobj=packed, mode="w|", format=tarfile.PAX_FORMAT) as archive,
+    ):
+        for name, content in members:
+            member = tarfile.TarInfo(name)
+            member.size, member.mode = len(content), 0o644
+            archive.addfile(member, io.BytesIO(content))

@@ -25,18 +25,14 @@ from houseexpo.floorplan import decode
 from houseexpo.processes import in_processes
 from houseexpo.progress import watched
 from houseexpo.release import citation
-from houseexpo.release.about import About
-from houseexpo.release.archive import write_archive
-from houseexpo.release.card import MEASURES, SHEET, card
+from houseexpo.release.card import MEASURES, SHEET, card, measures_png, sheet_png
+from houseexpo.release.check_releasable import Licence, Releasable, check_releasable
 from houseexpo.release.croissant import croissant
-from houseexpo.release.figures import measures_png, sheet_png
-from houseexpo.release.folder import CROISSANT, appearing, check_target, write_sums
-from houseexpo.release.licences import Licence
-from houseexpo.release.material import Material, material
-from houseexpo.release.parquet import TableWriter
-from houseexpo.release.parts import Parts, parts_of
-from houseexpo.release.tables import OBJECTS, TABLES, Placed, Row, Table
-from houseexpo.release.words import Facts
+from houseexpo.release.descriptions import Facts
+from houseexpo.release.folder import CROISSANT, appearing, check_target, write_archive, write_sums
+from houseexpo.release.metadata import About
+from houseexpo.release.splits import Splits, release_splits
+from houseexpo.release.tables import OBJECTS, TABLES, Placed, Row, Table, TableWriter
 
 PICTURE_PX: Final = 256
 _CHUNK: Final = 32
@@ -77,8 +73,8 @@ def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about:
     """
     target = Path(out)
     check_target(target)
-    with material(files_at(dataset, "release")) as found, appearing(target) as folder:
-        parts = parts_of(found.plans, workers)
+    with check_releasable(files_at(dataset, "release")) as found, appearing(target) as folder:
+        parts = release_splits(found.plans, workers)
         tables = TABLES if _furnished(found) else tuple(table for table in TABLES if table is not OBJECTS)
         rows = _write_tables(folder, tables, found, parts, workers)
         facts = Facts(_slug(target), about or About(), found, parts, rows)
@@ -88,7 +84,7 @@ def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about:
 
 
 def _write_tables(
-    folder: Path, tables: tuple[Table, ...], found: Material, parts: Parts, workers: int
+    folder: Path, tables: tuple[Table, ...], found: Releasable, parts: Splits, workers: int
 ) -> dict[str, dict[str, int]]:
     """Write a file for each table and part; return the number of rows of each."""
     rows: defaultdict[str, dict[str, int]] = defaultdict(dict)
@@ -111,7 +107,7 @@ def _write_tables(
     return dict(rows)
 
 
-def _chunks(parts: Parts) -> Iterator[tuple[str, tuple[str, ...]]]:
+def _chunks(parts: Splits) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Yield ids with their part, a few at a time."""
     for part, ids in parts.lists.items():
         for start in range(0, len(ids), _CHUNK):
@@ -154,7 +150,7 @@ def _write_files(folder: Path, tables: tuple[Table, ...], facts: Facts) -> None:
     write_sums(folder)
 
 
-def _furnished(found: Material) -> bool:
+def _furnished(found: Releasable) -> bool:
     """Return whether any plan has furniture, according to the statistics."""
     return bool(found.stats["plans"].get("furniture", {}).get("count"))
 

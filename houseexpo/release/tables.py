@@ -2,15 +2,19 @@
 
 Geometry is WKB in the plan's own coordinates in metres (docs/format.md), with polygons counter-clockwise. Columns are
 described only here; the data card and the Croissant description repeat these texts.
+They are written as Parquet files, in small row groups and with settings that give reproducible bytes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from houseexpo.dataset.index import row
 from houseexpo.floorplan import FloorPlan
@@ -126,7 +130,7 @@ def _reached(radius_m: float) -> str:
 
 _OF_PLAN: Final = (
     Column("plan_id", pa.string(), "Id of the plan."),
-    Column("split", pa.string(), "The list that the plan stands in."),
+    Column("split", pa.string(), "The split that contains the plan."),
 )
 _REACH: Final = tuple(
     Column(_reached(radius), pa.float64(), f"Share of its floor that a round robot of {radius:.2f} m radius can reach.")
@@ -134,22 +138,22 @@ _REACH: Final = tuple(
 )
 PLANS: Final = Table(
     "plans",
-    "One row a floor plan (one level of a house).",
+    "One row per floor plan (one level of a house).",
     (
         Column("id", pa.string(), "Name of the plan; its JSON is json/<id>.json in json.tar.gz."),
-        Column("split", pa.string(), "The list that the plan stands in."),
-        Column("group", pa.string(), "First id of the plans that show the same house: no list parts a group."),
+        Column("split", pa.string(), "The split that contains the plan."),
+        Column("group", pa.string(), "First id of the plans of the same house; a group is in one split."),
         Column("room_num", pa.int32(), "Rooms of the level."),
         Column("area", pa.float64(), "Free space in m2."),
         Column("width", pa.float64(), "Extent along x in metres."),
         Column("height", pa.float64(), "Extent along y in metres."),
         Column("labels", _STRINGS, "Labels of rooms that occur, sorted."),
         Column("n_doors", pa.int32(), "Doors of every kind."),
-        Column("n_cuts", pa.int32(), "Doors that were cut to join parts which nothing joined."),
+        Column("n_cuts", pa.int32(), "Doors that were cut to connect parts without a door."),
         Column("n_objects", pa.int32(), "Pieces of furniture."),
         *_REACH,
-        Column("narrowest", pa.float64(), "Narrowest passage that a robot of 0.20 m radius has to take, in metres."),
-        Column("quality", pa.float64(), "How sure the pipeline is of the plan, 0 to 1."),
+        Column("narrowest", pa.float64(), "Narrowest passage that a robot of 0.20 m radius has to use, in metres."),
+        Column("quality", pa.float64(), "The pipeline's confidence in the plan, 0 to 1."),
         Column("source", pa.string(), "Kind of file that the plan was made from."),
         Column("level", pa.int32(), "Number of the level in its house."),
         Column("image", IMAGE, "A picture of the plan, PNG; path is a name for it."),
@@ -160,7 +164,7 @@ PLANS: Final = Table(
 )
 ROOMS: Final = Table(
     "rooms",
-    "One row a room.",
+    "One row per room.",
     (
         *_OF_PLAN,
         Column("room", pa.int32(), "Number of the room in its plan."),
@@ -174,14 +178,14 @@ ROOMS: Final = Table(
 )
 DOORS: Final = Table(
     "doors",
-    "One row a door or opening.",
+    "One row per door or opening.",
     (
         *_OF_PLAN,
         Column("door", pa.int32(), "Number of the door in its plan."),
         Column("kind", pa.string(), "door, opening, entrance (leads outside, closed) or cut."),
         Column("width", pa.float64(), "From jamb to jamb in metres."),
         Column("room_a", pa.int32(), "A room that it leads to."),
-        Column("room_b", pa.int32(), "The other room; none where it leads outside."),
+        Column("room_b", pa.int32(), "The other room; empty if it leads outside."),
         Column("geometry", pa.binary(), "The area between the wall's two faces, WKB in metres."),
         Column("segment", pa.binary(), "From jamb to jamb on the wall's centre line, WKB in metres."),
     ),
@@ -190,14 +194,14 @@ DOORS: Final = Table(
 )
 OBJECTS: Final = Table(
     "objects",
-    "One row a piece of furniture.",
+    "One row per piece of furniture.",
     (
         *_OF_PLAN,
         Column("object", pa.int32(), "Number of the piece in its plan."),
-        Column("label", pa.string(), "What it is."),
+        Column("label", pa.string(), "Kind of furniture."),
         Column("room", pa.int32(), "Number of the room that it stands in."),
         Column("height", pa.float64(), "Above the floor, in metres."),
-        Column("geometry", pa.binary(), "Its footprint, WKB in metres; no free space."),
+        Column("geometry", pa.binary(), "Its footprint, WKB in metres; not free space."),
     ),
     {"geometry": ("Polygon",)},
     _object_rows,
@@ -225,3 +229,55 @@ def schema_of(table: Table) -> Any:
     if images:
         metadata["huggingface"] = json.dumps({"info": {"features": images}}, separators=(",", ":"))
     return pa.schema([(column.name, column.type) for column in table.columns], metadata=metadata)
+
+
+GROUP_BYTES: Final = 32 * 2**20
+"""A row group is closed at this size; the last rows that are added may exceed it a little."""
+
+GROUP_ROWS: Final = 10_000
+
+
+class TableWriter:
+    """A context manager that writes one file of a table, one row group at a time."""
+
+    def __init__(self, file: Path, table: Table) -> None:
+        self._schema = schema_of(table)
+        words = [column.name for column in table.columns if column.type == pa.string()]
+        self._writer: Any = pq.ParquetWriter(
+            file,
+            self._schema,
+            version="2.6",
+            data_page_version="1.0",
+            compression="zstd",
+            compression_level=3,
+            use_dictionary=words,
+            write_page_index=True,
+        )
+        self._waiting: list[Any] = []
+        self._bytes = 0
+        self.rows = 0
+
+    def __enter__(self) -> TableWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self._flush()
+        self._writer.close()
+
+    def add(self, rows: Sequence[Row]) -> None:
+        """Add rows, in order."""
+        batch = pa.RecordBatch.from_pylist(list(rows), schema=self._schema)
+        self._waiting.append(batch)
+        self._bytes += batch.nbytes
+        self.rows += batch.num_rows
+        if self._bytes >= GROUP_BYTES or sum(waiting.num_rows for waiting in self._waiting) >= GROUP_ROWS:
+            self._flush()
+
+    def _flush(self) -> None:
+        table = pa.Table.from_batches(self._waiting, schema=self._schema)
+        if table.num_rows:
+            self._writer.write_table(table, row_group_size=table.num_rows)
+        self._waiting, self._bytes = [], 0

@@ -258,11 +258,15 @@ class Table:
 
         The rooms are those that the plan records, or else those that its source counts.
         """
-        rooms, area = self.drawn[row] or self.value(row, "rooms"), self.value(row, "area")
-        words = [] if rooms is None else ["1 room" if rooms == 1 else f"{rooms:,.0f} rooms"]
-        if area is not None:
-            words.append(f"{area:,.0f} m²" if area >= 10 else f"{area:.1f} m²")
-        return ", ".join(words) or self.ids[row]
+        return plan_title(self.drawn[row] or self.value(row, "rooms"), self.value(row, "area")) or self.ids[row]
+
+
+def plan_title(rooms: float | None, area_m2: float | None) -> str:
+    """Return a plan's name on pages, such as "9 rooms, 121 m²", "" if neither value is known."""
+    words = [] if rooms is None else ["1 room" if rooms == 1 else f"{rooms:,.0f} rooms"]
+    if area_m2 is not None:
+        words.append(f"{area_m2:,.0f} m²" if area_m2 >= 10 else f"{area_m2:.1f} m²")
+    return ", ".join(words)
 
 
 def measured_table(data: Dataset) -> Table:

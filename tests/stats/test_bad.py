@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
-from houseexpo.commands.given import plan_ids
+from houseexpo.commands.arguments import plan_ids
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.readable import readable
 from houseexpo.errors import DatasetError

@@ -35,6 +35,7 @@ from houseexpo.service.review.building import Building
 from houseexpo.service.review.changes import DecidedOtherwiseError, several
 from houseexpo.service.review.decisions import Decisions, Judged
 from houseexpo.service.review.log import Line
+from houseexpo.service.search import plan_title
 from houseexpo.service.service import Service
 from houseexpo.service.settings import is_loopback
 from houseexpo.tolerances import MIN_DOOR_M
@@ -221,6 +222,7 @@ def plan_values(plan: FloorPlan) -> dict[str, Any]:
     frame = GridFrame.around(layout.bounds, layout.pixels_per_metre, margin_px=0, y_up=True)
     return {
         "plan": plan.id,
+        "title": plan_title(len(plan.rooms) or plan.room_num, plan.area),
         "quality": quality.score if quality else None,
         "doubtful": bool(quality and quality.is_doubtful),
         "grounds": [

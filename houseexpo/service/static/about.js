@@ -4,5 +4,5 @@ for (const each of document.querySelectorAll(".colour")) each.style.background =
 document.getElementById("copy").addEventListener("click", async () => {
   const text = document.getElementById("python"), said = document.getElementById("copied");
   try { await navigator.clipboard.writeText(text.textContent); said.textContent = "Copied."; }
-  catch { getSelection().selectAllChildren(text); said.textContent = "Selected; copy it with the keyboard."; }
+  catch { getSelection().selectAllChildren(text); said.textContent = "Selected; copy with the keyboard."; }
 });

@@ -3,7 +3,7 @@
 export async function ask(path, options) {
   const answer = await fetch(path, options).catch((error) => {
     if (error.name === "AbortError") throw error;
-    throw new Error("the server does not answer; does it still run?");
+    throw new Error("the server does not answer; is it still running?");
   });
   if (answer.ok) return answer.json();
   let text = `${answer.status}`;

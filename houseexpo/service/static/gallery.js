@@ -95,13 +95,13 @@ function conditions() {
 const foundWithout = (facets, key) => facets.without[Object.keys(facets.without).find((each) => each.toLowerCase() === key.toLowerCase())];
 
 function drawActive(active, facets) {
-  const chip = ({ words, off }) => element("button", { type: "button", class: "off", title: "Take this condition off", on: { click: () => { off(); go(); } } },
-    words, " ", element("span", { "aria-hidden": "true" }, "×"), element("span", { class: "unseen" }, ", take off"));
+  const chip = ({ words, off }) => element("button", { type: "button", class: "off", title: "Remove this condition", on: { click: () => { off(); go(); } } },
+    words, " ", element("span", { "aria-hidden": "true" }, "×"), element("span", { class: "unseen" }, ", remove"));
   document.getElementById("conditions").replaceChildren(...active.map(chip));
   const nothing = document.getElementById("nothing"), most = active.map((each) => ({ ...each, found: foundWithout(facets, each.key) })).filter((each) => each.found).sort((a, b) => b.found - a.found);
   if (facets.found > 0) return;
   nothing.replaceChildren(element("p", {}, facets.total === 0 ? "This data set has no plans."
-    : most.length ? "No plan meets all of these conditions. Take one off:" : "No plan meets these conditions, not even with one of them taken off. Clear the filters."),
+    : most.length ? "No plan meets all conditions. Remove one:" : "No plan meets these conditions, even if one is removed. Clear the filters."),
   element("ul", {}, ...most.map((each) => element("li", {}, element("button", { type: "button", on: { click: () => { each.off(); go(); } } }, `${each.words} ×`), ` leaves ${counted(each.found, "plan")}`))));
 }
 
@@ -142,7 +142,7 @@ function drawLabels(counts, total) {
   const box = document.querySelector("#labels .chips"), focused = document.activeElement?.dataset?.label;
   const chips = Object.keys(counts).filter((label) => total[label]).sort((a, b) => total[b] - total[a]).map((label) => {
     const chosen = list("labels").includes(label) ? "with" : list("without").includes(label) ? "without" : "";
-    const words = { with: "has to occur", without: "must not occur", "": "any" }[chosen];
+    const words = { with: "required", without: "excluded", "": "any" }[chosen];
     return element("button", {
       type: "button", "data-label": label, "data-state": chosen, "aria-pressed": String(chosen === "with"),
       title: `${label.replaceAll("_", " ")}: ${words}`, on: { click: () => turn(label, chosen) },

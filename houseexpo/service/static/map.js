@@ -139,4 +139,4 @@ ask(`/api/${name}/map${query ? `?${query}` : ""}`).then((answer) => {
   canvas.setAttribute("aria-label", `Map of ${counted(map.ids.length, "plan")}`);
   colours();
   told();
-}).catch((error) => say(`The map could not be made: ${error.message}`));
+}).catch((error) => say(`The map could not be computed: ${error.message}`));

@@ -31,7 +31,7 @@ async function toggled(layer, on) {
     if (layer === "clearance" && !clearance) {
       clearance = await ask(`${base}/clearance`);
       drawing.clearance(clearance);
-      way.textContent = `Yellow is ${clearance.most} m from the nearest wall, blue is at a wall.`;
+      way.textContent = `Blue: at a wall. Yellow: ${clearance.most} m from the nearest wall.`;
     }
     if (layer === "reach") await reach();
   } catch (error) { say(error.message); }
@@ -43,7 +43,7 @@ async function reach() {
   drawing.reach(found);
   const share = `${(100 * found.largest_share).toFixed(1)}%`;
   said.textContent = found.components === 0 ? "The robot fits nowhere."
-    : found.components === 1 ? `One piece: it reaches every place that it fits into. Narrowest passage ${found.narrowest} m.`
+    : found.components === 1 ? `The robot reaches every place where it fits. Narrowest passage: ${found.narrowest} m.`
       : `${found.components} pieces; the biggest (green) is ${share}. Narrowest passage inside it ${found.narrowest} m.`;
   return true;
 }
@@ -65,7 +65,7 @@ async function clicked() {
   const words = ends.map(([x, y]) => `${x.toFixed(2)}, ${y.toFixed(2)}`);
   document.getElementById("from").value = words[0];
   document.getElementById("to").value = words[1] ?? "";
-  if (ends.length < 2) { way.textContent = "Click where the way ends."; return; }
+  if (ends.length < 2) { way.textContent = "Click the end of the path."; return; }
   const query = new URLSearchParams({ from: ends[0].join(","), to: ends[1].join(","), radius: Number(radius.value).toFixed(2) });
   try {
     const found = await askWay(`${base}/way?${query}`);
@@ -78,7 +78,7 @@ async function clicked() {
 document.getElementById("way-form").addEventListener("submit", (event) => {
   event.preventDefault();
   const points = ["from", "to"].map((id) => document.getElementById(id).value.split(/[\s,;]+/).filter(Boolean).map(Number));
-  if (points.some((point) => point.length !== 2 || point.some(Number.isNaN))) { way.textContent = "Give each place as x, y in metres."; return; }
+  if (points.some((point) => point.length !== 2 || point.some(Number.isNaN))) { way.textContent = "Enter each point as x, y in metres."; return; }
   ends = points;
   if (drawing) clicked();
 });
@@ -95,9 +95,9 @@ async function find() {
     drawing.rooms(found);
     shown(true);
     legend([...found.rooms.map((each) => [each.label, each.colour]), ...found.doors.map((each) => [each.kind, each.colour])]);
-    told.textContent = `This plan records an outline and label boxes only. ${counted(found.rooms.length, "room")} and ${counted(found.doors.length, "door")} were found in it.`;
+    told.textContent = `This plan has only an outline and label boxes. Found: ${counted(found.rooms.length, "room")}, ${counted(found.doors.length, "door")}.`;
     findRooms.hidden = false;
-  } catch (error) { told.textContent = `This plan records an outline and label boxes only; its rooms were not found: ${error.message}`; }
+  } catch (error) { told.textContent = `This plan has only an outline and label boxes; its rooms could not be found: ${error.message}`; }
 }
 
 function shown(found) {
@@ -120,7 +120,7 @@ async function alike() {
     section.querySelector(".strip").append(...similar.map((each) => element("li", {}, element("a", { href: `/${name}/plan/${encodeURIComponent(each.id)}` },
       element("img", { src: `/api/${name}/plans/${encodeURIComponent(each.id)}/thumbnail.svg`, alt: "", width: 124, height: 124, loading: "lazy" }),
       element("span", { class: "name" }, each.title), element("span", {}, `${(100 * each.difference).toFixed(1)}% differs`)))));
-    status.textContent = similar.length ? "" : "There is no other plan like it.";
+    status.textContent = similar.length ? "" : "No similar plans.";
   } catch (error) { status.textContent = error.message; }
 }
 
@@ -128,7 +128,7 @@ for (const [button, what, told] of [["copy", "python", "copied"], ["copy-id", "i
   document.getElementById(button).addEventListener("click", async () => {
     const text = document.getElementById(what), said = document.getElementById(told);
     try { await navigator.clipboard.writeText(text.textContent); said.textContent = "Copied."; }
-    catch { getSelection().selectAllChildren(text); said.textContent = "Selected; copy it with the keyboard."; }
+    catch { getSelection().selectAllChildren(text); said.textContent = "Selected; copy with the keyboard."; }
   });
 }
 

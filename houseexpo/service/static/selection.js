@@ -69,7 +69,7 @@ export class SelectionBar {
   download() {
     const ids = [...this.selection.ids].map(encodeURIComponent).join(",");
     if (this.selection.ids.size > FEW || ids.length > LONGEST) {
-      say(`One download holds ${FEW} plans. Save the list of ids and run: houseexpo export … --ids ${this.selection.data}-ids.txt`);
+      say(`A download may have at most ${FEW} plans. Save the list of ids and run: houseexpo export … --ids ${this.selection.data}-ids.txt`);
       return;
     }
     say("");
@@ -102,8 +102,8 @@ export class SavedViews {
     this.menu.querySelector("form").hidden = !writable;
     this.menu.querySelector("ul").replaceChildren(...names.map((name) => element("li", {},
       element("a", { href: `/${this.data}/?${views[name]}` }, name),
-      ...(writable ? [element("button", { type: "button", class: "quiet", "aria-label": `Forget the view ${name}`, on: { click: () => this.save(name, true) } }, "×")] : []))));
-    if (!names.length) this.menu.querySelector("ul").append(element("li", { class: "muted" }, "No view is saved yet."));
+      ...(writable ? [element("button", { type: "button", class: "quiet", "aria-label": `Delete the view ${name}`, on: { click: () => this.save(name, true) } }, "×")] : []))));
+    if (!names.length) this.menu.querySelector("ul").append(element("li", { class: "muted" }, "No saved views."));
   }
 
   async save(name, forget = false) {

@@ -20,7 +20,7 @@ function figure(measure) {
   const head = other ? [element("thead", {}, element("tr", {}, element("td"), ...["these plans", against].map((words) => element("th", { scope: "col" }, words))))] : [];
   const table = element("table", {}, ...head, element("tbody", {}, ...rows.map(([words, ...keys]) =>
     element("tr", {}, element("th", { scope: "row" }, words), cell(measure, keys), ...(other ? [cell(other, keys)] : [])))));
-  const distance = measure.distance === undefined ? [] : [element("p", { class: "muted" }, `Means differ by ${measure.distance} deviations.`)];
+  const distance = measure.distance === undefined ? [] : [element("p", { class: "muted" }, `The means differ by ${measure.distance} standard deviations.`)];
   return element("section", { class: "card figure" }, element("h2", {}, measure.title + (measure.unit ? `, ${measure.unit}` : "")), svg, table, ...distance);
 }
 
@@ -39,7 +39,7 @@ function labels(found) {
   if (!names.length) return null;
   const most = Math.max(...Object.values(found.labels), ...Object.values(found.other?.labels ?? {}), 1e-9);
   const bar = (share) => (share / most) * 150;
-  const svg = element("svg", { viewBox: `0 0 ${WIDE} ${names.length * 17}`, role: "img", "aria-label": "Labels by how often they occur" },
+  const svg = element("svg", { viewBox: `0 0 ${WIDE} ${names.length * 17}`, role: "img", "aria-label": "Labels by frequency" },
     ...names.flatMap((label, i) => [
       element("text", { class: "name", x: 116, y: i * 17 + 12, "text-anchor": "end" }, label.replaceAll("_", " ")),
       titled(element("rect", { class: "one", x: 122, y: i * 17 + 3, width: bar(found.labels[label]), height: 11 }), `${(100 * found.labels[label]).toFixed(1)}%`),

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 import houseexpo
 from houseexpo import encode
 from houseexpo.commands import app
-from houseexpo.commands.given import plan_ids
+from houseexpo.commands.arguments import plan_ids
 from houseexpo.commands.split import _shares
 from houseexpo.dataset import open_dataset
 from tests.builders.plan_files import hexed, house, houses, pack

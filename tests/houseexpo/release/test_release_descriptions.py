@@ -125,7 +125,7 @@ def test_examples_in_the_card_name_a_part_that_there_is(rooms: Path, tmp_path: P
         (rooms / "splits" / f"{name}.txt").write_text(text)
     out = release(rooms, tmp_path / "out").folder
     card = (out / "README.md").read_text()
-    assert "train" not in card.split("## What is in it")[0]
+    assert "train" not in card.split("## Contents")[0]
     assert '.split("val")' in card
     assert 'split="validation")' in card  # so the header calls it
     assert (out / "rooms" / "val.parquet").is_file()

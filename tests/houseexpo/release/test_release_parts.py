@@ -12,7 +12,7 @@ from houseexpo.dataset import open_dataset
 from houseexpo.errors import DatasetError
 from houseexpo.plan.json_codec import encode
 from houseexpo.release import release
-from houseexpo.release.parts import parts_of
+from houseexpo.release.splits import release_splits
 from tests.builders.plan_files import house, pack
 
 LISTS = {"train": "a\nb\n", "val": "", "test": "c\n"}
@@ -31,7 +31,7 @@ def test_levels_and_copies_of_a_house_stay_together(tmp_path: Path) -> None:
         "h3_L1": encode(house("h3_L1", 31.5)),
         "copy": encode(house("copy", 9.0)),
     }
-    parts = parts_of(open_dataset(pack(tmp_path, "nested", members)))
+    parts = release_splits(open_dataset(pack(tmp_path, "nested", members)))
     part_of = {name: part for part, ids in parts.lists.items() for name in ids}
     assert sorted(part_of) == sorted(members)
     assert part_of["h3"] == part_of["h3_L1"]
@@ -77,4 +77,4 @@ def test_lists_that_part_a_house_are_refused(tmp_path: Path) -> None:
     members = {name: encode(house(name, width)) for name, width in (("a", 4.0), ("a_L1", 7.0), ("b", 10.0))}
     folder = _with_lists(pack(tmp_path, "nested", members), {"train": "a\nb\n", "test": "a_L1\n"})
     with pytest.raises(DatasetError, match="found a, a_L1 in test and train; run houseexpo split again"):
-        parts_of(open_dataset(folder))
+        release_splits(open_dataset(folder))

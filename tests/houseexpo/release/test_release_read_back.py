@@ -14,8 +14,7 @@ from PIL import Image
 
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.validation import validate
-from houseexpo.release.parquet import TableWriter
-from houseexpo.release.tables import PLANS, ROOMS
+from houseexpo.release.tables import PLANS, ROOMS, TableWriter
 from tests.builders.needs import need
 
 PARTS = ("train", "val", "test")

@@ -158,7 +158,7 @@ def test_two_fingers_zoom_about_the_one_that_rests(chromium: Any, address: str) 
         assert scale() == pytest.approx(2 * before, rel=0.05)
         assert page.input_value("#from") == ""  # no finger meant a place
         page.touchscreen.tap(x, y)
-        said(page, "#way", "Click where the way ends.")
+        said(page, "#way", "Click the end of the path.")
         middle = [float(each) for each in page.input_value("#from").split(",")]
         assert middle == pytest.approx([3.65, 1.6], abs=0.1)  # the plan's own: the finger that rested was there
 

@@ -205,7 +205,7 @@ def test_a_slider_that_moves_on_ends_what_it_asked_for(chromium: Any, address: s
         with page.expect_request("**/reach?radius=0.45"):
             page.locator("#radius").fill("0.45")
         page.locator("#radius").fill("0.2")
-        said(page, "#reached", re.compile("^One piece"))
+        said(page, "#reached", re.compile("^The robot reaches every place"))
         assert ended == ["reach?radius=0.45"]
 
 
@@ -221,7 +221,7 @@ def test_a_plan_is_measured_by_hand(chromium: Any, address: str) -> None:
         page.locator("#radius").fill("0.45")
         said(page, "#reached", re.compile("^2 pieces"))
         page.locator("#radius").fill("0.2")
-        said(page, "#reached", re.compile("^One piece"))
+        said(page, "#reached", re.compile("^The robot reaches every place"))
         box = page.locator("#drawing svg").bounding_box()
         place = page.evaluate(
             """([x, y]) => { const svg = document.querySelector('#drawing svg');
@@ -260,7 +260,7 @@ def test_stages_are_fetched_when_they_are_looked_at(chromium: Any, address: str,
 def test_rooms_are_found_where_there_are_none(chromium: Any, address: str) -> None:
     with visit(chromium, address, f"/published/plan/{3:032x}") as page:
         page.wait_for_selector("#drawing path.room")
-        said(page, "#finding", re.compile("1 room and 0 doors were found in it"))
+        said(page, "#finding", re.compile("Found: 1 room, 0 doors"))
         assert page.is_checked('[data-layer="rooms"]')
         page.click("#find-rooms")  # what the file records
         assert page.is_checked('[data-layer="boxes"]')

@@ -20,7 +20,7 @@ def test_two_plans_stand_side_by_side_with_what_differs(client: TestClient) -> N
 
 def test_a_plan_is_the_same_as_itself(client: TestClient) -> None:
     page = client.get("/homes/compare?plans=a1,a1").text
-    assert "The two have the same free space" in page
+    assert "The free spaces are equal" in page
 
 
 def test_a_plan_of_another_data_set_stands_beside_one(client: TestClient) -> None:

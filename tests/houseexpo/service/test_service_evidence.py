@@ -56,7 +56,7 @@ def test_a_plan_that_says_nothing_has_no_evidence(client: TestClient) -> None:
     plan = replace(two_rooms("a1"), doors=(), quality=None)
     for told in (None, {"notes": "none", "cuts": 3}, {"cuts": [1, {"door": 0}]}):
         assert not evidence_of(replace(plan, provenance=told))
-    assert "Why it is as it is" not in client.get(f"/published/plan/{1:032x}").text
+    assert "Evidence" not in client.get(f"/published/plan/{1:032x}").text
 
 
 def test_the_page_shows_evidence_and_the_stages_that_were_kept(client: TestClient, folder: Path) -> None:

@@ -17,7 +17,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from houseexpo import open_dataset
-from houseexpo.commands.given import named_plans
+from houseexpo.commands.arguments import named_plans
 from houseexpo.dataset.validation import validate
 from houseexpo.errors import DatasetError, UnknownPlanError
 from houseexpo.release import release

@@ -5,7 +5,7 @@ import { Scene } from "./scene.js";
 const SAVED = 2;
 const ABOUT = 90; // functions that a first drive compiles, with an explorer and people
 const WHYS = {
-  seen: "All is seen", done: "The explorer is done", steps: "Time is up", you: "Finished",
+  seen: "The whole house is seen", done: "The explorer is done", steps: "Time is up", you: "Finished",
 };
 
 export class Panel {
@@ -54,7 +54,7 @@ export class Panel {
     this.one(".announced").textContent = "";
     this.one(".hint").hidden = true;
     this.one(".badge").hidden = !this.replaying;
-    this.#wait("The robot is set down…");
+    this.#wait("Placing the robot…");
     Object.assign(this.one(".hold"), { hidden: this.byHand, textContent: "Pause", disabled: false });
     Object.assign(this.one(".finish"), { hidden: Boolean(this.replaying), disabled: true });
     this.one(".pad").hidden = !this.byHand;
@@ -68,8 +68,8 @@ export class Panel {
       const ended = this.element.dataset.state === "ended";
       if (!ended) this.element.dataset.state = "closed";
       if (!this.failed && !ended) {
-        this.#fail(event.reason || (opened ? "The server has let the robot go. Set it down again."
-          : "No robot could be set down: too many drive here already, or the server has stopped. Close other pages that drive, then set it down again."));
+        this.#fail(event.reason || (opened ? "The server has ended the drive. Start again."
+          : "The robot could not start: there are too many robots, or the server has stopped. Close other Drive pages, then start again."));
       }
     });
     this.socket = socket;
@@ -93,7 +93,7 @@ export class Panel {
   hold() {
     if (this.byHand || !this.hello || this.element.dataset.state === "ended") return;
     this.held = !this.held;
-    this.one(".hold").textContent = this.held ? "Go on" : "Pause";
+    this.one(".hold").textContent = this.held ? "Continue" : "Pause";
     this.#send({ do: "pace", steps_per_s: this.held ? 0 : this.pace });
   }
 
@@ -113,7 +113,7 @@ export class Panel {
   async copy() {
     try {
       await navigator.clipboard.writeText(this.link);
-      this.#say("The link is copied. It replays this drive for everybody who can open this server.");
+      this.#say("Link copied. It replays this drive for everyone who can reach this server.");
     } catch { // the clipboard is open to pages of https and of this machine only
       const field = this.one(".link");
       Object.assign(field, { hidden: false, value: this.link });
@@ -163,10 +163,10 @@ export class Panel {
   // What takes so long: kernels are compiled on a machine's first drive, or the house is large.
   #prepare({ compiling, functions, seconds }) {
     const since = `${Math.round(seconds)} s so far`;
-    if (!compiling) this.#wait("The house is made ready…", `Large houses take some seconds: ${since}.`);
+    if (!compiling) this.#wait("Preparing the house…", `Large houses take a few seconds (${since}).`);
     else {
       const share = 0.97 * (1 - Math.exp(-2.2 * functions / ABOUT));
-      this.#wait("First drive on this machine: the simulator is compiled",
+      this.#wait("First drive on this machine: compiling the simulator",
         `${functions} functions, ${since}. It takes 20 to 60 s, once; a slow machine needs longer. What is compiled is kept on disk.`, share);
     }
   }
@@ -180,7 +180,7 @@ export class Panel {
       const { options, steps, same_house: same } = hello.replay;
       this.driver.value = options.driver;
       this.total = steps;
-      if (!same) this.#say("This house was changed since the drive was recorded: the replay will differ.", true);
+      if (!same) this.#say("This house has changed since the drive was recorded, so the replay will differ.", true);
       this.element.dispatchEvent(new CustomEvent("replayed", { detail: options }));
     }
     if (!this.byHand) this.#send({ do: "pace", steps_per_s: this.pace });
@@ -219,9 +219,9 @@ export class Panel {
     this.one(".result-words").textContent = words;
     this.one(".figures").replaceChildren(...counts.map(([value, name]) => figure(value, name)));
     this.one(".result-doubt").textContent = found.replay === "another place"
-      ? "The replay ended elsewhere than the drive did: the house or the simulator was changed since." : "";
+      ? "The replay ended at another place than the drive: the house or the simulator has changed." : "";
     this.one(".replay").disabled = this.one(".copy").disabled = !this.link;
-    this.one(".copy").title = this.link ? "" : "This drive is too long for a link; save its path and map.";
+    this.one(".copy").title = this.link ? "" : "This drive is too long for a link; save its path and map instead.";
     this.one(".link").hidden = true;
     this.one(".hint").hidden = true;
     this.one(".result").hidden = false;
@@ -236,7 +236,7 @@ export class Panel {
     link.download = `${this.plan}-${this.driver.value}.zip`;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
-    this.#say("Path and map are saved.");
+    this.#say("Path and map saved.");
   }
 }
 

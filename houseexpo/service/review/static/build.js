@@ -6,8 +6,8 @@ export function showBuild(found, base, readOnly) {
   const is = (phase) => found.phase === phase;
   const waiting = found.waiting === 1 ? "1 plan was decided on" : `${found.waiting} plans were decided on`;
   const words = {
-    idle: found.waiting ? `${waiting} since the last build` : "Nothing was decided since the last build.",
-    building: "It is being built…", built: found.waiting ? `Built. ${waiting} since.` : "Built.", failed: "The build failed:", stopped: "Stopped; what is done is kept.",
+    idle: found.waiting ? `${waiting} since the last build` : "No decisions since the last build.",
+    building: "Building…", built: found.waiting ? `Built. ${waiting} since.` : "Built.", failed: "The build failed:", stopped: "Stopped; finished houses are kept.",
   };
   at("build-words").textContent = found.refusal || words[found.phase];
   at("build").disabled = readOnly || is("building") || found.refusal !== "";

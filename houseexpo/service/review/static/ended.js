@@ -4,7 +4,7 @@ const FEW = 24;
 
 export function showEnd(place, { actions, reviewers, from, to }, { plans }, build) {
   const counted = (number, word) => `${number} ${word}${number === 1 ? "" : "s"}`;
-  const title = make("h2", `${plans === 1 ? "The plan is" : `All ${plans} plans are`} judged`);
+  const title = make("h2", `${plans === 1 ? "The plan is" : `All ${plans} plans are`} reviewed`);
   const list = make("ul");
   for (const [action, words] of Object.entries(WORDS)) {
     const ids = actions[action];
@@ -16,7 +16,7 @@ export function showEnd(place, { actions, reviewers, from, to }, { plans }, buil
   const who = Object.entries(reviewers).map(([name, number]) => `${name} (${number})`).join(", ");
   const when = from ? `, from ${local(from)} to ${local(to)}` : "";
   const next = build.waiting === 0 ? "The plans are built with these decisions."
-    : build.refusal || "Next: build again, below. The decisions take effect in that build.";
+    : build.refusal || "Next: rebuild, below. The decisions take effect in that build.";
   place.replaceChildren(title, list, make("p", `Decided by ${who}${when}.`), make("p", next));
   place.hidden = false;
 }

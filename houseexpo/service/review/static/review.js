@@ -31,7 +31,7 @@ async function ask(path, body) {
     method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body),
   };
   const answer = await fetch(`${base}/${path}`, options).catch(() => {
-    throw new Error("The server does not answer: what was decided last may not be noted. Look again when it runs.");
+    throw new Error("The server does not answer, and the last decision may not be saved. Reload the page when it runs again.");
   });
   const found = await answer.json();
   if (!answer.ok) throw new Error(found.error ?? `the server answered ${answer.status}`);
@@ -68,22 +68,23 @@ function show(found) {
   seen.set(found.plan, found.seen);
   history.replaceState(null, "", `?plan=${encodeURIComponent(found.plan)}`);
   at("plan").textContent = found.plan;
+  at("title").textContent = found.title;
   const sure = found.quality === null ? "no quality" : `quality ${found.quality.toFixed(2)}${found.doubtful ? ", doubtful" : ""}`;
-  at("facts").textContent = `${sure} · ${counted(found.rooms, "room")} · ${counted(found.doors, "door")} · ${found.area} m² · ${found.place} of ${found.progress.plans}`;
+  at("facts").textContent = `${sure} · ${counted(found.rooms, "room")} in the source · ${counted(found.doors, "door")} · ${found.place} of ${found.progress.plans}`;
   const words = { keep: "kept", drop: "dropped", door: "a door", no_room: "no room", note: "a note" };
   at("judged").textContent = found.judged
-    ? `${found.judged.by}: ${found.judged.actions.map((each) => words[each]).join(", ")}` : "not judged yet";
-  at("table").textContent = Object.entries(found.table).map(([key, value]) => `${key} = ${JSON.stringify(value)}`).join("\n") || "nothing yet";
+    ? `${found.judged.by}: ${found.judged.actions.map((each) => words[each]).join(", ")}` : "no decision yet";
+  at("table").textContent = Object.entries(found.table).map(([key, value]) => `${key} = ${JSON.stringify(value)}`).join("\n") || "no entry yet";
   at("grounds").replaceChildren(...found.grounds.map(ground));
-  if (found.grounds.length === 0) at("grounds").textContent = found.quality === null ? "Nothing says how sure it is." : "Nothing.";
+  if (found.grounds.length === 0) at("grounds").textContent = found.quality === null ? "No quality recorded." : "Nothing.";
   for (const id of ["door", "no_room"]) at(id).disabled = readOnly || !found.drawable;
   const stamp = `${found.build.phase}-${found.build.outcomes.length}`;
   sheet.show(found, `${base}/pictures/${encodeURIComponent(found.plan)}.svg?at=${stamp}`);
 }
 
 function sayNone({ progress, summary, build }) {
-  if (!progress.plans) { say("There is nothing to judge: the data set has no plans."); return; }
-  say("All plans are judged.", "good");
+  if (!progress.plans) { say("The data set has no plans to review."); return; }
+  say("All plans are reviewed.", "good");
   showEnd(at("ended"), summary, progress, build);
 }
 
@@ -105,13 +106,13 @@ function showProgress(progress) {
   at("progress").max = Math.max(doubtful || plans, 1);
   at("progress").value = doubtful ? done : judged;
   at("progress-words").textContent = doubtful
-    ? `${done} of ${doubtful} doubtful plans judged, ${judged} of all ${plans}` : `${judged} of ${plans} plans judged`;
+    ? `${done} of ${doubtful} doubtful plans reviewed, ${judged} of all ${plans}` : `${judged} of ${plans} plans judged`;
 }
 
 function decide(action, { points = [], text = "" } = {}) {
   if (!now?.plan || leaving) return undefined;
   if (readOnly) return say("This service is read-only.", "bad");
-  if (!reviewer()) { at("reviewer").focus(); return say("Write your name first: the log says who decided.", "bad"); }
+  if (!reviewer()) { at("reviewer").focus(); return say("Enter your name first; the log records who decided.", "bad"); }
   const { plan } = now;
   const leaves = action === "keep" || action === "drop";
   leaving = leaves;
@@ -122,7 +123,7 @@ function decide(action, { points = [], text = "" } = {}) {
       show(await ask(`state?${new URLSearchParams({ move: "here", plan, reviewer: reviewer() })}`));
       throw error;
     }
-    const words = { keep: "Kept", drop: "Dropped", door: "A door is drawn in", no_room: "Marked no room in", note: "Noted on" };
+    const words = { keep: "Kept", drop: "Dropped", door: "Door drawn in", no_room: "Marked as no room in", note: "Note saved for" };
     say(`${words[action]} ${plan}. It is on the disk.`, "good");
     if (leaves) go("open", plan);
   }).then(() => busy).finally(() => { leaving = false; });
@@ -133,13 +134,13 @@ function undo() {
   return inTurn(async () => {
     const found = await ask("undo", { reviewer: reviewer() });
     if (found.plan !== null) show(found);
-    say(`Taken back: the last decision on ${found.undone}.`, "good");
+    say(`Undone: the last decision on ${found.undone}.`, "good");
   });
 }
 
 function draw(kind) {
   if (!now?.plan) return undefined;
-  if (at(kind).disabled) return say("This plan does not say where it stands in its source: keep it or drop it.", "bad");
+  if (at(kind).disabled) return say("The position of this plan in its source is not recorded: keep it or drop it.", "bad");
   const wanted = sheet.wanted === kind ? "" : kind;
   sheet.draw(wanted, (points) => { pressed(""); decide(kind, { points }); });
   pressed(wanted);
@@ -164,7 +165,7 @@ function closeNote() {
 // What a build runs is shown first; it begins when that is confirmed.
 function build() {
   if (readOnly) return say("This service is read-only.", "bad");
-  if (!reviewer()) { at("reviewer").focus(); return say("Write your name first.", "bad"); }
+  if (!reviewer()) { at("reviewer").focus(); return say("Enter your name first.", "bad"); }
   if (at("build").disabled) return say(at("build-words").textContent, "bad");
   at("confirm").hidden = false;
   at("run").focus();

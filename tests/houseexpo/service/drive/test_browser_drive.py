@@ -79,7 +79,7 @@ def test_one_who_waits_is_told_why_and_how_far_it_is(address: str) -> None:
     with visited(address, "/houses/drive?plan=two_rooms") as page:
         page.route_web_socket("**/*", compiling)
         page.reload()
-        page.wait_for_selector(".waiting-words:has-text('the simulator is compiled')")
+        page.wait_for_selector(".waiting-words:has-text('compiling the simulator')")
         assert "23 functions, 14 s so far" in page.inner_text(".waiting-details")
         assert 0.2 < page.locator(".waiting progress").evaluate("(bar) => bar.value") < 0.6
         look(page, "drive_compiling")
@@ -99,7 +99,7 @@ def test_a_drive_ends_with_its_figures_and_a_link_that_replays_it(address: str) 
         assert "driven" in figures
         look(page, "drive-finished")
         page.click(".copy")
-        page.wait_for_selector(".said:has-text('The link is copied')")
+        page.wait_for_selector(".said:has-text('Link copied')")
         link = page.evaluate("() => navigator.clipboard.readText()")
     assert link.startswith(f"{address}/houses/drive?plan=two_rooms#replay=")
     with visited(address, link.removeprefix(address)) as page:
@@ -143,7 +143,7 @@ def test_two_explorers_side_by_side(address: str) -> None:
         page.wait_for_timeout(500)
         assert (frames(page, 0), frames(page, 1)) == held
         look(page, "drive-two")
-        assert page.locator(".hold").all_inner_texts() == ["Go on", "Go on"]
+        assert page.locator(".hold").all_inner_texts() == ["Continue", "Go on"]
         page.keyboard.press("r")
         wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame > 3", 2)
         assert page.locator(".hold").all_inner_texts() == ["Pause", "Pause"]  # set down anew, nothing is held
@@ -211,5 +211,5 @@ def test_a_server_without_room_says_what_to_do(tmp_path: Path) -> None:
     with running(full) as there, browser() as opened:
         page = opened.new_page()  # the console has a line about the socket that is refused
         page.goto(f"{there}/{tmp_path.name}/drive")
-        page.wait_for_selector(".waiting-words:has-text('too many drive here already')")
+        page.wait_for_selector(".waiting-words:has-text('there are too many robots')")
         assert page.is_visible(".retry")

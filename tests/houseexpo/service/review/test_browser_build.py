@@ -34,7 +34,7 @@ def test_what_is_confirmed_is_built_and_before_and_after_are_shown(tmp_path: Pat
             page.keyboard.press("Shift+ArrowRight")
         page.keyboard.press("ArrowRight")
         page.keyboard.press("Enter")
-        page.wait_for_function("() => document.getElementById('said').textContent.includes('Marked no room')")
+        page.wait_for_function("() => document.getElementById('said').textContent.includes('Marked as no room')")
         page.keyboard.press("b")
         assert str(tmp_path / "houses") in page.inner_text("#commands")
         assert str(plans / "overrides.toml") in page.inner_text("#confirm")

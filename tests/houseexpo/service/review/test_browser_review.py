@@ -58,20 +58,20 @@ def test_the_keyboard_alone_is_enough(page: Any, folder: Path) -> None:
         press("ArrowDown")
     look(page, "review-door")
     press("Enter")
-    says(page, "A door is drawn in doubtful")
+    says(page, "Door drawn in doubtful")
     ((x1, y1), (x2, y2)) = overrides(folder)["doubtful"]["door"]
     assert (x2 - x1, y2 - y1) == pytest.approx((0.0, -0.9), abs=0.001)
     press("r")
     press("Shift+ArrowRight")
     press("Enter")
-    says(page, "Marked no room")
+    says(page, "Marked as no room")
     press("n")
     page.keyboard.type("seen on site")
     press("Enter")
-    says(page, "Noted on doubtful")
+    says(page, "Note saved for doubtful")
     look(page, "review-marks")
     press("u")
-    says(page, "Taken back")
+    says(page, "Undone")
     assert "why" not in overrides(folder)["doubtful"]
     press("k")
     shows(page, "middling")
@@ -79,7 +79,7 @@ def test_the_keyboard_alone_is_enough(page: Any, folder: Path) -> None:
     shows(page, "sure")
     assert overrides(folder)["doubtful"]["keep"]
     assert overrides(folder)["middling"] == {"drop": True}
-    assert "2 of 2 doubtful plans judged" in page.inner_text("#progress-words")
+    assert "2 of 2 doubtful plans reviewed" in page.inner_text("#progress-words")
     press("u")
     shows(page, "middling")
     assert "middling" not in overrides(folder)
@@ -90,9 +90,9 @@ def test_the_keyboard_alone_is_enough(page: Any, folder: Path) -> None:
     press("k")
     shows(page, "sure")
     press("k")
-    says(page, "All plans are judged")
+    says(page, "All plans are reviewed")
     ended = page.inner_text("#ended")
-    assert "All 3 plans are judged" in ended
+    assert "All 3 plans are reviewed" in ended
     assert "3 plans: kept" in ended
     assert "Decided by" in ended
     look(page, "review-ended")
@@ -106,7 +106,7 @@ def test_a_door_is_two_clicks_where_it_is_seen(page: Any, folder: Path) -> None:
         across = (x - at["origin"][0]) * at["ppm"] / at["size"][0]
         down = 1 - (y - at["origin"][1]) * at["ppm"] / at["size"][1]
         page.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
-    says(page, "A door is drawn in doubtful")
+    says(page, "Door drawn in doubtful")
     assert overrides(folder)["doubtful"]["door"] == [
         pytest.approx([10.0, 0.0], abs=0.02), pytest.approx([10.0, 1.0], abs=0.02)
     ]  # fmt: skip
@@ -134,10 +134,10 @@ def _decide_after_ben(address: str) -> None:
 def test_without_plans_it_says_that_there_is_nothing_to_judge(tmp_path: Path) -> None:
     service = service_of(no_plans(tmp_path / "none"), review=True)
     with running(service) as address, visited(address, "/none/review") as page:
-        says(page, "nothing to judge")
+        says(page, "no plans to review")
         for key in ("ArrowRight", "k", "d", "Enter", "n"):
             page.keyboard.press(key)
-        says(page, "nothing to judge")
+        says(page, "no plans to review")
 
 
 def test_a_build_is_looked_at_by_one_timer_that_outlives_a_failure(folder: Path) -> None:

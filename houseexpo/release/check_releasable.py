@@ -2,7 +2,7 @@
 
 1. It is a folder that ``houseexpo build`` finished, with at least one plan and all inputs done. No build is running.
 2. Every file has the SHA-256 that the manifest states.
-3. Houses that the project generates (``procedural:``) may be redistributed under ``licences.OWN``, or under the licence
+3. Houses that the project generates (``procedural:``) may be redistributed under ``OWN``, or under the licence
    that their manifest states. For all others, the manifest must state a licence.
 4. The credit (``credit``) is one line, like the publisher's own texts, since it is part of every description.
 5. Published HouseExpo plans are not redistributed; ``houseexpo fetch`` downloads them. Nor are plans of SUNCG, which
@@ -11,6 +11,7 @@
 
 from __future__ import annotations
 
+import difflib
 import fcntl
 import os
 from collections.abc import Iterator, Mapping
@@ -26,8 +27,67 @@ from houseexpo.dataset.store.records import records
 from houseexpo.errors import DatasetError
 from houseexpo.files import sha256_of
 from houseexpo.progress import watched
-from houseexpo.release.about import LINE, is_line
-from houseexpo.release.licences import OWN, Licence, licence_of
+from houseexpo.release.metadata import LINE, is_line
+
+
+@dataclass(frozen=True)
+class Licence:
+    """A licence: its SPDX identifier, its name, its address, and its name at Hugging Face."""
+
+    spdx: str
+    title: str
+    url: str
+    hub: str
+
+
+_CC: Final = "https://creativecommons.org"
+_ODC: Final = "https://opendatacommons.org/licenses"
+
+LICENCES: Final = {
+    licence.spdx: licence
+    for licence in (
+        Licence("CC0-1.0", "Creative Commons Zero 1.0", f"{_CC}/publicdomain/zero/1.0/", "cc0-1.0"),
+        Licence("CC-BY-4.0", "Creative Commons Attribution 4.0", f"{_CC}/licenses/by/4.0/", "cc-by-4.0"),
+        Licence(
+            *("CC-BY-SA-4.0", "Creative Commons Attribution Share Alike 4.0"),
+            *(f"{_CC}/licenses/by-sa/4.0/", "cc-by-sa-4.0"),
+        ),
+        Licence(
+            *("CC-BY-NC-4.0", "Creative Commons Attribution Non Commercial 4.0"),
+            *(f"{_CC}/licenses/by-nc/4.0/", "cc-by-nc-4.0"),
+        ),
+        Licence(
+            *("CC-BY-NC-SA-4.0", "Creative Commons Attribution Non Commercial Share Alike 4.0"),
+            *(f"{_CC}/licenses/by-nc-sa/4.0/", "cc-by-nc-sa-4.0"),
+        ),
+        Licence("PDDL-1.0", "Public Domain Dedication and License 1.0", f"{_ODC}/pddl/1-0/", "pddl"),
+        Licence("ODC-By-1.0", "Open Data Commons Attribution 1.0", f"{_ODC}/by/1-0/", "odc-by"),
+        Licence("ODbL-1.0", "Open Database License 1.0", f"{_ODC}/odbl/1-0/", "odbl"),
+        Licence(
+            *("CDLA-Permissive-2.0", "Community Data License Agreement Permissive 2.0"),
+            *("https://cdla.dev/permissive-2-0/", "cdla-permissive-2.0"),
+        ),
+        Licence("MIT", "MIT License", "https://opensource.org/license/mit", "mit"),
+        Licence("Apache-2.0", "Apache License 2.0", "https://www.apache.org/licenses/LICENSE-2.0", "apache-2.0"),
+    )
+}
+
+OWN: Final = "CC-BY-4.0"
+"""The licence of houses that the project generates, unless the manifest states another."""
+
+
+def licence_of(spdx: str, what: str) -> Licence:
+    """Return the licence with an identifier in any letter case; raise DatasetError if it is not in the list."""
+    by_lower = {name.lower(): licence for name, licence in LICENCES.items()}
+    found = by_lower.get(spdx.lower())
+    if found is None:
+        near = difflib.get_close_matches(spdx, LICENCES, n=1, cutoff=0.0)[0]
+        raise DatasetError(
+            f"{what}: expected a licence under which plans may be passed on, by its SPDX identifier; found {spdx!r}; "
+            f"the nearest is {near!r}, known are {', '.join(LICENCES)}"
+        )
+    return found
+
 
 MADE: Final = "procedural:"
 _WITHDRAWN: Final = "suncg"
@@ -54,7 +114,7 @@ class Manifest(msgspec.Struct, frozen=True):
 
 
 @dataclass(frozen=True)
-class Material:
+class Releasable:
     """A data set that may be released, and its licence; ``stats`` is its ``stats.json``."""
 
     plans: Dataset
@@ -64,7 +124,7 @@ class Material:
 
 
 @contextmanager
-def material(path: Path) -> Iterator[Material]:
+def check_releasable(path: Path) -> Iterator[Releasable]:
     """Open a data set that may be released, and lock it against builds while the context is active.
 
     Raises
@@ -83,7 +143,7 @@ def material(path: Path) -> Iterator[Material]:
         _check_whole(path, manifest, plans)
         _check_withdrawn(path, manifest, plans)
         stats = msgspec.json.decode((path / "stats.json").read_bytes(), type=dict[str, Any])
-        yield Material(plans, manifest, licence, stats)
+        yield Releasable(plans, manifest, licence, stats)
 
 
 def _no_build(path: Path) -> DatasetError:

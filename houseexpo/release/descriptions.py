@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from houseexpo.release.about import About
-from houseexpo.release.material import Material
-from houseexpo.release.parts import Parts
+from houseexpo.release.check_releasable import Releasable
+from houseexpo.release.metadata import About
+from houseexpo.release.splits import Splits
 from houseexpo.words import counted
 
 KEYWORDS: Final = (
@@ -34,8 +34,8 @@ class Facts:
 
     name: str
     about: About
-    material: Material
-    parts: Parts
+    material: Releasable
+    parts: Splits
     rows: Mapping[str, Mapping[str, int]]
 
     @property
