@@ -13,8 +13,7 @@ import typer
 from houseexpo.words import counted
 
 if TYPE_CHECKING:
-    from houseexpo.service.service import Service
-    from houseexpo.service.settings import Settings
+    from houseexpo.service.service import Service, Settings
 
 _TOKEN_BYTES: Final = 18
 _QUEUE: Final = 256
@@ -54,8 +53,7 @@ def serve(
 
         raise MissingDependencyError(f"serve needs {error.name}: {installing('serve')}") from None
     from houseexpo.service.collection import opened
-    from houseexpo.service.service import Service
-    from houseexpo.service.settings import Settings, is_any, is_loopback
+    from houseexpo.service.service import Service, Settings, is_any, is_loopback
 
     if review and read_only:
         raise ConfigError("serve: --review writes decisions, --read-only forbids it; leave one out")

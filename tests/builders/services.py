@@ -18,8 +18,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Door, PlanObject, Quality, Room
 from houseexpo.plan.json_codec import encode
 from houseexpo.service.collection import opened
-from houseexpo.service.service import Service
-from houseexpo.service.settings import Settings
+from houseexpo.service.service import Service, Settings
 
 BASE = "http://localhost:8000"
 

@@ -36,8 +36,7 @@ from houseexpo.service.review.changes import DecidedOtherwiseError, several
 from houseexpo.service.review.decisions import Decisions, Judged
 from houseexpo.service.review.log import Line
 from houseexpo.service.search import plan_title
-from houseexpo.service.service import Service
-from houseexpo.service.settings import is_loopback
+from houseexpo.service.service import Service, is_loopback
 from houseexpo.tolerances import MIN_DOOR_M
 
 Move = Literal["here", "next", "previous", "open"]

@@ -13,5 +13,3 @@ if (keys) {
   for (const button of document.querySelectorAll('[data-opens="keys"]')) button.addEventListener("click", toggle);
   keys.addEventListener("click", (event) => { if (event.target === keys) keys.close(); }); // beside it
 }
-
-document.querySelector(".bar nav a[aria-current]")?.scrollIntoView({ inline: "center", block: "nearest" }); // a narrow bar scrolls

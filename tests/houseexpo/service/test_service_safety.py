@@ -16,7 +16,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from houseexpo.service.app import make_app
 from houseexpo.service.guard import HEADERS, Guard, Rate, cookie_name
-from houseexpo.service.settings import Limits, Settings, is_loopback
+from houseexpo.service.service import Limits, Settings, is_loopback
 from tests.builders.services import BASE, service_of
 
 WORD = "secret"

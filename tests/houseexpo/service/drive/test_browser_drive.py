@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("starlette")
 
 from houseexpo import save_plan
-from houseexpo.service.settings import Limits
+from houseexpo.service.service import Limits
 from tests.builders.browsing import browser
 from tests.builders.driving import two_rooms
 from tests.builders.services import running, service_of

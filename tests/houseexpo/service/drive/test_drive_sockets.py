@@ -25,8 +25,7 @@ from houseexpo.service.collection import Collection
 from houseexpo.service.drive import pages, sessions
 from houseexpo.service.drive.frames import ENDED, SAVED
 from houseexpo.service.drive.robots import Robot
-from houseexpo.service.service import Service
-from houseexpo.service.settings import Settings
+from houseexpo.service.service import Service, Settings
 from tests.builders.driving import Frame, frame_from, painted, start, two_rooms
 from tests.builders.reviewing import no_plans
 

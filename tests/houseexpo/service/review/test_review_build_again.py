@@ -20,8 +20,7 @@ from houseexpo.dataset.build_record import recorded_build
 from houseexpo.grids.frame import plan_from_source
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
-from houseexpo.service.service import Service
-from houseexpo.service.settings import Settings
+from houseexpo.service.service import Service, Settings
 from tests.builders.batch import one_room
 from tests.builders.bungalow import BEDROOM_DOOR, FILE, PATIO
 

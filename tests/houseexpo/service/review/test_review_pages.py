@@ -17,8 +17,7 @@ from starlette.testclient import TestClient
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.pages import Review
-from houseexpo.service.service import Service
-from houseexpo.service.settings import Settings
+from houseexpo.service.service import Service, Settings
 from pipeline.overrides import load_overrides
 from tests.builders.reviewing import judged_later, no_plans
 

@@ -23,8 +23,7 @@ from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.decisions import Decisions
-from houseexpo.service.service import Service
-from houseexpo.service.settings import Settings
+from houseexpo.service.service import Service, Settings
 from tests.builders.reviewing import judged_later
 from tests.builders.services import built, some_plans
 
