@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from houseexpo.analysis.measures import BY_NAME, ROBOT_M
+from houseexpo.analysis.measures import BY_NAME
 from houseexpo.dataset import Dataset
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.drawing.plots import plain_style
 from houseexpo.exports.encoding import image
 from houseexpo.release.descriptions import KEYWORDS, Facts, bibtex
 from houseexpo.release.tables import Table
+from houseexpo.tolerances import ROBOT_M
 
 MEASURES: Final = "pictures/measures.png"
 SHEET: Final = "pictures/plans.png"

@@ -67,7 +67,7 @@ def test_the_page_shows_evidence_and_the_stages_that_were_kept(client: TestClien
     assert "--keep-stages" in client.get(WHERE).json()["error"]
     pictured(folder)
     after = client.get("/homes/plan/a1").text
-    assert f'<img src="{WHERE}" alt="What each stage of the build made of a1' in after
+    assert f'<img src="{WHERE}" alt="The stages of the build of a1' in after
     assert 'loading="lazy"' in after
     pictured(folder, "d 4&é")
     assert "/api/homes/plans/d%204%26%C3%A9/stages.png" in client.get("/homes/plan/d%204%26%C3%A9").text

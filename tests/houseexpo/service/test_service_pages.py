@@ -61,8 +61,8 @@ def test_a_data_set_without_plans_is_shown(folder: Path, tmp_path: Path) -> None
     (folder / "duplicates.jsonl").write_bytes(b"")
     for page in ("", "statistics", "statistics?against=published", "refused"):
         assert client.get(f"/homes/{page}").status_code == 200, page
-    assert "Nothing was refused" in client.get("/homes/refused").text
-    assert "Only a folder that" in client.get("/published/refused").text
+    assert "No input was rejected" in client.get("/homes/refused").text
+    assert "only a folder written by" in client.get("/published/refused").text
     for values in ("plans?sort=-area&text=a", "facets", "ids.txt", "statistics?against=published", "index.parquet"):
         assert client.get(f"/api/homes/{values}").status_code == 200, values
     assert client.get("/api/published/statistics?against=homes").json()["other"]["found"] == 0
@@ -97,7 +97,7 @@ def test_what_was_refused_is_quoted(client: TestClient) -> None:
     assert "<b>hut" not in text
     assert "twin" in text
     assert "<td>car</td>" not in client.get("/homes/refused?stage=rooms&reason=too_small").text
-    assert "lists nothing that was refused" in client.get("/published/refused").text
+    assert "has no list of rejected inputs" in client.get("/published/refused").text
 
 
 def test_lists_that_are_damaged_are_said(folder: Path) -> None:

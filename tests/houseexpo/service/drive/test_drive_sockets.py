@@ -182,7 +182,7 @@ def test_a_browser_that_draws_nothing_is_let_go(client: TestClient, monkeypatch:
         socket.send_json({"do": "move", "linear": 0.0, "angular": 1.0})
         for _ in range(sessions.WINDOW):
             socket.receive_bytes()
-        assert "draws nothing" in socket.receive_json()["error"]
+        assert "stopped drawing" in socket.receive_json()["error"]
         with pytest.raises(WebSocketDisconnect):
             socket.receive_json()
 
