@@ -25,7 +25,7 @@ from pipeline.batch.entry import Entry, Refused
 from pipeline.batch.ids import settle
 from pipeline.plausible import implausible_lines
 from pipeline.sources import is_path
-from pipeline.sources.other_programs import how_to_export
+from pipeline.sources.recognise import how_to_export
 
 _LISTED: Final = 12
 """So many plans are listed one by one; of more the first ``_FIRST`` are."""

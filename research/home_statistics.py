@@ -21,7 +21,7 @@ from scipy.stats import rankdata
 
 from houseexpo.errors import PlanError
 from houseexpo.floorplan import decode
-from pipeline.sources.homes.tables import COUNTED, NUMBERS, STRATA, TABLE, stratum_of
+from pipeline.sources.homes.kinds import COUNTED, NUMBERS, STRATA, TABLE, stratum_of
 from research.home_kinds import door_kinds, house_kinds
 from research.home_measures import Seen, seen
 

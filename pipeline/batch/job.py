@@ -27,8 +27,7 @@ from pipeline.overrides import Override
 from pipeline.quality import check_quality
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import reader
-from pipeline.sources.left_out import told_of
-from pipeline.sources.reading import recorded
+from pipeline.sources.files import recorded, told_of
 from pipeline.timing import measured, timed
 from pipeline.top_view import top_view
 from pipeline.values import MADE, Input, Level, RejectedLevel

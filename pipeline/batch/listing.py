@@ -16,8 +16,8 @@ from pipeline.batch.mirror import Mirror, mirrored
 from pipeline.batch.remote import is_url
 from pipeline.config_file import BuildConfig
 from pipeline.sources import NoHouseError, find, is_path, made_count
-from pipeline.sources.made import made_of
-from pipeline.sources.naming import files_in
+from pipeline.sources.files import files_in
+from pipeline.sources.recognise import made_of
 from pipeline.values import Input
 
 

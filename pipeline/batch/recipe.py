@@ -68,8 +68,8 @@ def versions() -> dict[str, str]:
 @cache
 def code_digest() -> str:
     """Return a hash of the modules that a worker runs: the job, every reader, and what they import of ours."""
-    folder = _OURS["pipeline"] / "sources"
-    return digest_of(*_ROOTS, *(f"pipeline.sources.{file.stem}" for file in folder.glob("*.py")))
+    readers = (file.relative_to(_OURS["pipeline"].parent) for file in (_OURS["pipeline"] / "sources").rglob("*.py"))
+    return digest_of(*_ROOTS, *(".".join(file.with_suffix("").parts) for file in readers))
 
 
 @cache

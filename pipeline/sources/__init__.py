@@ -9,12 +9,9 @@ from typing import cast
 
 from houseexpo.errors import ConfigError
 from pipeline.rejection import Rejection
-from pipeline.sources.by_content import is_claimed
-from pipeline.sources.made import made_of
-from pipeline.sources.naming import files_in
-from pipeline.sources.other_programs import how_to_export
-from pipeline.sources.recognise import recognise
-from pipeline.sources.sizes import check_sizes
+from pipeline.sources.files import files_in
+from pipeline.sources.recognise import how_to_export, is_claimed, made_of, recognise
+from pipeline.sources.storeys.scale import check_sizes
 from pipeline.values import Input, Reader
 
 _OPTIONS = {
@@ -22,7 +19,7 @@ _OPTIONS = {
     "ifc": (),
     "suncg": ("furniture",),
     "generated": ("seed",),
-    "by_content": ("model_path", "up", "units"),
+    "recognise": ("model_path", "up", "units"),
 }
 """The readers, and which of a build's options each of them takes."""
 
@@ -99,7 +96,7 @@ def _readers(source: str) -> tuple[str, ...]:
     if all((path / part).is_dir() for part in ("house", "room")):
         return ("suncg",)
     if path.is_dir():
-        return ("by_content", "ifc", "mesh_file")
+        return ("recognise", "ifc", "mesh_file")
     if path.suffix.lower() == ".ifc":
         return ("ifc",)
-    return ("by_content",) if path.is_file() and recognise(path) else ("mesh_file",)
+    return ("recognise",) if path.is_file() and recognise(path) else ("mesh_file",)

@@ -33,13 +33,10 @@ from shapely import LineString, Polygon
 from houseexpo.plan import Frame
 from pipeline.geometry.overlay import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, floor_of, openings, prism, standing
-from pipeline.sources.json_house import check_lengths, decoded
-from pipeline.sources.left_out import LeftOut
-from pipeline.sources.naming import check_file, level_id, single_input
+from pipeline.sources.drawn_storeys import Hole, deepened, floor_of, one_each, openings, prism, standing, walls_around
+from pipeline.sources.files import LeftOut, check_file, check_lengths, decoded, level_id, single_input
 from pipeline.sources.recognise import LONGEST_JSON
-from pipeline.sources.room_names import labels_for
-from pipeline.sources.room_walls import deepened, one_each, walls_around
+from pipeline.sources.roles import labels_for
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
 
 FLOOR = "Floor"

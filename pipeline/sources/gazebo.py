@@ -25,13 +25,10 @@ import numpy as np
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import united
-from pipeline.sources.gazebo_scene import Body, Scene
-from pipeline.sources.left_out import told_of
-from pipeline.sources.levels import FoundLevel, find_levels
-from pipeline.sources.naming import check_file, level_id, single_input
-from pipeline.sources.placing import Shift, near_shift
+from pipeline.sources.files import check_file, level_id, single_input, told_of
+from pipeline.sources.gazebo_scene import Body, Places, Scene, search_path
 from pipeline.sources.roles import Role, role_of
-from pipeline.sources.uris import Places, search_path
+from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, near_shift
 from pipeline.values import Input, Level, Mesh, SourceObject
 
 SHARE = 0.6  # of the plan box of all that is fixed

@@ -16,10 +16,10 @@ from pathlib import Path
 from houseexpo.errors import ConfigError
 from pipeline.sources import suncg
 from pipeline.sources.homes.house import home_id, make_home
+from pipeline.sources.homes.kinds import table_digest
 from pipeline.sources.homes.level import level_of
-from pipeline.sources.homes.tables import table_digest
-from pipeline.sources.made import HOME, made_of
 from pipeline.sources.procedural import scene_id, write_house
+from pipeline.sources.recognise import HOME, made_of
 from pipeline.values import MADE, Input, Level, RejectedLevel
 
 

@@ -48,7 +48,8 @@ from houseexpo.plan import Frame
 from pipeline.geometry.cutting import merged
 from pipeline.geometry.overlay import mitred
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import prism
+from pipeline.sources.drawn_storeys import prism, walls_around
+from pipeline.sources.files import base_id, level_id, list_files
 from pipeline.sources.ifc_model import Building, Part, Storey, load_building
 from pipeline.sources.ifc_spaces import (
     StandingWalls,
@@ -61,10 +62,8 @@ from pipeline.sources.ifc_spaces import (
     shadow,
     united,
 )
-from pipeline.sources.naming import base_id, level_id, list_files
-from pipeline.sources.placing import Shift, near_shift
-from pipeline.sources.room_walls import walls_around
-from pipeline.sources.surfaces import Surfaces, WallProfile, cut
+from pipeline.sources.storeys.levels import Shift, near_shift
+from pipeline.sources.storeys.surfaces import Surfaces, WallProfile, cut
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceOpening, SourceRoom
 
 OFF_M = 0.6  # what lies farther from a storey's elevation is not of its floor

@@ -45,7 +45,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import installing
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.naming import check_file
+from pipeline.sources.files import check_file
 from pipeline.values import Mesh
 
 HEADER_CHARACTERS = 65_536

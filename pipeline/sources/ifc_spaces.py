@@ -38,7 +38,7 @@ from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.sources.ifc_model import Hole, Part
-from pipeline.sources.room_names import is_outside_the_count, labels_for
+from pipeline.sources.roles import is_outside_the_count, labels_for
 from pipeline.values import Mesh, SourceOpening, SourceRoom
 
 SLIVER_M2 = 1e-9

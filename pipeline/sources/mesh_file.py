@@ -17,18 +17,15 @@ from houseexpo.errors import ConfigError
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.interior import check_interior
-from pipeline.sources.left_out import KEY as LEFT_OUT
-from pipeline.sources.level_names import share_out
-from pipeline.sources.levels import FoundLevel, find_levels
-from pipeline.sources.mesh_load import SUFFIXES, convention, load_scene
-from pipeline.sources.named_scene import door_heights, sort_faces, structural
-from pipeline.sources.naming import base_id, level_id, list_files
-from pipeline.sources.no_unit import outside_of
-from pipeline.sources.placing import Shift, near_shift
-from pipeline.sources.scene import Scene
-from pipeline.sources.sizes import above_zero, metres_of
-from pipeline.sources.units import TRIED, UPS, Frame3D, Wish, bad_units, detect
+from pipeline.sources.files import KEY as LEFT_OUT
+from pipeline.sources.files import base_id, level_id, list_files
+from pipeline.sources.meshes.formats import SUFFIXES, convention, load_scene
+from pipeline.sources.meshes.scene import Scene
+from pipeline.sources.named_scene import door_heights, share_out, sort_faces, structural
+from pipeline.sources.storeys.interior import check_interior
+from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, near_shift
+from pipeline.sources.storeys.scale import above_zero, metres_of
+from pipeline.sources.storeys.size import TRIED, UPS, Frame3D, Wish, bad_units, detect, outside_of
 from pipeline.top_view import top_view
 from pipeline.values import Input, Level, Mesh
 

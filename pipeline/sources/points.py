@@ -33,10 +33,10 @@ import numpy.typing as npt
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.left_out import KEY as LEFT_OUT
-from pipeline.sources.naming import level_id, single_input
+from pipeline.sources.files import KEY as LEFT_OUT
+from pipeline.sources.files import level_id, single_input
 from pipeline.sources.points_file import blocks
-from pipeline.sources.sizes import metres_of
+from pipeline.sources.storeys.scale import metres_of
 from pipeline.values import Input, Level, Mesh
 
 VOXEL_M = 0.02

@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import MissingDependencyError, installing
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.naming import check_file
+from pipeline.sources.files import check_file
 
 
 def unpacked(data: bytes, size: int) -> bytes:

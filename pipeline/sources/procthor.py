@@ -30,8 +30,7 @@ from houseexpo.plan import Frame
 from houseexpo.plan.categories import canonical
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of, openings, prism, standing
-from pipeline.sources.json_house import check_lengths, decoded
-from pipeline.sources.naming import base_id
+from pipeline.sources.files import base_id, check_lengths, decoded
 from pipeline.sources.recognise import opened
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 

@@ -1,7 +1,8 @@
-"""What a file is, by its content: which reader opens it.
+"""Which reader opens a source: by its name, its suffix, or its content.
 
-A file is looked at only as far as that takes: the first bytes, and of JSON the first house. A mesh format is left to
-its suffix, as its own reader expects; what nobody knows is None.
+R1  Every file of a folder is looked at; what a reader knows is its own.
+R2  The meshes in a Gazebo model's folder are parts of that model, and its models are parts of a world beside them: they
+    are no houses by themselves.
 """
 
 from __future__ import annotations
@@ -10,12 +11,17 @@ import gzip
 import re
 import zipfile
 import zlib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from pipeline.sources.files import files_in
 from pipeline.sources.vector_plans import is_drawn
+from pipeline.values import Input
 
 HEAD_BYTES = 1 << 16
 LONGEST_JSON = 1 << 28
@@ -168,3 +174,92 @@ def _points(head: bytes) -> str | None:
         faces = next((line.split()[-1] for line in head.split(b"\n") if line.startswith(b"element face")), b"0")
         return "points" if faces.strip() == b"0" and b"end_header" in head else None
     return "points" if head.startswith((b"LASF", b"ASTM-E57")) or _PCD.search(head) else None
+
+
+# Files of design programs that no reader opens, and what to do about them.
+
+
+_SCENES = frozenset((".usd", ".usda", ".usdc", ".usdz", ".fbx", ".blend", ".3ds", ".max", ".ma", ".mb", ".x3d"))
+_DESIGNS = frozenset((".skp", ".rvt", ".pln", ".3dm", ".step", ".stp", ".iges", ".igs", ".dwg", ".dxf"))
+
+
+def how_to_export(suffixes: Iterable[str]) -> str:
+    """Say how files with these endings can be built all the same, or nothing if none of them is such a file's."""
+    known = sorted((_SCENES | _DESIGNS) & {suffix.lower() for suffix in suffixes})
+    return f"; export {', '.join(known)} as .glb or .ifc from the program that made it" if known else ""
+
+
+# The names of sources that are made: ``procedural:COUNT``, and ``procedural:COUNT?style=test``.
+
+
+HOME, TEST = "home", "test"
+STYLES = {HOME: HOME, TEST: TEST, "plain": TEST}
+"""The styles by the names that a source may give them; "plain" is what the style "test" was called before."""
+
+_NAME = re.compile(r"procedural:(\d+)(?:\?style=(\w+))?", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Made:
+    """How many houses, of which style: sound homes, or houses with planted faults for tests."""
+
+    count: int
+    style: str
+
+    @property
+    def name(self) -> str:
+        """The source's full name: it states the style, so that a data set says what went in."""
+        return f"procedural:{self.count}?style={self.style}"
+
+
+def made_of(source: str) -> Made | None:
+    """Return what such a name asks for, or None if it is none."""
+    found = _NAME.fullmatch(source)
+    style = STYLES.get(found[2] or HOME) if found else None
+    return Made(int(found[1]), style) if found and style else None
+
+
+_TAKES: dict[str, tuple[str, ...]] = {
+    "procthor": (),
+    "front3d": (),
+    "gazebo": ("model_path", "root"),
+    "sweethome": (),
+    "roomplan": (),
+    "points": ("up", "units"),
+    "vector_plans": (),
+}
+"""The readers, and which of a build's options each of them takes."""
+
+_MODEL = "model.config"
+
+
+def find(path: str, **options: str) -> Iterator[Input]:
+    """List what the file holds, or the files of the folder, sorted by their names."""
+    root = Path(path)
+    options["root"] = str((root if root.is_dir() else root.parent).absolute())
+    if not root.is_dir():
+        yield from _inputs(root, recognise(root), f"{root.absolute().parent.name}/{root.name}".lstrip("/"), options)
+        return
+    files = sorted(files_in(root))
+    kinds = {file: kind for file in files if (kind := recognise(file))}
+    has_world = any(kind == "gazebo" and not _in_model(file, root) for file, kind in kinds.items())
+    for file, kind in kinds.items():
+        if not (kind == "gazebo" and has_world and _in_model(file, root)):  # R2
+            yield from _inputs(file, kind, file.relative_to(root).as_posix(), options)
+
+
+def is_claimed(file: Path, root: Path) -> bool:
+    """Whether a mesh file of a folder is no house by itself: another reader's, or a part of a model (R2)."""
+    return root.is_dir() and (_in_model(file, root) or recognise(file) is not None)
+
+
+def _inputs(file: Path, kind: str | None, name: str, options: dict[str, str]) -> Iterator[Input]:
+    if kind is not None:
+        chosen = {key: value for key, value in options.items() if key in _TAKES[kind]}
+        yield from import_module(f"pipeline.sources.{kind}").find(str(file), **chosen, file=name)
+
+
+def _in_model(file: Path, root: Path) -> bool:
+    """Whether a file lies in the folder of a Gazebo model."""
+    folders = [folder for folder in file.parents if folder == root or root in folder.parents]
+    return any((folder / _MODEL).is_file() for folder in folders)

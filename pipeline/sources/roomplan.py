@@ -26,11 +26,20 @@ from pipeline.geometry.regions import enclosed, opened
 from pipeline.geometry.walls import close_cracks
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import mesh_file
-from pipeline.sources.drawn_storeys import Hole, Wall, floor_of, openings, prism, standing
-from pipeline.sources.naming import check_file, level_id, single_input
+from pipeline.sources.drawn_storeys import (
+    Hole,
+    Wall,
+    deepened,
+    floor_of,
+    one_each,
+    openings,
+    prism,
+    standing,
+    walls_around,
+)
+from pipeline.sources.files import check_file, level_id, single_input
 from pipeline.sources.recognise import LONGEST_JSON
-from pipeline.sources.room_names import labels_for
-from pipeline.sources.room_walls import deepened, one_each, walls_around
+from pipeline.sources.roles import labels_for
 from pipeline.sources.roomplan_scan import THIN_M, Floor, Scan, Section, Thing, parse_scan
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
@@ -76,7 +85,7 @@ def _scan(path: Path) -> Scan:
     with path.open("rb") as stream:
         packed = stream.read(2) == b"PK"
     if packed:
-        from pipeline.sources.roomplan_usd import load_usdz
+        from pipeline.sources.roomplan_scan import load_usdz
 
         return load_usdz(path)
     if path.stat().st_size > LONGEST_JSON:

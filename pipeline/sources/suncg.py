@@ -25,9 +25,8 @@ from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
 from houseexpo.plan.categories import canonical
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources import obj
-from pipeline.sources.naming import as_text
-from pipeline.sources.reading import report
+from pipeline.sources.files import as_text, report
+from pipeline.sources.meshes import obj
 from pipeline.values import Input, Level, Mesh, RejectedLevel, SourceObject, SourceRoom
 
 _ADVICE = "copy it again from the data set"

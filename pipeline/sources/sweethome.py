@@ -47,7 +47,6 @@ from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.geometry.overlay import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.archives import read_member
 from pipeline.sources.drawn_storeys import (
     Hole,
     Wall,
@@ -60,10 +59,17 @@ from pipeline.sources.drawn_storeys import (
     prism,
     standing,
 )
-from pipeline.sources.left_out import LeftOut
-from pipeline.sources.naming import check_file, level_id, single_input
-from pipeline.sources.room_names import labels_for
-from pipeline.sources.xml_tree import LARGEST_BYTES, Element, parse_xml
+from pipeline.sources.files import (
+    LARGEST_BYTES,
+    Element,
+    LeftOut,
+    check_file,
+    level_id,
+    parse_xml,
+    read_member,
+    single_input,
+)
+from pipeline.sources.roles import labels_for
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
 CM = 0.01

@@ -2,7 +2,7 @@
 
 import trimesh
 
-from pipeline.sources.levels import find_levels
+from pipeline.sources.storeys.levels import find_levels
 from tests.builders.meshes import joined
 
 HOUSE = (0.0, 0.0, 8.0, 6.0)

@@ -28,7 +28,7 @@ from pipeline.geometry.mesh import Mesh
 from pipeline.html import page, table
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
-from pipeline.sources.mesh_load import SUFFIXES, convention, load_scene
+from pipeline.sources.meshes.formats import SUFFIXES, convention, load_scene
 from pipeline.values import Level
 from tests.corpus.manifest import Verdict
 from tests.corpus.runs import Built

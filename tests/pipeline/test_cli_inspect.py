@@ -8,7 +8,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
-from pipeline.sources.naming import base_id
+from pipeline.sources.files import base_id
 from tests.builders.batch import one_room
 
 RUN = CliRunner()

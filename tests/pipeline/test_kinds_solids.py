@@ -10,8 +10,8 @@ import shapely
 import trimesh
 
 from houseexpo.floorplan import FloorPlan
-from pipeline.sources.mesh_load import Convention
-from pipeline.sources.units import Wish, detect
+from pipeline.sources.meshes.formats import Convention
+from pipeline.sources.storeys.size import Wish, detect
 from tests.builders.houses import CEILING, HEAD, Hole, Parts, kinds, level, plan_of, shell, two_rooms, wall
 from tests.builders.meshes import joined, turned
 

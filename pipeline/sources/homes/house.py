@@ -8,13 +8,11 @@ from typing import Final
 import numpy as np
 import shapely
 
-from pipeline.sources.homes.details import Details, detailed
-from pipeline.sources.homes.fronts import front_doors
-from pipeline.sources.homes.joints import Doorways, doors
-from pipeline.sources.homes.shaping import WIDE_M, Shaped, one_space, shaped
+from pipeline.sources.homes.details import Details, detailed, front_doors
+from pipeline.sources.homes.kinds import draw_wish
+from pipeline.sources.homes.shaping import WIDE_M, Doorways, Shaped, doors, one_space, shaped
 from pipeline.sources.homes.slicing import Asked, lay_out
 from pipeline.sources.homes.values import Door, Home, NamedBox, Rect, Wish, on_grid
-from pipeline.sources.homes.wishes import draw_wish
 
 _DRAWS: Final = 12
 _TRIES: Final = 24

@@ -17,7 +17,7 @@ from houseexpo.plan.categories import canonical
 from pipeline.geometry.mesh import Mesh
 from pipeline.geometry.overlay import polygons_of
 from pipeline.sources.homes.values import Home
-from pipeline.sources.procedural.prism import prism
+from pipeline.sources.procedural.solids import prism
 from pipeline.sources.procedural.values import DOOR_HEAD_M, SILL_M, WALL_TOP_M
 from pipeline.values import MADE, Level, SourceRoom
 

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.sources.procedural.house import level_id, make_house
-from pipeline.sources.procedural.roles import scene_id
+from pipeline.sources.procedural.house import level_id, make_house, scene_id
 from pipeline.sources.procedural.scene import write_scene
 from pipeline.sources.procedural.truth import Truth, storey_truth
 

@@ -1,17 +1,121 @@
-"""Make a house from its index and a seed, alone: the same house whatever others are made."""
+"""Walls that spell characters: strokes on a 2 x 4 grid, as people draw them with a floor planner's walls."""
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
+import shapely
 from shapely.affinity import affine_transform
 
-from pipeline.sources.procedural.characters import sign
 from pipeline.sources.procedural.furniture import loose_items
-from pipeline.sources.procedural.roles import DUPLICATES, SOUND, original_of, role_of, scene_id
 from pipeline.sources.procedural.storey import make_storey
-from pipeline.sources.procedural.values import House, Item, Opening, Point, Storey, Wall
+from pipeline.sources.procedural.values import Cell, House, Item, Opening, Point, Storey, Wall
+
+# Each stroke joins points (column, row) written as two digits; rows count upward.
+_STROKES: Final = {
+    "A": "00-04 04-24 24-20 02-22",
+    "C": "20-00 00-04 04-24",
+    "E": "20-00 00-04 04-24 02-12",
+    "F": "00-04 04-24 02-12",
+    "H": "00-04 20-24 02-22",
+    "I": "10-14",
+    "K": "00-04 02-24 02-20",
+    "L": "04-00 00-20",
+    "M": "00-04 04-12 12-24 24-20",
+    "N": "00-04 04-20 20-24",
+    "O": "00-04 04-24 24-20 20-00",
+    "S": "00-20 20-22 22-02 02-04 04-24",
+    "T": "04-24 10-14",
+    "U": "04-00 00-20 20-24",
+    "V": "04-10 10-24",
+    "X": "00-24 04-20",
+    "Z": "04-24 24-00 00-20",
+    "1": "10-14 03-14",
+    "2": "04-24 24-22 22-02 02-00 00-20",
+    "4": "04-02 02-22 24-20",
+    "5": "24-04 04-02 02-22 22-20 20-00",
+    "7": "04-24 24-00",
+}
+
+
+def sign(rng: np.random.Generator) -> Storey:
+    """Write three to seven characters with walls that stand free; one nameless room without a floor holds each.
+
+    No ring encloses 2 m2: the largest, an O, is 1.0 by 1.8 m at most.
+    """
+    text = rng.choice(sorted(_STROKES), size=int(rng.integers(3, 8)))
+    wide, high = float(rng.uniform(0.7, 1.0)), float(rng.uniform(1.2, 1.8))
+    walls = []
+    for index, character in enumerate(text.tolist()):
+        for stroke in _STROKES[character].split():
+            a, b = (
+                np.array([(int(point[0]) / 2 + 1.6 * index) * wide, int(point[1]) / 4 * high])
+                for point in stroke.split("-")
+            )
+            length = float(np.hypot(*(b - a)))
+            direction = (b - a) / length
+            walls.append(Wall(index, (a[0], a[1]), (direction[0], direction[1]), length, (0.05, 0.05)))
+    cells = [Cell(shapely.box(1.6 * k * wide, 0.0, (1.6 * k + 1) * wide, high), ()) for k in range(len(text))]
+    return Storey(
+        tuple(cells), tuple(walls), has_floor=False, difficulties=("characters",), expected="rejected:characters"
+    )
+
+
+# Which house is what: every hundred houses hold each difficulty in the same share, at places that the seed chooses.
+
+
+SOUND: Final = "sound"
+DUPLICATES: Final = ("exact_duplicate", "shifted_duplicate", "mirrored_duplicate", "jittered_duplicate")
+PER_HUNDRED: Final = {
+    "closed_cell": 5,
+    "no_door": 5,
+    "garage_apart": 4,
+    "open_front": 4,
+    "half_open_front": 4,
+    "objects_only": 4,
+    "characters": 4,
+    "exact_duplicate": 4,
+    "shifted_duplicate": 2,
+    "mirrored_duplicate": 2,
+    "jittered_duplicate": 2,
+}
+_ROLES: Final = [role for role, count in PER_HUNDRED.items() for _ in range(count)]
+_BLOCK: Final = 100
+_LOOK_BACK: Final = 60
+
+
+def scene_id(index: int, seed: int) -> str:
+    """Return the 32 hex digits of a house."""
+    return hashlib.sha256(f"houseexpo procedural {seed} {index}".encode()).hexdigest()[:32]
+
+
+def role_of(index: int, seed: int) -> str:
+    """Return what is planted in a house, "sound" for nothing; a duplicate without a house before it is sound."""
+    role = _drawn(index, seed)
+    return SOUND if role in DUPLICATES and not _originals(index, seed) else role
+
+
+def original_of(index: int, seed: int) -> int:
+    """Return the index of the sound house that a duplicate repeats."""
+    choices = _originals(index, seed)
+    return choices[int(np.random.default_rng([seed, index, 2]).integers(len(choices)))]
+
+
+def _originals(index: int, seed: int) -> list[int]:
+    return [k for k in range(max(0, index - _LOOK_BACK), index) if _drawn(k, seed) == SOUND]
+
+
+def _drawn(index: int, seed: int) -> str:
+    order = np.random.default_rng([seed, index // _BLOCK, 1]).permutation(_BLOCK)
+    place = int(order[index % _BLOCK])
+    return _ROLES[place] if place < len(_ROLES) else SOUND
+
+
+# Make a house from its index and a seed, alone: the same house whatever others are made.
+
 
 _STOREYS, _STOREY_SHARES = (1, 2, 3), (0.86, 0.12, 0.02)
 _JITTER_M = 0.008

@@ -11,8 +11,7 @@ import numpy.typing as npt
 import shapely
 
 from pipeline.sources.procedural.furniture import LEAF, LEAF_SIZE, MODELS
-from pipeline.sources.procedural.prism import prism
-from pipeline.sources.procedural.slab_mesh import slab_mesh
+from pipeline.sources.procedural.solids import prism, slab_mesh
 from pipeline.sources.procedural.values import WALL_TOP_M, House, Item, Opening, Storey, Wall
 from pipeline.sources.procedural.walls import holes_in, slabs_of
 

@@ -7,14 +7,20 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from pipeline.sources.procedural import difficulties, reshape
-from pipeline.sources.procedural.borders import edges_of, outer_parts, shared_parts
+from pipeline.sources.procedural import difficulties
 from pipeline.sources.procedural.furniture import furnish
-from pipeline.sources.procedural.layout import lay_out
-from pipeline.sources.procedural.openings import entrances, interior_doors, joins_all, windows
-from pipeline.sources.procedural.program import draw_number, draw_rooms
+from pipeline.sources.procedural.layout import draw_number, draw_rooms, lay_out
 from pipeline.sources.procedural.values import Cell, Storey, Wall
-from pipeline.sources.procedural.walls import build_walls
+from pipeline.sources.procedural.walls import (
+    build_walls,
+    edges_of,
+    entrances,
+    interior_doors,
+    joins_all,
+    outer_parts,
+    shared_parts,
+    windows,
+)
 
 _OBLIQUE_SHARE, _DIVIDER_SHARE, _CARVED_SHARE, _MERGED_SHARE = 0.2, 0.22, 0.45, 0.15
 _MIN_ROOMS = {"no_door": 3, "garage_apart": 6, "closed_cell": 2}
@@ -78,26 +84,26 @@ def _cells(number: int, rng: np.random.Generator) -> tuple[list[Cell], list[str]
     cells, wing_from, layout = lay_out([spec for spec in specs if spec is not carved], rng)
     features = [layout]
     if carved:
-        cells = reshape.carve(cells, carved, rng)
+        cells = difficulties.carve(cells, carved, rng)
     if merged:
-        cells = reshape.merge(cells, rng)
+        cells = difficulties.merge(cells, rng)
     if number > 3 and rng.random() < 0.6:
-        cells = reshape.jog(cells, rng)
+        cells = difficulties.jog(cells, rng)
     turned = False
     if rng.random() < _OBLIQUE_SHARE:
         draw = rng.random()
         before = cells
         if wing_from is not None and draw < 0.35:
-            cells = reshape.slant(cells, wing_from, rng)
+            cells = difficulties.slant(cells, wing_from, rng)
         elif draw < 0.5:
-            cells = reshape.bay(cells, rng)
+            cells = difficulties.bay(cells, rng)
         elif draw < 0.6:
             turned = True
         else:
             for _ in range(int(rng.integers(1, 3))):
-                cells = reshape.chamfer(cells, rng)
+                cells = difficulties.chamfer(cells, rng)
         features += ["oblique"] if turned or cells is not before else []
-    return reshape.turned(cells, rng, turned), features
+    return difficulties.turned(cells, rng, turned), features
 
 
 def _dividers(cells: list[Cell], rng: np.random.Generator) -> list[Wall]:

@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Protocol, cast
 
-from pipeline.sources.naming import check_file, single_input
+from pipeline.sources.files import check_file, single_input
 from pipeline.sources.vector_plans.drawn import Drawing, levels_of
 from pipeline.values import Input, Level
 

@@ -28,11 +28,9 @@ from houseexpo.plan import Frame
 from pipeline.geometry.overlay import polygons_of
 from pipeline.geometry.regions import opened
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, Wall, floor_of, openings, standing
-from pipeline.sources.left_out import LeftOut
-from pipeline.sources.naming import level_id
-from pipeline.sources.room_names import labels_for
-from pipeline.sources.room_walls import deepened, one_each, walls_around
+from pipeline.sources.drawn_storeys import Hole, Wall, deepened, floor_of, one_each, openings, standing, walls_around
+from pipeline.sources.files import LeftOut, level_id
+from pipeline.sources.roles import labels_for
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
 
 WALL_M = 2.5

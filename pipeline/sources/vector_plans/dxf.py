@@ -21,7 +21,7 @@ import numpy as np
 
 from houseexpo.errors import MissingDependencyError, installing
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.left_out import LeftOut
+from pipeline.sources.files import LeftOut
 from pipeline.sources.vector_plans.drawn import Drawing, Point
 from pipeline.sources.vector_plans.features import Features, called, ring, storey_of
 

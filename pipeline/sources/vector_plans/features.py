@@ -22,7 +22,7 @@ from shapely import LineString, Polygon
 from houseexpo.plan.categories import canonical
 from pipeline.geometry.overlay import polygons_of
 from pipeline.sources.drawn_storeys import Hole, Wall, prism
-from pipeline.sources.room_names import labels_for
+from pipeline.sources.roles import labels_for
 from pipeline.sources.vector_plans.drawn import DOOR_M, WALL_M, Point, Storey, hole_at, solid_between, strips, through
 from pipeline.values import SourceObject, SourceRoom
 

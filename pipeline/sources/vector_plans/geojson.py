@@ -19,8 +19,7 @@ import shapely
 from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.json_house import decoded
-from pipeline.sources.left_out import LeftOut
+from pipeline.sources.files import LeftOut, decoded
 from pipeline.sources.vector_plans.drawn import Drawing
 from pipeline.sources.vector_plans.features import Features, called, storey_of
 

@@ -22,10 +22,9 @@ from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.left_out import LeftOut
+from pipeline.sources.files import Element, LeftOut, parse_xml
 from pipeline.sources.vector_plans.bodies import Body, body, box_of, storeys_of
 from pipeline.sources.vector_plans.drawn import Drawing
-from pipeline.sources.xml_tree import Element, parse_xml
 
 MOST_GEOMS = 200_000
 LARGEST_MESH = 1 << 27

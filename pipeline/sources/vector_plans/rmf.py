@@ -27,8 +27,8 @@ from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of
-from pipeline.sources.left_out import LeftOut
-from pipeline.sources.room_names import labels_for
+from pipeline.sources.files import LeftOut
+from pipeline.sources.roles import labels_for
 from pipeline.sources.vector_plans.drawn import (
     THIN_M,
     WALL_M,

@@ -20,8 +20,8 @@ import numpy as np
 
 from houseexpo.errors import MissingDependencyError, installing
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.left_out import LeftOut
-from pipeline.sources.polygons import triangulated
+from pipeline.sources.files import LeftOut
+from pipeline.sources.meshes.scene import triangulated
 from pipeline.sources.vector_plans.bodies import Body, body, box_of, kind_of, storeys_of
 from pipeline.sources.vector_plans.drawn import Drawing
 

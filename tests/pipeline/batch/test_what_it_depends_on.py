@@ -14,8 +14,8 @@ import trimesh
 from houseexpo.floorplan import FloorPlan
 from pipeline.batch import recipe
 from pipeline.config import PipelineConfig
+from pipeline.sources.files import recorded
 from pipeline.sources.procedural import write_house
-from pipeline.sources.reading import recorded
 from pipeline.values import Level
 from tests.builders.batch import boxed, contents, lines, one_room, run_build
 
@@ -110,7 +110,7 @@ def test_other_libraries_or_another_program_make_it_again(tmp_path: Path, monkey
 
 def test_the_program_is_what_a_worker_runs_and_not_the_simulator_or_the_commands() -> None:
     modules = set(recipe._modules([*recipe._ROOTS, "pipeline.sources.suncg"]))
-    assert {"pipeline.algorithm", "pipeline.stages.doors", "houseexpo.plan", "pipeline.sources.obj"} <= modules
+    assert {"pipeline.algorithm", "pipeline.stages.doors", "houseexpo.plan", "pipeline.sources.meshes.obj"} <= modules
     assert not [name for name in modules if "pseudoslam" in name or name.endswith((".cli", "report", "pictures"))]
 
 

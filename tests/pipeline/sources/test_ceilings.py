@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from pipeline.sources.levels import find_levels
+from pipeline.sources.storeys.levels import find_levels
 from tests.builders.meshes import L_FLOOR, box, joined, sheet, slab, storey
 
 EAVES = [(-0.5, -0.5, 8.5, -0.4), (-0.5, 6.4, 8.5, 6.5), (-0.5, -0.4, -0.4, 6.4), (8.4, -0.4, 8.5, 6.4)]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pipeline.rejection import Rejection
-from pipeline.sources.dae_file import load
-from pipeline.sources.scene import Piece
+from pipeline.sources.meshes.collada import load
+from pipeline.sources.meshes.scene import Piece
 
 GEOMETRY = """
 <geometry id="g" name="Panel"><mesh>

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.mesh_load import load_scene
+from pipeline.sources.meshes.formats import load_scene
 from tests.builders.meshes import one_level, y_up
 
 MESH = y_up(one_level())

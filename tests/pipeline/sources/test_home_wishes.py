@@ -7,10 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from pipeline.sources.homes.kinds import draw_house
-from pipeline.sources.homes.tables import COUNTED, NUMBERS, STRATA, TABLE, stratum_of
+from pipeline.sources.homes.kinds import COUNTED, NUMBERS, STRATA, TABLE, draw_house, draw_wish, stratum_of
 from pipeline.sources.homes.values import Wish
-from pipeline.sources.homes.wishes import draw_wish
 
 
 @pytest.mark.slow

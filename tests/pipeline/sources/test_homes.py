@@ -13,12 +13,10 @@ from houseexpo.plan.categories import LABELS
 from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.sources import find, made_count, reader
-from pipeline.sources.homes.details import Details, detailed
-from pipeline.sources.homes.fronts import front_doors
+from pipeline.sources.homes.details import Details, detailed, front_doors
 from pipeline.sources.homes.house import home_id, make_home
-from pipeline.sources.homes.joints import Doorways, doors
 from pipeline.sources.homes.level import digest, level_of
-from pipeline.sources.homes.shaping import one_space, shaped
+from pipeline.sources.homes.shaping import Doorways, doors, one_space, shaped
 from pipeline.sources.homes.slicing import Asked, borders, joined, lay_out
 from pipeline.sources.homes.values import Door, Home, on_grid
 from pipeline.sources.procedural import scene_id

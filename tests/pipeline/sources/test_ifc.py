@@ -13,7 +13,7 @@ from pipeline.geometry.cutting import Cutter
 from pipeline.geometry.walls import section as wall_section
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import ifc, mesh_file
-from pipeline.sources.surfaces import Surfaces, cut
+from pipeline.sources.storeys.surfaces import Surfaces, cut
 from pipeline.values import Input, Level
 
 pytest.importorskip("ifcopenshell")

@@ -7,7 +7,7 @@ import shapely
 pytest.importorskip("ifcopenshell")
 
 from pipeline.sources import ifc
-from pipeline.sources.surfaces import Surfaces, cut
+from pipeline.sources.storeys.surfaces import Surfaces, cut
 from pipeline.values import Level
 from tests.builders.ifc import TinyBuilding
 

@@ -4,7 +4,7 @@ import trimesh
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, mesh_file, reader
-from pipeline.sources.interior import check_interior, look_at
+from pipeline.sources.storeys.interior import check_interior, look_at
 from pipeline.values import Mesh
 from tests.builders.large import city
 from tests.builders.meshes import as_trimesh, joined, one_level, sheet, slab, storey, walls_alone, y_up

@@ -3,7 +3,7 @@ import pytest
 import trimesh
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.levels import FoundLevel, find_levels
+from pipeline.sources.storeys.levels import FoundLevel, find_levels
 from tests.builders.level_meshes import HOUSE, INNER, SHELL, WALLS, found
 from tests.builders.meshes import joined, one_level, sheet, slab, storey, table, two_levels, walls_alone
 

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 from shapely import Polygon
 
-from pipeline.sources.levels import find_levels
+from pipeline.sources.storeys.levels import find_levels
 from tests.builders.level_meshes import HOUSE, SHELL, WALLS, found
 from tests.builders.meshes import box, joined, slab, storey
 

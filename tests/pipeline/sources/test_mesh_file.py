@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from houseexpo.errors import ConfigError
 from pipeline.sources import mesh_file
-from pipeline.sources.surfaces import Surfaces, cut
+from pipeline.sources.storeys.surfaces import Surfaces, cut
 from pipeline.values import Input, Level, Mesh
 from tests.builders.mesh_files import Y_UP, read, write
 from tests.builders.meshes import (

@@ -8,7 +8,7 @@ import trimesh
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import mesh_file
-from pipeline.sources.mesh_load import SUFFIXES, load_scene
+from pipeline.sources.meshes.formats import SUFFIXES, load_scene
 from pipeline.values import Mesh
 from tests.builders.meshes import as_trimesh, joined, one_level, table, y_up
 

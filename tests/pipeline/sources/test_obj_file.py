@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.mesh_load import load_scene
-from pipeline.sources.scene import Part
+from pipeline.sources.meshes.formats import load_scene
+from pipeline.sources.meshes.scene import Part
 
 SQUARE = "v 0 0 0\nv 2 0 0\nv 2 3 0\nv 0 3 0\n"
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from pipeline.sources.polygons import triangulated
+from pipeline.sources.meshes.scene import triangulated
 
 NOTCHED = np.array([(0, 0), (1, 0), (1, 2), (2, 2), (2, 0), (4, 0), (4, 3), (0, 3)], float)  # a wall with its door hole
 

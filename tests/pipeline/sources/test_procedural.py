@@ -10,8 +10,15 @@ import shapely
 from shapely.affinity import scale, translate
 
 from houseexpo.plan.categories import LABELS
-from pipeline.sources.procedural.house import level_id, make_house
-from pipeline.sources.procedural.roles import DUPLICATES, PER_HUNDRED, original_of, role_of, scene_id
+from pipeline.sources.procedural.house import (
+    DUPLICATES,
+    PER_HUNDRED,
+    level_id,
+    make_house,
+    original_of,
+    role_of,
+    scene_id,
+)
 from pipeline.sources.procedural.truth import Area, TrueRoom, Truth, storey_truth
 
 SEED, COUNT = 11, 300

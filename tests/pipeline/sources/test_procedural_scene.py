@@ -12,9 +12,10 @@ import pytest
 import shapely
 import trimesh
 
-from pipeline.sources import obj, suncg
+from pipeline.sources import suncg
+from pipeline.sources.meshes import obj
 from pipeline.sources.procedural import Truth, scene_id, write_house, write_houses
-from pipeline.sources.procedural.roles import role_of
+from pipeline.sources.procedural.house import role_of
 from pipeline.sources.procedural.truth import TrueDoor, TrueRoom
 from pipeline.values import Level
 

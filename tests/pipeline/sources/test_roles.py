@@ -1,7 +1,7 @@
 import pytest
 
+from pipeline.sources.meshes.scene import Part
 from pipeline.sources.roles import Role, role_of, role_of_part, room_words
-from pipeline.sources.scene import Part
 
 
 def said(name: str) -> Role | None:

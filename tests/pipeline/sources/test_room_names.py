@@ -1,7 +1,7 @@
 import pytest
 
 from houseexpo.plan.categories import LABELS
-from pipeline.sources.room_names import _TABLE, is_outside_the_count, labels_for
+from pipeline.sources.roles import _TABLE, is_outside_the_count, labels_for
 
 
 @pytest.mark.parametrize(

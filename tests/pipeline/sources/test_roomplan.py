@@ -10,7 +10,7 @@ import shapely
 from houseexpo.errors import MissingDependencyError
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, roomplan
-from pipeline.sources.roomplan_usd import LARGEST_BYTES
+from pipeline.sources.roomplan_scan import LARGEST_BYTES
 from tests.builders.houses import kinds, plan_of
 from tests.builders.meshes import one_level, y_up
 from tests.builders.mutations import mutated, outcome

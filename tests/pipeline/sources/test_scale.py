@@ -2,7 +2,7 @@
 
 import pytest
 
-from pipeline.sources.scale import UNITS, model_scale
+from pipeline.sources.storeys.scale import UNITS, model_scale
 
 
 @pytest.mark.parametrize("unit", ["m", "cm", "mm", "in"])

@@ -10,7 +10,7 @@ import pytest
 import trimesh
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources import obj
+from pipeline.sources.meshes import obj
 from pipeline.sources.procedural import write_houses
 
 

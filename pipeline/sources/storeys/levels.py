@@ -1,4 +1,4 @@
-"""Find the levels of a z-up mesh.
+"""Divide a house into levels: find its floors, and cut the mesh above each.
 
 R1  A floor is a level surface with room to stand on and 1.8 m of wall around and clear height above it
     (``find_floors``): slabs, ceilings, table tops, sills and wall tops have area too and are none.
@@ -34,12 +34,22 @@ from functools import partial
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import MultiPolygon, Polygon
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.plan_grid import Cells, PlanGrid
-from pipeline.sources.surfaces import VERTICAL, Bools, Floats, Surfaces, WallProfile, cut, weighted_quantile
+from pipeline.sources.storeys.surfaces import (
+    VERTICAL,
+    Bools,
+    Cells,
+    Floats,
+    PlanGrid,
+    Surfaces,
+    WallProfile,
+    cut,
+    weighted_quantile,
+)
 from pipeline.values import Mesh
 
 EXACT_TRIANGLES = 20_000
@@ -438,3 +448,20 @@ def _slice(surfaces: Surfaces, low: float, high: float) -> Mesh:
 
 def _lowered(mesh: Mesh, height: float) -> Mesh:
     return Mesh(mesh.vertices - (0.0, 0.0, height), mesh.faces)
+
+
+# Models that stand far from their origin are moved near it; the way back is kept in the level's frame.
+
+
+FAR_M = 500.0  # beyond this, those who cut in float32 lose millimetres
+
+Shift = tuple[float, float, float]
+
+
+def near_shift(points: npt.NDArray[np.float64]) -> Shift:
+    """Whole metres (x, y, z) to take off points (n, 3) so that they lie near the origin; zeros where they do."""
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    if np.abs(middle).max() < FAR_M:
+        return 0.0, 0.0, 0.0
+    x, y, z = (float(value) for value in np.round(middle))
+    return x, y, z

@@ -1,19 +1,11 @@
-"""The unit of a mesh that declares none, told by the heights of its storeys and of the heads of its doors.
-
-R1  Doors are 2 to 2.1 m high in most houses, 1.8 to 2.75 m in all: a house that has openings, but none with its head
-    there, is not in metres.
-R2  A model is to one of the usual scales of one of the usual units. The one is taken that brings a head nearest to
-    2.06 m and the storey, less strictly, to 2.7 m. Where a bare unit does so nearly as well it is that: inches are no
-    millimetres at 1:25. And inches to a scale count for a little less than metres: 1:20 in inches is 1:50 in
-    centimetres but for 1.6%.
-R3  Where no unit fits and no head is seen, the usual scale of a model in metres is taken that brings its storey nearest
-    to 2.65 m.
-"""
+"""Sizes and units that a person may give: their names, their ranges, and what they mean in metres."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+
+from houseexpo.errors import ConfigError
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 SCALES = (10.0, 15.0, 20.0, 25.0, 50.0, 100.0)
@@ -62,3 +54,32 @@ def storey_scale(storey: float) -> float | None:
 def _misfit(storey: float, heads: Sequence[float], metres: float) -> float:
     head = min((abs(math.log(head * metres / USUAL_HEAD_M)) for head in heads), default=math.inf)
     return (head if head < NEAR else math.inf) + abs(math.log(storey * metres / USUAL_STOREY_M)) / SLACK
+
+
+# What a person says of a house's size: its unit, its scale, the height of a storey.
+
+
+def check_sizes(units: str = "auto", scale: str = "1", storey_height: str = "", **_others: str) -> None:
+    """Raise ConfigError if one of a build's options is impossible, whether or not its sources have a use for it."""
+    metres_of(units)
+    above_zero("scale", scale)
+    if storey_height:
+        above_zero("storey_height", storey_height)
+
+
+def metres_of(units: str) -> float | None:
+    """Return the metres in one unit (m, cm, mm, in, ft, or a number of metres), None for "auto"."""
+    if units == "auto":
+        return None
+    return UNITS.get(units) or above_zero("units", units, f" or one of auto, {', '.join(UNITS)}")
+
+
+def above_zero(option: str, text: str, also: str = "") -> float:
+    """Return an option's number; ``also`` is what else it may be, for the error."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not (math.isfinite(number) and number > 0):
+        raise ConfigError(f"{option}={text!r}: expected a number above 0{also}")
+    return number

@@ -20,8 +20,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.plan_grid import Cells, PlanGrid
-from pipeline.sources.surfaces import VERTICAL, Bools, Floats, Surfaces, cut_faces
+from pipeline.sources.storeys.surfaces import VERTICAL, Bools, Cells, Floats, PlanGrid, Surfaces, cut_faces
 from pipeline.values import Mesh
 
 HEIGHTS_M = (1.1, 1.7)

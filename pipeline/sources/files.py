@@ -1,0 +1,337 @@
+"""Read the files of a source safely: names and ids, archives, XML, JSON, and a record of what was read.
+
+Python reports every file that is opened (its audit event ``open``), so that no reader keeps a list, and a file that a
+library opens by itself is noticed too. Where a C++ library reads a file, or a reader only asks whether a file exists,
+the reader calls ``report``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import sys
+import unicodedata
+import zipfile
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
+from typing import Any, Final, TypeVar
+from xml.etree import ElementTree as ET
+from xml.parsers import expat
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.rejection import Reason, Rejection
+from pipeline.values import Input
+
+BUILT = ".build"
+"""What a build keeps in its data set, and only there."""
+LONGEST_ID = 180
+"""Ids name files, together with a level and a suffix; file systems take 255 bytes."""
+
+
+def slug(text: str) -> str:
+    """Lower-case ASCII letters, digits and single underscores: what an id may hold."""
+    plain = unicodedata.normalize("NFKD", text.replace("ß", "ss")).encode("ascii", "ignore").decode()
+    return re.sub(r"[^a-z0-9]+", "_", plain.lower()).strip("_") or "house"
+
+
+def single_input(path: str, reader: str, options: Mapping[str, str]) -> Input:
+    """Return the one input of a file; option ``file`` is its name in the source, else its folder's name goes before."""
+    file = Path(path)
+    name = options.get("file", f"{file.absolute().parent.name}/{file.name}")
+    return Input(base_id(name), reader, str(file), options=tuple(sorted({**options, "file": name}.items())))
+
+
+def level_id(base: str, level: int, n_levels: int) -> str:
+    """Return ``base`` itself where the house has one level, else with the level's number."""
+    return base if n_levels == 1 else f"{base}_L{level}"
+
+
+def files_in(folder: Path) -> Iterator[Path]:
+    """Yield all files under a folder but those of data sets that were built in it: plans and records are no houses.
+
+    A folder that is a data set itself has none.
+    """
+    if (folder / BUILT / "journal.jsonl").is_file():
+        return
+    for place, folders, names in os.walk(folder):
+        folders[:] = [name for name in folders if not Path(place, name, BUILT).is_dir()]
+        yield from (file for name in names if (file := Path(place, name)).is_file())
+
+
+def list_files(path: str, suffixes: Iterable[str]) -> Iterator[tuple[Path, str]]:
+    """Yield (file, relative name) for each file with one of the suffixes, sorted by relative name.
+
+    The name is relative to the SOURCE given; a single file carries its folder's name. Bytes of it that are no UTF-8
+    stand as U+FFFD. A single file is listed even where it is missing, so that the batch records it as one rejection.
+
+    Raises
+    ------
+    Rejection
+        Where ``path`` has no such suffix and is no folder.
+    """
+    known = frozenset(suffixes)
+    source = Path(path)
+    if source.is_dir():
+        files = (file for file in files_in(source) if file.suffix.lower() in known)
+        named = ((file, as_text(file.relative_to(source).as_posix())) for file in files)
+        yield from sorted(named, key=lambda pair: (pair[1], pair[0]))
+    elif source.suffix.lower() in known:
+        yield source, as_text(f"{source.absolute().parent.name}/{source.name}").lstrip("/")
+    elif not source.exists():
+        raise Rejection("source", Reason.MISSING_FILE, f"{source.name} does not exist", "check the path")
+
+
+def base_id(name: str) -> str:
+    """Slug of a relative file name without its suffix; a long one is cut, and eight digits of its hash put on."""
+    whole = slug(Path(name).with_suffix("").as_posix())
+    if len(whole) <= LONGEST_ID:
+        return whole
+    return f"{whole[: LONGEST_ID - 9]}_{hashlib.sha256(whole.encode()).hexdigest()[:8]}"
+
+
+def as_text(name: str) -> str:
+    """Return a file name as text that can be written: bytes that are no UTF-8 stand as U+FFFD."""
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+
+
+def check_file(path: Path) -> None:
+    """Raise Rejection if there is no file, or nothing in it."""
+    if not path.is_file():
+        raise Rejection("source", Reason.MISSING_FILE, f"{path.name} is no file", "check the path")
+    if path.stat().st_size == 0:
+        raise Rejection("source", Reason.EMPTY, f"{path.name} has 0 bytes", "export or copy it again")
+
+
+_CODE = (".py", ".pyc", ".so", ".nbi", ".nbc")
+"""A folder of houses may hold the program too: its own files are no part of a house."""
+
+_listening: list[tuple[tuple[str, ...], set[str]]] = []
+_hooked: list[bool] = []
+
+
+@contextmanager
+def recorded(*folders: Path) -> Iterator[set[str]]:
+    """Collect what is opened within the folders, found or not: named from the first of them, or in full."""
+    if not _hooked:
+        sys.addaudithook(_hear)
+        _hooked.append(True)
+    names: set[str] = set()
+    _listening.append((tuple(os.path.abspath(folder) + os.sep for folder in folders), names))  # noqa: PTH100 - links stay
+    try:
+        yield names
+    finally:
+        _listening.pop()
+
+
+def report(path: str | os.PathLike[str]) -> None:
+    """Say that what is being read depends on this file, or on its absence."""
+    for folders, names in _listening:
+        full = os.path.abspath(path)  # noqa: PTH100
+        if full.startswith(folders) and not full.endswith(_CODE):
+            names.add(full.removeprefix(folders[0]))
+
+
+def _hear(event: str, arguments: tuple[object, ...]) -> None:
+    if event == "open" and _listening and isinstance(path := arguments[0], str | bytes | os.PathLike):
+        report(os.fsdecode(path))
+
+
+# What a source holds and a plan does without: a fault costs the part that it is in, with a note, never the house.
+
+
+KEY: Final = "left_out"
+"""Under which name the note stands in a plan's provenance."""
+
+_LACKS: Final = {"missing": "missing", KEY: "left out as damaged"}
+_NAMED: Final = 5
+_LETTERS: Final = 300
+
+
+class LeftOut:
+    """Collects the parts of one house that could not be read, each with the reason."""
+
+    def __init__(self) -> None:
+        self._why: dict[str, None] = {}
+
+    def __len__(self) -> int:
+        return len(self._why)
+
+    @contextmanager
+    def part(self) -> Iterator[None]:
+        """Read a part: where that ends in a Rejection, the part is left out, and the text of it is kept.
+
+        What is too large ends the reading all the same: the next part would be too.
+        """
+        try:
+            yield
+        except Rejection as fault:
+            if fault.reason is Reason.TOO_LARGE:
+                raise
+            self._why[fault.detail] = None
+
+    def add(self, why: str) -> None:
+        """Leave a part out; ``why`` names it and says what is wrong with it."""
+        self._why[why] = None
+
+    @property
+    def note(self) -> str:
+        """The first parts with their reasons, and how many there are, or "" if there is none."""
+        named = "; ".join(list(self._why)[:_NAMED])
+        more = len(self._why) - _NAMED
+        return f"{named}; and {more} more" if more > 0 else named
+
+    @property
+    def provenance(self) -> dict[str, str]:
+        """What stands in a plan's provenance of it: nothing where nothing is left out."""
+        return {KEY: self.note} if self._why else {}
+
+
+def told_of(rejection: Rejection, provenance: Mapping[str, Any]) -> Rejection:
+    """Return a rejection that also says what of the source was missing or damaged: that may be why."""
+    lacks = [f"{words}: {str(provenance[key])[:_LETTERS]}" for key, words in _LACKS.items() if provenance.get(key)]
+    if not lacks:
+        return rejection
+    detail = f"{rejection.detail}; {'; '.join(lacks)}"
+    return Rejection(rejection.stage, rejection.reason, detail, rejection.advice, rejection.picture)
+
+
+# One member of a zip, and nothing else of it: nothing is unpacked to disk, and no more read than was asked for.
+
+
+_FAULTS = (OSError, zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError, NotImplementedError)
+"""What damaged, encrypted and unknown archives raise."""
+
+
+def members(path: Path) -> tuple[str, ...]:
+    """Return the names in an archive; raise Rejection if it is none, or where one leads out of it."""
+    check_file(path)
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = tuple(archive.namelist())
+    except _FAULTS as error:
+        raise _broken(path, error) from None
+    outside = next(
+        (name for name in names if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts), None
+    )
+    if outside is not None:
+        detail = f"{path.name} holds {outside[:80]!r}, which leads out of it"
+        raise Rejection("source", Reason.UNREADABLE, detail, "pack it again; check where the file is from")
+    return names
+
+
+def read_member(path: Path, names: Iterable[str], most_bytes: int) -> bytes | None:
+    """Return the first of the named members that is there, or None if none is.
+
+    Raises
+    ------
+    Rejection
+        UNREADABLE for a broken archive, TOO_LARGE for a member that unpacks to more than ``most_bytes``.
+    """
+    check_file(path)
+    try:
+        with zipfile.ZipFile(path) as archive:
+            here = set(archive.namelist())
+            name = next((each for each in names if each in here), None)
+            if name is None:
+                return None
+            with archive.open(name) as stream:
+                data = stream.read(most_bytes + 1)
+    except _FAULTS as error:
+        raise _broken(path, error) from None
+    if len(data) > most_bytes:
+        detail = f"{path.name}: {name} unpacks to more than {most_bytes >> 20} MB"
+        raise Rejection("source", Reason.TOO_LARGE, detail, "expected a home; check where the file is from")
+    return data
+
+
+def _broken(path: Path, error: Exception) -> Rejection:
+    detail = f"{path.name} cannot be unpacked: {type(error).__name__}: {str(error)[:120]}"
+    return Rejection("source", Reason.UNREADABLE, detail, "copy or save it again")
+
+
+# XML without its dangers: no entity is expanded, no other file opened, no tree too deep for those who walk it.
+
+
+Element = ET.Element
+DEEPEST = 100
+LARGEST_BYTES = 1 << 28
+
+
+def parse_xml(data: bytes, name: str) -> Element:
+    """Return the root of a document.
+
+    Raises
+    ------
+    Rejection
+        EMPTY, TOO_LARGE, or UNREADABLE (no XML, an entity of its own, nested too deep).
+    """
+    if not data.strip():
+        raise Rejection("source", Reason.EMPTY, f"{name} is empty", "copy it again")
+    if len(data) > LARGEST_BYTES:
+        raise Rejection("source", Reason.TOO_LARGE, f"{name} has {len(data) >> 20} MB of XML", "leave parts of it out")
+    builder = ET.TreeBuilder()
+    depth = 0
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > DEEPEST:
+            raise _broken_xml(name, f"is nested more than {DEEPEST} deep")
+        builder.start(tag, attributes)
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        builder.end(tag)
+
+    def entity(*_: object) -> None:
+        raise _broken_xml(name, "declares an entity")
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler = builder.data
+    parser.EntityDeclHandler = entity
+    parser.SetParamEntityParsing(expat.XML_PARAM_ENTITY_PARSING_NEVER)
+    try:
+        parser.Parse(data, True)
+        return builder.close()
+    except (expat.ExpatError, UnicodeError, LookupError, ValueError) as error:
+        raise _broken_xml(name, f"is no XML: {error}") from None
+
+
+def _broken_xml(name: str, what: str) -> Rejection:
+    return Rejection("source", Reason.UNREADABLE, f"{name} {what}", "copy it again, or write it without")
+
+
+# What the JSON formats share: a document is decoded into typed values, and its lengths are checked.
+
+
+LARGEST_M = 1000.0
+Document = TypeVar("Document")
+
+
+def decoded(decoder: msgspec.json.Decoder[Document], data: bytes, name: str, advice: str) -> Document:
+    """Decode a document; raises Rejection (EMPTY, UNREADABLE) that says which key is wrong."""
+    if not data.strip():
+        raise Rejection("source", Reason.EMPTY, f"{name} is empty", advice)
+    try:
+        return decoder.decode(data)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise Rejection("source", Reason.UNREADABLE, f"{name}: {error}", advice) from None
+
+
+def check_lengths(numbers: npt.ArrayLike, what: str, advice: str) -> None:
+    """Raise Rejection (NOT_FINITE, BAD_UNITS) where one of the lengths, metres, is none that a house can have."""
+    values = np.abs(np.asarray(numbers, np.float64))
+    if not np.isfinite(values).all():
+        raise Rejection("source", Reason.NOT_FINITE, f"{what} has a number that is not finite", advice)
+    largest = float(values.max(initial=0.0))
+    if largest > LARGEST_M:
+        detail = f"{what} has a length of {largest:.4g} m, expected {LARGEST_M:.0f} m at most"
+        raise Rejection("source", Reason.BAD_UNITS, detail, "the format is in metres: correct it, or leave it out")
